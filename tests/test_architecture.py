@@ -58,7 +58,7 @@ ROOMS = {
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
         | {"analysis", "picture", "solvers", "live", "fmu"},
-        {"sympy", "numpy", "fmpy", "rich", "matplotlib"},
+        {"sympy", "numpy", "fmpy", "lxml", "rich", "matplotlib"},
     ),
     "studies": (
         {
@@ -96,6 +96,7 @@ USERS = {
     "zipfile": {"fmu/pack.py"},
     "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
+    "lxml": {"verify/instances.py"},
     "matplotlib": {"verify/plots", "studies/calibration_figure.py"},
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},

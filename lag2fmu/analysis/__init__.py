@@ -1,4 +1,4 @@
-"""What follows from the Lagrangian beside the motion: conserved quantities, equilibria, modes, the canonical side."""
+"""What follows from the Lagrangian beside the motion: conserved quantities, equilibria, modes, canonical forms."""
 
 from lag2fmu.analysis.canonical import (
     action,

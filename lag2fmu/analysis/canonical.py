@@ -1,10 +1,10 @@
-"""The canonical side: Hamiltonian, Routhian, Poisson brackets, and the action along a run.
+"""Canonical forms: Hamiltonian, Routhian, Poisson brackets, and the action along a run.
 
 L = 1/2 qd.M qd + a.qd + L0, hence p = M qd + a, and
 
-    H = p.qd - L = 1/2 (p - a).M^-1 (p - a) - L0,    R = sum over cyclic c of p_c qd_c, less L.
+    H = p.qd - L = 1/2 (p - a).M^-1 (p - a) - L0,    R = (sum over cyclic c of p_c qd_c) - L.
 
-Closed forms of small mechanisms are made by SymPy; numbers come from M qd = p - a at a state.
+SymPy makes closed forms of small mechanisms; numbers come from M qd = p - a at a state.
 Source: Landau, Lifshitz, Mechanics, sections 40 to 43; Goldstein, Classical Mechanics, sections 8.1, 8.3 and 9.5.
 """
 
@@ -26,7 +26,7 @@ from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 
 MAX_COORDINATES, MAX_OPERATIONS = 3, 200
-"""Closed forms are made for at most this many coordinates, and this many operations in M, a and L0."""
+"""Closed forms are made for at most so many coordinates, and so many operations in M, a and L0."""
 
 
 def velocities(equations: EquationsOfMotion, values: Values, momenta: Floats) -> Floats:
@@ -61,11 +61,12 @@ def hamiltonian(equations: EquationsOfMotion, values: Values, momenta: Floats) -
 
 
 def poisson_bracket(equations: EquationsOfMotion, f: Node, g: Node, values: Values) -> float:
-    """{f, g} = df/dq.dg/dp - df/dp.dg/dq of two nodes in t, q, qd, at the state ``values``.
+    """{f, g} = df/dq.dg/dp - df/dp.dg/dq of two nodes in t, q, qd, at the state ``values`` {variable: SI value}.
 
-    The nodes are on the graph of ``equations``, which stand apart: their derivatives join it.
-    With fixed p, dqd = -M^-1 (dp/dq) dq; with fixed q, dqd = M^-1 dp. Constraints have no part in it. Source: Landau,
-    Lifshitz, Mechanics, section 42 (with the opposite sign); Goldstein, Classical Mechanics, section 9.5.
+    The nodes ``f`` and ``g`` are on the graph of ``equations``, a copy (``apart``) to which their derivatives are
+    added. With fixed p, dqd = -M^-1 (dp/dq) dq; with fixed q, dqd = M^-1 dp. Constraints are not taken into account.
+    Source: Landau, Lifshitz, Mechanics, section 42 (with the opposite sign); Goldstein, Classical Mechanics, section
+    9.5.
     """
     graph, v, n = equations.graph, equations.variables, len(equations.forcing)
     M = matrix(graph, inertia(equations), values, n)
@@ -83,9 +84,10 @@ def poisson_bracket(equations: EquationsOfMotion, f: Node, g: Node, values: Valu
 def action(equations: EquationsOfMotion, time: Floats, states: Values) -> Floats:
     """The action S(t) = integral of L dt in J.s along a run: (k,) at the times ``time`` (k,) in s, S = 0 at the first.
 
-    ``states`` {name: (k,)} has q, qd, qdd and inputs at these times; parameters are the declared ones. Trapezoidal rule
-    with its correction by dL/dt, of fourth order in the distance of the times. Source: Landau, Lifshitz, Mechanics,
-    section 43, for S; P. Davis, P. Rabinowitz, Methods of Numerical Integration, chapter 2, for the rule.
+    ``states`` {name: (k,)} has q, qd, qdd and inputs at these times, in SI units; parameters are the declared ones. The
+    integral is by the trapezoidal rule with its correction by dL/dt, of fourth order in the distance of the times.
+    Source: Landau, Lifshitz, Mechanics, section 43, for S; P. Davis, P. Rabinowitz, Methods of Numerical Integration,
+    chapter 2, for the rule.
     """
     equations = equations.apart()
     g, v = equations.graph, equations.variables
@@ -122,10 +124,11 @@ def hamiltonian_form(equations: EquationsOfMotion) -> sp.Expr | None:
 
 
 def routhian_form(equations: EquationsOfMotion) -> tuple[tuple[str, ...], sp.Expr] | None:
-    """The cyclic coordinates, and R(q, qd of the others, their p); None without any, or if it is too long.
+    """The names of the cyclic coordinates, and the Routhian R, in J, as a formula.
 
-    Cyclic are coordinates that are not in L, whatever forces act. R = sum over them of p qd - L. Source: Landau,
-    Lifshitz, Mechanics, section 41; Goldstein, Classical Mechanics, section 8.3.
+    Cyclic are coordinates that L does not contain, whatever forces act. R = (sum over cyclic c of p_c qd_c) - L is a
+    function of the p_c, and of q and qd of the other coordinates. None without cyclic coordinates, or if R is too long.
+    Source: Landau, Lifshitz, Mechanics, section 41; Goldstein, Classical Mechanics, section 8.3.
     """
     cyclic = cyclic_coordinates(equations)
     form = _quadratic(equations)
@@ -157,9 +160,9 @@ def cyclic_coordinates(equations: EquationsOfMotion) -> list[str]:
 
 
 def inertia(equations: EquationsOfMotion) -> list[list[Node]]:
-    """The second derivatives of L by the velocities, (n, n) nodes: M without what only serves to make it regular.
+    """The second derivatives of L by the velocities, (n, n) nodes: M without the terms that only make it regular.
 
-    The nodes join the graph of ``equations``, which stand apart.
+    The nodes are added to the graph of ``equations``, which is a copy (``apart``).
     """
     g = equations.graph
     return [forward(g, equations.momenta, {velocity: g.one}) for velocity in equations.variables.qd]
@@ -178,7 +181,7 @@ def _quadratic(equations: EquationsOfMotion) -> tuple[sp.Matrix, sp.Matrix, sp.E
     if written_operations(g, nodes) > MAX_OPERATIONS:
         return None
     found = [tidy(x) for x in written(g, nodes)]
-    # a node may stand for an equal value in which velocities cancel out
+    # a node may stand for an equal expression in which velocities cancel out
     found = [x.xreplace(dict.fromkeys((sp.Symbol(str(g.leaf[q]), real=True) for q in v.qd), sp.S.Zero)) for x in found]
     return sp.Matrix(n, n, found[: n * n]), sp.Matrix(n, 1, found[n * n : -1]), found[-1]
 

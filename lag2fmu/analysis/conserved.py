@@ -1,9 +1,10 @@
 """Conserved quantities: momenta, the generalized energy, linear and angular momentum of all bodies.
 
-Along the motion d/dt p = dL/dq + N + G^T multiplier, with the non-potential forces N; a momentum is conserved where the
-right side vanishes for every state, which nodes of the graph show exactly. For h = sum qd p - L likewise
-dh/dt = N.qd - dL/dt - multiplier.b. Whether the momenta of all bodies are conserved is seen from the values of
-their derivatives at random states, which confirm every other quantity too. External forces count as zero.
+Along the motion d/dt p = dL/dq + N + G^T multiplier, with the non-potential forces N. A momentum is conserved if the
+right side vanishes for every state, which nodes of the graph show exactly. The energy h = sum qd p - L has
+dh/dt = N.qd - dL/dt - multiplier.b, and is conserved if this right side vanishes. The linear and angular momenta of all
+bodies are conserved if their derivatives vanish at random states; such states confirm every other quantity too.
+External forces count as zero.
 Source: Landau, Lifshitz, Mechanics, sections 6, 7, 9 and 40; E. Noether, Invariante Variationsprobleme, 1918.
 """
 
@@ -32,18 +33,17 @@ from lag2fmu.graph.vectors import Vector, apply, cross, plus, times
 from lag2fmu.mechanism.record import Mechanism
 
 CONSTANT_IF = 1e-9
-"""A derivative below this part of the sum of the magnitudes of its terms counts as zero: the rest is rounding."""
+"""A derivative below this part of the sum of the magnitudes of its terms is rounding and counts as zero."""
 
 _STATES, _MAX_WRITTEN = 6, 120
 
 
 @dataclass(frozen=True)
 class Conserved:
-    """A quantity that stays as it is along the motion: ``node`` on ``graph``, a copy of that of the equations.
+    """A quantity that is constant along the motion: a ``node`` on ``graph``, a copy of the graph of the equations.
 
-    ``meaning`` is a phrase.
-    ``expression`` is its formula, None if it is long. ``drift``: the largest derivative found at random states,
-    relative to its terms.
+    ``meaning`` is a phrase that says what it is. ``expression`` is its formula, None if it is long. ``drift`` is the
+    largest derivative found at random states, relative to its terms.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Conserved:
 
 
 def lagrangian(equations: EquationsOfMotion) -> Node:
-    """L = sum qd p - h (J) as a node; it joins the graph of ``equations``, which stand apart.
+    """L = sum qd p - h, in J, as a node; it is added to the graph of ``equations``, which is a copy (``apart``).
 
     Source: Goldstein, Classical Mechanics, section 2.7 (h).
     """
@@ -64,10 +64,10 @@ def lagrangian(equations: EquationsOfMotion) -> Node:
 
 
 def momentum_rates(equations: EquationsOfMotion) -> list[Node]:
-    """dL/dq + N + G^T multiplier, (n,) nodes: what the rates of the momenta are along the motion.
+    """The rates of the momenta along the motion, dL/dq + N + G^T multiplier, (n,) nodes in J by the unit of q.
 
-    The nodes join the graph of ``equations``, which stand apart. In J by the unit of q. Source: Goldstein,
-    Classical Mechanics, section 2.4 (multipliers).
+    The nodes are added to the graph of ``equations``, which is a copy (``apart``). Source: Goldstein, Classical
+    Mechanics, section 2.4 (multipliers).
     """
     g, v = equations.graph, equations.variables
     rates = forward(g, equations.momenta, v.direction(g, accelerating=True))
@@ -75,10 +75,10 @@ def momentum_rates(equations: EquationsOfMotion) -> list[Node]:
 
 
 def energy_rate(equations: EquationsOfMotion) -> Node:
-    """N.qd - dL/dt - multiplier.b in W: what the rate of h is along the motion.
+    """The rate of h along the motion, N.qd - dL/dt - multiplier.b, in W, as a node.
 
-    The node joins the graph of ``equations``, which stand apart. Source: Goldstein, Classical Mechanics, section
-    2.7 (the energy function).
+    The node is added to the graph of ``equations``, which is a copy (``apart``). Source: Goldstein, Classical
+    Mechanics, section 2.7 (the energy function).
     """
     g, v, c = equations.graph, equations.variables, equations.constraints
     (rate,) = forward(g, [equations.energies["generalized_energy"]], v.direction(g, accelerating=True))
@@ -89,9 +89,9 @@ def energy_rate(equations: EquationsOfMotion) -> Node:
 def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
     """The conserved quantities of ``equations``, each confirmed at random states; external forces are zero.
 
-    Those that symmetries give (cyclic coordinates, L without t), and the momenta of all bodies. None where contacts,
-    stops, dry friction or latches act, whose forces are not among the ``equations``. Source: Landau, Lifshitz,
-    Mechanics, sections 6, 7 and 9.
+    They are those that symmetries give (cyclic coordinates, L without t), and the momenta of all bodies. There are none
+    for a mechanism with contacts, stops, dry friction or latches, because their forces are not among the ``equations``.
+    Source: Landau, Lifshitz, Mechanics, sections 6, 7 and 9.
     """
     if equations.mechanism.hybrid:
         return ()
@@ -99,7 +99,7 @@ def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
     found: dict[Node, tuple[str, str]] = {}
     for name, meaning, node in [*_by_symmetry(equations), *_of_bodies(equations)]:
         if not equations.variables.moves(equations.graph, node):
-            continue  # it consists of prescribed motions alone
+            continue  # this body's motion is prescribed
         if node in found:
             known, phrase = found[node]
             found[node] = known, f"{phrase}; {meaning}"
@@ -114,7 +114,7 @@ def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
 
 
 def why_energy_changes(equations: EquationsOfMotion) -> str:
-    """What makes h change, as a phrase; empty if it is conserved."""
+    """A phrase that says what makes the generalized energy h change; "" if h is conserved."""
     if equations.mechanism.hybrid:
         return "contacts, stops, dry friction or latches act"
     equations = equations.apart()
@@ -162,7 +162,7 @@ Candidate = tuple[str, str, Node]
 def _by_symmetry(equations: EquationsOfMotion) -> Iterator[Candidate]:
     """The momenta and h whose rates vanish identically.
 
-    Under constraints all of them, because there the rates need to vanish on the manifold only.
+    Under constraints all of them are candidates, because their rates need to vanish on the constraint manifold only.
     """
     zero, bound = equations.graph.zero, bool(len(equations.constraints))
     for q, momentum, rate in zip(
@@ -180,7 +180,7 @@ def _energy_meaning(equations: EquationsOfMotion) -> str:
 
 
 def _of_bodies(equations: EquationsOfMotion) -> Iterator[Candidate]:
-    """Linear momentum along the axes, and angular momentum about those through the origin, of all bodies."""
+    """The linear momentum of all bodies along the fixed axes, and their angular momentum about these axes."""
     mechanism, g = equations.mechanism, equations.graph
     composer = Composer(g, mechanism, translator(g, mechanism, equations.variables), equations.variables)
     linear: Vector = (g.zero,) * 3
@@ -215,7 +215,7 @@ def _spin(composer: Composer, name: str) -> Vector:
 
 
 def _drifts(equations: EquationsOfMotion, nodes: list[Node]) -> list[float]:
-    """The derivatives of ``nodes`` along the motion, relative to their terms: the worst at random states, (k,)."""
+    """The largest derivatives of ``nodes`` along the motion at random states, relative to their terms, (k,)."""
     g, v = equations.graph, equations.variables
     direction = v.direction(g, accelerating=True)
     variables, rates = list(direction), list(direction.values())
@@ -245,16 +245,16 @@ def _formula(graph: Graph, node: Node) -> sp.Expr | None:
 
 
 def _within(q: Coordinate, value: float) -> float:
-    """``value`` or the bound of ``q`` that it is beyond."""
+    """``value``, or the nearest bound of ``q`` if it is out of bounds."""
     low, high = (-np.inf if q.minimum is None else q.minimum), (np.inf if q.maximum is None else q.maximum)
     return float(np.clip(value, low, high))
 
 
 def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str, float | Floats]]:
-    """``count`` states (SI) around the start that meet the constraints, reproducible, external forces being zero.
+    """``count`` states {variable: SI value} around the start that meet the constraints, the same in each call.
 
-    Without constraints the parameters are moved by up to a tenth too. Fewer are found where the constraints can hardly
-    be met.
+    External forces are zero. Without constraints the parameters are moved too, by up to a tenth. There may be fewer
+    states, if Newton's method seldom meets the constraints.
     """
     generator = np.random.default_rng(41)
     mechanism, c = equations.mechanism, equations.constraints

@@ -1,23 +1,24 @@
-"""How large a communication step may be when another FMU acts through a port: a force and the way along which it works.
+"""How large a communication step may be when another FMU acts through a port: a force and the displacement along it.
 
-Coupled FMUs that run side by side know each other's outputs at the beginning of a communication step h only. The force
-of a spring between them goes on from there as a polynomial: held (degree 0), with its first derivative (1), with its
-second (2). Of an oscillation m x'' = -k x with w^2 = k/m, whose force is k times the Taylor polynomial of x, a step of
-exact length multiplies (x, x') by a matrix with the determinants, a = (w h)^2,
+Coupled FMUs that run side by side know each other's outputs at the beginning of a communication step h only. From there
+the force of a spring between them is continued as a polynomial: held (degree 0), with its first derivative (1), or with
+its second one too (2). Take an oscillation m x'' = -k x with w^2 = k/m, whose force is k times the Taylor polynomial of
+x. The exact solution over a step h multiplies (x, x') by a matrix. For the three degrees its determinants are, with
+a = (w h)^2,
 
-    1 + a/2,     1 + a^2/12,     1 - a^2/24 + a^3/144,
+    1 + a/2,     1 + a^2/12,     1 - a^2/24 + a^3/144.
 
-so that, as a damping ratio, the coupling adds -w h/4, -(w h)^3/24 and +(w h)^3/48: a held force comes h/2 late, which
-is a damper of -k h/2. If only a share of the stiffness is the coupling's, it adds that share. The error of the motion
-is of the order degree + 1. With c for these ratios:
+So the coupling adds to the damping ratio -w h/4, -(w h)^3/24 and +(w h)^3/48. For a held force this means: the force
+comes h/2 late, which is a damper of -k h/2. If the coupling is only a share of the stiffness, it adds this share of the
+ratio. The error of the motion is of the order degree + 1. With c for what is added:
 
-- one oscillation changes its amplitude by the share 2 pi |c|, which bounds h where accuracy is wanted;
-- motion that the damping ratio z lets decay goes on to decay while c + z > 0, which bounds h for held inputs.
+- One oscillation changes its amplitude by the share 2 pi |c|. This bounds h where accuracy is wanted.
+- A motion with the damping ratio z decays as long as c + z > 0. This bounds h for held inputs.
 
-Where a motion y goes in and the force F that carries it comes out, a body of mass M on the other side moves by
-M y'' = -F, and F = C x + D0 y + D1 y' + D2 y'' contains y'' itself. Each exchange of the two at a communication point
-makes the error smaller by D2/M. What then goes on as a polynomial is y'' = -(C x + D0 y + D1 y')/(M + D2), and the
-ratios above hold with the share of an eigenvalue that this feedback moves.
+Another kind of port takes a motion y and gives the force F that carries it. A body of mass M on the other side moves by
+M y'' = -F, where F = C x + D0 y + D1 y' + D2 y'' contains y'' itself. Each exchange of F and y'' at a communication
+point multiplies the error by D2/M. Then y'' = -(C x + D0 y + D1 y')/(M + D2) is continued as a polynomial. The ratios
+above hold with the share of an eigenvalue that this feedback moves.
 
 Sources: R. Kuebler, W. Schiehlen, Two methods of simulator coupling, Mathematical and Computer Modelling of Dynamical
 Systems 6 (2000), pp. 93-113, for loops of direct feed-through; M. Arnold, C. Clauss, T. Schierz, Error analysis and
@@ -41,45 +42,47 @@ from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
 
 CHANGE = 0.01
-"""The share by which an oscillation may change its amplitude by the coupling, a hundredth."""
+"""The share by which the coupling may change the amplitude of one oscillation."""
 _FACTORS = ((1, 4.0), (3, 24.0), (3, 48.0))
-"""For each degree the power of w h and the divisor of the damping ratio that the coupling adds."""
+"""The damping ratio that the coupling adds, for each degree: the power of w h, and its divisor."""
 _STIFFER, _SLOW = 4.0, 1e-3
-"""How much stiffer than the mechanism the assumed spring is; rates below the other number (1/s) are none."""
+"""How much stiffer than the mechanism the assumed spring is; and the rate (1/s) below which nothing moves by itself."""
 _SEEN, _NOTHING = 0.1, 1e-9
-"""Modes that a spring at the port moves by less than this share of the one that it moves most are not its own; shares
-below the other number are rounding."""
+"""Modes belong to a port if a spring there moves them by this share of the mode that it moves most; and the share below
+which a change is rounding."""
 _MOST = 4
-"""Ports that are told of; the others are counted."""
+"""A report describes at most so many ports; the others are counted."""
 
 
 @dataclass(frozen=True)
 class Swing:
-    """An oscillation of ``frequency`` (rad/s) and ``damping`` ratio, of which the coupling makes the ``share``."""
+    """An oscillation of ``frequency`` (rad/s) and ``damping`` ratio; the coupling has a ``share`` of its stiffness."""
 
     frequency: float
     damping: float
     share: float
 
     def step(self, degree: int) -> float:
-        """The longest communication step (s) by which one oscillation changes its amplitude by no more than CHANGE.
+        """The longest communication step (s) with which the amplitude changes by at most CHANGE in one oscillation.
 
-        ``degree``: 0 for held inputs, 1 and 2 with that many derivatives.
+        ``degree``: 0 for held inputs, 1 or 2 for inputs with so many derivatives. The formula stands in the module's
+        head.
         """
         power, divisor = _FACTORS[degree]
         return float((divisor * CHANGE / (2 * pi * self.share)) ** (1 / power) / self.frequency)
 
     @property
     def bound(self) -> float:
-        """The communication step (s) from which motion grows with held inputs; 0 without damping."""
+        """The communication step (s) from which on the motion grows with held inputs; 0 without damping."""
         return max(0.0, _FACTORS[0][1] * self.damping / (self.share * self.frequency))
 
 
 @dataclass(frozen=True)
 class Port(Swing):
-    """Forces that go in and the displacement along which they work, with what a spring across it makes (SI units).
+    """Forces as inputs, the displacement along them as output, and the swing that a spring between them makes.
 
-    ``inertia`` is force by acceleration there, ``stiffness`` that of the assumed spring.
+    ``inertia`` (kg, kg.m2) is the force by the acceleration there, ``stiffness`` (N/m, N.m/rad) that of the assumed
+    spring.
     """
 
     inputs: tuple[str, ...]
@@ -90,9 +93,10 @@ class Port(Swing):
 
 @dataclass(frozen=True)
 class Bond:
-    """A ``motion`` that goes in and the ``force`` that carries it, with what moves by that force (SI units).
+    """A ``motion`` as input and the ``force`` that carries it as output, with a body that this force moves.
 
-    ``inertia`` is force by acceleration there, ``mass`` that of the assumed body, which makes the ``swing``, if any.
+    ``inertia`` (kg, kg.m2) is the force by the acceleration there, ``mass`` (kg, kg.m2) that of the assumed body.
+    ``swing`` is the oscillation of the body, None if there is none.
     """
 
     motion: str
@@ -103,11 +107,12 @@ class Bond:
 
 
 def ports(about: Linearization, stiffness: float | None = None) -> Iterator[Port]:
-    """The ports of ``about``, a force of the user before the generalized one along the same displacement.
+    """The ports of ``about``; a force of the user stands before the generalized one along the same displacement.
 
-    The spring has the ``stiffness``, by default four times that of the mechanism itself: inertia times the square of
-    the fastest rate there or, where nothing moves by itself, of 1 Hz. What has no mass at the port is left out, for it
-    follows a force at once, and so is what does not swing with the spring.
+    The spring has the ``stiffness`` (N/m, N.m/rad), by default four times that of the mechanism itself. The latter is
+    inertia times the square of the fastest rate there or, where nothing moves by itself, of 1 Hz. Ports without mass
+    are left out, because they follow a force at once. Ports that do not swing with the spring are left out too. Source:
+    M. Arnold, C. Clauss, T. Schierz, Archive of Mechanical Engineering 60 (2013), pp. 75-94.
     """
     by_row: dict[tuple[float, ...], tuple[str, list[str]]] = {}
     n = len(about.mass)
@@ -150,9 +155,10 @@ def _damping(swinging: complex) -> float:
 def bonds(about: Linearization, mass: float | None = None) -> Iterator[Bond]:
     """The prescribed motions of ``about`` whose forces are among its outputs.
 
-    The body on the other side has the ``mass``, by default four times the inertia that a slow motion has to carry, or
-    what the force itself contains where that is more. Motions that carry no inertia are left out, and filtered ones,
-    for they feed nothing back at once.
+    The body on the other side has the ``mass`` (kg, kg.m2), by default four times the inertia that a slow motion has to
+    carry, or four times that at once if this is more. Motions that carry no inertia are left out. Filtered motions are
+    left out, because they feed nothing back at once. Source: R. Kuebler, W. Schiehlen, Mathematical and Computer
+    Modelling of Dynamical Systems 6 (2000), pp. 93-113.
     """
     least = _NOTHING * float(np.abs(about.mass).max(initial=0.0))
     for motion in (u for u in about.mechanism.motions if names.drive(u.name) in about.outputs):
@@ -168,7 +174,7 @@ def bonds(about: Linearization, mass: float | None = None) -> Iterator[Bond]:
 
 
 def _slowly(A: Floats, column: Floats, row: Floats, direct: float) -> float:
-    """Force by acceleration where this lasts: what swings has come to rest; 0 if there is no such place."""
+    """Force by acceleration when the acceleration lasts and all swings have decayed; 0 if there is no such state."""
     try:
         found = float(direct - row @ np.linalg.solve(A, column))
     except np.linalg.LinAlgError:
@@ -177,7 +183,7 @@ def _slowly(A: Floats, column: Floats, row: Floats, direct: float) -> float:
 
 
 def _swing(A: Floats, B: Floats, C: Floats, D: Floats, mass: float) -> Swing | None:
-    """How a body of this ``mass`` swings that the force C x + D (y, y', y'') acts on; None if it does not."""
+    """The swing of a body of this ``mass`` under the force C x + D (y, y', y''); None if it does not swing."""
     k = len(A)
     whole, column = np.zeros((k + 2, k + 2)), np.concatenate([B[:, 2], [0.0, 1.0]])
     whole[:k, :k], whole[:k, k:], whole[k, k + 1] = A, B[:, :2], 1.0
@@ -205,7 +211,7 @@ def _mode(A: Floats, row: Floats, column: Floats) -> tuple[complex, float]:
 
 
 def sentences(about: Linearization) -> Iterator[str]:
-    """What is to be known of a coupling through the ports of ``about``; nothing where there is none."""
+    """Sentences on a coupling through the ports of ``about``; none if it has no port."""
     found, carried, units = list(ports(about)), list(bonds(about)), display_units(about.mechanism)
     if not found and not carried:
         return
@@ -232,7 +238,7 @@ def sentences(about: Linearization) -> Iterator[str]:
 
 
 def _told(bond: Bond, unit: str) -> str:
-    """Sentences: what the other side needs, and how long steps may be; ``unit`` is that of the inertia."""
+    """Sentences on a bond: what the other side needs, and how long steps may be; ``unit`` is that of the inertia."""
     found = []
     inertia, mass = (f"{x:.3g} {unit}".rstrip() for x in (bond.inertia, bond.mass))
     if bond.inertia > 0:

@@ -1,4 +1,4 @@
-"""``equilibria`` and ``modes`` of the package, and the equilibrium as a start, for whatever stands for a mechanism."""
+"""``equilibria`` and ``modes`` for a mechanism, its name or its file; and the equilibrium as a start."""
 
 from __future__ import annotations
 
@@ -23,18 +23,20 @@ Model = EquationsOfMotion | Mechanism | str | Path
 
 
 def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
-    """The equilibria of ``model`` that are found from its start and around it, the one found from the start first.
+    """The equilibria of ``model`` that are found from its start, and from places around it, in this order.
 
-    See ``lag2fmu.analysis.equilibria``. Raises LoadError or DerivationError for a ``model`` that has no equations.
+    ``options`` are those of ``lag2fmu.analysis.equilibria``. Each equilibrium has q (n,) in SI units. Raises LoadError
+    or DerivationError for a ``model`` that has no equations.
     """
     return equilibria_of(_equations(model), **options)
 
 
 def modes(model: Model, **about: Any) -> tuple[Mode, ...]:
-    """The normal modes of ``model`` about the equilibrium found from its start, or about q= (n,) in SI units.
+    """The normal modes of ``model``, with shapes (n,) and eigenvalues in 1/s, see ``lag2fmu.analysis.normal_modes``.
 
-    Where there is no equilibrium, about the start. See ``lag2fmu.analysis.normal_modes``. Raises LoadError or
-    DerivationError for a ``model`` that has no equations.
+    They are about the equilibrium found from the start, or about the start if there is none. ``about`` are arguments of
+    ``lag2fmu.analysis.linearize``: another place is given as q= (n,) in SI units. Raises LoadError or DerivationError
+    for a ``model`` that has no equations.
     """
     equations = _equations(model)
     if not about and (found := equilibria_of(equations, most=1)):

@@ -1,7 +1,7 @@
 """Equilibria: configurations where the mechanism stays at rest, by Newton's method.
 
-At rest and without accelerations the residual of the equations and the constraints vanish. Steps are of least norm, so
-that coordinates along which nothing changes stay where they are.
+At rest and without accelerations, the residual of the equations and the constraints vanish. Steps are of least norm, so
+that coordinates that no equation contains stay where they are.
 Source: Hand, Finch, Analytical Mechanics, section 3.1; Goldstein, Classical Mechanics, section 6.1.
 """
 
@@ -42,9 +42,9 @@ def equilibria(
 ) -> tuple[Equilibrium, ...]:
     """The equilibria that Newton's method finds from the start and from places around it, ``most`` at most.
 
-    All inputs have their start values, or those of ``inputs`` {name: SI value}. Angles are told apart by less than a
-    turn only. The first is the one found from the start, if there is one. Of a family of equilibria the member next to
-    the start is taken. Raises DerivationError for a name that is no input.
+    All inputs have their start values, or those of ``inputs`` {name: SI value}. Two equilibria whose angles differ by
+    full turns count as one. The equilibrium found from the start stands first, if there is one. Of a family of
+    equilibria the member next to the start is taken. Raises DerivationError for a name that is no input.
     Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 4.4, for steps of least norm.
     """
     search = _Search(equations, operating_inputs(equations, inputs))
@@ -82,7 +82,10 @@ class _Search:
         self.angle = np.array([*turning, *(False for _ in further)])
 
     def seeds(self) -> Iterator[Floats]:
-        """Places (n,): the start, zero, and others around the start: angles anywhere, the rest by 3 nominal values."""
+        """Places (n,) to begin at: the start, zero, and random ones.
+
+        At random places angles have any value, other coordinates are within 3 nominal values of the start.
+        """
         generator = np.random.default_rng(11)
         yield self.start
         yield np.zeros_like(self.start)
@@ -91,7 +94,7 @@ class _Search:
             yield np.where(self.angle, generator.uniform(-np.pi, np.pi, len(self.start)), around)
 
     def nearest(self, seed: Floats) -> Equilibrium | None:
-        """What is reached from ``seed`` (n,), and then along motions that change nothing towards the start."""
+        """The equilibrium reached from ``seed`` (n,); of a family of equilibria the member next to the start."""
         found = self.solve(seed)
         if found is None or seed is self.start:
             return found
@@ -105,7 +108,7 @@ class _Search:
         return found
 
     def solve(self, q: Floats) -> Equilibrium | None:
-        """The equilibrium reached from q (n,) and z, None if there is none or if it is one at an instant only."""
+        """The equilibrium reached from q (n,) and z; None if there is none, or if it lasts for an instant only."""
         n, m = len(q), len(self.equations.constraints)
         x = np.concatenate([q, np.zeros(m)])
         r, slopes = self._measure(x)
@@ -139,19 +142,19 @@ class _Search:
         return Equilibrium(place[:own], x[n:], place[own:])
 
     def _nice(self, q: Floats) -> Floats:
-        """``q`` with angles that are multiples of a quarter turn but for rounding made exact."""
+        """``q`` with angles made exact that are, up to rounding, multiples of a quarter turn."""
         quarter = np.round(q / (np.pi / 2)) * (np.pi / 2)
         return np.where(self.angle & (np.abs(q - quarter) < _ROUNDING), quarter, q)
 
     def same(self, a: Floats, b: Floats) -> bool:
-        """Whether ``a`` and ``b`` (n,) are one place, but for turns of angles and motions that change nothing."""
+        """Whether ``a`` and ``b`` (n,) differ only by full turns of angles and along a family of equilibria."""
         apart = np.where(self.angle, (a - b + np.pi) % TURN - np.pi, a - b)
         neutral = self._neutral(b)
         apart = apart / self.nominal
         apart -= neutral @ (neutral.T @ apart)
         if np.abs(apart).max() < 1e-6:
             return True
-        # along a bent family of equilibria the potential energy is one
+        # along a bent family of equilibria the potential energy is constant
         one, other = self._energies(a, b)
         family = neutral.shape[1] > 0 and self._neutral(a).shape == neutral.shape
         return family and len(self.equations.constraints) > 0 and bool(abs(one - other) <= 1e-9 * (abs(one) or 1.0))
@@ -164,7 +167,7 @@ class _Search:
         return [float(evaluate(self.equations.graph, node, values)[0]) for values in states]
 
     def _neutral(self, q: Floats) -> Floats:
-        """The motions (n, k), in nominal values, along which no row changes at ``q``, an orthonormal basis."""
+        """An orthonormal basis (n, k), in nominal values, of the motions from ``q`` along which no row changes."""
         slopes = self._measure(np.concatenate([q, np.zeros(len(self.equations.constraints))]))[1][:, : len(q)]
         _, singular, right = np.linalg.svd(slopes * self.nominal)
         rank = int(np.sum(singular > 1e-10 * max(float(singular.max(initial=0.0)), 1e-300)))

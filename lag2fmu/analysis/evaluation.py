@@ -19,10 +19,10 @@ Otherwise = TypeVar("Otherwise")
 
 
 def attempted(find: Callable[[], Found], otherwise: Otherwise) -> Found | Otherwise:
-    """What ``find`` gives, ``otherwise`` where it fails in any way: no analysis may stop what goes without it.
+    """What ``find`` gives; ``otherwise`` if it raises any error.
 
-    The algorithms of linear algebra and algebra that analyses call raise errors of many kinds where numbers are not
-    finite, matrices are empty or formulas have no value.
+    It is for analyses that a caller can do without. Their algorithms of algebra and linear algebra raise errors of many
+    kinds where numbers are not finite, matrices are empty, or formulas have no value.
     """
     try:
         return find()
@@ -33,7 +33,7 @@ def attempted(find: Callable[[], Found], otherwise: Otherwise) -> Found | Otherw
 def at(
     equations: EquationsOfMotion, values: Values, q: Floats, qd: Floats, further: Floats | None = None
 ) -> dict[str, float | Floats]:
-    """``values`` with q and qd, (n,) or (n, *batch), and the ``further`` states, (f,), put in. In SI units."""
+    """``values`` {variable: SI value} with q and qd, (n,) or (n, *batch), and the ``further`` states (f,) put in."""
     coordinates = [c.name for c in equations.mechanism.coordinates]
     moved = dict(zip(coordinates, q, strict=True))
     if further is not None:
@@ -47,7 +47,7 @@ def further_names(equations: EquationsOfMotion) -> list[str]:
 
 
 def resting_inputs(equations: EquationsOfMotion) -> dict[str, float | Floats]:
-    """The start values of everything by name, in SI units, the external forces being zero."""
+    """{variable: SI value} of all variables at the start, with external forces of zero."""
     silent = {str(equations.graph.leaf[node]): 0.0 for node in equations.variables.plain}
     return {**start_values(equations.mechanism), **silent}
 
@@ -55,9 +55,9 @@ def resting_inputs(equations: EquationsOfMotion) -> dict[str, float | Floats]:
 def operating_inputs(
     equations: EquationsOfMotion, inputs: Mapping[str, float] | None = None
 ) -> dict[str, float | Floats]:
-    """The start values of everything by name, in SI units, the inputs' included; ``inputs`` {name: SI value} others.
+    """{variable: SI value} of all variables at the start, inputs and external forces included.
 
-    Raises DerivationError for a name that is no input.
+    ``inputs`` {name: SI value} replace start values. Raises DerivationError for a name that is no input.
     """
     known = [str(equations.graph.leaf[node]) for node in equations.variables.inputs]
     for name in inputs or {}:
@@ -75,9 +75,11 @@ def driven_by_time(equations: EquationsOfMotion) -> bool:
 
 
 def unknowns(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floats]:
-    """Accelerations (n,) and multipliers (m,) at one state; of least norm where constraints are redundant.
+    """Accelerations (n,) and multipliers (m,) at the state ``values``, in SI units.
 
-    M and G are scaled by the coordinates' nominal values, so that the rank does not depend on units.
+    Multipliers are of least norm where constraints are redundant. M and G are scaled by the coordinates' nominal
+    values, so that the rank does not depend on units. Source: F. Udwadia, R. Kalaba, Analytical Dynamics, Cambridge
+    1996, chapters 2 and 3.
     """
     g, c, n = equations.graph, equations.constraints, len(equations.forcing)
     M, G = matrix(g, equations.mass_matrix, values, n), matrix(g, c.jacobian, values, n)
@@ -87,16 +89,15 @@ def unknowns(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floa
 
 
 def saddle(equations: EquationsOfMotion, M: Floats, G: Floats, pull: Floats | None = None) -> Floats:
-    """The (pseudo-)inverse (n + m, n + m) of [M -G^T; G 0], M (n, n) and G (m, n); NaN where one is not finite.
+    """The (pseudo-)inverse (n + m, n + m) of [M -G^T; G 0] for M (n, n) and G (m, n).
 
-    ``pull`` (n, m) stands for -G^T where forces follow from what the constraints bear.
-
-    Scaled first, so that the rank does not depend on units. Source: F. Udwadia, R. Kalaba, Analytical Dynamics,
-    Cambridge 1996, chapters 2 and 3.
+    ``pull`` (n, m) takes the place of -G^T where other forces depend on what the constraints bear. The matrix is scaled
+    first, so that the rank does not depend on units. All entries are NaN if M or G is not finite. Source: F. Udwadia,
+    R. Kalaba, Analytical Dynamics, Cambridge 1996, chapters 2 and 3.
     """
     m = len(G)
     whole = np.block([[M, -G.T if pull is None else pull], [G, np.zeros((m, m))]])
-    # columns of q by the roots of M's diagonal (of nominal values where there is no mass), rows of G to unit length
+    # columns are scaled by the roots of M's diagonal, by nominal values without mass; rows of G get unit length
     diagonal = np.abs(np.diagonal(M))
     nominal = np.array([q.nominal for q in equations.mechanism.coordinates])
     columns = np.where(diagonal > 0, 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0)), nominal)

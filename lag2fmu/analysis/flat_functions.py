@@ -1,7 +1,8 @@
 """Equations in which functions that can be flat, such as narrow pulses, may have any value.
 
-A force that is a narrow pulse is 0 at random states, and yet it changes momenta. A quantity that is conserved is so
-whatever values such functions have, because the same function stands in the equations with both signs.
+A force that is a narrow pulse is 0 at random states, and yet it changes momenta. So such functions are replaced by
+variables with any value. A conserved quantity remains conserved, because the function then stands in its rate with both
+signs.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ _FLAT = ("exp", "tanh", "heaviside", "sign", "choice", "lookup", "lookup_2")
 def freed_of_flat_functions(
     equations: EquationsOfMotion, gradients: list[list[Node]]
 ) -> tuple[EquationsOfMotion, list[list[Node]], list[str]]:
-    """The equations and ``gradients`` with variables in place of functions that can be flat, and their names.
+    """The equations and ``gradients`` with variables in place of functions that can be flat, and the variables' names.
 
-    The new nodes join the graph of ``equations``, which stand apart.
+    The new nodes are added to the graph of ``equations``, which is a copy (``apart``).
     """
     g, c = equations.graph, equations.constraints
     rows = [*equations.mass_matrix, *c.jacobian, equations.forcing, c.accelerations, *gradients]

@@ -1,8 +1,8 @@
 """Floquet's exponents of small motions about an equilibrium, under a drive that repeats itself.
 
-The monodromy matrix takes z over one period of dz/dt = A(t) z; it is made of steps by the Gauss method of three stages,
-which is of sixth order. Exponents are log(multiplier) / period; one with a positive real part means that the
-equilibrium is unstable.
+The monodromy matrix maps z to its value one period later, by dz/dt = A(t) z. It is the product of steps by the Gauss
+method of three stages, which is of sixth order. Its eigenvalues are called multipliers. Exponents are
+log(multiplier) / period; one with a positive real part means that the equilibrium is unstable.
 Source: Landau, Lifshitz, Mechanics, section 27; E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration,
 section II.1.3, for the method.
 """
@@ -70,12 +70,11 @@ def floquet(
     steps: int = STEPS,
     further: Floats | None = None,
 ) -> Floquet:
-    """Floquet's exponents about the equilibrium q (n,) and the ``further`` states (f,), which rest there.
+    """Floquet's exponents about the equilibrium q (n,) and the ``further`` states (f,) there, in SI units.
 
-    The ``period`` in s is read from the model if it is not given.
-
-    ``steps`` are taken in a period. Raises DerivationError if the drive does not repeat itself after the period, or if
-    none can be read. Source: Landau, Lifshitz, Mechanics, section 27; for the steps Hairer, Lubich, Wanner, II.1.3.
+    The ``period``, in s, is read from the model if it is not given. ``steps`` are taken in a period. Raises
+    DerivationError if the drive does not repeat itself after the period, or if no period can be read. Source: Landau,
+    Lifshitz, Mechanics, section 27; for the steps Hairer, Lubich, Wanner, II.1.3.
     """
     T = drive_period(equations) if period is None else period
     base = at(equations, operating_inputs(equations), q, np.zeros_like(q), further)
@@ -115,7 +114,10 @@ def _step(matrices: list[Floats], h: float) -> Floats:
 
 
 def drive_period(equations: EquationsOfMotion) -> float:
-    """The least common period (s) of the sines and cosines of time in the mechanism; raises DerivationError."""
+    """The least common period (s) of the sines and cosines of time in the mechanism.
+
+    Raises DerivationError if there are none, if they have no common period, or if the time stands elsewhere too.
+    """
     m = equations.mechanism
     rates = _rates(equations)
     if not rates:

@@ -1,12 +1,12 @@
 """The linearized equations about a state, on the constraint manifold.
 
-The tangent program gives dqdd by the seeds (dq, dqd, du). Small motions keep to the constraints' positions and
-velocities, linearized as well: they are a linear function of as many independent coordinates and velocities as the
-manifold has dimensions, of the further states and of the inputs. With z, the independent ones and the further states,
+The tangent program gives dqdd by the seeds (dq, dqd, du). Small motions meet the linearized constraints on positions
+and velocities. So they are a linear function of as many independent coordinates and velocities as the manifold has
+dimensions, of the further states, and of the inputs. With z, the independent ones and the further states,
 
     dz/dt = A z + B u,    y = C z + D u.
 
-At an equilibrium the same residual gives M, the damping and the stiffness matrix, the multipliers' share included.
+At an equilibrium the same residual gives M, the damping and the stiffness matrix, with the part of the multipliers.
 Source: Landau, Lifshitz, Mechanics, section 23; J. G. de Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody
 Systems, 1994, section 5.3, for independent coordinates of a null space.
 """
@@ -31,9 +31,10 @@ from lag2fmu.language.identifiers import suggestion
 
 
 class Linearizer:
-    """The tangent program of ``equations``, derived once for many states; a call is ``linearize`` at one of them.
+    """The tangent program of ``equations``, derived once for many states; a call linearizes at one of them.
 
-    ``outputs`` names what y is, see ``linearize``; raises DerivationError for a name that is nothing.
+    ``outputs`` are the names of the entries of y, see ``linearize``. Raises DerivationError for an unknown name.
+    Source: J. G. de Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994, section 5.3.
     """
 
     def __init__(self, equations: EquationsOfMotion, outputs: Sequence[str] | None = None) -> None:
@@ -51,11 +52,11 @@ class Linearizer:
                 remedy = suggestion(name, [*self.variables, *self.nodes])
                 raise DerivationError(f"mechanism '{equations.mechanism.name}': '{name}' is no output; {remedy}")
 
-    @np.errstate(all="ignore")  # what is not finite is looked for, and said
+    @np.errstate(all="ignore")  # values that are not finite raise errors below
     def __call__(self, values: Values) -> Linearization:
-        """The linearization about the state ``values``; raises DerivationError where M is singular or not finite.
+        """The linearization about the state ``values`` {variable: SI value}, which has to meet the constraints.
 
-        The state has to meet the constraints.
+        Raises DerivationError where M is singular or not finite.
         """
         e, n = self.equations, len(self.equations.forcing)
         m = len(e.constraints)
@@ -128,7 +129,7 @@ class Linearizer:
         return np.array([known[name] for name in self.outputs], dtype=np.float64)
 
     def _check_mass(self, M: Floats, G: Floats) -> None:
-        """Raise DerivationError unless M (n, n) is regular on the motions that G (m, n) lets free."""
+        """Raise DerivationError unless M (n, n) is regular on the motions that G (m, n) leaves free."""
         nominal = np.array([c.nominal for c in self.equations.mechanism.coordinates])
         rows = G * nominal
         length = np.linalg.norm(rows, axis=1, keepdims=True)
@@ -149,14 +150,17 @@ class Linearizer:
         return self._seeded(self.tangent.residual, values, np.eye(len(seeds)))
 
     def _moved(self, nodes: Sequence[Node], values: Values, moved: Floats) -> Floats:
-        """Tangents ``nodes`` (k,) by q, qd, z and u, accelerations and multipliers moving along: (k, s + r)."""
+        """The derivatives (k, s + r) of ``nodes`` (k,) by q, qd, z and u.
+
+        ``moved`` (n + m, s + r) says how accelerations and multipliers change with these.
+        """
         return self._seeded(nodes, values, np.eye(self.size + len(self.inputs)), moved)
 
     def _free_states(self, bound: Floats) -> tuple[list[int], Floats, Floats]:
-        """What ``_independent`` gives, with the further states, which nothing binds, among the independent ones.
+        """The independent states: those that ``_independent`` finds, and the further states, which nothing binds.
 
-        ``bound`` (m + h, s + r): the constraints' derivatives. Returns indices among the s states, all of these by
-        the independent ones (s, k) and by u (s, r).
+        ``bound`` (m + h, s + r): the constraints' derivatives. Returns the indices of the independent ones among the s
+        states, the derivatives of all states by the independent ones (s, k), and those by u (s, r).
         """
         n, f = len(self.equations.forcing), self.size - 2 * len(self.equations.forcing)
         h = len(self.equations.constraints.positions)
@@ -167,7 +171,7 @@ class Linearizer:
         return [*chosen, *range(2 * n, self.size)], whole, pushed
 
     def _seeded(self, nodes: Sequence[Node], values: Values, seeds: Floats, moved: Floats | None = None) -> Floats:
-        """``nodes`` for every row of ``seeds`` (k, s + r), accelerations and multipliers along as ``moved`` says."""
+        """``nodes`` for every row of ``seeds`` (k, s + r); ``moved`` has the seeds of accelerations and multipliers."""
         g, t = self.equations.graph, self.tangent
         given = {**values, str(g.leaf[t.dt]): 0.0, **dict.fromkeys((str(g.leaf[x]) for x in (*t.dp, *t.drates)), 0.0)}
         given |= {str(g.leaf[x]): seed for x, seed in zip((*t.dx, *t.du), seeds.T, strict=True)}
@@ -176,7 +180,7 @@ class Linearizer:
         return evaluate(g, nodes, given)
 
     def _independent(self, by_state: Floats, by_input: Floats, h: int) -> tuple[list[int], Floats, Floats]:
-        """Indices of the independent ones of (q, qd), all of (q, qd) by these (2 n, k), and by u beside (2 n, r).
+        """The indices of the independent ones of (q, qd); the derivatives of all by these (2 n, k) and by u (2 n, r).
 
         ``by_state`` (m + h, 2 n) and ``by_input`` (m + h, r) are the derivatives of the constraints' velocities and, in
         the last h rows, of their positions.
@@ -195,8 +199,8 @@ class Linearizer:
                 "choose another"
             )
         shape = nominal[:, None] * null @ np.linalg.inv(nominal[chosen][:, None] * null[chosen])
-        shape[chosen] = np.eye(len(chosen))  # as it is, without rounding
-        # what inputs move the manifold by: a particular solution, brought to z = 0
+        shape[chosen] = np.eye(len(chosen))  # exact, without rounding
+        # how inputs move the manifold: a particular solution, shifted along the manifold to z = 0
         push = -nominal[:, None] * np.linalg.pinv(rows, rcond=RANK) @ (by_input / np.where(length > 0, length, 1.0))
         return chosen, shape, push - shape @ push[chosen]
 
@@ -213,11 +217,12 @@ def linearize(
 ) -> Linearization:
     """The linearization about q, qd (n,) and ``further`` states (f,) in SI units, by default the start, at ``t`` (s).
 
-    Inputs have their start values, or those of ``inputs`` {name: SI value}; u is what they differ by. ``outputs`` are
-    names of states, accelerations, multipliers and of what else is calculated, by default the mechanism's outputs.
-    ``within``: contacts, stops, dry frictions and latches stay in the modes of the state; without, they are left out.
-    Raises DerivationError where M is singular or nothing is finite, and for a name that is none. Source: J. G. de
-    Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994, section 5.3, under constraints.
+    Inputs have their start values, or those of ``inputs`` {name: SI value}; u are the deviations from these.
+    ``outputs`` are names of states, accelerations, multipliers and other calculated variables, by default the
+    mechanism's outputs. With ``within``, contacts, stops, dry frictions and latches keep the modes that they have at
+    the state; without it they are left out. Raises DerivationError where M is singular or a value is not finite, and
+    for an unknown name. Source: J. G. de Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994,
+    section 5.3.
     """
     coordinates = equations.mechanism.coordinates
     place = np.array([c.start for c in coordinates]) if q is None else np.asarray(q, dtype=np.float64)

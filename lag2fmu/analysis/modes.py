@@ -16,14 +16,14 @@ from lag2fmu.analysis.subspaces import independent_rows
 from lag2fmu.graph.batches import Floats
 
 _ZERO = 1e-7
-"""Frequencies below this share of the greatest are zero but for rounding (they are roots of what is rounded)."""
+"""Frequencies below this share of the greatest are zero up to rounding; it is the root of a rounding error."""
 
 
 @dataclass(frozen=True, eq=False)
 class Mode:
-    """The motion q = shape e^(eigenvalue t): ``eigenvalue`` in 1/s, ``shape`` (n,) of all coordinates, largest entry 1.
+    """The motion q = shape e^(eigenvalue t): ``eigenvalue`` in 1/s, ``shape`` (n,) with the largest entry 1.
 
-    A vibration stands once, with its positive imaginary part.
+    A vibration is one mode, with the eigenvalue of positive imaginary part.
     """
 
     eigenvalue: complex
@@ -36,10 +36,11 @@ class Mode:
 
 
 def normal_modes(about: Linearization) -> tuple[Mode, ...]:
-    """The modes of a linearization about an equilibrium, by rising frequency.
+    """The modes of a linearization about an equilibrium, by rising frequency (rad/s).
 
-    By K s = omega^2 M s on the f free motions where nothing is damped or gyroscopic, M made 1 by its Cholesky factor;
-    else by the eigenvectors of A (k, k). Source: Golub, Van Loan, Matrix Computations, 4th edition, section 8.7.
+    Without damping and gyroscopic forces K s = omega^2 M s is solved on the f free motions, with the Cholesky factor of
+    M. Otherwise the modes are the eigenvectors of A (k, k). Source: Golub, Van Loan, Matrix Computations, 4th edition,
+    section 8.7.
     """
     tangent = about.tangent
     M, C, K = (tangent.T @ x @ tangent for x in (about.mass, about.damping, about.stiffness))
@@ -52,7 +53,7 @@ def normal_modes(about: Linearization) -> tuple[Mode, ...]:
 
 
 def _small(C: Floats, M: Floats, K: Floats) -> bool:
-    """Whether damping does nothing, relative to sqrt(M K)."""
+    """Whether the damping C is negligible relative to sqrt(M K)."""
     size = np.sqrt(np.abs(M).max(initial=0.0) * np.abs(K).max(initial=0.0))
     return bool(np.abs(C).max(initial=0.0) <= 1e-12 * size)
 
@@ -73,7 +74,7 @@ def _undamped(M: Floats, K: Floats, tangent: Floats) -> list[Mode]:
 
 
 def _settled(squares: Floats, shapes: Floats, near: float) -> Floats:
-    """``shapes`` (n, f), those of equal ``squares`` (f,), which rounding mixes, as simple as they can be."""
+    """``shapes`` (n, f) made as simple as possible among modes of equal ``squares`` (f,), which rounding mixes."""
     settled: Floats = shapes.copy()
     first = 0
     for last in range(1, len(squares) + 1):
@@ -87,7 +88,7 @@ def _settled(squares: Floats, shapes: Floats, near: float) -> Floats:
 
 
 def _damped(about: Linearization) -> list[Mode]:
-    """The eigenvectors of A; of conjugate pairs the one with the positive imaginary part."""
+    """The modes by the eigenvectors of A; of a conjugate pair the one with the positive imaginary part."""
     values, vectors = np.linalg.eig(about.A)
     n = len(about.mass)
     greatest = np.abs(values).max(initial=0.0)
@@ -100,7 +101,7 @@ def _damped(about: Linearization) -> list[Mode]:
 
 
 def _normalised(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """The largest entry made 1, the first one of equals."""
+    """``shape`` (n,) divided by its largest entry, the first one of equals."""
     size = np.abs(shape)
     if not size.max(initial=0.0) > 0:
         return shape

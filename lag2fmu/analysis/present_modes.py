@@ -1,8 +1,8 @@
 """The equations within the modes that contacts, stops, dry frictions and latches have at a state.
 
-What is closed, sticks or is latched is a constraint there, and what slides a force along its row, which may depend on
-what other rows bear. Rows that touch begin closed and, at rest, sticking; those whose forces cannot be are let go in
-turn. The modes that are left have to be consistent, or an error says so.
+A row that is closed, sticks or is latched is a constraint. A row that slides is a force along it, which may depend on
+what other rows bear. The search begins with all touching contacts closed, and sticking if they are at rest. Rows with
+impossible forces are let go one after the other. If the modes that are left are not consistent, an error says so.
 Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapters 5 and 6.
 """
 
@@ -24,14 +24,16 @@ from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
 from lag2fmu.graph.nodes import Node
 
 _TOUCHING, _ROUNDING, _STEPS = 1e-6, 1e-8, 20
-"""Shares of nominal values at which gaps and speeds are 0, of the greatest force at which forces are; Newton steps."""
+"""The share of nominal values below which gaps and speeds are 0; that of the greatest force below which forces are; the
+greatest number of Newton steps."""
 
 
 def within_modes(equations: EquationsOfMotion, values: Values) -> EquationsOfMotion:
     """Hybrid ``equations`` within the modes at the state ``values``, {variable: SI value}, on a copy of their graph.
 
-    Rows that hold are among the ``constraints``. Raises DerivationError where the modes cannot be told: an impact, an
-    overlap, or none that are consistent.
+    Rows that hold are among the ``constraints``. Raises DerivationError where the modes are not determined: at an
+    impact, at an overlap, or if no modes are consistent. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with
+    Unilateral Contacts, Wiley 1996, chapters 5 and 6.
     """
     search = _Search(equations.apart(), values)
     for _ in range(2 * len(equations.rows) + 2):
@@ -46,9 +48,10 @@ def within_modes(equations: EquationsOfMotion, values: Values) -> EquationsOfMot
 
 
 def solved(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floats, Floats]:
-    """Accelerations (n,) and multipliers (m,) of equations within modes, and the inverse of their derivatives.
+    """Accelerations (n,), multipliers (m,) and the inverse (n + m, n + m) of the Jacobian of equations within modes.
 
-    By Newton's method, for forces that slide may depend on others by any formula; one step where they are linear.
+    Sliding forces may depend on other forces by any formula, hence Newton's method. It takes one step where they are
+    linear. ``values`` are {variable: SI value}.
     """
     g, v, n = equations.graph, equations.variables, len(equations.forcing)
     seeds = {x: g.symbol(f"d {g.leaf[x]}") for x in v.multipliers}
@@ -70,8 +73,8 @@ def solved(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floats
 class _Search:
     """The modes that are tried: ``closed`` contacts, and ``ways`` {group: direction} in which groups slide.
 
-    A group are the frictional rows that slide or stick together: the slips of a contact, or a dry friction. The ways of
-    contacts without friction are None.
+    A group is a set of frictional rows that slide or stick together: the slips of a contact, or a dry friction. The way
+    of a contact without friction is None.
     """
 
     def __init__(self, equations: EquationsOfMotion, values: Values) -> None:
@@ -171,9 +174,9 @@ class _Search:
         return np.zeros(count) if way is None else way
 
     def let_go(self, borne: dict[str, float]) -> bool:
-        """Open the contact that pulls most, or let slide what sticks beyond its limit most; whether there was one.
+        """Open the contact that pulls most, or let the group slide whose sticking force is most beyond its limit.
 
-        ``borne`` {name: SI value} are the multipliers.
+        ``borne`` {name: SI value} are the multipliers. Returns whether there was such a contact or group.
         """
         forces = np.array([borne[name] for name in self.equations.forces])
         rounding = _ROUNDING * np.abs(forces).max(initial=0.0)
@@ -192,7 +195,7 @@ class _Search:
         return True
 
     def check(self, qdd: Floats) -> None:
-        """Raise DerivationError unless open contacts part, and what slides from rest accelerates that way."""
+        """Raise DerivationError unless open contacts part, and groups that slide from rest accelerate that way."""
         terms = evaluate(self.equations.graph, self.rows.accelerations, self.values)
         found = self.jacobian @ qdd + terms
         rounding = _TOUCHING * (np.abs(self.jacobian) @ np.abs(qdd) + np.abs(terms))

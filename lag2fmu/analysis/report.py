@@ -1,6 +1,6 @@
 """The analysis of a mechanism as sections of sentences and formulas, for the command line and the FMU's documentation.
 
-An analysis that does not apply says so in a sentence; the others are not touched by that.
+An analysis that does not apply says so in a sentence; the other analyses are made nevertheless.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.record import Mechanism
 
 ROUNDING = 1e-9
-"""Numbers that are smaller than this beside others of their kind are shown as 0."""
+"""Numbers are shown as 0 if they are smaller than this part of others of their kind."""
 _MODES, _MATRIX, _INPUTS = 12, 8, 6
-"""At most this many modes are listed, states of a linearization have their matrices printed, and inputs are named."""
+"""The most modes that are listed, states whose matrices are printed, and inputs that are named."""
 
 
 def analysis_report(mechanism: Mechanism, style: str = "text") -> str:
@@ -45,7 +45,7 @@ def analysis_report(mechanism: Mechanism, style: str = "text") -> str:
     return "".join(f"\n{s.title}\n" + "".join(f"      {x}\n" for x in s.lines) for s in sections)
 
 
-@np.errstate(all="ignore")  # what is not finite is looked for, and left out
+@np.errstate(all="ignore")  # values that are not finite are left out below
 def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -> tuple[Section, ...]:
     """Conserved quantities, equilibria with their modes, and with ``closed_forms`` H, the Routhian, A, B, C, D."""
     found = attempted(lambda: equilibria(equations), ())
@@ -67,7 +67,7 @@ def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -
 
 
 def _guarded(content: Callable[[], Iterator[Line]]) -> Iterator[Line]:
-    """The lines, or a sentence on what kept them from being made."""
+    """The lines of ``content``, or a sentence with the error that it raises."""
     try:
         yield from content()
     except DerivationError as error:
@@ -96,7 +96,7 @@ def _conserved(equations: EquationsOfMotion) -> Iterator[Line]:
 
 
 def with_inputs(equations: EquationsOfMotion) -> str:
-    """The values of the user's inputs that operating points are for, as a part of a sentence; empty without any."""
+    """A phrase with the values of the user's inputs at the operating points; "" without inputs."""
     inputs = equations.mechanism.plain_inputs
     values = [f"{u.name} = {_quantity(u.start, u.unit)}" for u in inputs[:_INPUTS]]
     more = ["..."] if len(inputs) > _INPUTS else []
@@ -115,7 +115,7 @@ def _equilibria(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> I
 
 
 def _stability(equations: EquationsOfMotion, item: Equilibrium) -> str:
-    """What small motions do, as the end of a sentence; nothing where that is not known."""
+    """The end of a sentence that says whether small motions are stable; "" where that is not known."""
     if driven_by_time(equations):
         return ""
     about = attempted(lambda: _about(equations, item), None)
@@ -141,7 +141,7 @@ def _place(equations: EquationsOfMotion, item: Equilibrium) -> str:
 
 
 def _quantity(x: float, unit: Unit | None, size: float = 0.0) -> str:
-    """``x`` (SI) in its declared unit; what is rounding beside ``size`` (SI) is 0."""
+    """``x`` (SI) in its declared unit; 0 if it is rounding relative to ``size`` (SI)."""
     if unit is None:
         return _number(x, size)
     rounding = abs(x) <= ROUNDING * size
@@ -265,7 +265,7 @@ def _routhian(equations: EquationsOfMotion) -> Iterator[Line]:
 
 
 def _number(x: float, size: float = 0.0) -> str:
-    """Six digits; what is rounding beside ``size`` is 0."""
+    """``x`` with six digits; 0 if it is rounding relative to ``size``."""
     return "0" if abs(x) <= ROUNDING * size else f"{x:.6g}"
 
 

@@ -1,7 +1,8 @@
 """The small-vibration form of a mechanism: T = 1/2 qd.M qd, V = 1/2 q.K q with constant M and K.
 
-Coordinates count from the equilibrium. The coefficients stay formulas of the parameters where the equilibrium does not
-move with them; else they are numbers. What has no energy (gyroscopic and circulatory terms, inputs) becomes forces.
+Coordinates are measured from the equilibrium. Coefficients stay formulas of the parameters if the equilibrium does not
+move with the parameters; otherwise they are numbers. Terms without an energy (gyroscopic and circulatory terms, inputs)
+become forces.
 Source: Landau, Lifshitz, Mechanics, sections 21, 23 and 25.
 """
 
@@ -36,10 +37,10 @@ _NEGLIGIBLE = 1e-13
 def linearized(mechanism: Mechanism, about: Sequence[float] | None = None) -> Mechanism:
     """The mechanism of small motions of ``mechanism`` about an equilibrium, with coordinates of the same names.
 
-    ``about``: q (n,) in SI units, by default the equilibrium found from the start. It starts as far from equilibrium
-    as ``mechanism`` does. Raises DerivationError if there is no equilibrium, if ``about`` is none, if there are further
-    states, or if the time is in the equations (Floquet's exponents belong there). Source: Landau, Lifshitz, Mechanics,
-    section 23.
+    ``about``: q (n,) in SI units, by default the equilibrium found from the start. The new mechanism starts as far from
+    equilibrium as ``mechanism`` does. Raises DerivationError if there is no equilibrium, if ``about`` is no
+    equilibrium, if there are further states, or if the equations contain the time, for which ``floquet`` is made.
+    Source: Landau, Lifshitz, Mechanics, section 23.
     """
     equations = derive(mechanism)
     if equations.variables.further:
@@ -115,7 +116,7 @@ class _Form:
         """The derivatives of ``rows`` (r,) by ``variables`` (c,) at the equilibrium, (r, c)."""
         e, g = self.equations, self.equations.graph
         nodes = [x for variable in variables for x in g.substitute(forward(g, rows, {variable: g.one}), self.place)]
-        # a node may stand for an equal value in which variables cancel out: those get their values here
+        # a node may stand for an equal expression in which variables cancel out: these get their values here
         left = {str(g.leaf[node]): float(g.value(value)) for node, value in self.place.items()}
         if self.symbolic:
             numbers = {symbol(name): sp.nsimplify(value) for name, value in left.items()}
@@ -159,7 +160,7 @@ class _Form:
         )
 
     def _constraints(self, q: sp.Matrix, qd: sp.Matrix, inputs: sp.Matrix, starts: sp.Matrix) -> list[Constraint]:
-        """The linearized constraints; the equilibria of what has no mass follow again by themselves."""
+        """The linearized constraints, without equilibria of coordinates without mass, which derivation adds again."""
         e, v = self.equations, self.equations.variables
         rows, driving = e.constraints.residuals, v.inputs[len(v.Q) :]
         if not rows:

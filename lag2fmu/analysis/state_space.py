@@ -44,16 +44,20 @@ class Pole(NamedTuple):
 
     @property
     def damping(self) -> float:
-        """The damping ratio: 1 and more decays without vibrating, 0 does not decay; NaN of a pole at 0."""
+        """The damping ratio: from 1 on the motion decays without vibrating, with 0 it does not decay.
+
+        NaN for a pole at 0.
+        """
         return 0.0 - self.value.real / abs(self.value) if self.value else float("nan")
 
 
 @dataclass(frozen=True, eq=False)
 class StateSpace:
-    """dx/dt = drift + A x + B u and y = C x + D u, x, u and y being what differs from the operating point, in SI units.
+    """dx/dt = drift + A x + B u and y = C x + D u; x, u, y are deviations from the operating point, in SI units.
 
     ``states`` (k,), ``inputs`` (r,) and ``outputs`` (o,) carry names, units and the values at the operating point, at
-    ``time`` (s). A (k, k), B (k, r), C (o, k), D (o, r); ``drift`` (k,) is 0 about an equilibrium.
+    ``time`` (s). A is (k, k), B (k, r), C (o, k), D (o, r). ``drift`` (k,) is 0 about an equilibrium. Source: K. J.
+    Astrom, R. M. Murray, Feedback Systems, Princeton 2008, section 5.3.
     """
 
     name: str
@@ -69,25 +73,25 @@ class StateSpace:
 
     @property
     def poles(self) -> tuple[Pole, ...]:
-        """The eigenvalues of A, by rising frequency, of a pair the one with the positive imaginary part first."""
+        """The eigenvalues of A in 1/s, by rising frequency; of a pair the one with positive imaginary part is first."""
         found = np.linalg.eigvals(self.A) if len(self.A) else np.zeros(0)
         order = sorted(found, key=lambda x: (round(abs(x), 9), x.real, -x.imag))
         return tuple(Pole(complex(x)) for x in order)
 
     @property
     def resting(self) -> bool:
-        """Whether the operating point stays where it is: no drift beside what A does to a state of size 1."""
+        """Whether the operating point rests: the drift is rounding relative to A times a state of size 1."""
         size = np.abs(self.A).max(initial=0.0)
         return bool(np.abs(self.drift).max(initial=0.0) <= 1e-9 * max(size, 1.0))
 
     def scipy(self) -> Any:
-        """The same as a ``scipy.signal.StateSpace``, which knows no names."""
+        """A, B, C and D as a ``scipy.signal.StateSpace``, which knows no names."""
         from scipy.signal import StateSpace as Scipy
 
         return Scipy(self.A, self.B, self.C, self.D)
 
     def control(self) -> Any:
-        """The same as a ``control.StateSpace`` of the package python-control, names included.
+        """A, B, C and D as a ``control.StateSpace`` of the package python-control, with names.
 
         Raises ExportError where that package is not installed.
         """
@@ -143,12 +147,15 @@ _WRITERS = {".json": _json, ".mat": _mat, ".npz": _npz}
 class Linearization:
     """dz/dt = A z + B u and y = C z + D u about the state ``values`` {variable: SI value}.
 
-    ``states``: the k states z, independent coordinates and velocities, then further states; ``inputs``: names of u
-    (r,); ``outputs``: names of y (o,). A (k, k), B (k, r), C (o, k), D (o, r). ``drift`` (k,) is dz/dt at the state
-    itself, 0 at rest in equilibrium, and ``level`` (o,) is y there. ``shape`` (2 n + f, k):
-    all of q, qd and the f further states for each z. ``mass``, ``damping``, ``stiffness`` (n, n) and ``action`` (n, r)
-    are those of M d2q + damping dq' + stiffness dq = action u + G^T dmultiplier, before constraints are used;
-    ``tangent`` (n, f) spans the motions that these let free. ``mechanism`` is what was linearized.
+    - ``states``: the names of the k states z: independent coordinates and velocities, then further states.
+    - ``inputs``: names of u (r,); ``outputs``: names of y (o,).
+    - A (k, k), B (k, r), C (o, k), D (o, r), in SI units.
+    - ``drift``: dz/dt at the state itself, (k,), which is 0 at rest in equilibrium; ``level``: y there, (o,).
+    - ``shape``: the change of all of q, qd and the f further states with each z, (2 n + f, k).
+    - ``mass``, ``damping``, ``stiffness`` (n, n) and ``action`` (n, r): the matrices of
+      M d2q + damping dq' + stiffness dq = action u + G^T dmultiplier, before constraints are used.
+    - ``tangent``: a basis of the motions that the constraints leave free, (n, number of these).
+    - ``mechanism``: the mechanism that was linearized.
     """
 
     mechanism: Mechanism
@@ -175,14 +182,15 @@ class Linearization:
 
     @cached_property
     def eigenvalues(self) -> np.ndarray:
-        """Those of A, (k,), in 1/s, by rising imaginary part."""
+        """The eigenvalues of A, (k,), in 1/s, by rising imaginary part."""
         found = np.linalg.eigvals(self.A)
         return found[np.lexsort((found.real, found.imag))]
 
     def state_space(self, inputs: Sequence[str] | None = None) -> StateSpace:
-        """A, B, C, D with names, units and operating point, of these ``inputs``, by default of those that the FMU has.
+        """A, B, C, D with names, units and operating point.
 
-        Raises DerivationError for a name that is no input.
+        ``inputs`` are the names of u, by default the inputs of the FMU. Raises DerivationError for a name that is no
+        input.
         """
         hidden = self.mechanism.hidden_inputs
         chosen = tuple(name for name in self.inputs if name not in hidden) if inputs is None else tuple(inputs)

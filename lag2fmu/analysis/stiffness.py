@@ -1,8 +1,8 @@
 """Whether explicit solvers would spend their steps on stability instead of accuracy, judged at the start.
 
-A motion is stiff where something decays much faster than the rest goes on. Explicit steps have to resolve the decay
-even after it has died away: they are about 3 / rate long, while the accuracy of the rest allows about 0.3 / pace. Where
-the first length is some twenty times shorter than the second, an implicit step of a few Newton iterations costs less.
+A motion is stiff if a part of it decays much faster than the rest moves. Explicit steps have to resolve the decay even
+after it has died away: they are about 3 / rate long, while the accuracy of the rest allows about 0.3 / pace. If the
+first length is some twenty times shorter than the second, an implicit step of a few Newton iterations costs less.
 RATIO is larger than twenty, because the start is one place only. The implicit methods are L-stable: they also damp fast
 vibrations that their steps do not resolve, such as those of bodies on hard springs without dampers. Source: E. Hairer,
 G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, sections IV.1 and IV.2.
@@ -22,9 +22,9 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 RATIO = 1000.0
 """A mechanism is called stiff if rate / pace is at least this."""
 APERIODIC = 0.9
-"""Share of an eigenvalue's size from which it is a decay: oscillations have to be followed by any method."""
+"""An eigenvalue is a decay if its real part is at least this share of its size; any method must follow oscillations."""
 UNDAMPED = 0.05
-"""Share of an eigenvalue's size up to which it is an undamped vibration: that lasts for several periods."""
+"""An eigenvalue is an undamped vibration, which lasts for several periods, up to this share of the real part."""
 FAST = 100
 """A vibration is fast if the experiment has more of its periods than this."""
 
@@ -43,7 +43,7 @@ class Stiffness:
 
 
 def stiffness(equations: EquationsOfMotion) -> Stiffness | None:
-    """What the eigenvalues (1/s) of the motion linearized about the start show; None where it has no linearization.
+    """The rates (1/s) that the eigenvalues of the motion linearized about the start show; None without linearization.
 
     Source: Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2, for stability.
     """
@@ -71,7 +71,8 @@ class Vibration:
 def undamped_vibrations(equations: EquationsOfMotion) -> tuple[Vibration, ...]:
     """The fast undamped vibrations (rad/s) of the motion linearized about the start, the fastest first.
 
-    Fast: more than FAST periods in the experiment; undamped: |Re| < UNDAMPED |eigenvalue|. None where ``stiffness`` is.
+    Fast means more than FAST periods in the experiment; undamped means |Re| < UNDAMPED |eigenvalue|. There are none if
+    ``stiffness`` is None.
     """
     modes = attempted(lambda: normal_modes(linearize(equations)), ())
     coordinates = equations.mechanism.coordinates

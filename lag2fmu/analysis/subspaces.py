@@ -10,7 +10,7 @@ RANK = 1e-9
 
 
 def null_space(rows: Floats) -> Floats:
-    """An orthonormal basis, (n, k), of what ``rows`` (m, n) of unit length map to zero: right singular vectors.
+    """An orthonormal basis (n, k) of the vectors that ``rows`` (m, n) of unit length map to zero: singular vectors.
 
     Source: Golub, Van Loan, Matrix Computations, 4th edition, section 2.4.
     """
@@ -20,10 +20,10 @@ def null_space(rows: Floats) -> Floats:
 
 
 def independent_rows(basis: Floats) -> list[int]:
-    """The k rows of ``basis`` (n, k) that are most independent, ascending; the earlier one of equals.
+    """The indices, ascending, of the k rows of ``basis`` (n, k) that are most independent; of equals the earlier one.
 
-    The longest remainder is taken in turn: Q R with column pivoting of its transpose. Source: Golub, Van Loan, Matrix
-    Computations, 4th edition, section 5.4.
+    Each next row is the one with the longest remainder: Q R of the transpose with column pivoting. Source: Golub, Van
+    Loan, Matrix Computations, 4th edition, section 5.4.
     """
     rest, chosen = basis.copy(), []
     for _ in range(basis.shape[1]):

@@ -12,9 +12,14 @@ from lag2fmu.checking.description import Description
 from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.errors import LoadError
+from lag2fmu.verify.instances import broken_schema
 from lag2fmu.xml_tree import parse
 
-_XML = ("sources/buildDescription.xml", "terminalsAndIcons/terminalsAndIcons.xml")
+_XML = {
+    "sources/buildDescription.xml": "fmi3BuildDescription",
+    "terminalsAndIcons/terminalsAndIcons.xml": "fmi3TerminalsAndIcons",
+}
+"""File -> its schema, which FMI 2.0.4 and later take from FMI 3.0."""
 
 
 def file_findings(archive: Archive, description: Description, rules: Rulebook) -> Iterator[Finding]:
@@ -27,18 +32,27 @@ def file_findings(archive: Archive, description: Description, rules: Rulebook) -
         if file.rsplit("/", 1)[-1] in rules.headers:
             problem = "a header of FMI; importers have their own, and this one may hide it"
             yield Finding("sources-header", file, problem, "leave it out, as the standard says", "warning")
-    for name in _XML:
-        if name in archive.files:
-            try:
-                parse(archive.read(name), name)
-            except LoadError as error:
-                yield Finding("xml", name, str(error), "write it anew")
     said = {f"documentation/externalDependencies.{end}" for end in ("txt", "html")} & archive.files
     if not said and any(description.can(kind, "needsExecutionTool") for kind in description.kinds):
         problem = "needsExecutionTool='true', and nothing says what is needed"
         remedy = "name tool and version in documentation/externalDependencies.txt"
         yield Finding("execution-tool", "documentation/", problem, remedy, "warning")
-    yield from rules.on_files(archive, description)
+    found = list(rules.on_files(archive, description))
+    yield from found
+    for name in sorted(_XML.keys() & archive.files):
+        said_before = any(f.severity == "error" and f.place.startswith(name) for f in found)
+        yield from _xml(name, archive.read(name), whole=not said_before)
+
+
+def _xml(name: str, content: bytes, *, whole: bool) -> Iterator[Finding]:
+    """What is wrong in the form of the file ``name``; with the schema on the ``whole`` of it."""
+    try:
+        parse(content, name)
+    except LoadError as error:
+        yield Finding("xml", name, str(error), "write it anew")
+        return
+    for line, problem in broken_schema(content, _XML[name]) if whole else ():
+        yield Finding("schema", f"{name}:{line}", problem, f"follow the schema {_XML[name]}.xsd")
 
 
 def _libraries(archive: Archive, description: Description, rules: Rulebook) -> Iterator[Finding]:

@@ -5,7 +5,7 @@ Positions are in m, angles in rad; expressions compute in SI.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
@@ -13,6 +13,7 @@ import sympy as sp
 
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, GIVEN, Key, key, keys_in
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.language.units import DIMENSIONLESS, KILOGRAM, METRE, RADIAN
 from lag2fmu.language.vocabulary import normal_form
@@ -22,6 +23,8 @@ Vector = tuple[sp.Expr, ...]
 
 WORLD = "world"
 """The name of the fixed frame, and of its axes."""
+_GROUND = ("world", "ground", "origin", "base", "fixed", "earth", "inertial", "o", "n")
+"""Words, in small letters, by which the fixed frame is often meant."""
 
 AXES = ("x", "y", "z")
 
@@ -194,6 +197,17 @@ class Point(Place):
 
 
 End = str | Place
+
+
+def remedy_for(name: str, known: Iterable[str]) -> str:
+    """The remedy for an unknown ``name`` of a frame or place, the ``known`` ones being those that could stand there."""
+    known = list(known)
+    found = suggestion(name, known)
+    if name.lower() not in _GROUND or found.startswith("did you mean"):
+        return found
+    if WORLD in known:
+        return f"the ground is called '{WORLD}'"
+    return f"a place on the ground is a point of its own, [points.A] with a position; {found}"
 
 
 # ----------------------------------------------------------------------------------------------------- normal forms

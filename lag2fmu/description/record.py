@@ -28,13 +28,12 @@ from lag2fmu.description.parts import (
     Spring,
     in_order_of_kinds,
 )
-from lag2fmu.description.places import WORLD, Body, Frame, Place, Point, Vector, expressions_of
+from lag2fmu.description.places import WORLD, Body, Frame, Place, Point, Vector, expressions_of, remedy_for
 from lag2fmu.description.ports import Ports
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import FILTERED, Coordinate, Declared, Input, Parameter
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.identifiers import suggestion
 
 IMPRINT = ("author", "version", "copyright", "license")
 """The keys that say who is behind a mechanism; attributes of modelDescription.xml have the same names."""
@@ -262,7 +261,7 @@ def _named(parts: Iterable[Named], name: str, what: str) -> Named:
     """The one of ``parts`` called ``name``; raises MechanismError that there is no ``what``."""
     found = {part.name: part for part in parts}
     if name not in found:
-        raise MechanismError(f"there is no {what}; {suggestion(name, found)}")
+        raise MechanismError(f"there is no {what}; {remedy_for(name, found)}")
     return found[name]
 
 

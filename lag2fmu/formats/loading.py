@@ -66,6 +66,9 @@ def _converted(source: _Source, given: Mapping[str, object]) -> dict[str, object
     given = {spelled.get(name, name): value for name, value in given.items()}
     taken = arguments_of(place, function)
     unknown = next((name for name in given if name not in taken), None)
+    if unknown is not None and (moving := getattr(function, "moving", {}).get(unknown)):
+        start = f"lag2fmu.simulate(..., values={{'{moving}': {given[unknown]}}})"
+        raise LoadError(f"{place}: '{unknown}' is no constant, it moves; give its start to the run: {start}")
     if unknown is not None:
         known = ", ".join(taken) or "none"
         raise LoadError(f"{place}: '{unknown}' is no structural argument of {function.__name__}; known are: {known}")

@@ -1,4 +1,4 @@
-"""The record ``Mechanism``, and from the room description its parts and the symbols that declare them."""
+"""The record ``Mechanism``, and the names of its parts and symbols, which the room description declares."""
 
 from lag2fmu.description.events import Contact, Friction, State, Stop
 from lag2fmu.description.joints import Joint

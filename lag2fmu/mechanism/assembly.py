@@ -25,11 +25,11 @@ from lag2fmu.mechanism.placing import placed
 from lag2fmu.mechanism.renaming import SHARED, renamed
 
 MAX_PARTS = 1000
-"""More parts, those of parts counted each time, are not read."""
+"""The most parts that are read; a part of a part counts each time that it is used."""
 
 
 class Settable(NamedTuple):
-    """What a part's setting stands for: a ``table`` and the ``unit`` of numbers; ``rate``: it is a velocity."""
+    """What a setting of a part can set: an entry of ``table`` in ``unit``; ``rate``: its velocity at the start."""
 
     table: str
     unit: Unit
@@ -37,9 +37,10 @@ class Settable(NamedTuple):
 
 
 def assembled(written: Description) -> tuple[Description, dict[str, str]]:
-    """``written`` without parts and with what they bring behind its own, and {place: part, or joint, that brings it}.
+    """``written`` without parts, whose entries stand behind its own, and the origins of these entries.
 
-    Raises MechanismError, naming the part, for names that are not there or clash, and more than MAX_PARTS parts.
+    The origins are {place of an entry: place of the part or joint that brings it}. Raises MechanismError, naming the
+    part, for names that are unknown or clash, and for more than MAX_PARTS parts.
     """
     if not written.parts:
         return written, {}
@@ -57,7 +58,7 @@ def assembled(written: Description) -> tuple[Description, dict[str, str]]:
 
 
 def _check_parts(written: Description) -> None:
-    """Raise MechanismError for names of parts that are none or stand twice, and for too many parts."""
+    """Raise MechanismError for names of parts that are no identifiers or stand twice, and for too many parts."""
     for name, times in Counter(part.name for part in written.parts).items():
         check_identifier(name, "parts")
         if times > 1:
@@ -88,7 +89,7 @@ def _opened(d: Description) -> Description:
 
 
 def _brought(part: Part, whole: Description, replaced: bool) -> Description:
-    """What ``part`` brings to ``whole``, whose gravity may be one that replaces the part's."""
+    """The description that ``part`` brings to ``whole``; ``replaced``: the gravity of the whole replaces the part's."""
     d = _opened(assembled(_mechanism(part))[0])
     _check_shared(d, part, whole)
     if replaced:
@@ -97,7 +98,7 @@ def _brought(part: Part, whole: Description, replaced: bool) -> Description:
 
 
 def _check_shared(d: Description, part: Part, whole: Description) -> None:
-    """Raise MechanismError unless both have what is shared, as the same thing in the same unit."""
+    """Raise MechanismError unless part and whole both have what is shared, in the same table and the same unit."""
     tables = {x.name: table for table in SHARED for x in getattr(d, table)}
     for name in part.share:
         if name not in tables:
@@ -124,7 +125,7 @@ def _check_alike(own: Any, found: Any, label: str) -> None:
 
 
 def _without_gravity(d: Description, part: Part) -> Description:
-    """``d`` without its gravity, for which the whole has its own, and without the parameters of that alone."""
+    """``d`` without its gravity, which that of the whole replaces, and without parameters of this gravity alone."""
     entries = [(x.table, {s.name for s in x.expression.free_symbols}) for x in d.entries()]
     used = {name for table, found in entries if table != "gravity" for name in found}
     idle = {name for table, found in entries if table == "gravity" for name in found} - used
@@ -141,9 +142,9 @@ def _without_gravity(d: Description, part: Part) -> Description:
 
 
 def settable(d: Description) -> dict[str, Settable]:
-    """{name: what it stands for} of all parameters and starts of the mechanism ``d``, those of its parts included.
+    """{name: Settable} of all parameters and starts of the mechanism ``d``, those of its parts included.
 
-    Raises MechanismError where its parts do not fit into it.
+    Raises MechanismError if its parts do not fit into it.
     """
     d = _opened(assembled(d)[0])
     found = {p.name: Settable("parameters", _unit(p)) for p in d.parameters}
@@ -158,7 +159,7 @@ def _unit(part: Any) -> Unit:
 
 
 def _with_settings(d: Description, before: Description, part: Part) -> Description:
-    """``d``, which is ``before`` with the names of the whole, with the settings of ``part``."""
+    """``d`` with the settings of ``part``; ``before`` is ``d`` with the names that it has in the part."""
     if not part.set:
         return d
     known = settable(before)
@@ -180,7 +181,7 @@ def _with_settings(d: Description, before: Description, part: Part) -> Descripti
 
 
 def _set(record: Any, name: str, value: sp.Expr, of: Settable) -> Any:
-    """``record`` with the ``value``, if it is the one called ``name``; a start is exact or a guess as it was."""
+    """``record`` with the ``value``, if it is called ``name``; a start stays exact or a guess."""
     if (names.velocity(record.name) if of.rate else record.name) != name:
         return record
     if of.table != "parameters":
@@ -194,7 +195,7 @@ def _set(record: Any, name: str, value: sp.Expr, of: Settable) -> Any:
 
 
 def _merged(whole: Description, brought: Description, part: Part, origins: dict[str, str]) -> Description:
-    """``whole`` with what the ``part`` has ``brought`` behind its own; notes down its ``origins``."""
+    """``whole`` with the entries that ``part`` has ``brought`` behind its own; adds them to ``origins``."""
     tables: dict[str, Any] = {}
     for name, of in table_keys().items():
         if not of.many or name in ("parts", "forces"):
@@ -226,7 +227,7 @@ def _check_clash(own: Iterable[Any], new: Iterable[Any], table: str, part: Part,
 
 
 def _forces(own: Iterable[Force], brought: Iterable[Force]) -> tuple[Force, ...]:
-    """Both together; what the whole adds on a coordinate of a part is added up."""
+    """The forces of both; those on one coordinate are added up."""
     new = {force.coordinate: force for force in brought}
     both = [
         replace(x, expression=x.expression + new.pop(x.coordinate).expression) if x.coordinate in new else x
@@ -236,7 +237,7 @@ def _forces(own: Iterable[Force], brought: Iterable[Force]) -> tuple[Force, ...]
 
 
 def _energy(a: Energy, b: Energy) -> Energy:
-    """The sum of both, as a Lagrangian where one of them is one."""
+    """The sum of both energies; it is a Lagrangian if one of them is a Lagrangian."""
 
     def total(*terms: Any) -> Any:
         given = [x for x in terms if x is not None]

@@ -1,7 +1,7 @@
 """The units of what an FMU calculates beside q, qd and the outputs: forces, momenta, multipliers, gaps, impulses.
 
-They follow from the units of what belongs to them: force times gap is an energy, force times slip velocity a power,
-multiplier times constraint an energy, or a power where the constraint is nonholonomic.
+They follow from units that are known: force times gap is an energy, force times slip velocity is a power, multiplier
+times constraint is an energy, or a power if the constraint is nonholonomic.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from lag2fmu.mechanism.unit_check import constraint_units, units_in
 
 
 def calculated_units(mechanism: Mechanism) -> dict[str, Unit | None]:
-    """{name: SI unit} of momenta, residuals, multipliers, drives, and what contacts, stops and frictions show."""
+    """{name: SI unit} of momenta, residuals, multipliers, drives, and of results of contacts, stops and frictions."""
     found = {names.momentum(q.name): per(JOULE * SECOND, q.unit) for q in mechanism.coordinates}
     units = constraint_units(mechanism) if mechanism.constraints else {}
     for c in mechanism.constraints:
@@ -48,7 +48,7 @@ def _of_rows(mechanism: Mechanism) -> Iterator[tuple[str, Unit | None]]:
 
 
 def _turning(unit: Unit | None, angle: str) -> Unit | None:
-    """``unit``, or ``angle`` where that is the same but for rad, so that a torque belongs to it and no energy."""
+    """``angle`` if it differs from ``unit`` by rad only, so that the force along it is a torque; else ``unit``."""
     other = parse_unit(angle)
     return other if unit is not None and unit.dimension == other.dimension else unit
 

@@ -24,9 +24,8 @@ from lag2fmu.mechanism.unit_check import mismatches
 def check(m: Description, brought: Container[str] = ()) -> tuple[Scope, tuple[str, ...]]:
     """The scope of ``m``, whose geometry has been checked, and warnings of what is odd but allowed.
 
-    ``brought`` are the places of the constraints that joints bring.
-
-    Raises MechanismError for the first fault. With ``strict_units`` a mismatch of units raises UnitError.
+    ``brought`` are the places of the constraints that joints bring. Raises MechanismError for the first fault. With
+    ``strict_units`` a mismatch of units raises UnitError.
     """
     if not m.coordinates:
         raise MechanismError(f"coordinates: mechanism '{m.name}' has none; declare at least one generalized coordinate")
@@ -85,6 +84,8 @@ def _check_numbers(mechanism: Description) -> None:
         check_number(f"experiment.{label}", value)
         if value <= 0:
             raise MechanismError(f"experiment.{label}: {value!r} is not positive")
+    if e.tolerance >= 1:
+        raise MechanismError(f"experiment.tolerance: {e.tolerance!r} is no relative one; give one below 1, as 1e-6")
     if e.step > e.stop_time:
         raise MechanismError(f"experiment.step: {e.step!r} s is longer than stop_time = {e.stop_time!r} s")
 
@@ -122,7 +123,7 @@ def _check_parts(m: Description) -> None:
 
 
 def _check_element(m: Description, part: Spring | Damper, where: str) -> None:
-    """A spring or damper acts by an expression or between two different places."""
+    """Raise MechanismError unless a spring or damper acts by an expression, or between two different places."""
     key = "elongation" if hasattr(part, "elongation") else "rate"
     if (getattr(part, key) is None) == (part.between is None):
         raise MechanismError(f"{where}: give either '{key}' or 'between'")
@@ -140,7 +141,10 @@ def _check_element(m: Description, part: Spring | Damper, where: str) -> None:
 
 
 def _check_damper(m: Description, damper: Damper, where: str) -> None:
-    """A damper has a damping or a force; in the force "rate" is its own and nothing else."""
+    """Raise MechanismError unless ``damper`` has either a damping or a force.
+
+    In the force the name "rate" is that of the damper; nothing else may have it.
+    """
     if (damper.damping is None) == (damper.force is None):
         raise MechanismError(f"{where}: give either 'damping' or 'force'")
     own = names.DAMPER_RATE
@@ -171,7 +175,7 @@ def _check_load(m: Description, where: str, load: Load) -> None:
 
 
 def _check_force(m: Description, where: str, load: Load, force: Sequence[Expression]) -> None:
-    """A force acts at a point or at the centre of a body, with as many entries as that has."""
+    """Raise MechanismError unless a force acts at a point or body, with as many entries as the position of this."""
     if (load.point is None) == (load.body is None):
         raise MechanismError(f"{where}: a force acts at a 'point'; name one")
     key, name = ("body", load.body) if load.point is None else ("point", load.point)
@@ -182,7 +186,7 @@ def _check_force(m: Description, where: str, load: Load, force: Sequence[Express
 
 
 def _check_torque(m: Description, where: str, load: Load) -> None:
-    """A planar torque is one expression on what has an angle, a spatial one has 3 entries on what is on a frame."""
+    """Raise MechanismError unless a torque fits its body: one expression for an angle, 3 entries for a frame."""
     if load.body is None or load.point is not None:
         raise MechanismError(f"{where}: a torque acts on a 'body'; name one")
     body = rigid_place(m, str(load.body), f"{where}.body")
@@ -202,7 +206,10 @@ def _check_axes(where: str, part: Load | Output, framed: bool) -> None:
 
 
 def _measured_by(output: Output, where: str) -> str:
-    """The one key that says what ``output`` is; raises MechanismError if there is none, or more than one."""
+    """The key that says what ``output`` is: 'expression', 'frame' or 'point'.
+
+    Raises MechanismError if there is none, or more than one.
+    """
     given = [key for key in ("expression", "frame", "point") if getattr(output, key) is not None]
     if len(given) != 1:
         found = " and ".join(f"'{key}'" for key in given) or "none of them"
@@ -211,7 +218,7 @@ def _measured_by(output: Output, where: str) -> str:
 
 
 def _check_output(m: Description, where: str, output: Output) -> None:
-    """An output has an expression, or the quantity of a frame or point."""
+    """Raise MechanismError unless ``output`` has an expression, or a quantity of a frame or point."""
     key = _measured_by(output, where)
     known = _quantities(m, output, key, where)
     if (output.quantity is None) == (key != "expression") or (known and output.quantity not in known):
@@ -222,7 +229,7 @@ def _check_output(m: Description, where: str, output: Output) -> None:
 
 
 def _quantities(m: Description, output: Output, key: str, where: str) -> list[str]:
-    """The quantities that there are of what ``output`` is measured by; raises MechanismError if that is not there."""
+    """The quantities that ``output`` may show of its frame or point; raises MechanismError if there is no such one."""
     known = [name for name, (of, _, _) in QUANTITIES.items() if of == key]
     if key == "frame":
         try:
@@ -231,7 +238,7 @@ def _quantities(m: Description, output: Output, key: str, where: str) -> list[st
             raise MechanismError(f"{where}.frame: {error}") from None
     if key == "point":
         turns = any(part.angle is not None for part in (*m.bodies, *m.points) if part.name == str(output.point))
-        if not (turns and output.quantity in TURNING):  # what only turns is at no place
+        if not (turns and output.quantity in TURNING):  # a body that only turns has no place
             _location(m, str(output.point), f"{where}.point")
         known += TURNING if turns else ()
     return known

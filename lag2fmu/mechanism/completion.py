@@ -1,6 +1,6 @@
-"""What follows from a description: what parts, joints, quaternions and loads bring is written out, then checked.
+"""From a description to a mechanism: entries of parts, joints, quaternions and loads are written out, then checked.
 
-``Mechanism`` is the record with the constructor for users, who give it what is written.
+``Mechanism`` is the record with a constructor for users, whose arguments are the tables of a description.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from lag2fmu.mechanism.scope import Scope, constrained, fixed_parameters
 from lag2fmu.mechanism.unilaterals import check_open, unilaterals
 
 Origins = dict[str, str]
-"""Place of a part that is not written -> place of what brings it: {'constraints.hinge_x': 'joints.hinge'}."""
+"""{place of an entry that nobody wrote: place of what brings it}, such as {'constraints.hinge_x': 'joints.hinge'}."""
 
 
 _TABLES = tuple(item.name for item in fields(Description) if item.name != "name")
@@ -43,21 +43,25 @@ _TABLES = tuple(item.name for item in fields(Description) if item.name != "name"
 class Mechanism(record.Mechanism):
     """A mechanism as analytical mechanics describes it; complete and checked when built.
 
-    Built in Python from symbols that ``coordinate``, ``parameter`` and ``signal`` declare, or read from text by
-    ``lag2fmu.load``. Its tables are those of the ``description`` that was written, and hold what follows from it too:
-    what ``parts`` bring, of which none are left; frames, coordinates and constraints of joints, norms of quaternions,
-    inputs of loads, equilibria of coordinates without mass, starts that meet the constraints. ``origins`` names for
-    each such thing what brings it, both by their places: {'constraints.hinge_x': 'joints.hinge'}. There are n
-    coordinates and m constraints, the holonomic ones first; expressions compute in SI units. ``warnings`` lists what is
-    odd but allowed: mismatching dimensions, inertia tensors that no body has. ``unilaterals`` are the ideal contacts,
-    then the stops, in normal form; ``latches`` are the constraints that hold only while an expression is positive,
-    which are not among the m. ``fixed_parameters`` are the names of the parameters in holonomic constraints and gaps:
-    they cannot change in a run. ``hidden_inputs`` are the inputs that the ports leave out of the FMU: they keep their
-    start values. Two mechanisms are equal if the same is written, whatever has been derived since. Source of the
-    procedure: Hand, Finch, Analytical Mechanics, section 1.9.
+    It is built in Python from symbols that ``coordinate``, ``parameter`` and ``signal`` declare, or read from text by
+    ``lag2fmu.load``. There are n coordinates and m constraints, the holonomic ones first. Expressions are in SI units.
+
+    - ``description``: what was written. The tables of the mechanism have the same names. They also hold what follows:
+      the entries of ``parts``, of which none are left; frames, coordinates and constraints of joints; norms of
+      quaternions; inputs of loads; equilibria of coordinates without mass; starts that meet the constraints.
+    - ``origins``: the place of each such entry, and that of what brings it: {'constraints.hinge_x': 'joints.hinge'}.
+    - ``warnings``: what is odd but allowed, such as mismatching dimensions, or inertia tensors that no body has.
+    - ``unilaterals``: the ideal contacts, then the stops, in normal form.
+    - ``latches``: the constraints that hold only while an expression is positive; they are not among the m.
+    - ``fixed_parameters``: the names of the parameters in holonomic constraints and gaps, which cannot change in a run.
+    - ``hidden_inputs``: the inputs that the ports leave out of the FMU; they keep their start values.
+
+    Two mechanisms are equal if their descriptions are, whatever has been derived since. Raises MechanismError, or
+    UnitError for dimensions with ``strict_units``. Source of the procedure: Hand, Finch, Analytical Mechanics, section
+    1.9.
     """
 
-    __signature__: ClassVar[Signature] = signature(Description)  # what help() shows as the arguments
+    __signature__: ClassVar[Signature] = signature(Description)  # help() shows it as the arguments
 
     def __init__(self, name: str, **tables: Any) -> None:
         """The keywords are the tables of ``Description``.
@@ -77,7 +81,10 @@ def complete(description: Description) -> Mechanism:
 
 
 def completed(written: Description) -> Completed:
-    """What follows from what is ``written``. Raises MechanismError (UnitError) for the first fault."""
+    """Everything that follows from the description ``written``.
+
+    Raises MechanismError for the first fault, which is a UnitError for dimensions.
+    """
     whole, of_parts = assembled(written)
     opened, of_places = _with_places(whole)
     check_geometry(opened)
@@ -112,7 +119,7 @@ def _places(table: str, parts: Iterable[Any]) -> list[str]:
 
 
 def _with_places(written: Description) -> tuple[Description, Origins]:
-    """The description with what filters, ports, loads and joints bring; its outputs know their number of entries."""
+    """The description with the entries of filters, ports, loads and joints; outputs know their number of entries."""
     written, origins = with_filters(written)
     known = {q.name for q in written.coordinates}
     coordinates: dict[str, Coordinate] = {}
@@ -142,7 +149,7 @@ def _with_places(written: Description) -> tuple[Description, Origins]:
 
 
 def _with_compliance(opened: Description) -> tuple[Description, Origins]:
-    """The description with what compliant contacts bring: definitions, dampers and outputs."""
+    """The description with the entries of compliant contacts: definitions, dampers and outputs."""
     definitions: list[Definition] = []
     dampers: list[Damper] = []
     outputs: list[Output] = []
@@ -164,7 +171,7 @@ def _with_compliance(opened: Description) -> tuple[Description, Origins]:
 
 
 def _with_joints(opened: Description) -> tuple[Description, Origins]:
-    """The description with what joints between two ends bring: constraints and outputs."""
+    """The description with the entries of joints between two ends: constraints and outputs."""
     constraints: list[Constraint] = []
     reactions: list[Output] = []
     origins: Origins = {}
@@ -182,7 +189,7 @@ def _with_joints(opened: Description) -> tuple[Description, Origins]:
 
 
 def _with_norms(closed: Description, written: Description) -> tuple[Description, Origins]:
-    """The description with norms of quaternions that no constraint keeps yet.
+    """The description with constraints on the norms of quaternions that no constraint keeps yet.
 
     These constraints stand between the written ones and those of joints.
     """
@@ -195,7 +202,7 @@ def _with_norms(closed: Description, written: Description) -> tuple[Description,
 
 
 def _decided(m: Description, scope: Scope) -> tuple[Coordinate, ...]:
-    """The coordinates. A start that nobody gave becomes a guess if a constraint may determine it."""
+    """The coordinates; a start that nobody gave has become a guess where a constraint may determine it."""
     q_bound, qd_bound = constrained(m, scope)
     return tuple(
         replace(

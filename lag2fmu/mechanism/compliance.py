@@ -1,7 +1,7 @@
 """Compliant contacts written out: definitions of gap and forces, dampers that exert them, and outputs.
 
-The force k d^1.5 (1 + c d_dot) of the penetration d never pulls, and it switches where d does. Friction opposes the
-slip v with mu F v / sqrt(v^2 + v0^2), v0 being the slip speed, and in space both slips are taken together.
+The force of the penetration d is F = k d^1.5 (1 + c d_dot), and never pulls; it is 0 for d <= 0. Friction opposes the
+slip v with mu F v / sqrt(v^2 + v0^2), where v0 is the slip speed. In space v has two entries.
 
 Source: K. H. Hunt, F. R. E. Crossley, Coefficient of Restitution Interpreted as Damping in Vibroimpact, J. Applied
 Mechanics 42 (1975) 440-445.
@@ -27,7 +27,7 @@ from lag2fmu.mechanism.unit_check import units_in
 
 
 class Compliant(NamedTuple):
-    """What the compliant ``contact`` brings."""
+    """The entries that the compliant ``contact`` brings to a description."""
 
     contact: Contact
     definitions: list[Definition]
@@ -36,7 +36,10 @@ class Compliant(NamedTuple):
 
 
 def compliant_contacts(m: Description) -> Iterator[Compliant]:
-    """Every compliant contact of ``m``, which has been checked, with what it brings."""
+    """Every compliant contact of ``m``, which has been checked, with its entries.
+
+    Source: K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42 (1975) 440-445.
+    """
     contacts = [contact for contact in m.contacts if contact.law == "compliant"]
     if contacts:
         poses = Poses(m)
@@ -77,5 +80,5 @@ def _written_out(m: Description, contact: Contact, poses: Poses) -> Compliant:
 
 
 def _positive(x: sp.Expr) -> sp.Expr:
-    """max(0, x), located where it switches, and never negative, however late that is."""
+    """max(0, x) with a switch at x = 0 that is located; it is never negative, even before the switch turns."""
     return Choice(x, Smooth(sp.Max(0, x)), sp.S.Zero)

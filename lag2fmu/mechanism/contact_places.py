@@ -1,8 +1,9 @@
 """Contacts between places as a gap and slip velocities: points, discs and spheres on lines, planes and one another.
 
-The first end touches, the second is touched. With the distance d from the second to the first, the normal n out of the
-second and the radii r1, r2, the gap is n.d - r1 on a line or plane and |d| - r1 - r2 on a disc or sphere. A slip is the
-velocity, along a tangent, of the first one's material point at the contact relative to that of the second one.
+The first end touches, the second end is touched. With the vector d from the second to the first, the normal n out of
+the second, and the radii r1, r2, the gap is n.d - r1 on a line or plane, and |d| - r1 - r2 on a disc or sphere. A slip
+is a relative velocity along a tangent: that of the first end's material point at the contact, less that of the second
+end's.
 
 Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, chapter 4; the tangents to a normal that
 moves: T. Duff et al., Building an Orthonormal Basis, Revisited, J. Computer Graphics Techniques 6 (2017).
@@ -24,7 +25,7 @@ from lag2fmu.mechanism.poses import Pose, Poses, location_of
 
 
 class Geometry(NamedTuple):
-    """A ``gap`` (m or rad) and the ``slips`` (per s), of which there are 0, 1 or 2; definitions may be written out."""
+    """A ``gap`` (m, rad) and 0, 1 or 2 ``slips`` (m/s, rad/s) as expressions; definitions may be written out."""
 
     gap: sp.Expr
     slips: tuple[sp.Expr, ...]
@@ -33,7 +34,8 @@ class Geometry(NamedTuple):
 def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
     """Gap and slips of ``contact``, which has been checked, as they are written or as they follow from its places.
 
-    Raises MechanismError for places that do not move relative to each other, and without an angle that it needs.
+    Raises MechanismError for places that do not move relative to each other, and for one without an angle that the
+    contact needs. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, chapter 4.
     """
     if contact.kind is None:
         slip = () if contact.slip is None else contact.slip if isinstance(contact.slip, tuple) else (contact.slip,)
@@ -58,7 +60,7 @@ def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
 
 
 def _ends(m: Description, contact: Contact, poses: Poses) -> tuple[Pose, Pose, sp.Matrix]:
-    """The poses of both ends, their origins being the places themselves, and the way from the second to the first."""
+    """The poses of both ends, with the places as origins, and the vector from the second place to the first."""
     where = f"contacts.{contact.name}.between"
     name_a, name_b = map(str, contact.between or ())
     (frame_a, place_a), (frame_b, place_b) = (location_of(m, name, where) for name in (name_a, name_b))
@@ -82,9 +84,9 @@ def _pose(poses: Poses, frame: str, place: tuple[sp.Expr, ...], base: str) -> Po
 
 
 def _check_angles(m: Description, contact: Contact, where: str) -> None:
-    """Raise MechanismError for an end that turns in a way nobody says: a line, and with friction a disc.
+    """Raise MechanismError for an end whose angle is needed and not given: of a line, and with friction of a disc.
 
-    A particle does not turn.
+    A particle needs no angle, because it does not turn.
     """
     particles = {part.name for part in m.bodies if part.angle is None}
     first, second = map(str, contact.between or ())
@@ -99,7 +101,7 @@ def _check_angles(m: Description, contact: Contact, where: str) -> None:
 
 
 def radii_of(contact: Contact) -> tuple[sp.Expr, sp.Expr]:
-    """The radii (m) of the first and the second end of a contact of a kind, 0 for what has none."""
+    """The radii (m) of the first and the second end of a contact with a kind, 0 for an end without one."""
     radius = contact.radius
     if isinstance(radius, tuple):
         return (radius[0], radius[1]) if len(radius) == 2 else (radius[0], sp.S.Zero)
@@ -123,7 +125,10 @@ def _along_line(normal: sp.Matrix) -> sp.Matrix:
 
 
 def _tangents(normal: sp.Matrix) -> list[sp.Matrix]:
-    """Two unit vectors that make a right-handed triple with ``normal`` behind them, without singular direction."""
+    """Two unit vectors (3, 1) that, with ``normal`` as the third, are right-handed; no direction is singular.
+
+    Source: T. Duff et al., J. Computer Graphics Techniques 6 (2017).
+    """
     x, y, z = normal
     side = Choice(z, sp.S.One, sp.S.NegativeOne)
     a = -1 / (side + z)

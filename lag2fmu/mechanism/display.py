@@ -1,4 +1,4 @@
-"""The units in which people read and give values: those that the mechanism declares, where all else computes in SI."""
+"""The units in which people read and give values: those that the mechanism declares. Everything else is in SI units."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d,.].
 
 
 def display_units(mechanism: Mechanism) -> dict[str, Unit]:
-    """{name: unit} of all that an FMU of ``mechanism`` shows, where there is a unit: the declared ones, and rates."""
+    """{name: unit} of all variables of an FMU of ``mechanism`` that have a unit: declared units, and their rates."""
     units: dict[str, Unit | None] = {**dict.fromkeys(names.ENERGIES, JOULE), "external_power": WATT}
     units |= {names.DISSIPATED_ENERGY: JOULE, names.derivative(names.DISSIPATED_ENERGY): WATT}
     units |= calculated_units(mechanism)
@@ -46,7 +46,7 @@ def _unit(unit: Unit | str | None) -> Unit | None:
 
 
 def _rate(unit: Unit | None) -> Unit | None:
-    """``unit`` a second: deg/s of deg, deg/s2 of that; the SI unit where there is no such text, as of degC."""
+    """``unit`` per second: deg/s for deg, deg/s2 for deg/s; the SI unit if there is no such text, as for degC."""
     if unit is None:
         return None
     try:
@@ -62,14 +62,14 @@ def named(name: str, units: Mapping[str, Unit]) -> str:
 
 
 def value_in_si(name: str, text: str, units: Mapping[str, Unit]) -> float:
-    """The SI value of ``text``, a number in the unit of ``name`` or one with a unit of its own ('30', '0.5 rad').
+    """The SI value of ``text``: a number in the unit of ``name``, or one with its own unit ('30', '0.5 rad').
 
-    Raises LoadError for what is no number and for a unit of another kind.
+    Raises LoadError for a text that is no number, and for a unit of another kind.
     """
     match = _NUMBER.fullmatch(text)
     if match is None:
         try:
-            return float(text)  # inf and nan, which are refused where they are used
+            return float(text)  # inf and nan are refused where they are used
         except ValueError:
             remedy = f"; write {text.replace(',', '.')}" if re.fullmatch(r"[+-]?\d*,\d+", text) else ""
             raise LoadError(f"setting '{name}={text}': '{text}' is not a number{remedy}") from None

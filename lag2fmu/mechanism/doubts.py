@@ -1,4 +1,4 @@
-"""What a description may say, but hardly means: energies that count twice, gravity that does nothing."""
+"""Warnings of what a description may say but hardly means: energies that count twice, gravity that does nothing."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Are contacts, stops, frictions, conditions and further states sound? Run once, when the record is built.
 
-First what is written is checked, then what it means: numbers at the parameters' values, conditions at the start.
+Keys are checked first. Then the values of numbers are checked at the parameters' values, and conditions at the start.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def check_events(m: Description) -> None:
 
 
 def _check_gap(contact: Contact, where: str) -> None:
-    """A contact by gap and slip."""
+    """Raise MechanismError for keys that do not fit a contact that is given by gap and slip."""
     for key in _OF_PLACES:
         if getattr(contact, key) is not None:
             raise MechanismError(f"{where}.{key}: goes with 'kind'; give it, or leave '{key}' out")
@@ -71,7 +71,10 @@ def _check_gap(contact: Contact, where: str) -> None:
 
 
 def _check_places(m: Description, contact: Contact, where: str) -> None:
-    """A contact of a kind between two places; where they are is checked when the gap is made."""
+    """Raise MechanismError for keys that do not fit a contact of a kind between two places.
+
+    The places themselves are checked when the gap is made.
+    """
     kind = str(contact.kind)
     if kind not in CONTACTS:
         raise MechanismError(f"{where}.kind: '{kind}' is no contact; {suggestion(kind, CONTACTS)}")
@@ -90,7 +93,7 @@ def _check_places(m: Description, contact: Contact, where: str) -> None:
 
 
 def _check_measures(contact: Contact, of: ContactKind, where: str) -> None:
-    """A normal and radii are there if the kind has them."""
+    """Raise MechanismError unless normal and radii are given exactly if the kind has them."""
     for key, needed in (("normal", of.normal), ("radius", of.radii > 0)):
         if getattr(contact, key) is None and needed:
             raise MechanismError(f"{where}: '{key}' is missing")
@@ -102,7 +105,7 @@ def _check_measures(contact: Contact, of: ContactKind, where: str) -> None:
 
 
 def _check_normal(m: Description, contact: Contact, where: str) -> None:
-    """In the plane the normal is in it; it has a length at the parameters' values."""
+    """Raise MechanismError for a planar normal out of the plane, and for one that is 0 at the parameters' values."""
     if contact.normal is None:
         return
     planar = m.dimension == 2
@@ -115,7 +118,7 @@ def _check_normal(m: Description, contact: Contact, where: str) -> None:
 
 
 def _check_law(contact: Contact, where: str) -> None:
-    """An ideal contact has no stiffness, a compliant one has no restitution."""
+    """Raise MechanismError for keys of the other law: an ideal contact has no stiffness, a compliant no restitution."""
     if contact.law not in LAWS:
         raise MechanismError(f"{where}.law: '{contact.law}' is unknown; give one of {', '.join(LAWS)}")
     if contact.law == "ideal":
@@ -140,9 +143,9 @@ def _check_law(contact: Contact, where: str) -> None:
 
 
 def check_meaning(m: Description, scope: Scope) -> None:
-    """Raise MechanismError for velocities that are not affine, numbers that no law has, and conditions.
+    """Raise MechanismError for slips that are not affine in the velocities, impossible numbers, and bad conditions.
 
-    ``m`` has everything written out and its names have been checked.
+    ``m`` has everything written out, and its names have been checked.
     """
     poses, values = Poses(m), values_of(m)
     for where, expression in _velocities(m):
@@ -167,7 +170,7 @@ def check_meaning(m: Description, scope: Scope) -> None:
 
 
 def _velocities(m: Description) -> Iterator[tuple[str, sp.Expr]]:
-    """What has to be affine in the velocities."""
+    """(place, expression) of everything that has to be affine in the velocities."""
     for contact in m.contacts:
         slips = contact.slip if isinstance(contact.slip, tuple) else () if contact.slip is None else (contact.slip,)
         for i, slip in enumerate(slips):
@@ -178,7 +181,10 @@ def _velocities(m: Description) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _check_affine(where: str, expression: sp.Expr, poses: Poses, scope: Scope) -> None:
-    """``expression`` is affine in the velocities, by values at random points: f(a) + f(b) = 2 f((a + b)/2)."""
+    """Raise MechanismError unless ``expression`` is affine in the velocities and contains one.
+
+    It is tried at random points whether f(a) + f(b) = 2 f((a + b)/2).
+    """
     whole = poses.resolved(expression)
     rates = sorted(name for name in free_names([whole]) if scope.meaning[name] in ("velocity", "motion velocity"))
     if not any(scope.meaning[name] == "velocity" for name in rates):
@@ -223,11 +229,11 @@ _LEAST = {
     **dict.fromkeys(("friction", "static_friction", "damping"), (0.0, "0 or more")),
     **dict.fromkeys(("stiffness", "slip_speed", "radius"), (_ABOVE_ZERO, "positive")),
 }
-"""Key of a contact -> its smallest value, and that in words."""
+"""{key of a contact: its smallest value, and words for this bound}."""
 
 
 def _ordered(m: Description) -> Iterator[tuple[str, sp.Expr, sp.Expr]]:
-    """(place, the less, the more) of numbers that have an order."""
+    """(place, smaller one, greater one) of pairs of expressions whose order is prescribed."""
     parts: list[tuple[str, Contact | Stop | Friction, str, str]] = [
         *((f"contacts.{c.name}.static_friction", c, "friction", "static_friction") for c in m.contacts),
         *((f"stops.{s.name}", s, "lower", "upper") for s in m.stops),
@@ -239,7 +245,7 @@ def _ordered(m: Description) -> Iterator[tuple[str, sp.Expr, sp.Expr]]:
 
 
 def _check_condition(where: str, condition: object, poses: Poses, start: Mapping[str, float]) -> None:
-    """``condition`` has a value at the start, and is no number."""
+    """Raise MechanismError unless ``condition`` has a value at the start, and is no plain number."""
     whole = poses.resolved(sp.sympify(condition))
     if whole.is_number:
         raise MechanismError(f"{where}: '{condition}' is a number; leave it out, or give what changes its sign")

@@ -1,8 +1,8 @@
 """Filtered motions, written out: the input that they follow, and the two states of a critically damped filter.
 
 T^2 y_ddot + 2 T y_dot + y = y_target has both poles at -1/T. Position, velocity and acceleration agree at any time,
-whatever the input does: a step of it moves the mechanism without a jump of the velocity. Where the derivatives of
-the target are known, the equations take them in, see ``dynamics.variables.led``.
+whatever the input does. A step of the input moves the mechanism without a jump of its velocity. If the derivatives of
+the target are known, the equations use them, see ``dynamics.variables.led``.
 Source: K. Ogata, Modern Control Engineering, 5th edition, section 5-3 (second-order systems).
 """
 
@@ -28,7 +28,8 @@ from lag2fmu.mechanism.starts import value_at
 def with_filters(m: Description) -> tuple[Description, dict[str, str]]:
     """``m`` with the targets of its filtered motions as inputs and the filters as further states, and their origins.
 
-    Raises MechanismError for a time constant that is not positive or contains anything but parameters.
+    Raises MechanismError for a time constant (s) that is not positive, or contains anything but parameters. Source: K.
+    Ogata, Modern Control Engineering, 5th edition, section 5-3.
     """
     filtered = [u for u in m.inputs if u.motion == FILTERED]
     if not filtered:
@@ -51,7 +52,7 @@ def _target(u: Input) -> Input:
 
 
 def _filter(m: Description, u: Input) -> tuple[State, State, Definition]:
-    """Position and velocity that follow the target, from rest at its start, and the acceleration."""
+    """The two states, position and velocity, and the definition of the acceleration; they start at rest."""
     T = sp.sympify(u.time_constant)
     where = f"inputs.{u.name}.time_constant"
     unknown = sorted(free_names([T]) - {p.name for p in m.parameters})

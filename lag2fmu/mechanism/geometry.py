@@ -8,20 +8,19 @@ from contextlib import suppress
 
 import sympy as sp
 
-from lag2fmu.description.places import WORLD, Body, Frame, Rotation
+from lag2fmu.description.places import WORLD, Body, Frame, Rotation, remedy_for
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.vocabulary import value_of
 from lag2fmu.mechanism.order import in_order
 
 Values = dict[str, float]
 NamesIn = Callable[[str, sp.Expr], Collection[str]]
-"""The names that an expression uses, definitions written out; the first argument is its place, for a message."""
+"""A function (place, expression) -> names in the expression, definitions written out; messages name the place."""
 Matrix = list[list[float]]
 
 ROUNDING = 1e-12
-"""Relative error within which a norm counts as 1, and a tensor at the edge of being positive as positive."""
+"""Within this relative error a norm counts as 1, and a principal moment as not negative."""
 
 _NO_VALUE = (KeyError, ValueError, ArithmeticError)
 
@@ -62,7 +61,7 @@ def _check_frame(frame: Frame) -> None:
 
 
 def _check_parents(frames: dict[str, Frame]) -> None:
-    """All parents exist and end at the world."""
+    """Raise MechanismError unless all parents exist, and the parents of each frame lead to the world."""
     sound = {WORLD}
     for name in frames:
         chain, walked = [name], {name}
@@ -82,11 +81,11 @@ def _check_parents(frames: dict[str, Frame]) -> None:
 
 def _check_known(name: str, frames: dict[str, Frame], where: str) -> None:
     if name != WORLD and name not in frames:
-        raise MechanismError(f"{where}: there is no frame '{name}'; {suggestion(name, [WORLD, *frames])}")
+        raise MechanismError(f"{where}: there is no frame '{name}'; {remedy_for(name, [WORLD, *frames])}")
 
 
 def _check_body(body: Body) -> None:
-    """A body has the keys of a particle, a planar body or a spatial body, and no others."""
+    """Raise MechanismError unless ``body`` has the keys of a particle or a planar or spatial body, and no others."""
     where = f"bodies.{body.name}"
     if body.frame is not None:
         _check_framed_body(body, where)
@@ -110,7 +109,7 @@ def _check_body(body: Body) -> None:
 
 
 def _check_framed_body(body: Body, where: str) -> None:
-    """A body of a frame has its centre and its tensor in the frame's axes."""
+    """Raise MechanismError unless a body on a frame has centre and tensor in the frame's axes, and no position."""
     for key in ("position", "angle"):
         if getattr(body, key) is not None:
             raise MechanismError(f"{where}: '{key}' and 'frame' exclude each other; leave one out")
@@ -123,7 +122,7 @@ def _check_framed_body(body: Body, where: str) -> None:
 
 
 def _check_entries(m: Description) -> None:
-    """All positions have 2 entries, or all 3; the direction of gravity has as many."""
+    """Raise MechanismError unless all positions have 2 entries, or all have 3."""
     framed = m.frames or {part.frame for part in m.places} != {None}
     fixed = {len(part.position) for part in m.places if part.frame is None and part.position is not None}
     if fixed - {2, 3} or len(fixed) > 1:
@@ -226,7 +225,7 @@ def _check_quaternion(m: Description, frame: Frame, names_in: NamesIn, values: V
     where, entries = f"frames.{frame.name}.quaternion", tuple(frame.quaternion or ())
     used = {name for i, entry in enumerate(entries) for name in names_in(f"{where}[{i}]", entry)}
     if any(q.name in used for q in m.coordinates):
-        return  # a constraint keeps its norm, see ``norms``
+        return  # a constraint keeps the norm, see ``norms``
     numbers = _numbers(entries, values)
     norm = 1.0 if numbers is None else math.hypot(*numbers)
     if not abs(norm - 1.0) <= ROUNDING:
@@ -236,7 +235,8 @@ def _check_quaternion(m: Description, frame: Frame, names_in: NamesIn, values: V
 def _check_inertia(body: Body, values: Values) -> Iterator[str]:
     """Raise MechanismError if a principal moment is negative or all are 0; warn if the triangle inequality is broken.
 
-    A thin rod has no moment about its own axis. What has no mass stands for an inertia about one axis, as of a gear.
+    One moment may be 0: a thin rod has none about its own axis. A body without mass needs no inequality, because it
+    stands for an inertia about one axis, such as that of a gear.
     """
     numbers = _numbers(body.inertia, values) if isinstance(body.inertia, tuple) else None
     if numbers is None:

@@ -1,8 +1,8 @@
 """Joints between two ends as constraints, chosen such that the multipliers are forces and torques of the joint.
 
 A constraint has the rate F.(v_b - v_a) + T.(omega_b - omega_a), with the velocities of both bodies at the joint. Its
-multiplier times F is the force on the second body, and its multiplier times T the torque; the first body gets the
-opposite ones.
+multiplier times F is the force on the second body, its multiplier times T is the torque. The first body gets the
+opposite force and torque.
 
 Source: P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, chapter 7 (dot products of vectors fixed in two
 bodies); rolling: J. I. Neimark, N. A. Fufaev, Dynamics of Nonholonomic Systems, AMS 1972, chapter I.
@@ -47,7 +47,7 @@ class Equation(NamedTuple):
 
 
 class Side(NamedTuple):
-    """One of the two things that a joint joins: where it is on which frame, and the pose of that frame in the base."""
+    """One of the two ends of a joint: its frame, its place on this frame, and the pose of the frame in the base."""
 
     name: str
     frame: str
@@ -56,16 +56,16 @@ class Side(NamedTuple):
 
     @property
     def position(self) -> sp.Matrix:
-        """The joint's place (3, 1) on it, in m."""
+        """The place of the end (3, 1), in m, in the axes of the base."""
         return self.pose.at(self.place)
 
 
 def written_out(m: Description) -> Iterator[tuple[Joint, list[Constraint], list[Output]]]:
-    """Every joint of ``m`` between two ends, with the constraints and reactions that it brings.
+    """Every joint of ``m`` between two ends, with its constraints and its reactions as outputs.
 
     Equations that hold for all values of the coordinates are left out: frames that only turn about z, for example, meet
-    the equations along z by themselves.
-    The geometry of ``m`` has been checked. Raises MechanismError for ends and values that do not fit.
+    the equations along z by themselves. The geometry of ``m`` has been checked. Raises MechanismError for ends and
+    values that do not fit. Source: P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, chapter 7.
     """
     closing = [joint for joint in m.joints if joint.between is not None]
     if not closing:
@@ -90,7 +90,7 @@ def _named(joint: Joint, equation: Equation) -> str:
 
 
 def _check_values(joint: Joint, values: Mapping[str, float]) -> None:
-    """The radius is positive, pitch and ratio are not zero, at the parameters' values."""
+    """Raise MechanismError if, at the parameters' values, a radius is not positive, or a pitch or ratio is zero."""
     for key in ("radius", "pitch", "ratio"):
         expression = getattr(joint, key)
         if expression is None:
@@ -186,11 +186,11 @@ class _Between:
         yield Equation("cross", self.u.dot(self.s), torque=self.s.cross(self.u))
 
     def _thread(self) -> Iterator[Equation]:
-        """sin(2 pi way/pitch - angle) = 0, which has no jumps, however many turns there are."""
+        """sin(2 pi way/pitch - angle) = 0, which has no jump after any number of turns."""
         n, k = self.twin_normal, 2 * sp.pi / self.joint.pitch
         cosine, sine = self.normals[0].dot(n), self.normals[1].dot(n)
         way = k * self.u.dot(self.apart)
-        slope = sp.cos(way) * cosine + sp.sin(way) * sine  # the slope of the sine where it is 0: 1 or -1
+        slope = sp.cos(way) * cosine + sp.sin(way) * sine  # 1 or -1: the slope of the sine at its zeros
         yield Equation("thread", sp.sin(way) * cosine - sp.cos(way) * sine, k * slope * self.u, -slope * self.u)
 
     def _contact(self) -> Iterator[Equation]:
@@ -226,7 +226,7 @@ class _Between:
 
 
 def _ratio(m: Description, joint: Joint) -> Constraint:
-    """The first coordinate is ``ratio`` times the second."""
+    """The constraint that the first coordinate is ``ratio`` times the second."""
     coordinates = [q.name for q in m.coordinates]
     carrying = {other.name: other.coordinate_names for other in m.joints if other.coordinate_names}
     found = []

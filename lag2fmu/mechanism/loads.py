@@ -1,4 +1,4 @@
-"""Loads that are inputs of the FMU themselves, written out: the inputs, and the load that refers to them."""
+"""Loads with ``input = true``, whose force or torque comes from outside: written out as inputs and a load of these."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from lag2fmu.language.vocabulary import symbol
 def with_inputs(m: Description) -> tuple[list[Load], list[tuple[str, Input]]]:
     """The loads of ``m``, those with ``input=True`` written out, and (load, input) for every input in N or N.m.
 
-    Raises MechanismError for one that has a value as well.
+    Raises MechanismError for a load that has a value as well.
     """
     written: list[Load] = []
     inputs: list[tuple[str, Input]] = []
@@ -32,9 +32,10 @@ def with_inputs(m: Description) -> tuple[list[Load], list[tuple[str, Input]]]:
 
 
 def opened(load: Load, places: Mapping[str, Place], what: str = "") -> tuple[Load, list[Input]]:
-    """The ``load``, which is an input itself, with the inputs that it refers to, in N or N.m; ``places`` by name.
+    """The ``load``, which has ``input=True``, written out, and its inputs, in N or N.m; ``places`` are by name.
 
-    Their doc says ``what`` it is, by default a force or torque. Raises MechanismError for one that has a value as well.
+    The doc of the inputs says ``what`` they are, by default a force or torque. Raises MechanismError for a load that
+    has a value as well.
     """
     if load.force is not None or load.torque is not None:
         raise MechanismError(f"loads.{load.name}: 'input' and a value exclude each other; leave one out")
@@ -62,14 +63,14 @@ def _entries(inputs: Iterable[Input]) -> tuple[sp.Symbol, ...]:
 
 
 def rigid_place(m: Description, name: str, where: str) -> Place:
-    """The body or point ``name``, which has an angle or a frame, so that a torque can act on what it is fixed to.
+    """The body or point ``name``, which must have an angle or a frame, so that a torque can act there.
 
-    Raises MechanismError with ``where`` if there is none.
+    Raises MechanismError with ``where`` if there is no such body or point.
     """
     place = next((part for part in (*m.bodies, *m.points) if part.name == name), None)
     if place is None:
         try:
-            m.location(name)  # of an unknown name it tells which there are
+            m.location(name)  # raises, for an unknown name, with the names that are known
         except MechanismError as error:
             raise MechanismError(f"{where}: {error}") from None
     if place is None or (place.angle is None and place.frame is None):

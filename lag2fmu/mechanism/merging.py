@@ -1,4 +1,4 @@
-"""Tables of a description with what follows from other things in it: joints, contacts, ports."""
+"""Tables of a description joined with the entries that its joints, contacts and ports bring."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Named = TypeVar("Named", Frame, Definition, Damper, Constraint, Output, Point, L
 
 
 def joined(own: Iterable[Named], brought: Iterable[Named], table: str, by: str = "joint") -> tuple[Named, ...]:
-    """``own`` parts and those that joints (or other things, called ``by``) bring.
+    """``own`` entries of ``table``, and behind them those that joints bring, or other things, called ``by``.
 
-    Raises MechanismError where a name stands for two different ones.
+    Raises MechanismError if a name stands for two different entries.
     """
     parts = list(own)
     for part in brought:

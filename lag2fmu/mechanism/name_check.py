@@ -47,7 +47,7 @@ def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
     for name in mechanism.driven:
         yield drive(name), f"the force that carries the motion '{name}'"
     coordinates = {q.name for q in mechanism.coordinates}
-    for state in (z for z in mechanism.states if z.name not in coordinates):  # a clash of both is found as such
+    for state in (z for z in mechanism.states if z.name not in coordinates):  # other names clash
         yield derivative(state.name), f"the derivative of the further state '{state.name}'"
     yield from _generated_by_events(mechanism)
 
@@ -83,7 +83,7 @@ def _declared(mechanism: Description) -> Iterator[tuple[str, str]]:
 def check_names(mechanism: Description) -> None:
     """Raise MechanismError for a name that is no identifier, stands twice, or clashes; both sides are named.
 
-    An output may repeat the name of a definition: it then shows that definition.
+    An output may have the name of a definition, which it then shows.
     """
     check_identifier(mechanism.name, "mechanism.name")
     _check_constraint_names(mechanism)

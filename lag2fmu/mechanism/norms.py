@@ -1,4 +1,4 @@
-"""The norm of a quaternion whose entries are coordinates: a constraint that comes with it, unless it is written."""
+"""The norm of a quaternion whose entries are coordinates: a constraint that is added, unless the user wrote it."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ _TRIALS, _ROUNDING = 5, 1e-9
 
 
 def missing_norms(m: Description) -> Iterator[tuple[str, Constraint]]:
-    """Every frame of ``m`` that needs a norm, with the constraint e0^2 + e1^2 + e2^2 + e3^2 - 1 = 0, called FRAME_norm.
+    """(frame, constraint) of each quaternion of ``m`` whose norm has to be kept.
 
-    No norm is needed where it is 1 for all q, as for [cos(q/2), sin(q/2), 0, 0], nor where constraints of the user keep
-    it. Both are decided by values at random points.
+    The constraint is e0^2 + e1^2 + e2^2 + e3^2 - 1 = 0, called FRAME_norm. It is not needed if the norm is 1 for all q,
+    as for [cos(q/2), sin(q/2), 0, 0], nor if constraints of the user keep it. Both are decided by values at random
+    points.
     """
     for frame, norm, present in _norms(m):
         if not present:
@@ -29,7 +30,7 @@ def missing_norms(m: Description) -> Iterator[tuple[str, Constraint]]:
 
 
 def norm_constraints(m: Description) -> frozenset[str]:
-    """The constraints that keep the norm of a quaternion. No force acts along them: their multipliers mean nothing."""
+    """The names of the constraints that keep the norm of a quaternion; their multipliers have no physical meaning."""
     return frozenset(name for _, _, present in _norms(m) for name in present)
 
 
@@ -68,7 +69,7 @@ def vanishes(expression: sp.Expr) -> bool:
 
 
 def _says(other: sp.Expr, norm: sp.Expr, coordinates: set[str]) -> bool:
-    """Whether ``other`` keeps the same norm: it has the coordinates of ``norm`` alone and vanishes where that does."""
+    """Whether ``other`` keeps the same norm: it has only the coordinates of ``norm``, and vanishes where norm does."""
     names = free_names([norm])
     if not free_names([other]) & coordinates <= names or not free_names([other]) & names:
         return False

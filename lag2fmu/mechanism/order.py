@@ -1,4 +1,4 @@
-"""The order of what is defined by other things: definitions and dependent parameters, each after those it uses."""
+"""The order of definitions and of dependent parameters: each stands after those that it uses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ Part = TypeVar("Part", Definition, Parameter)
 
 
 def in_order(parts: Iterable[Part], table: str) -> list[Part]:
-    """``parts`` (definitions, dependent parameters), each after those it uses; raises MechanismError for a circle."""
+    """``parts`` (definitions, dependent parameters), each after those that it uses.
+
+    Raises MechanismError for a circle.
+    """
     by_name = {part.name: part for part in parts}
     uses = {name: sorted(free_names([part.expression]) & by_name.keys()) for name, part in by_name.items()}
     try:

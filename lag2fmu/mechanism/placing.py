@@ -1,6 +1,6 @@
-"""Where a part is in the whole: its world becomes a frame, in the plane the axes of a point or body.
+"""Where a part is in the whole: its world becomes a frame of the whole, or in the plane the axes of a point or body.
 
-Places move along. Directions that are along the world's axes, of gravity, loads and outputs, stay so.
+Places move with this frame. Directions along the world's axes, of gravity, loads and outputs, stay along these.
 """
 
 from __future__ import annotations
@@ -10,27 +10,26 @@ from typing import Any
 
 import sympy as sp
 
-from lag2fmu.description.places import WORLD, Body, Place, Point
+from lag2fmu.description.places import WORLD, Body, Place, Point, remedy_for
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.identifiers import suggestion
 
 
 def placed(d: Description, parent: str, whole: Description) -> Description:
     """``d`` with its world at the frame, point or body ``parent`` of the ``whole``.
 
-    Raises MechanismError for one that is not there, energies of ``d``, which are those in a world that does not move,
-    and places of another dimension.
+    Raises MechanismError for an unknown ``parent``, for places of another dimension, and for energies that ``d`` states
+    itself, because these belong to a world that does not move.
     """
     if parent == WORLD:
         return d
     frames = [x.name for x in whole.frames] + [x.name for x in whole.joints if x.parent is not None]
     planar = {x.name: x for x in whole.places if x.dimension == 2}
     if parent not in frames and parent not in planar:
-        known = [*frames, *planar]
+        known = [WORLD, *frames, *planar]
         raise MechanismError(
             f"parent: there is no frame, nor a point or body in the plane, called '{parent}' in the whole or in a part "
-            f"before this one; {suggestion(parent, known)}"
+            f"before this one; {remedy_for(parent, known)}"
         )
     _check_energies(d, parent)
     ends = _with_ends(d, parent)
@@ -54,7 +53,7 @@ def _check_energies(d: Description, parent: str) -> None:
 
 
 def _with_ends(d: Description, parent: str) -> Description:
-    """``d`` with ``parent`` for the world in what frames, joints and contacts hang on."""
+    """``d`` with ``parent`` in place of the world, in frames, joints and contacts."""
     return replace(
         d,
         frames=tuple(replace(x, parent=_moved(x.parent, parent)) for x in d.frames),

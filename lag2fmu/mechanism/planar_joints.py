@@ -1,6 +1,6 @@
-"""What joints between two ends are in the plane: which kinds there are, and how the ends lie.
+"""Joints between two ends in the plane: which kinds there are, and how the ends lie.
 
-An end is where its position says, turned about z by the angle of the body or point; "world" does not turn.
+An end is at its position, turned about z by the angle of the body or point; "world" does not turn.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from lag2fmu.errors import MechanismError
 
 
 def groups_of(m: Description, joint: Joint) -> tuple[str, ...]:
-    """The groups of equations of a planar ``joint``; raises MechanismError for a kind that there is in space only.
+    """The groups of equations of a planar ``joint``.
 
-    It is also raised for an axis out of the plane, and for an end without the angle that the joint needs. A particle
-    does not turn, so it needs no angle to be guided or fixed.
+    Raises MechanismError for a kind that exists in space only, for an axis out of the plane, and for an end without the
+    angle that the joint needs. A particle does not turn, so it needs no angle to be guided or fixed.
     """
     where = f"joints.{joint.name}"
     _check_planar(joint, where)
@@ -59,6 +59,6 @@ def angle_of(m: Description, name: str) -> sp.Expr | None:
 
 
 def turn_alike(m: Description, joint: Joint) -> bool:
-    """Whether the ends of ``joint`` have the same angle, or one that makes no difference."""
+    """Whether the ends of ``joint`` have the same angle, or an angle does not matter."""
     first, second = (angle_of(m, str(name)) for name in joint.between or ())
     return joint.kind == "revolute" or first == second

@@ -1,4 +1,4 @@
-"""What ports bring, written out: loads with their inputs, points at the origins of frames, outputs of places."""
+"""Ports, written out: loads with their inputs, points at the origins of frames, outputs of places."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ Origins = dict[str, str]
 
 MOTION = {"poses": "position", "velocities": "velocity", "accelerations": "acceleration"}
 TURNING = {"poses": "angle", "velocities": "angular_velocity", "accelerations": "angular_acceleration"}
-"""Field of the ports -> quantity of a point, and of what turns."""
+"""{field of the ports: quantity of a point, or of a place that turns}."""
 
 
 @dataclass(frozen=True)
 class Site:
-    """Where a port is: the ``place`` that forces act at, and the ``frame`` it is on, None in the plane and the world.
+    """Where a port is: the ``place`` at which forces act, and its ``frame``, which is None in the plane and the world.
 
-    ``added``: the point at the origin of a frame, where the mechanism has no place there.
+    ``added``: a new point at the origin of a frame, None if the mechanism has a place there.
     """
 
     name: str
@@ -37,10 +37,10 @@ class Site:
 
 
 def with_ports(m: Description) -> tuple[Description, Origins]:
-    """``m`` with the loads, inputs, points and outputs of its ports, and {place: port} of all that they bring.
+    """``m`` with the loads, inputs, points and outputs of its ports, and {place of such an entry: its port}.
 
-    An input that is declared under the name of one of them is taken instead. Raises MechanismError for a place that is
-    not there, a torque on what cannot turn, and axes of a frame where there is none.
+    If an input of the same name is declared, it is used instead of a new one. Raises MechanismError for an unknown
+    place, a torque on a place that cannot turn, and axes of a frame where there is none.
     """
     listed = m.ports.listed()
     sites = {spot: _site(m, spot, f"ports.{field}") for field, spots in listed.items() for spot in spots}
@@ -62,7 +62,7 @@ def with_ports(m: Description) -> tuple[Description, Origins]:
 
 
 def _forces(m: Description, sites: Mapping[str, Site]) -> tuple[list[Load], list[Input], Origins]:
-    """The loads of the ports, the inputs of these that are not declared, and what port brings each of them."""
+    """The loads of the ports, their inputs that are not declared yet, and {place: port} of both."""
     places, declared = {place.name: place for place in (*m.places, *m.bodies)}, {u.name for u in m.inputs}
     loads: list[Load] = []
     inputs: list[Input] = []
@@ -79,16 +79,16 @@ def _forces(m: Description, sites: Mapping[str, Site]) -> tuple[list[Load], list
 
 
 def input_names(m: Description) -> tuple[str, ...]:
-    """The inputs by name as in the vector u: Q of every coordinate, plain inputs, motions with their derivatives."""
+    """The names of the inputs as in the vector u: Q of every coordinate, plain inputs, motions with derivatives."""
     forces = (names.generalized_force(q.name) for q in m.coordinates)
     return (*forces, *(name for u in (*m.plain_inputs, *m.motions) for name in names_of(u)))
 
 
 def with_chosen_inputs(m: Description, origins: Origins) -> Description:
-    """``m``, which has all inputs, with its choice of inputs as names of variables; those of ports are always there.
+    """``m`` with its choice of inputs written as names of variables; inputs of ports are always among them.
 
     The name of a motion stands for its derivatives too, that of a load for all of its inputs. Raises MechanismError for
-    a name that is no input, and for a drive of what is no prescribed motion.
+    a name that is no input, and for a drive of a name that is no prescribed motion.
     """
     _check_drives(m)
     if m.ports.inputs is None:
@@ -134,7 +134,7 @@ def _site(m: Description, spot: str, where: str) -> Site:
 
 
 def _loads(m: Description, sites: Mapping[str, Site]) -> Iterator[tuple[str, Load]]:
-    """(place of the port, load) for each force and torque; raises MechanismError for what cannot be."""
+    """(place of the port, load) for each force and torque; raises MechanismError for one that cannot act there."""
     for spot, axes in m.ports.acting("forces"):
         site, where = sites[spot], f"forces.{spot}"
         _check_placed(site, where)
@@ -158,7 +158,7 @@ def _check_placed(site: Site, where: str) -> None:
 
 
 def _outputs(m: Description, sites: Mapping[str, Site]) -> Iterator[Output]:
-    """The outputs of the places whose motion goes out."""
+    """The outputs of the places whose motion is an output of the FMU."""
     for field, quantity in MOTION.items():
         for spot in getattr(m.ports, field):
             site = sites[spot]

@@ -1,7 +1,7 @@
-"""Poses of frames relative to each other as expressions: what the equations of a joint are made of.
+"""Poses of frames relative to each other as expressions, of which the equations of joints are made.
 
-Only the frames between the two ends of a joint are composed, and turns about the same axis one after the other are
-taken together, so that expressions stay small. Energies are composed by those who compute with them, not here.
+Expressions stay small: only the frames between the two ends of a joint are composed, and turns about the same axis one
+after the other become one. Energies are not composed here, but in ``dynamics`` and in ``reference``.
 
 Source: R. Featherstone, Rigid Body Dynamics Algorithms, section 2.8; of quaternions: P. E. Nikravesh, Computer-Aided
 Analysis of Mechanical Systems, sections 6.1 and 6.2.
@@ -16,11 +16,10 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.joints import direction
-from lag2fmu.description.places import WORLD, Expression, Frame
+from lag2fmu.description.places import WORLD, Expression, Frame, remedy_for
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.definitions import written_out
-from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.vocabulary import TIME, symbol
 from lag2fmu.mechanism.order import in_order
 
@@ -38,7 +37,7 @@ class Pose(NamedTuple):
 
 
 class Poses:
-    """The frames of a mechanism, definitions written out."""
+    """The poses of the frames of a mechanism; definitions are written out."""
 
     def __init__(self, m: Description) -> None:
         self.frames = {frame.name: frame for frame in m.frames}
@@ -117,7 +116,7 @@ def location_of(m: Description, name: str, where: str) -> tuple[str, tuple[sp.Ex
         return frame, position
     if name not in frames:
         known = [*frames, *places]
-        raise MechanismError(f"{where}: there is no frame, point or body '{name}'; {suggestion(name, known)}")
+        raise MechanismError(f"{where}: there is no frame, point or body '{name}'; {remedy_for(name, known)}")
     return name, (sp.S.Zero,) * m.dimension
 
 

@@ -1,4 +1,4 @@
-"""The record ``Mechanism``: what is written, with everything that follows from it; and what it is made of.
+"""The record ``Mechanism``: a description with everything that follows from it; and the records in it.
 
 Nothing is computed here. ``completion`` finds what follows, and has the constructor that users meet.
 """
@@ -24,9 +24,10 @@ from lag2fmu.lazy import looked_up
 class Unilateral(NamedTuple):
     """A gap >= 0 with its laws of impact and friction; all are expressions in SI, which may contain definitions.
 
-    ``gap`` depends on t, q, motions and parameters and has the ``unit`` (None: unknown); ``slips`` are none without
-    friction, one in the plane, two in space, affine in the velocities, in the gap's unit per s. ``restitution`` is
-    Newton's coefficient, ``friction`` and ``static_friction`` are Coulomb's. ``where`` is the part that it is from.
+    ``gap`` depends on t, q, motions and parameters, and has the ``unit`` (None: unknown). ``slips`` are affine in the
+    velocities, in the gap's unit per s; there is none without friction, one in the plane, two in space.
+    ``restitution`` is Newton's coefficient, ``friction`` and ``static_friction`` are Coulomb's. ``where`` is the place
+    of the contact or stop in the mechanism.
     """
 
     name: str
@@ -40,10 +41,10 @@ class Unilateral(NamedTuple):
 
 
 class Completed(NamedTuple):
-    """What follows from a description: everything written out in ``expanded``, and what is known of it.
+    """What follows from a description: the description with everything written out, ``expanded``, and further results.
 
-    ``latches`` are the constraints that hold only while an expression is positive; the others are in ``expanded``.
-    For the other fields see ``Mechanism``.
+    ``latches`` are the constraints that hold only while an expression is positive; all others are in ``expanded``. The
+    other fields are explained in ``completion.Mechanism``.
     """
 
     expanded: Description
@@ -59,8 +60,8 @@ class Completed(NamedTuple):
 class Mechanism(Description):
     """A mechanism that is complete and checked: its tables, and what else follows from what was written.
 
-    This is what derivation and reference read. ``completion.Mechanism`` is the same with a constructor for users, and
-    tells what each field is.
+    Derivation and reference read this record. ``completion.Mechanism`` is the same with a constructor for users; it
+    explains each field.
     """
 
     description: Description = field(init=False, repr=False)
@@ -72,12 +73,12 @@ class Mechanism(Description):
     hidden_inputs: frozenset[str] = field(init=False, repr=False)
 
     def __init__(self, description: Description, found: Completed) -> None:
-        """What is written, and what was ``found`` to follow from it."""
+        """Take the ``description`` as it was written, and what was ``found`` to follow from it."""
         known = found._asdict()
         vars(self).update(vars(known.pop("expanded")) | known, description=description)
 
     def __repr__(self) -> str:
-        """One line: name, title, how many of what; the text format says everything."""
+        """One line: name, title, and the numbers of coordinates and other entries."""
         kinds = ["coordinates", "parameters", "inputs", "states", "bodies", "constraints"]
         kinds += ["contacts", "stops", "frictions"]
         counted = ", ".join(f"{len(getattr(self, kind))} {kind}" for kind in kinds if getattr(self, kind))
@@ -112,13 +113,13 @@ class Mechanism(Description):
     def has_input_rates(self) -> bool:
         """Whether the equations contain the time derivatives of inputs.
 
-        Forces move the equilibrium of a coordinate without mass; where that is a constraint, its derivatives contain
-        their rates. Filters of motions are led by the derivatives of what they follow.
+        There are two cases. Forces move the equilibrium of a coordinate without mass; if this is a constraint, its
+        derivatives contain the rates of the forces. And filters of motions use the derivatives of their targets.
         """
         return bool(self.filtered) or any(c.massless for c in self.constraints)
 
     def part_of(self, place: str) -> str | None:
-        """The name of the part that brings what stands at ``place`` ('coordinates.leg_knee'), None if none does."""
+        """The name of the part that brings the entry at ``place`` ('coordinates.leg_knee'), None if none does."""
         while (origin := self.origins.get(place)) is not None:
             if origin.startswith("parts."):
                 return origin.removeprefix("parts.")
@@ -126,7 +127,7 @@ class Mechanism(Description):
         return None
 
     def parts_with(self, values: Mapping[str, float]) -> tuple[Part, ...]:
-        """The parts that are written, with those of the ``values`` {name: SI value} that are of what they bring."""
+        """The parts as written, but with the ``values`` {name: SI value} that belong to their entries."""
         tables = ("coordinates", "parameters", "inputs", "states")
         of: dict[str, dict[str, float]] = {part.name: {} for part in self.description.parts}
         for name, value in values.items():
@@ -142,7 +143,7 @@ class Mechanism(Description):
     def with_equilibria(self, equilibria: Iterable[Constraint], coordinates: Iterable[Coordinate]) -> Mechanism:
         """The same mechanism with the ``equilibria`` of coordinates without mass, and ``coordinates`` that follow them.
 
-        Whether names clash is left to who adds them.
+        The caller has to check that names do not clash.
         """
         found = tuple(equilibria)
         origins = {f"constraints.{c.name}": f"coordinates.{c.coordinate}" for c in found}

@@ -1,4 +1,4 @@
-"""The names of a part in the whole: everything that a description declares and refers to, with a prefix."""
+"""The names of a part in the whole: everything that a description declares and refers to gets a prefix."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SHARED = ("parameters", "inputs", "tables")
 
 
 def renamed(d: Description, prefix: str, share: Collection[str]) -> Description:
-    """``d`` with ``prefix`` before all names but those in ``share``, and without what these stand for.
+    """``d`` with ``prefix`` before all names but those in ``share``, and without the entries with these names.
 
     Raises MechanismError for an expression with a name that ``d`` does not know.
     """
@@ -42,7 +42,7 @@ def renamed(d: Description, prefix: str, share: Collection[str]) -> Description:
 
 
 class _Renaming:
-    """What each name of ``d`` becomes."""
+    """Gives each name of ``d`` its new name."""
 
     def __init__(self, d: Description, prefix: str, share: frozenset[str]) -> None:
         self.prefix, self.share = prefix, share
@@ -63,7 +63,7 @@ class _Renaming:
         self.known |= {x.name: self.of(x.name) for x in plain}
 
     def of(self, name: str) -> str:
-        """What the declared ``name`` becomes."""
+        """The new name of the declared ``name``."""
         return name if name in self.share else self.prefix + name
 
     def record(self, record: Any, where: str) -> Any:
@@ -78,7 +78,7 @@ class _Renaming:
         if key.kind == "part":
             return self._reference(value)
         if key.kind == "choice":
-            return value  # which inputs there are is decided by the whole
+            return value  # the whole decides which inputs there are
         if key.kind == "acting":
             return tuple(Acting(self._place(place), axes) for place, axes in value)
         if key.kind == "motions":
@@ -93,7 +93,7 @@ class _Renaming:
         return name if name in (None, WORLD) else self.prefix + str(name)
 
     def _place(self, place: str) -> str:
-        """What the ``place`` of a port becomes, behind its table if it has one."""
+        """The new name of the ``place`` of a port; the table before it, if there is one, stays."""
         table, dot, name = place.rpartition(".")
         return f"{table}{dot}{self._reference(name)}"
 

@@ -1,4 +1,4 @@
-"""Which names an expression of a mechanism may use, and what each of them is."""
+"""The names that an expression of a mechanism may use, and the meaning of each of them."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from lag2fmu.mechanism.order import in_order
 
 
 class Scope:
-    """Which names an expression may use, and what each of them is."""
+    """The names that an expression may use, and the meaning of each of them."""
 
     def __init__(self, m: Description) -> None:
         self.meaning = _meanings(m)
         self.uses: dict[str, set[str]] = {}
-        """Definition -> the names it uses, definitions written out."""
+        """{definition: the names it uses, with further definitions written out}."""
         for d in in_order(m.definitions, "definitions"):
             self.uses[d.name] = self.names_in(f"definitions.{d.name}", d.expression)
 
@@ -47,7 +47,7 @@ class Scope:
 
 
 def _meanings(m: Description) -> dict[str, str]:
-    """Name -> what it is; where two things have one name, which is found elsewhere, the last one."""
+    """{name: its meaning}; of two things with one name, which another check reports, it is that of the last one."""
     meaning = {"t": "time"}
     if any(damper.force is not None for damper in m.dampers):
         meaning[names.DAMPER_RATE] = OWN_RATE
@@ -91,7 +91,7 @@ def check_symbols(m: Description, scope: Scope) -> None:
 
 
 def _check_calls(entry: Entry, tables: Mapping[str, Table]) -> None:
-    """Raise MechanismError for a call of a table that there is not, with too few arguments, or in a constant."""
+    """Raise MechanismError for a call of an unknown table, with a wrong number of arguments, or in a constant."""
     for call in sorted(entry.expression.atoms(TableCall), key=str):
         table = tables.get(call.table)
         if table is None:
@@ -151,8 +151,8 @@ def check_constraints(m: Description, scope: Scope) -> None:
 def constrained(m: Description, scope: Scope) -> tuple[frozenset[str], frozenset[str]]:
     """The coordinates that constraints restrict, and those whose velocities they restrict.
 
-    An equilibrium restricts the coordinate without mass only, which follows the others. What holds at times decides no
-    start.
+    An equilibrium restricts only the coordinate without mass, which follows the others. Constraints that hold at times
+    only, which are latches, determine no start.
     """
     if not m.constraints:
         return frozenset(), frozenset()
@@ -170,11 +170,10 @@ def constrained(m: Description, scope: Scope) -> tuple[frozenset[str], frozenset
 
 
 def fixed_parameters(m: Description, scope: Scope, gaps: Iterable[sp.Expr] = ()) -> frozenset[str]:
-    """The parameters in holonomic constraints and gaps, dependent ones with all they depend on.
+    """The parameters in holonomic constraints and gaps; of a dependent one also the parameters it depends on.
 
-    They cannot change in a run, where the coordinates are continuous.
-
-    The parameters of an equilibrium may change: the coordinate without mass follows at once.
+    They cannot change in a run, because coordinates are continuous. The parameters of an equilibrium may change: the
+    coordinate without mass follows at once.
     """
     dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
     found: set[str] = set()

@@ -1,4 +1,4 @@
-"""The values of everything that has one at the start."""
+"""The values of all variables that have one at the start."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lag2fmu.mechanism.geometry import values_of
 def start_values(m: Description, *, guesses: bool = False) -> dict[str, float]:
     """{name: SI value} of t, parameters, coordinates, velocities, inputs and further states at the start.
 
-    Motion inputs rest. Coordinates and velocities that constraints decide stand there only with ``guesses``.
+    Motion inputs rest. Coordinates and velocities that constraints determine are among them only with ``guesses``.
     """
     values = values_of(m) | {u.name: u.start for u in m.inputs} | {z.name: z.start for z in m.states}
     for u in m.motions:
@@ -30,7 +30,7 @@ def start_values(m: Description, *, guesses: bool = False) -> dict[str, float]:
 
 
 def value_at(expression: sp.Expr, values: Mapping[str, float]) -> float | None:
-    """The value of ``expression`` in SI at the ``values`` of its names; None where it has none."""
+    """The value of ``expression`` at ``values`` {name: SI value}, in SI units; None if it has no value there."""
     try:
         return value_of(expression, values)
     except (KeyError, ValueError, ArithmeticError):

@@ -20,13 +20,13 @@ from lag2fmu.mechanism.unit_check import units_in
 
 _ROUNDING = 1e-9
 _SOLVED = 1e-6
-"""What is left of the terms of a gap that is 0 where starts are typed, and where constraints are solved for them."""
+"""A gap counts as 0 up to this part of its terms: if its starts are typed, and if they are solved for constraints."""
 
 UnitOf = Callable[[sp.Expr], "Unit | None"]
 
 
 def unilaterals(m: Description) -> Iterator[Unilateral]:
-    """Every ideal contact of ``m``, then two for each stop, NAME_lower and NAME_upper, as far as there are both."""
+    """Every ideal contact of ``m``, then the sides of each stop, NAME_lower and NAME_upper, if it has them."""
     if not (m.contacts or m.stops):
         return
     unit_of, poses = units_in(m), Poses(m)
@@ -60,10 +60,10 @@ def _of_stop(stop: Stop, unit_of: UnitOf) -> Iterator[Unilateral]:
 
 
 def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = False) -> None:
-    """Raise MechanismError for a gap that is negative at the start, but for rounding.
+    """Raise MechanismError for a gap that is negative at the start, beyond rounding.
 
-    Without ``solved`` gaps with coordinates that constraints may still decide are left out; with it the starts of
-    ``m`` are those that meet the constraints.
+    Without ``solved``, gaps with coordinates that constraints may still determine are left out. With ``solved``, the
+    starts of ``m`` meet the constraints already.
     """
     poses, start, rounding = Poses(m), start_values(m, guesses=solved), _SOLVED if solved else _ROUNDING
     for unilateral in found:

@@ -51,7 +51,7 @@ def _dimension_of(unit: Unit | str | None) -> Dimension | None:
 
 
 def _own_definitions(m: Description) -> list[Definition]:
-    """The definitions in order, without the forces of compliant contacts, whose keys may be plain numbers."""
+    """The definitions in order, without those of compliant contacts, which may contain plain numbers."""
     found = in_order(m.definitions, "definitions")
     brought = set()
     for contact in m.contacts:
@@ -62,16 +62,16 @@ def _own_definitions(m: Description) -> list[Definition]:
 
 
 def _columns(m: Description) -> dict[str, tuple[Dimension | None, ...]]:
-    """Table -> the dimensions of its arguments and of its value, as far as it has units."""
+    """{table: the dimensions of its arguments and of its value}; None for one without a unit."""
     return {table.name: tuple(map(_dimension_of, table.units)) for table in m.tables if table.units}
 
 
 def mismatches(m: Description, brought: Container[str] = ()) -> Iterator[str]:
     """One sentence for every expression whose known dimension is not the expected one.
 
-    A plain number stands for a value in SI and fits everywhere; beside a quantity in a sum it does not, but in the
-    constraints that are ``brought`` by joints, whose numbers are entries of places. Raises MechanismError for
-    definitions in a circle.
+    A plain number stands for a value in SI units and fits everywhere, except beside a quantity in a sum. In the
+    constraints ``brought`` by joints it fits there too, because these numbers are entries of places. Raises
+    MechanismError for definitions in a circle.
     """
     known, tables = _known_dimensions(m), _columns(m)
     infer = DimensionOf(known, tables)
@@ -109,7 +109,7 @@ def _mismatch(where: str, expression: sp.Expr, expected: Dimension | None, infer
 
 
 def constraint_units(m: Description) -> dict[str, Unit | None]:
-    """The unit of every constraint's expression: as given, or as it follows from the names in it; None if unknown."""
+    """{constraint: unit of its expression}, as given or as it follows from the names in it; None if unknown."""
     unit_of = units_in(m)
     return {c.name: c.unit if isinstance(c.unit, Unit) else unit_of(sp.sympify(c.expression)) for c in m.constraints}
 
@@ -155,7 +155,10 @@ def _expectations(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.
 
 
 def _expected_of_springs(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
-    """The same of springs and dampers: stiffness * elongation^2 is an energy, damping * rate^2 a power."""
+    """(place, expression, expected dimension) in springs and dampers.
+
+    stiffness * elongation^2 is an energy, damping * rate^2 is a power.
+    """
     for spring in m.springs:
         where = f"springs.{spring.name}"
         elongation = _measured(spring.elongation, METRE, infer)

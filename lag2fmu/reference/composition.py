@@ -2,8 +2,8 @@
 
 T by Koenig's theorem, T = 1/2 m v^2 + 1/2 I w^2 (J. Koenig, 1751; H. Goldstein, Classical Mechanics, section 1.2), with
 v = (dr/dq) qd + dr/dt + (dr/dy) y_dot for motion inputs y; generalized forces Q = F . dr/dq (Goldstein, section 1.4).
-Only positions and angles are differentiated here. All expressions are in SI units. What is on frames is left out:
-composed expressions would grow without bounds, so ``spatial`` adds it as numbers.
+Only positions and angles are differentiated here. All expressions are in SI units. Parts on frames are left out,
+because their composed expressions would grow without bounds; ``spatial`` adds these parts as numbers.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Vector = tuple[sp.Expr, ...]
 
 
 def composition_of(mechanism: Mechanism) -> Composition:
-    """The composition of ``mechanism``; those made last are kept."""
+    """The composition of ``mechanism``; the compositions made last are kept for further calls."""
     return _composition(mechanism, mechanism.coordinates, mechanism.constraints)
 
 
@@ -37,19 +37,19 @@ def composition_of(mechanism: Mechanism) -> Composition:
 def _composition(mechanism: Mechanism, *_derived: object) -> Composition:
     """The composition of a mechanism with these starts and constraints.
 
-    They are arguments, because mechanisms are equal whatever has been derived of them.
+    Starts and constraints are arguments of their own, because two mechanisms count as equal even if derivation has
+    added different starts and constraints to them.
     """
     return Composition(mechanism)
 
 
 @dataclass(frozen=True)
 class Composition:
-    """T, V, Rayleigh's R (J, J, W), the non-potential forces Q (n,), the outputs by name as expressions; L = T - V.
+    """T and V (J), Rayleigh's R (W), the non-potential forces Q (n,), the outputs by name as expressions; L = T - V.
 
-    ``further``: the derivatives of the further states, behind them those of filtered motions and their velocities.
-    Without the parts that are on frames.
-    Where the user gives a whole Lagrangian its part of second degree in qd counts as T and the rest as -V: V then
-    holds velocity-dependent potentials, and terms of moving supports too.
+    ``further``: the derivatives of the further states, and behind them those of filtered motions and their velocities.
+    The parts on frames are left out. Where the user gives a whole Lagrangian, its part of second degree in qd counts as
+    T and the rest as -V. V then also holds velocity-dependent potentials and terms of moving supports.
     """
 
     mechanism: Mechanism
@@ -84,9 +84,9 @@ class Composition:
             object.__setattr__(self, name, value)
 
     def written(self, expression: sp.Expr | int | float | None) -> sp.Expr:
-        """``expression`` with definitions written out and tables that know their data; 0 for one that is not given.
+        """``expression`` with definitions written out and with tables that know their data; None becomes 0.
 
-        Long definitions are calls, see ``language.definitions``.
+        Long definitions become calls, see ``language.definitions``.
         """
         known = sp.S.Zero if expression is None else with_data(sp.sympify(expression), _tables(self.mechanism))
         return known.xreplace(self._meaning)
@@ -97,14 +97,14 @@ class Composition:
         qdd = (symbol(acceleration(q.name)) for q in s.q)
         moving = (*s.q, *s.qd, *s.motion, *s.motion_dot, *s.further)
         rates = (*s.qd, *qdd, *s.motion_dot, *s.motion_ddot, *self.further)
-        pairs = ((TIME, sp.S.One), *zip(moving, rates, strict=False))  # those of filters stand behind
+        pairs = ((TIME, sp.S.One), *zip(moving, rates, strict=False))  # the rates of filters stand behind
         used = expression.free_symbols
         return sp.Add(*(expression.diff(x) * x_dot for x, x_dot in pairs if x in used))
 
     def velocity_part(self) -> tuple[sp.Expr, sp.Expr]:
-        """L = K - U with all terms that contain velocities in K and none of them in U.
+        """(K, U) in J with L = K - U; all terms with velocities are in K, all others in U.
 
-        (K, U) in J. Differences of K, for polarisation, then do not lose digits to a large potential.
+        Polarisation takes differences of K, which so lose no digits to a large potential.
         """
         qd = set(self.symbols.qd)
         moving: list[sp.Expr] = []
@@ -114,7 +114,7 @@ class Composition:
         return sp.Add(*moving), -sp.Add(*resting)
 
     def jumps(self) -> tuple[str, ...]:
-        """The calls of sign and heaviside in forces whose arguments the motion changes, as text: there qdd jumps."""
+        """The calls of sign and heaviside in forces whose arguments the motion changes, as text; qdd jumps at them."""
         moving = {*self.symbols.q, *self.symbols.qd}
         everything = (*self.forces, *(call.meaning for call in calls(self.forces)))
         jumping = {jump for expression in everything for jump in expression.atoms(sp.sign, sp.Heaviside)}
@@ -126,11 +126,11 @@ class Composition:
         return tuple(self.written(x) for x in self.mechanism.place(name))
 
     def on_frame(self, name: object) -> bool:
-        """Whether ``name`` is a point or body that is on a frame (be it the world)."""
+        """Whether ``name`` is a point or body that is placed on a frame; the world is a frame too."""
         return any(part.name == name and part.frame is not None for part in self.mechanism.places)
 
     def effort(self, load: Load) -> list[sp.Expr]:
-        """The entries of the force (N) or torque (N.m) of ``load``: 3 of one on a frame."""
+        """The entries of the force (N) or torque (N.m) of ``load``; a load on a frame has 3."""
         vector = load.torque if load.force is None else load.force
         return [self.written(x) for x in vector or ()]  # type: ignore[union-attr]
 
@@ -187,7 +187,7 @@ class Composition:
                 continue
             else:
                 gap = self._gap(spring.between)
-                # |gap| has no derivative at 0; the energy of a spring without natural length has one
+                # |gap| has no derivative at 0, so the energy of a spring without natural length is written without it
                 square = _dot(gap, gap) if length == 0 else (sp.sqrt(_dot(gap, gap)) - length) ** 2
             yield stiffness * square / 2
 
@@ -234,7 +234,7 @@ class Composition:
         return tuple(total.values())
 
     def _load(self, load: Load, place: str) -> tuple[Vector, Vector]:
-        """What a load moves, an angle (1,) or the entries of a position, and the torque or force on that."""
+        """What a load acts on, an angle (1,) or the entries of a position, and its torque or force."""
         if load.torque is not None:
             return (self.written(_angle(self.mechanism, str(load.body))),), (self.written(load.torque),)
         return self.place(place), tuple(self.written(x) for x in load.force or ())

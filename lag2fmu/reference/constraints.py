@@ -5,8 +5,8 @@ A constraint is differentiated by SymPy, once or twice along the motion. The sys
     [M  -G^T] [qdd       ]   [forcing]
     [G    0 ] [multiplier] = [-gamma ]
 
-is solved by its pseudo-inverse after scaling: accelerations are unique also with redundant constraints (Gauss's
-principle), multipliers are of least norm with rows of G of unit length in the metric M^-1.
+is scaled and solved by its pseudo-inverse. The accelerations are unique also with redundant constraints (Gauss's
+principle). The multipliers are those of least norm, with rows of G scaled to unit length in the metric M^-1.
 Source: F. Udwadia, R. Kalaba, Analytical Dynamics, Cambridge 1996, chapters 2 and 3.
 """
 
@@ -27,7 +27,7 @@ from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats, State, batch_first, batch_last
 
 RANK = 1e-10
-"""Eigenvalues of the scaled KKT matrix below this count as zero; they are squares of distances between rows of G."""
+"""Smaller eigenvalues of the scaled KKT matrix count as zero; they are squares of distances between rows of G."""
 
 Values = Sequence[Floats]
 """phi or A qd + b, velocities, gamma, (m, *batch) each, and G (m, n, *batch)."""
@@ -47,7 +47,7 @@ class ConstraintFunctions:
         self.names = [c.name for c in mechanism.constraints]
         self.h, self.m, self.n = len(mechanism.holonomic), len(mechanism.constraints), len(s.q)
         self._constants = constants
-        self._full_rank: bool | None = None  # of G, where it is asked for the first time
+        self._full_rank: bool | None = None  # whether G has full rank; None until it is asked
         own = composition is composition_of(mechanism)
         expressions = constraint_expressions(mechanism) if own else written_constraints(composition)
         self._function = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), expressions)
@@ -59,16 +59,19 @@ class ConstraintFunctions:
         return values[:m], values[m : 2 * m], values[2 * m : 3 * m], values[3 * m :].reshape(m, self.n, *state.t.shape)
 
     def solve(self, mass: Floats, forcing: Floats, state: State, rate: float = 0.0) -> tuple[Floats, Floats]:
-        """qdd (n, *batch) and multipliers (m, *batch) for M (n, n, *batch) and forcing (n, *batch).
+        """qdd (n, *batch) and multipliers (m, *batch) for M (n, n, *batch) and forcing (n, *batch), in SI units.
 
-        With a ``rate`` (1/s) the constraints' accelerations are -2 rate velocity - rate^2 position instead of 0, which
-        damps what an integration lets drift. NaN where M, G or the right side is not finite. Source: Udwadia, Kalaba,
+        With a ``rate`` (1/s) the constraints' accelerations are -2 rate velocity - rate^2 position instead of 0. This
+        damps the drift of an integration. NaN where M, G or the right side is not finite. Source: Udwadia, Kalaba,
         Analytical Dynamics, chapter 3; J. Baumgarte, Comp. Meth. Appl. Mech. Eng. 1 (1972), pp. 1-16, for the damping.
         """
         return self.solved(mass, forcing, self(state), rate)
 
     def solved(self, mass: Floats, forcing: Floats, values: Values, rate: float = 0.0) -> tuple[Floats, Floats]:
-        """The same, (n, *batch) and (m, *batch), for ``values`` of the constraints, as calling gives them."""
+        """qdd (n, *batch) and multipliers (m, *batch) as ``solve`` gives them.
+
+        ``values`` are those of the constraints, as a call of this object returns them.
+        """
         phi, jacobian = values[0], values[3]
         M, G = batch_first(mass, 2), batch_first(jacobian, 2)
         right = batch_first(np.concatenate([forcing, -self.aim(values, rate)]), 1)
@@ -86,7 +89,7 @@ class ConstraintFunctions:
         return found[: self.n], -found[self.n :]
 
     def aim(self, values: Values, rate: float) -> Floats:
-        """gamma and, at a ``rate`` (1/s), what damps drift: the negative of what G qdd is to be, (m, *batch)."""
+        """The negative of what G qdd has to be, (m, *batch): gamma and, with a ``rate`` (1/s), the damping of drift."""
         phi, velocity, gamma, _ = values
         if not rate:
             return gamma
@@ -109,11 +112,12 @@ class ConstraintFunctions:
         nominal: Floats,
         free: tuple[Sequence[bool], Sequence[bool]] | None = None,
     ) -> tuple[Floats, Floats]:
-        """q and qd, (n,) each, moved until the constraints hold; by ``free`` entries first, if they are given.
+        """q and qd, (n,) each, moved until the constraints hold.
 
-        Newton's method with steps of least norm in ``nominal`` values (n,), halved where the residual grows. ``state``
-        makes the state of (q, qd). Raises SimulationError with the residuals if a relative residual of 1e-6 is left for
-        the coordinates that are given. Source: N. Yamashita, M. Fukushima, Computing Suppl. 15 (2001), pp. 239-249.
+        ``free`` says which entries of q and of qd are moved first; without it all entries are moved. Newton's method
+        takes steps of least norm in units of the ``nominal`` values (n,), and halves them where the residual grows.
+        ``state`` makes the state of (q, qd). Raises SimulationError with the residuals if a relative residual above
+        1e-6 is left. Source: N. Yamashita, M. Fukushima, Computing Suppl. 15 (2001), pp. 239-249.
         """
         everything = np.ones(self.n, dtype=bool), TIGHT
         q_passes, qd_passes = (
@@ -154,7 +158,8 @@ def constraint_expressions(mechanism: Mechanism) -> tuple[sp.Expr, ...]:
 def _expressions(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> tuple[sp.Expr, ...]:
     """Values, velocities, gamma and G of the ``constraints``, one after the other.
 
-    They are named because a mechanism is equal to itself without the equilibria of what has no mass.
+    The constraints are an argument of their own, because two mechanisms count as equal even if only one of them has the
+    equilibria of coordinates without mass.
     """
     return written_constraints(composition_of(mechanism))
 
@@ -174,16 +179,20 @@ def gradients(symbols: Sequence[sp.Symbol], expressions: Sequence[sp.Expr]) -> l
 
 
 def accelerations_without_qdd(composition: Composition, velocities: Sequence[sp.Expr]) -> list[sp.Expr]:
-    """gamma: what the time derivatives of ``velocities``, affine in qd, are where qdd is 0."""
+    """gamma: the time derivatives of ``velocities``, which are affine in qd, with qdd = 0."""
     s = composition.symbols
     moving = dict(zip(s.q, s.qd, strict=True)) | {TIME: sp.S.One}
     moving |= dict(zip(s.motion, s.motion_dot, strict=True)) | dict(zip(s.motion_dot, s.motion_ddot, strict=True))
-    moving |= dict(zip(s.further, composition.further, strict=False))  # those of filters stand behind
+    moving |= dict(zip(s.further, composition.further, strict=False))  # the rates of filters stand behind
     return [sp.Add(*(w.diff(x) * rate for x, rate in moving.items())) for w in velocities]
 
 
 def newton(function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, free: np.ndarray, nominal: Floats) -> Floats:
-    """x (n,) moved in its ``free`` entries until the residuals vanish or do not fall any more."""
+    """x (n,) moved in its ``free`` entries until the residuals vanish, or fall no further.
+
+    ``function`` maps x to residuals (m,) and their Jacobian (m, n); ``nominal`` values (n,) measure the steps. Source:
+    N. Yamashita, M. Fukushima, Computing Suppl. 15 (2001), pp. 239-249.
+    """
     residual, jacobian = function(x)
     for _ in range(_ITERATIONS):
         if not free.any() or not np.isfinite(jacobian).all() or _relative(residual, jacobian) <= 1e-3 * TIGHT:
@@ -199,7 +208,7 @@ def newton(function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, free:
         for halving in range(_HALVINGS):
             trial = x + 0.5**halving * step * nominal
             found = function(trial)
-            if np.linalg.norm(unit * found[0]) < np.linalg.norm(r):  # in the norm in which the damped step goes down
+            if np.linalg.norm(unit * found[0]) < np.linalg.norm(r):  # the norm that falls along a damped step
                 break
         else:
             break
@@ -208,7 +217,7 @@ def newton(function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, free:
 
 
 def _relative(residual: Floats, jacobian: Floats) -> float:
-    """The greatest residual relative to what a change of a coordinate by its nominal value makes."""
+    """The greatest residual, relative to its change if coordinates change by their nominal values."""
     if not len(residual):
         return 0.0
     size = np.abs(jacobian).max(axis=1)
@@ -226,10 +235,10 @@ def _least(matrix: Floats, right: Floats) -> Floats:
 
 
 def scales(M: Floats, G: Floats, plain: bool) -> Floats:
-    """Factors of rows and columns of the KKT matrix (*batch, n + m): all of one size, rows of G of unit length in M^-1.
+    """Factors of rows and columns of the KKT matrix, (*batch, n + m), that bring its entries to one size.
 
-    Where M is singular, M + G^T W G takes its place, W making both of one size. ``plain``: G has full rank, so that the
-    length of its rows does not matter.
+    Rows of G get unit length in the metric M^-1. Where M is singular, M + G^T W G takes its place, with a W that makes
+    both terms of one size. ``plain``: G has full rank, so that the length of its rows does not matter.
     """
     size = np.abs(np.diagonal(M, axis1=-2, axis2=-1)).max(axis=-1)[..., None] / np.maximum((G**2).sum(-1), 1e-300)
     full = M + np.swapaxes(G, -1, -2) @ (size[..., None] * G)

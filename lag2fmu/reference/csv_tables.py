@@ -34,9 +34,10 @@ def csv_text(path: str | os.PathLike[str]) -> str:
 def parse_table(
     text: str, where: str = "CSV", units: Mapping[str, Unit] | None = None, *, gaps: bool = False
 ) -> tuple[tuple[str, ...], NDArray[np.float64]]:
-    """The names of the columns behind ``time`` and the table (rows, 1 + names) in ``text``, in SI; see ``parse_csv``.
+    """The names of the columns behind ``time``, and the table (rows, 1 + names) in ``text``, in SI units.
 
-    With ``gaps`` an empty cell is a missing value, NaN in the table. Raises LoadError.
+    ``units`` are as for ``parse_csv``. With ``gaps`` an empty cell is a missing value, NaN in the table. Raises
+    LoadError with line and column of what is wrong.
     """
     header, table, lines = _parsed(text, where, units, gaps=gaps, first="time")
     check_names(header[1:], f"{where}, line 1", LoadError)
@@ -51,7 +52,10 @@ def parse_table(
 def parse_columns(
     text: str, where: str = "CSV", units: Mapping[str, Unit] | None = None
 ) -> tuple[tuple[str, ...], NDArray[np.float64]]:
-    """The names of all columns and the table (rows, names) in ``text``, in SI, with no time; raises LoadError."""
+    """The names of all columns, and the table (rows, names) in ``text``, in SI units; no column need be the time.
+
+    Raises LoadError with line and column of what is wrong.
+    """
     header, table, _ = _parsed(text, where, units)
     return tuple(header), table
 
@@ -59,12 +63,14 @@ def parse_columns(
 def _parsed(
     text: str, where: str, units: Mapping[str, Unit] | None, *, gaps: bool = False, first: str = ""
 ) -> tuple[list[str], NDArray[np.float64], list[int]]:
-    """Header, table in SI and the lines of its rows; ``first`` is what the first column has to be."""
+    """The header, the table in SI units, and the line numbers of its rows; ``first`` names the first column."""
     reader = csv.reader(io.StringIO(text, newline=""))
     rows: list[list[float]] = []
     lines: list[int] = []
     try:
         header, own = _headings(next(reader, []), f"{where}, line 1", {} if units is None else units)
+        if not header and not first:
+            raise LoadError(f"{where}, line 1: the names of the columns are missing; begin with a line of them")
         if not header or (first and header[0] != first):
             found, commas = header[:1] or "missing", "; separate columns by commas" if ";" in text[:1000] else ""
             raise LoadError(f"{where}, line 1: the first column is {found}, expected 'time' (time,name,...){commas}")

@@ -1,10 +1,10 @@
-"""The forces that carry prescribed motions, on the independent path: those motions are taken as coordinates.
+"""The forces that carry prescribed motions, on the independent path: each such motion y is taken as a coordinate.
 
-With y among the coordinates its Lagrange equation has one more force on its right side, which the drive brings up:
+The Lagrange equation of y has one more force on its right side, which is the force of the drive:
 
     F = d/dt dL/dy_dot - dL/dy + dR/dy_dot - Q_y - sum of multiplier * G_y.
 
-L is quadratic in the velocities, so dL/dy_dot is half the difference of L one unit of y_dot to both sides; all other
+L is quadratic in the velocities, so dL/dy_dot is half the difference of L at y_dot + 1 and y_dot - 1. All other
 derivatives are complex steps. Accelerations and multipliers are those of the mechanism itself.
 Sources: H. Goldstein, Classical Mechanics, sections 1.4 and 2.4; for the complex step see ``functions``.
 """
@@ -48,9 +48,10 @@ class _Freed(Composition):
 
 
 class DriveForces:
-    """F (k,) of the k motions ``names`` of the mechanism of ``equations``, filtered ones behind.
+    """The forces F (k,) of the k motions ``names``, each in J by the unit of its motion; filtered motions stand last.
 
-    Contacts, dry friction and latches are left out, as they are in ``equations``.
+    ``equations`` are those of the mechanism. They know no contacts, dry friction and latches, nor do the forces.
+    Source: H. Goldstein, Classical Mechanics, sections 1.4 and 2.4.
     """
 
     def __init__(self, equations: Equations) -> None:

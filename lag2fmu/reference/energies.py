@@ -1,7 +1,7 @@
-"""The energies of a mechanism as numbers: T, V, Rayleigh's R and L = T - V, at one state or at a batch of states.
+"""The energies of a mechanism as numbers: T, V, Rayleigh's R and L = T - V, at one state or at a batch of m states.
 
-Quantities of a batch have the batch first: times (m,), coordinates (m, n). Inside, arrays have it last, (n, m), so that
-every row is one argument of a vectorised function.
+What callers give and get has the batch as first axis: times (m,), coordinates (m, n). Inside, arrays have the batch as
+last axis, (n, m), so that every row is one argument of a vectorised function.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from lag2fmu.reference.state import Floats, InputValues, State, batch_last
 
 
 class EnergyFunctions:
-    """T, V, R, L (J; R in W) of ``mechanism``, with some ``parameters`` (name -> SI value) other than declared.
+    """T, V, L (J) and R (W) of ``mechanism``; ``parameters`` (name -> SI value) replace declared values.
 
-    Everything is composed and compiled when built. Raises LoadError for a parameter that is unknown, dependent, not
-    finite or out of its bounds. Inputs that are not given have their start value, external forces Q_<coordinate> are 0.
-    A ``composition`` other than the mechanism's own may have further parameters, such as the sides of frozen switches:
-    they stand behind those of the mechanism in ``constants`` and are 1 until they are set there.
-    Further states are given among the inputs.
+    Everything is composed and compiled when built. Inputs that are not given have their start value, external forces
+    Q_<coordinate> are 0. Further states are given among the inputs. A ``composition`` other than the mechanism's own
+    may have further parameters, such as the sides of frozen switches. They stand in ``constants`` behind those of the
+    mechanism, and are 1 until they are set there. Raises LoadError for a parameter that is unknown, dependent, not
+    finite or out of its bounds.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class EnergyFunctions:
 
     @property
     def input_names(self) -> tuple[str, ...]:
-        """The inputs by name: y, y_dot, y_ddot of motions, plain inputs, Q_<coordinate>; and further states."""
+        """The names of the inputs: y, y_dot, y_ddot of motions, plain inputs, Q_<coordinate>, then further states."""
         return tuple(self._row)
 
     def start(self, time: float = 0.0, inputs: InputValues | None = None) -> tuple[Floats, Floats]:
@@ -93,7 +93,7 @@ class EnergyFunctions:
     ) -> tuple[Floats, Floats]:
         """q and qd, (n,) each, moved onto the constraints, see ``ConstraintFunctions.consistent``.
 
-        Raises SimulationError as that does.
+        ``time`` is in s. Raises SimulationError if the constraints cannot be met.
         """
         nominal = np.array([c.nominal for c in self.mechanism.coordinates])
         return self.constraints.consistent(lambda a, b: self.state(time, a, b, inputs), q, qd, nominal, free)
@@ -123,20 +123,20 @@ class EnergyFunctions:
         return State(time, batch_last(positions), batch_last(velocities), signals)
 
     def with_states(self, inputs: Floats, z: Floats) -> Floats:
-        """``inputs`` (3 k + m + n + f, *batch) with the further states z, those of filters included, put in."""
+        """``inputs`` (3 k + m + n + f, *batch) with the further states z put in; z holds those of filters too."""
         inputs[self._state_rows] = z
         self._accelerate(inputs)
         return inputs
 
     def _accelerate(self, inputs: Floats) -> None:
-        """Put the accelerations of filtered motions in, which follow from their states and targets."""
+        """Put the accelerations of filtered motions into ``inputs``; they follow from states and targets."""
         if self.composition.symbols.filtered:
             inputs[self._filtered] = self._filters(inputs, self.constants)
 
     def input_values(self, inputs: Mapping[str, float]) -> Floats:
-        """All inputs in the order of ``input_names``, (3 k + m + n,): those not among ``inputs`` at their starts.
+        """All inputs in the order of ``input_names``, (3 k + m + n,), in SI units.
 
-        In SI units.
+        An input that is not among ``inputs`` has its start value.
         """
         values: Floats = self._starts.copy()
         for name, value in inputs.items():
@@ -150,9 +150,9 @@ class EnergyFunctions:
         return values if self.spatial.empty else values + self.spatial.energies(rows)
 
     def forces(self, state: State) -> Floats:
-        """The non-potential forces Q without dissipation, external ones included: (n, *batch).
+        """The non-potential forces Q, (n, *batch), each in J by the unit of its coordinate.
 
-        Each in J by the unit of its coordinate.
+        External forces are included, forces of dissipation R are not.
         """
         values = self._forces(state.rows, self.constants)
         return values if self.spatial.empty else values + self.spatial.forces(self._rows(state), state.inputs)
@@ -171,7 +171,10 @@ class EnergyFunctions:
         return {name: values[name] for name in self.mechanism.output_names}
 
     def further(self, state: State, unknowns: Sequence[Floats]) -> Floats:
-        """The derivatives of the further states, (f, *batch) in SI units, for ``unknowns`` as of ``outputs``."""
+        """The derivatives of the further states, (f, *batch), in SI units.
+
+        ``unknowns`` are the accelerations (n, *batch) and multipliers (m, *batch).
+        """
         return self._further(np.concatenate([state.rows, *unknowns]), self.constants)
 
     def position(self, state: State, name: str) -> Floats:
@@ -182,9 +185,9 @@ class EnergyFunctions:
         return compiled(arguments, self.composition.place(name))(self._rows(state), self.constants)
 
     def velocity_part(self) -> Callable[[Array], Array]:
-        """rows (t, q, qd, y, y_dot), real or complex -> K, U, R: L = K - U, with all that velocities change in K.
+        """A function of rows (t, q, qd, y, y_dot), real or complex, that gives K, U (J) and R (W), (3, *batch).
 
-        K, U in J, R in W; the result has the shape (3, *batch).
+        L = K - U, where K holds all terms that contain velocities.
         """
         moving, resting = self.composition.velocity_part()
         expressions: tuple[sp.Expr, ...] = (moving, resting, self.composition.dissipation)
@@ -205,7 +208,7 @@ def parameter_values(mechanism: Mechanism, overrides: Mapping[str, float]) -> di
     """
     values = _independent_values(mechanism, overrides)
     pending = {p.name: p.expression for p in mechanism.parameters if p.expression is not None}
-    while pending:  # the record refuses circles: every pass finds one
+    while pending:  # the record refuses circles, so that every pass finds a value
         for name, expression in list(pending.items()):
             used = sorted(expression.free_symbols, key=str)
             if {s.name for s in used} <= values.keys():
@@ -237,9 +240,10 @@ def _check_value(parameter: Parameter, value: float) -> None:
 
 
 def declared_starts(mechanism: Mechanism, overrides: Mapping[str, float]) -> dict[str, float]:
-    """{name: SI value} at the start of q, qd and further states, (s,), as declared; ``overrides`` by NAME or NAME_dot.
+    """{name: SI value} of q, qd and further states at the start, s of them, as declared.
 
-    Raises LoadError for a name that is none of these, and for a value that is not finite or out of its bounds.
+    ``overrides`` {NAME or NAME_dot: SI value} replace declared values. Raises LoadError for a name that is no state,
+    and for a value that is not finite or out of its bounds.
     """
     coordinates = mechanism.coordinates
     values = {c.name: c.start for c in coordinates} | {velocity(c.name): c.velocity for c in coordinates}

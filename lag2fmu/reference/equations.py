@@ -1,12 +1,13 @@
 """The Lagrange equations of a mechanism as numbers, without a derivative of its energies being written down.
 
-K, the part of L that velocities change, is a polynomial of second degree in qd. At unit velocities e_i polarisation
-gives
+K is the part of L that contains velocities: a polynomial of second degree in qd. Polarisation at unit velocities e_i
+gives M and b:
 
     M_ii = K(e_i) + K(-e_i) - 2 K(0),   M_ij = K(e_i + e_j) - K(e_i) - K(e_j) + K(0),   b_i = (K(e_i) - K(-e_i)) / 2
 
-and p = dL/dqd = M qd + b. All these points are moved along the motion by a complex step i h (qd, 1, y_dot, y_ddot), so
-that their imaginary parts are h dM/dt and h db/dt; further points give dL/dq, dR/dqd and the explicit dL/dt. Then
+and p = dL/dqd = M qd + b. A complex step i h (qd, 1, y_dot, y_ddot) moves all these points along the motion, so that
+the imaginary parts of M and b are h dM/dt and h db/dt. Complex steps at further points give dL/dq, dR/dqd and the
+explicit dL/dt. Then
 
     M qdd = Q + dL/dq - dR/dqd - dM/dt qd - db/dt,
 
@@ -32,15 +33,16 @@ from lag2fmu.reference.state import Floats, InputValues, State, batch_first, bat
 from lag2fmu.reference.terms import Balance, Terms, weakness
 
 SMALL = 3
-"""Coordinates of a mechanism for which compiled equations save no time at a thousand states."""
+"""Up to so many coordinates compiled equations save no time at a thousand states."""
 
 
 class Equations:
     """The equations of motion of ``mechanism`` for ``parameters`` (name -> SI value; declared values otherwise).
 
-    States are t in s, q and qd (n,), inputs and further states name -> value; or batches of m: t (m,), q and qd (m, n),
-    values (m,). Raises LoadError for unknown or unusable parameters, DerivationError if L is not quadratic in the
-    velocities.
+    A state is given by t in s, q and qd (n,), and ``inputs`` name -> SI value, which hold the further states too. A
+    batch of m states has t (m,), q and qd (m, n), values (m,). Raises LoadError for unknown or unusable parameters,
+    DerivationError if L is not quadratic in the velocities. Source: H. Goldstein, Classical Mechanics, sections 1.5 and
+    2.7.
     """
 
     def __init__(
@@ -59,7 +61,7 @@ class Equations:
         self._units = self._unit_velocities()
         q, qd = self.energies.start()
         state = self.energies.state(0.0, q, qd)
-        # velocities of about equal energy: no digits are lost between coordinates of different units (powers of two)
+        # powers of two as velocities of about equal energy, so that coordinates of different units lose no digits
         diagonal = np.diagonal(self.terms(state).mass_matrix)
         usable = np.isfinite(diagonal) & (diagonal > 1e-30 * np.nanmax(np.abs(diagonal)))
         self.scale = np.exp2(-np.round(0.5 * np.log2(np.where(usable, diagonal, 1.0))))
@@ -88,7 +90,7 @@ class Equations:
         return batch_first(self.rates(self.energies.state(t, q, qd, inputs))[1], 1)
 
     def residuals(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """What the constraints say is zero: phi, or A qd + b, (m,) or (batch, m), in SI units."""
+        """What the constraints demand to be zero: phi, or A qd + b, (m,) or (batch, m), in SI units."""
         return batch_first(self.energies.constraints(self.energies.state(t, q, qd, inputs))[0], 1)
 
     def kinetic_energy(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
@@ -119,22 +121,22 @@ class Equations:
     def outputs(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None
     ) -> dict[str, Floats]:
-        """The mechanism's outputs, one for each entry: name -> () or (m,), in SI units."""
+        """{name: values () or (m,)} of the mechanism's outputs, one for each entry of a vector, in SI units."""
         state = self.energies.state(t, q, qd, inputs)
         return self.energies.outputs(state, self.rates(state)[:2])
 
     def further(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """The derivatives of the further states, (f,) or (m, f), in SI units; ``inputs`` have their values."""
+        """The derivatives of the further states, (f,) or (m, f), in SI units; ``inputs`` hold their values."""
         state = self.energies.state(t, q, qd, inputs)
         return batch_first(self.energies.further(state, self.rates(state)[:2]), 1)
 
     def balance(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, inputs: InputValues | None = None
     ) -> Balance:
-        """The balance of energy at states and accelerations qdd (n,) or (m, n) from anywhere, an FMU for instance.
+        """The balance of energy at given states and accelerations qdd (n,) or (m, n), for instance those of an FMU.
 
-        dh/dt is the complex step of h along (qd, qdd); the mass matrix has no part in it. Source: Goldstein, Classical
-        Mechanics, section 2.7 (the energy function).
+        dh/dt is the complex step of h along (qd, qdd), so that the mass matrix is not used. Source: Goldstein,
+        Classical Mechanics, section 2.7 (the energy function).
         """
         state = self.energies.state(t, q, qd, inputs)
         x = batch_last(np.broadcast_to(np.asarray(qdd, dtype=float), np.shape(q)))
@@ -156,9 +158,10 @@ class Equations:
     # ------------------------------------------------------------------------------------------------- how it is done
 
     def rates(self, state: State, damping: float = 0.0) -> tuple[Floats, Floats, Floats]:
-        """qdd (n, *batch), multipliers (m, *batch), the power (*batch, W) of what changes h; NaN without a solution.
+        """qdd (n, *batch), multipliers (m, *batch) and the power (*batch,), in W, that changes h.
 
-        ``damping`` (1/s) is what pulls back onto the constraints, see ``ConstraintFunctions.solve``.
+        NaN where there is no solution. ``damping`` (1/s) pulls the motion back onto the constraints, see
+        ``ConstraintFunctions.solve``.
         """
         terms = self.terms(state)
         forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial
@@ -178,7 +181,7 @@ class Equations:
     def terms(self, state: State) -> Terms:
         """The parts of the equations at ``state``, by polarisation and complex steps, see the module.
 
-        Long batches in blocks, for the memory they take.
+        Long batches are evaluated in blocks, which bounds the memory.
         """
         size = max(1, BLOCK // (self._units.shape[1] + 2 * self.n + 1))
         if state.t.ndim != 1 or len(state.t) <= size:
@@ -187,7 +190,7 @@ class Equations:
         return Terms(*(np.concatenate([getattr(part, f.name) for part in parts], axis=-1) for f in fields(Terms)))
 
     def weakness(self, state: State) -> str:
-        """What is wrong with the mass matrix at one of the states, in words that name the coordinates."""
+        """Words that say what is wrong with the mass matrix at one of the states, and name the coordinates."""
         names = [c.name for c in self.mechanism.coordinates]
         matrices = batch_first(self.terms(state).mass_matrix, 2).reshape(-1, self.n, self.n)
         if self.energies.constraints.m:
@@ -235,7 +238,7 @@ class Equations:
         return matrix / (scale[:, None] * scale), (plus - minus) / (2 * scale)
 
     def _generalized_energy(self, rows: Array) -> Array:
-        """h (*batch) at rows (rows, 3, *batch): twice the even part of K without its constant is qd . M qd."""
+        """h (*batch,), in J, at rows (rows, 3, *batch), from the even part of K: without K(0) it is qd . M qd / 2."""
         rows[1 + self.n : 1 + 2 * self.n, 1] *= -1
         rows[1 + self.n : 1 + 2 * self.n, 2] = 0
         K, U, _ = self._parts(rows)
@@ -267,7 +270,7 @@ class Equations:
         return self.energies.constraints.m, self.n
 
     def _constraint_power(self, state: State, multipliers: Floats) -> Floats:
-        """-multiplier . b, in W: what moving constraints put in."""
+        """-multiplier . b, in W: the power that moving constraints put into the mechanism."""
         if not self.energies.constraints.m:
             return np.zeros(state.t.shape)
         _, velocities, _, jacobian = self.energies.constraints(state)

@@ -1,13 +1,13 @@
 """Poses and velocities of frames, composed one after the other along their parents; nothing here is differentiated.
 
-With R the rotation matrix of a frame (r_world = x + R r), o its origin in the parent's axes and turns by a_k about
-axes u_k, each seen in the axes that the turns before have reached (R_k),
+R is the rotation matrix of a frame (r_world = x + R r), o its origin in the parent's axes. The frame is turned by
+angles a_k about axes u_k; each axis is given in the axes R_k that the turns before it have reached. Then
 
     x = x_p + R_p o,   v = v_p + w_p x R_p o + R_p o_dot,   R_k+1 = R_k R(u_k, a_k),   w_k+1 = w_k + a_k_dot R_k u_k,
 
-and for a unit quaternion w = w_p + 2 R_p (e0 e_dot - e0_dot e + e x e_dot). The algebra is + - * of NumPy arrays: real,
-complex (safe for the complex step), or of SymPy expressions. Vectors are (3, *shape), matrices (3, 3, *shape).
-Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd edition, sections 2.1-2.6.
+and for a unit quaternion w = w_p + 2 R_p (e0 e_dot - e0_dot e + e x e_dot). The algebra is + - * of NumPy arrays. Their
+entries are real, complex (for the complex step), or SymPy expressions. Vectors are (3, *shape), matrices (3, 3,
+*shape). Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd edition, sections 2.1-2.6.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from lag2fmu.description.places import AXES, WORLD, Frame
 from lag2fmu.reference.functions import Array, Slots, atan2, unit_vector
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
-"""The axes after and before x, y, z."""
+"""For each axis x, y, z the two others: the next one and the one before, in the cycle x, y, z."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class Turn:
-    """A turn about an axis (0, 1, 2, or the slice of a unit vector); ``values``: cos and sin of the angle, its rate."""
+    """A turn about an axis: 0, 1, 2, or the slice of a unit vector; ``values``: cos and sin of the angle, its rate."""
 
     axis: int | slice
     values: slice
@@ -46,9 +46,9 @@ class Turn:
 
 @dataclass(frozen=True)
 class Link:
-    """A frame on its parent. ``origin``: o and o_dot; ``quaternion``, if there is one: e and e_dot.
+    """A frame on its parent: slices of the values that place it.
 
-    Shapes (3,) and (4,), lengths in m.
+    ``origin``: o (3,), in m, and o_dot (3,), in m/s; ``quaternion``, if there is one: e (4,) and e_dot (4,).
     """
 
     name: str
@@ -60,9 +60,9 @@ class Link:
 
 @dataclass(frozen=True)
 class Spot:
-    """A point fixed to or moving in a frame; ``values``: its position in the frame's axes and the rate of that.
+    """A point that is fixed to a frame or moves in it.
 
-    A position is (3,), in m.
+    ``values``: the slice of its position (3,), in m, in the frame's axes, and of the rate of this position, in m/s.
     """
 
     frame: str
@@ -76,18 +76,21 @@ class Spot:
 
 
 def links_of(frames: Iterable[Frame], slots: Slots) -> list[Link]:
-    """The ``frames``, parents first, their local expressions in ``slots``."""
+    """The ``frames`` as links, parents first; their local expressions are added to ``slots``."""
     return [_link(frame, slots) for frame in _parents_first(frames)]
 
 
 def spot_of(frame: str, position: Iterable[sp.Expr | int | float], slots: Slots) -> Spot:
-    """The ``position`` (3,) in m in the axes of ``frame``, its local expressions in ``slots``."""
+    """The ``position`` (3,), in m, in the axes of ``frame``; its local expressions are added to ``slots``."""
     here = [slots.written(x) for x in position]
     return Spot(frame, slots.add([*here, *map(slots.rate, here)]))
 
 
 def poses_of(links: Sequence[Link], values: Array) -> dict[str, Pose]:
-    """The poses of all frames and of the world for the ``values`` of the slots, (slots, *shape). In SI units."""
+    """The poses of all frames and of the world for the ``values`` (slots, *shape) of the slots, in SI units.
+
+    Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd edition, sections 2.1-2.6.
+    """
     one = np.zeros((3, 3, *values.shape[1:]), values.dtype)
     one[range(3), range(3)] = 1
     zero = np.zeros_like(one[0])
@@ -107,13 +110,13 @@ def poses_of(links: Sequence[Link], values: Array) -> dict[str, Pose]:
 
 
 def apply(matrix: Array, vector: Array) -> Array:
-    """matrix . vector, (3, *shape)."""
+    """matrix . vector, (3, *shape): a ``vector`` in the frame's axes becomes one in world axes."""
     product: Array = (matrix * vector[None]).sum(axis=1)
     return product
 
 
 def apply_transposed(matrix: Array, vector: Array) -> Array:
-    """vector . matrix: a vector of world axes in those of the frame, (3, *shape)."""
+    """vector . matrix, (3, *shape): a ``vector`` in world axes becomes one in the frame's axes."""
     product: Array = (matrix * vector[:, None]).sum(axis=0)
     return product
 
@@ -186,7 +189,7 @@ def _by_quaternion(R: Array, w: Array, values: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Mass:
-    """A body: mass, and the tensor (6) if it has one."""
+    """A body: its mass (kg), and the entries (6,) of its inertia tensor (kg.m2) if it has one."""
 
     spot: Spot
     mass: slice
@@ -195,7 +198,7 @@ class Mass:
 
 @dataclass(frozen=True)
 class Element:
-    """A spring or damper between two spots: its constant, and for a spring the natural length."""
+    """A spring or damper between two spots: its constant (N/m, N.s/m), and the natural length (m) of a spring."""
 
     ends: tuple[Spot, Spot]
     values: slice

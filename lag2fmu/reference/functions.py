@@ -2,8 +2,8 @@
 
 The complex step f'(x) = Im f(x + i h) / h has no cancellation, so h may be tiny and the derivative is exact to rounding
 (W. Squire, G. Trapp, Using complex variables to estimate derivatives of real functions, SIAM Review 40, 1998). With a
-tiny h a complex number is a dual number: functions that NumPy continues otherwise (abs, sqrt of a negative, atan2, ...)
-are given here as f(x) + i f'(x) Im z, and stay NaN where the real function is not defined.
+tiny h a complex number is a dual number. NumPy continues some functions differently (abs, sqrt of a negative, atan2,
+...). These are given here as f(x) + i f'(x) Im z, and stay NaN where the real function is not defined.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ FEW = 3
 """At most this many points are evaluated one by one: NumPy's scalars take a fifth of the time of its short arrays."""
 
 _EXACT = 2**53
-"""Whole numbers up to this one are doubles."""
+"""Whole numbers up to this one are exact as doubles."""
 
 Function = Callable[..., Any]
 
@@ -51,7 +51,7 @@ def _lifted(function: Function, slope: Function) -> Function:
 
 
 def absolute(z: Any) -> Any:
-    """|z| with derivative sign(z), 0 at 0; ``z`` of any shape, as all functions here."""
+    """|z| for ``z`` of any shape, with the derivative sign(z), which is 0 at 0."""
     return np.sign(np.real(z)) * z
 
 
@@ -65,7 +65,10 @@ def atan2(y: Any, x: Any) -> Any:
 
 
 def power(base: Any, exponent: Any) -> Any:
-    """base ** exponent for exponents that are no small integers: NaN for a negative base and a broken exponent."""
+    """base ** exponent, any shape, for exponents that are no small integers.
+
+    NaN for a negative base with an exponent that is no integer.
+    """
     x, y = np.real(base), np.real(exponent)
     value = np.power(x, y)
     if np.iscomplexobj(base):
@@ -118,22 +121,22 @@ NUMERIC: dict[str, Function] = {
 
 
 def number(value: sp.Expr) -> str:
-    """The double that is nearest to ``value``, as text that Python and C read; infinite beyond their range."""
+    """The double nearest to ``value``, as text that Python and C read; an infinity beyond the range of doubles."""
     nearest = float(value)
     return repr(nearest) if np.isfinite(nearest) else f"{'-' if nearest < 0 else ''}1e999"
 
 
 def _is_long(value: sp.Expr) -> bool:
-    """Whether numerator or denominator are no doubles. NumPy takes whole numbers beyond 64 bits for objects."""
+    """Whether numerator or denominator are not exact as doubles. NumPy makes integers beyond 64 bits objects."""
     return bool(value.is_Rational) and max(abs(int(value.p)), int(value.q)) > _EXACT
 
 
 class NumericPrinter(StrPrinter):  # type: ignore[misc]
     """Prints Python that calls NUMERIC.
 
-    Customizations: powers that are no integers or roots call ``power`` (NumPy continues them to complex values
-    where they should be NaN); the derivative of a jump, Dirac's delta, is 0, as it is almost everywhere; fractions too
-    long to be exact are one double.
+    It differs from SymPy's printer in three points. Powers that are no integers or roots call ``power``, because NumPy
+    would give complex values instead of NaN. The derivative of a jump, Dirac's delta, is 0, as it is almost everywhere.
+    Fractions too long to be exact are one double.
     """
 
     printmethod = "_numeric"  # the functions of the language would print themselves as text
@@ -170,7 +173,7 @@ class NumericPrinter(StrPrinter):  # type: ignore[misc]
     def _print_DiracDelta(self, expr: sp.Expr) -> str:
         return "0.0"
 
-    _print_Derivative = _print_DiracDelta  # of the sign
+    _print_Derivative = _print_DiracDelta  # the derivative of sign
 
     def _print_Exp1(self, expr: sp.Expr) -> str:
         return repr(float(np.e))
@@ -180,15 +183,16 @@ Steps = list[tuple[sp.Symbol, sp.Expr]]
 
 
 def shared(expressions: Sequence[sp.Expr]) -> tuple[Steps, list[sp.Expr]]:
-    """Long definitions (d0, ...) and common subexpressions (c0, ...) of ``expressions``, each after those it uses.
+    """The shared parts of ``expressions`` as steps, and the ``expressions`` in terms of these, (k,).
 
-    The rest of the ``expressions`` comes second. The names are apart from the arguments a0, a1, ...
+    Steps are long definitions (d0, ...) and common subexpressions (c0, ...); each stands after those that it uses.
+    Their names differ from those of the arguments, a0, a1, ...
     """
     definitions, outputs = separated(expressions, "d")
     bodies = [*(body for _, body in definitions), *outputs]
     common, left = sp.cse(bodies, symbols=numbered_symbols("c", real=True), list=False, order="none")
     steps = dict(common) | dict(zip((name for name, _ in definitions), left, strict=False))
-    if definitions:  # they use common subexpressions, which use other definitions
+    if definitions:  # definitions use common subexpressions, and these use other definitions
         uses = {name: sorted(body.free_symbols & steps.keys(), key=str) for name, body in steps.items()}
         steps = {name: steps[name] for name in TopologicalSorter(uses).static_order()}
     return list(steps.items()), left[len(definitions) :]
@@ -247,9 +251,10 @@ def in_blocks(evaluate: Callable[[Array], Array], rows: Array, count: int, width
 
 
 class Slots:
-    """Expressions that are evaluated together; each user keeps the slice of values that is his.
+    """Expressions that are evaluated together; each user keeps the slice of his own values.
 
-    ``written`` writes out what an expression of a mechanism means, ``rate`` is the time derivative of that.
+    ``written`` writes out the definitions in an expression of a mechanism; ``rate`` gives the time derivative of the
+    result.
     """
 
     def __init__(self, written: Callable[[Any], sp.Expr], rate: Callable[[sp.Expr], sp.Expr]) -> None:
@@ -257,7 +262,7 @@ class Slots:
         self.written, self.rate = written, rate
 
     def add(self, expressions: Sequence[sp.Expr]) -> slice:
-        """Where the values of ``expressions``, (k,), will be among all of them."""
+        """The slice in which the values of the k ``expressions`` will stand among all values."""
         start = len(self.expressions)
         self.expressions += expressions
         return slice(start, len(self.expressions))

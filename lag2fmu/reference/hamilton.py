@@ -29,9 +29,9 @@ def integrate_canonically(
 ) -> Trajectory:
     """q and qd at ``times`` (k,) in s by integrating (q, p) from the declared start, without inputs; SI units.
 
-    ``rtol``: the relative tolerance; ``method``: one of SCIPY_METHODS, such as ``integrate`` came to take: Radau for
-    stiff mechanisms. Raises SimulationError where M is singular, or if the integration fails. Source: Goldstein,
-    Classical Mechanics, section 8.1.
+    ``rtol`` is the relative tolerance, ``method`` one of SCIPY_METHODS: a stiff mechanism takes Radau, as ``integrate``
+    does. Raises SimulationError where M is singular, or if the integration fails. Source: Goldstein, Classical
+    Mechanics, section 8.1.
     """
     from scipy.integrate import solve_ivp
 
@@ -54,7 +54,7 @@ class _Canonical:
     def __init__(self, mechanism: Mechanism) -> None:
         self.equations = Equations(mechanism)
         self.n, self.nominal = self.equations.n, np.array([c.nominal for c in mechanism.coordinates])
-        # the rate (1/s) that pulls back onto the constraints, as in ``integrate``
+        # the rate (1/s) that pulls the motion back onto the constraints, as in ``initial_value_problem``
         self.damping = DAMPING / mechanism.experiment.step if self.equations.energies.constraints.m else 0.0
         self.single = None if self.equations.small else single_state(self.equations)
         self.terms = self.equations.terms if self.single is None else self.single.terms
@@ -65,12 +65,12 @@ class _Canonical:
         return np.concatenate([q, self.equations.momenta(t, q, qd)])
 
     def weights(self, t: float, z: Floats) -> Floats:
-        """What errors of z are measured by, (2 n,): nominal values, and M times nominal velocities."""
+        """The units of the errors of z, (2 n,): nominal values, and M times nominal velocities."""
         momenta = np.abs(self.equations.mass_matrix(t, z[: self.n], np.zeros(self.n))) @ self.nominal
         return np.concatenate([self.nominal, np.where(momenta > 0, momenta, 1.0)])
 
     def velocity(self, t: float, q: Floats, p: Floats) -> Floats:
-        """qd (n,) of p (n,), M and b being those at rest; raises SimulationError if M is singular."""
+        """qd (n,) of p (n,), from M and b at zero velocities; raises SimulationError if M is singular."""
         resting = self.terms(self.equations.energies.state(t, q, np.zeros(self.n)))
         M, diagonal = resting.mass_matrix, np.diagonal(resting.mass_matrix)
         scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))

@@ -21,18 +21,19 @@ PERTURBATION = 1e-8
 DAMPING = 0.1
 SCIPY_METHODS = ("DOP853", "Radau")
 COMPILED_AFTER = 1000
-"""Evaluations of a small mechanism's equations that NumPy does in less time than a compiler takes."""
+"""Up to so many evaluations of a small mechanism NumPy is quicker than a compiler and its library."""
 LONGEST_PART = 0.02
 """The longest step as a part of the run."""
 MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
-"""Evaluations of the equations in one run before a method counts as failed: stiff equations stall DOP853, and jumps of
-the forces stall every method where they hold the motion, as dry friction does."""
+"""A method counts as failed after so many evaluations of the equations in one run. Stiff equations stall DOP853. Jumps
+of forces stall every method if they hold the motion, as dry friction does."""
 
 
 def prepare(mechanism: Mechanism) -> None:
-    """Load and compile what a direct integration of ``mechanism`` needs, which takes hardly any time of this process.
+    """Load and compile what a direct integration of ``mechanism`` needs.
 
-    Meant for a thread beside other work. Raises BuildError as ``native_terms`` does.
+    It is meant for a thread beside other work: most of the time is the compiler's. Raises BuildError if the folder of
+    kept libraries cannot be used.
     """
     import scipy.integrate  # noqa: F401
 
@@ -47,20 +48,20 @@ class InitialValueProblem:
         self.start = start
         self.further = [state.name for state in equations.mechanism.states]
         self.size = 2 * self.n + len(self.further)  # s
-        # what pulls back onto the constraints, in units of the resolution that the experiment asks for
+        # the rate (1/s) that pulls the motion back onto the constraints, by the step of the experiment
         self.damping = DAMPING / equations.mechanism.experiment.step if equations.energies.constraints.m else 0.0
         nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
         self.nominal = np.concatenate([nominal, nominal, [z.nominal for z in equations.mechanism.states]])
         self.evaluations, self.end, self._before_end = 0, np.inf, np.inf
-        self._step: float | None = None  # s, the method's own at the last break: it goes on with that
-        self.whole = float(times[-1] - times[0])  # s, the length of the run that this one is a part of
+        self._step: float | None = None  # s, the step that the method proposed at the last break, to go on with
+        self.whole = float(times[-1] - times[0])  # s, the length of the whole run that this run is a part of
         self.last = float(times[0]), start
         self._before_compiling = COMPILED_AFTER if equations.small else 0
         self._single: SingleState | None = None
         self.progress: Callable[[float], None] | None = None
         self.jumps = equations.energies.composition.jumps()
-        self.share = 0.0  # what was done before the run that is going on, which is half of all
-        self.reached = float(times[0])  # s, the furthest that a method came before it took too many evaluations
+        self.share = 0.0  # the share of the work done before the present run; each run is half of all work
+        self.reached = float(times[0])  # s, the greatest time that a method reached before it took too many evaluations
 
     def state(self, t: float, z: Floats) -> State:
         """The state at the time t (s) and z (copies, s + 1)."""
@@ -72,11 +73,11 @@ class InitialValueProblem:
         return dict(zip(self.further, z[:, 2 * self.n : self.size].T, strict=True))
 
     def _inputs(self, t: float) -> Mapping[str, float]:
-        """The inputs at t; those that jump keep their value until the end of the segment."""
+        """{input: SI value} at t (s); an input that jumps keeps its value until the end of the segment."""
         return self.signals.at(min(t, self._before_end))
 
     def check_start(self) -> None:
-        """Raise SimulationError where the mechanism cannot start: M singular, something not finite."""
+        """Raise SimulationError if the mechanism cannot start: M is singular, or a value is not finite."""
         state = self.state(float(self.times[0]), self.start[None])
         qdd, _, power = self.equations.rates(state)
         if not (np.isfinite(qdd).all() and np.isfinite(power).all()):
@@ -96,7 +97,7 @@ class InitialValueProblem:
         return back
 
     def projected(self, times: Floats, z: Floats) -> Floats:
-        """z (m, s + 1) at ``times`` moved onto the constraints; nothing without constraints."""
+        """z (m, s + 1) at ``times`` (m,), in s, moved onto the constraints; unchanged without constraints."""
         if not self.equations.energies.constraints.m:
             return z
         found: Floats = z.copy()
@@ -109,9 +110,10 @@ class InitialValueProblem:
     def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
         """z at the times, (m, copies, s + 1), from ``start`` (copies, s + 1), and the evaluations it took.
 
-        No step is longer than 1 / ``pieces`` of the way to the next break of the inputs, or of LONGEST_PART of
-        the whole run: what lasts for a short time only is not stepped over. Raises SimulationError with the time
-        reached.
+        No step is longer than 1 / ``pieces`` of the way to the next break of the inputs, or of LONGEST_PART of the
+        whole run. Otherwise a step could pass over a force that acts for a short time only. Raises SimulationError with
+        the time reached. Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
+        section II.5 (DOP853).
         """
         weights = np.append(self.nominal, self._energy_scale())
         atol = np.broadcast_to(rtol * weights, start.shape).ravel()
@@ -123,7 +125,7 @@ class InitialValueProblem:
         for self.end in ends if last > first else ():
             inside = self.times[(self.times > t) & (self.times <= self.end)]
             asked = inside if len(inside) and inside[-1] == self.end else np.append(inside, self.end)
-            # SciPy refuses steps below 10 units of rounding: a break may be that close to an output time
+            # SciPy refuses steps below 10 units of rounding, and a break may be that close to an output time
             longest = min(self.end - t, LONGEST_PART * self.whole) / pieces
             longest = max(longest, 16 * np.spacing(abs(self.end)))
             self._before_end = math.nextafter(self.end, -math.inf)
@@ -135,13 +137,13 @@ class InitialValueProblem:
     def _segment(
         self, method: str, span: tuple[float, float], z: Floats, asked: Floats, **options: float | Floats
     ) -> Floats:
-        """z at the times ``asked`` (times,), (times, size), without a break of the inputs in between."""
+        """z (b, size) at the b times ``asked``, in s, over a ``span`` without a break of the inputs inside."""
         import scipy.integrate
 
         first_step = None if self._step is None else min(self._step, span[1] - span[0])
         found: list[Floats] = []
         try:
-            with np.errstate(all="ignore"):  # steps into what is not finite are made shorter
+            with np.errstate(all="ignore"):  # a step to values that are not finite is repeated with a shorter one
                 solver = getattr(scipy.integrate, method)(
                     self._slope, span[0], z, span[1], first_step=first_step, **options
                 )
@@ -155,9 +157,9 @@ class InitialValueProblem:
             remedy = "" if self.jumps else f", as many as one run may take; {self._shorter()}"
             raise SimulationError(f"{self._place(error.args[0])}: {reason}{remedy}") from None
         if solver.status == "failed":
-            # steps have become tiny: the time of the last one tried is the time reached
+            # steps have become tiny, so that the time of the last trial step is the time reached
             raise SimulationError(f"{self._place(self.last[0])}: {method} cannot go on; {self._reason(message)}")
-        self._step = max(proposed, float(solver.h_abs))  # the last step was cut short
+        self._step = max(proposed, float(solver.h_abs))  # the last step was cut short by the end
         return np.stack(found)
 
     def _slope(self, t: float, z: Floats) -> Floats:
@@ -196,7 +198,7 @@ class InitialValueProblem:
         return scale if scale > 0 else 1.0
 
     def _reason(self, message: str) -> str:
-        """Why it stopped: what is wrong with the last state tried, else what SciPy says."""
+        """Why the method stopped: what is wrong with the last state tried, or else SciPy's ``message``."""
         t, z = self.last
         state = self.state(t, z.reshape(-1, self.size + 1))
         if np.isfinite(self.equations.rates(state)[0]).all():
@@ -204,7 +206,7 @@ class InitialValueProblem:
         return self.equations.weakness(state)
 
     def _shorter(self) -> str:
-        """The remedy for a run that is too long: a length that fits, with a margin for the second integration."""
+        """The remedy for a run that is too long: a shorter length, with a margin for the second integration."""
         within_reach = float(f"{0.8 * self.reached:.2g}")
         return f"give a shorter stop time, {within_reach:g} s is within reach"
 
@@ -215,7 +217,7 @@ class InitialValueProblem:
 def _passed(solver: Any, asked: Floats) -> list[Floats]:
     """z (size,) at those of the times ``asked`` that the last step of SciPy's ``solver`` has passed."""
     inside = asked[(asked > solver.t_old) & (asked < solver.t)]
-    between = list(solver.dense_output()(inside).T) if len(inside) else []  # which costs evaluations of its own
+    between = list(solver.dense_output()(inside).T) if len(inside) else []  # dense output takes further evaluations
     return [*between, solver.y] if solver.t in asked else between
 
 

@@ -1,10 +1,10 @@
 """Direct integration of a mechanism by SciPy, with an estimate of its own error and of how starts are amplified.
 
-Two runs are made. The first one, at ``rtol``, is the result; the second one is at 10 ``rtol``. Where the inputs have
-many breaks, both would step from break to break and agree to the last bit, which says nothing about their error. So the
-first run takes at least two steps between breaks. The second run is carried out together with a run from a start
-perturbed by 1e-8, on the same steps, so that their difference is the effect of the start and not of the integration.
-A hybrid mechanism gets three runs, each with its own events.
+Two runs are made. The first run, at ``rtol``, is the result. The second run is at 10 ``rtol``. If the inputs have many
+breaks, both runs might step from break to break and agree to the last bit, which says nothing about their error. So the
+first run takes at least two steps between breaks. The second run carries a perturbed run along, on the same steps,
+whose start is moved by 1e-8. The difference of these two is the effect of the start and not of the integration. A
+hybrid mechanism gets three runs, each with its own events.
 Method: DOP853, E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section II.5; Radau IIA,
 same authors, volume II, section IV.8.
 """
@@ -53,12 +53,17 @@ def integrate(
 ) -> Reference:
     """Integrate ``mechanism`` from times[0] and report at ``times`` (m,) in s, strictly increasing.
 
-    ``parameters`` and ``starts`` (NAME and NAME_dot of coordinates, further states) replace declared SI values.
-    ``inputs``: see ``signals_of``. ``rtol`` in [1e-13, 1e-2] weighs with |x| + nominal. ``whole`` is the length in s of
-    the run that the times are a part of, by default theirs: the longest step is a part of it. Where DOP853 fails Radau
-    is tried. ``progress`` is told the share that is done, 0 to 1. Raises LoadError for unknown or unusable names and
-    values, SimulationError with the time reached. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential
-    Equations I, section II.5; Hairer, Wanner, volume II, section IV.8.
+    - ``parameters``, ``starts``: {name: SI value} that replace declared values; starts are called NAME and NAME_dot of
+      coordinates, and NAME of further states.
+    - ``inputs``: see ``signals_of``.
+    - ``rtol``: in [1e-13, 1e-2], relative to |x| + nominal.
+    - ``method``: where DOP853 fails, Radau is tried.
+    - ``whole``: the length, in s, of the whole run that the times are a part of, by default that of the times. The
+      longest step is a part of it.
+    - ``progress``: a function that is told the share that is done, 0 to 1.
+
+    Raises LoadError for unknown or unusable names and values, SimulationError with the time reached. Source: Hairer,
+    Norsett, Wanner, Solving Ordinary Differential Equations I, section II.5; Hairer, Wanner, volume II, section IV.8.
     """
     grid = _checked_times(times)
     if method not in SCIPY_METHODS or not 1e-13 <= rtol <= 1e-2:
@@ -98,7 +103,7 @@ def _hybrid(
     accuracy: tuple[str, float],
     progress: Callable[[float], None] | None,
 ) -> Reference:
-    """The same of a hybrid ``mechanism``; ``values``: parameters and starts, ``accuracy``: method and rtol."""
+    """The reference of a hybrid ``mechanism``; ``values``: parameters and starts, ``accuracy``: method and rtol."""
     (parameters, starts), (method, rtol) = values, accuracy
     for name in SCIPY_METHODS[SCIPY_METHODS.index(method) :]:
         try:
@@ -169,7 +174,7 @@ def _three_runs(
 
 
 def remedy_of_jumps(mechanism: Mechanism) -> str:
-    """What to do about forces that jump during the motion, a phrase that names them; empty if there are none."""
+    """A phrase that names the forces that jump during the motion, and the remedy; "" if there are none."""
     jumps = composition_of(mechanism).jumps()
     if not jumps:
         return ""
@@ -189,9 +194,9 @@ def _checked_times(times: ArrayLike) -> Floats:
 
 
 def _start(equations: Equations, overrides: Mapping[str, float], time: float, signals: Signals) -> Floats:
-    """z at the start, (s + 1,): declared values, ``overrides`` by NAME or NAME_dot; raises LoadError.
+    """z at the start, (s + 1,), in SI units; guesses are solved for the constraints at ``time`` (s).
 
-    Guesses are solved for the constraints at ``time``.
+    ``overrides`` {NAME or NAME_dot: SI value} replace declared values. Raises LoadError for those that cannot be used.
     """
     mechanism, energies = equations.mechanism, equations.energies
     coordinates, values = mechanism.coordinates, declared_starts(mechanism, overrides)
@@ -210,10 +215,11 @@ def _scales(z: Floats, nominal: Floats) -> Floats:
 
 
 def _units(problem: InitialValueProblem, z: Floats, scales: Floats) -> Floats:
-    """What distances of two runs are measured in, (s,): the scales, velocities by the pace of their coordinates too.
+    """The units of the distance of two runs, (s,): the ``scales`` (s,); those of velocities may be greater.
 
-    A coordinate that is moved by its scale swings with the rate sqrt(|d qdd/dq|) (1/s, the greatest along z (m, s + 1))
-    and gets velocities of scale times rate. Without that a fast vibration would look like a growing one.
+    A coordinate that is moved by its scale swings at the rate sqrt(|d qdd/dq|), in 1/s, the greatest along z (m, s +
+    1). It gets velocities of scale times rate. With smaller units of velocities a fast vibration would look like a
+    growing one.
     """
     n = problem.n
     rows = np.unique(np.linspace(0, len(z) - 1, PACES).astype(int))

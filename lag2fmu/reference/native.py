@@ -1,7 +1,7 @@
 """The terms of the equations at single states, compiled: the expressions of the independent path as C, for integration.
 
-``native.c`` does at one state what ``equations`` does with NumPy for a batch; what belongs to the mechanism is written
-here, from the same expressions. The compiler is zig, a dependency of lag2fmu; without it NumPy does everything.
+``native.c`` does at one state what ``equations`` does with NumPy for a batch. The C functions of the mechanism are
+written here, from the same expressions. The compiler is zig, a dependency of lag2fmu; without it NumPy does everything.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class _CPrinter(NumericPrinter):
 
 
 class _Tape:
-    """Lines of C, each a value that is used later; equal ones stand once."""
+    """Lines of C, each of which computes a value that is used later; equal lines stand once."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -105,7 +105,7 @@ class _Tape:
 
 
 class _Traced:
-    """A number that writes down what is done to it; zeros and ones of matrices leave no trace."""
+    """A number that writes its operations on the tape; operations with zeros and ones of matrices write nothing."""
 
     def __init__(self, tape: _Tape, name: str) -> None:
         self.tape, self.name = tape, name
@@ -131,7 +131,7 @@ class _Traced:
         return self._with(other, "{0} * z_inverse({1})", zero=None)
 
     def _with(self, other: Any, formula: str, zero: Any) -> Any:
-        """``formula`` of both, or ``zero`` (if there is one) where ``other`` is; arrays go through their entries."""
+        """``formula`` of both numbers; ``zero``, if it is given, where ``other`` is 0. Arrays go entry by entry."""
         if isinstance(other, np.ndarray):
             return NotImplemented
         if zero is not None and _is(other, 0):
@@ -154,21 +154,25 @@ def _named(value: object) -> str:
 
 
 def native_terms(mechanism: Mechanism) -> Function | None:
-    """The function ``terms`` of native.c for ``mechanism``, None where there is no compiler, a table or a choice.
+    """The function ``terms`` of native.c for ``mechanism``, compiled; values are in SI units.
 
-    Values are in SI units. Raises BuildError where the folder of kept libraries cannot be used.
+    None without a compiler, and for a mechanism with tables or choices. Raises BuildError if the folder of kept
+    libraries cannot be used.
     """
     return _compiled(mechanism, mechanism.constraints)
 
 
 @lru_cache(maxsize=16)
 def _compiled(mechanism: Mechanism, *_derived: object) -> Function | None:
-    """Mechanisms are equal whatever has been derived of them, so that the constraints are named too."""
+    """The compiled function of ``mechanism``, kept for further calls.
+
+    ``_derived`` are its constraints, because two mechanisms count as equal even if their derived constraints differ.
+    """
     choices = any(entry.expression.has(Choice, Smooth) for entry in mechanism.entries())
-    if find_spec("ziglang") is None or mechanism.tables or choices:  # which SciPy and NumPy evaluate
+    if find_spec("ziglang") is None or mechanism.tables or choices:  # SciPy and NumPy evaluate these
         return None
     target = ["-target", f"{machine()}-linux-gnu.2.17"] if sys.platform == "linux" else []
-    # complex products without care for infinite ones: with it clang takes ten times as long
+    # complex products ignore infinities, because care for them makes clang ten times as slow
     flags = [*target, "-std=c99", "-O1", "-fcx-limited-range", "-ffp-contract=off", "-fno-math-errno", "-g0"]
     flags += ["-fPIC", "-shared"]
     texts = {"mechanism.h": _header(mechanism), _SOURCE: Path(__file__).with_name(_SOURCE).read_text("utf-8")}
@@ -222,7 +226,7 @@ def _renamed(arguments: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Symbol]:
 
 
 def _energies(c: Composition, spatial: Spatial, names: dict[sp.Symbol, sp.Symbol]) -> str:
-    """K, U, R as ``EnergyFunctions.velocity_part`` has them: what is on frames is composed line by line."""
+    """The C function of K, U, R, see ``EnergyFunctions.velocity_part``; parts on frames are composed line by line."""
     own = (*c.velocity_part(), c.dissipation)
     lines, written, tape = *_written([*own, *spatial.expressions], names), _Tape()
     sums = written[: len(own)]
@@ -238,7 +242,10 @@ def _loads(
     configuration: dict[sp.Symbol, sp.Symbol],
     everything: dict[sp.Symbol, sp.Symbol],
 ) -> Iterator[str]:
-    """The functions rates, efforts and power of native.c, of what is ``spatial``; with the names of their arguments."""
+    """The C functions rates, efforts and power of the loads and dampers on frames.
+
+    ``configuration`` and ``everything`` {symbol: its name in C} are the arguments of the functions.
+    """
     if not efforts:
         yield from (
             _body(name, kind, [], []) for name, kind in (("rates", "double"), ("efforts", "double"), ("power", "Z"))

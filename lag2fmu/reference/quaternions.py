@@ -1,7 +1,8 @@
-"""Quaternions of frames: the product of those of their rotations, which is smooth wherever the rotations are.
+"""Quaternions of frames: products of the quaternions of their rotations, smooth wherever the rotations are.
 
-(cos a/2, u sin a/2) for a turn by a about u; products by Hamilton's rule. A sum of angles beyond a full turn changes
-the sign, not the rotation. Source: J. B. Kuipers, Quaternions and Rotation Sequences, sections 5.3 and 5.15.
+A turn by a about u has (cos a/2, u sin a/2). Products follow Hamilton's rule. Angles that grow by a full turn change
+the sign of the quaternion, which is the same rotation. Source: J. B. Kuipers, Quaternions and Rotation Sequences,
+sections 5.3 and 5.15.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ from lag2fmu.reference.functions import Array, Slots, compiled, unit_vector
 
 
 class Quaternions:
-    """The quaternions of the frames ``wanted`` as a function of rows t, q, qd, y, y_dot.
+    """The quaternions of the frames ``wanted``, (4, *shape), scalar first, as functions of rows t, q, qd, y, y_dot.
 
-    The values are (4, *shape) each, scalar first.
+    Source: J. B. Kuipers, Quaternions and Rotation Sequences, sections 5.3 and 5.15.
     """
 
     def __init__(

@@ -18,17 +18,20 @@ from lag2fmu.reference.trajectory import Trajectory
 class Reference:
     """A direct integration at m times; SI units.
 
-    ``trajectory``: q, qd, further states, qdd, outputs, multipliers and residuals of constraints, kinetic_energy,
-    potential_energy, generalized_energy.
-    ``work`` (m,): integral of Q.qd - qd.dR/dqd - dL/dt in J, so that generalized_energy - work is constant.
-    ``scales``: max(range, nominal) of every q, qd (nominal: the same by 1 s) and further state.
-    ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd, z; an estimate from above for the trajectory.
-    ``amplification`` (m,): A(t), largest ratio until t of the distance of two runs to the distance of their starts, in
-    units of the motion: the norm max |difference| / unit over q, qd and z, see ``_units``. ``method`` is what was used,
-    ``evaluations`` what it took.
-    Of hybrid mechanisms ``trajectory`` has what contacts and frictions show and dissipated_energy, which ``work`` has
-    with a minus sign; ``events`` tells what happened, and ``comparable`` (m,) where runs of other accuracy do the same:
-    not between the times of an impact in both. ``amplification`` is infinite where they do so no more.
+    - ``trajectory``: q, qd, further states, qdd, outputs, multipliers and residuals of constraints, kinetic_energy,
+      potential_energy, generalized_energy.
+    - ``work`` (m,): the integral of Q.qd - qd.dR/dqd - dL/dt in J; generalized_energy - work is constant.
+    - ``scales``: max(range, nominal) of every q, qd and further state z; the nominal value of a velocity is that of its
+      coordinate by 1 s.
+    - ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd, z; an estimate from above for the trajectory.
+    - ``amplification`` (m,): the largest ratio until t of the distance of two runs to the distance of their starts. The
+      distance is max |difference| / unit over q, qd and z, see ``integrate``.
+    - ``method``: the method that was used; ``evaluations``: how often it evaluated the equations.
+
+    A hybrid mechanism has more. Its ``trajectory`` holds the results of contacts and frictions, and dissipated_energy,
+    which enters ``work`` with a minus sign. ``events`` tells what happened. ``comparable`` (m,) says at which times
+    runs of other accuracy are in the same modes, which they are not between the times of one impact in both.
+    ``amplification`` is infinite behind the last such time.
     """
 
     trajectory: Trajectory
@@ -49,10 +52,10 @@ class Reference:
 
     @property
     def growth(self) -> Floats:
-        """How much larger than one error of a solver's step the sum of all may be, relative to a hundred of them: (m,).
+        """By how much the errors of a solver's steps may grow until each time, relative to a hundred of them: (m,).
 
-        The amplification; and at least 1 for every hundred radians that the motion has swung through, for each of them
-        adds an error of its own.
+        It is the amplification. It is at least 1 for every hundred radians that the motion has swung through, because
+        each radian adds an error of its own.
         """
         columns = [velocity(c) for c in self.scales if velocity(c) in self.scales]
         turns = np.abs(np.diff(self.trajectory.columns(columns), axis=0)) / [self.scales[name] for name in columns]

@@ -1,4 +1,4 @@
-"""What drives a mechanism from outside during a run: numbers, expressions of time, callables, or a Trajectory."""
+"""The inputs of a mechanism during a run: numbers, expressions of time, callables, or a Trajectory."""
 
 from __future__ import annotations
 
@@ -55,9 +55,9 @@ def signals_of(mechanism: Mechanism, inputs: Inputs | None, start: float) -> Sig
     - Signals, from ``held`` for instance;
     - a Trajectory, linear between its times and constant beyond its ends, with the same three columns.
 
-    Derivatives that are given must be consistent with the motion: the equations believe them. Names are those of
-    inputs and Q_<coordinate>. Raises LoadError for unknown names and missing derivatives (tried at ``start``, s),
-    SimulationError for values that are not finite.
+    Derivatives that are given must be those of the motion, for the equations use them unchecked. Names are those of
+    inputs and Q_<coordinate>; values are in SI units. ``start`` (s) is the time at which the inputs are tried. Raises
+    LoadError for unknown names and missing derivatives, SimulationError for values that are not finite.
     """
     if inputs is None:
         return Signals(lambda t: {}, np.empty(0))
@@ -96,7 +96,7 @@ class Pieces:
         return found if between else found * np.array([[1.0], [0.0], [0.0], [0.0]])
 
     def values(self, t: float) -> list[float]:
-        """The values at t (s), (k,): what ``derivatives`` gives first, in a tenth of its time."""
+        """The values at t (s), (k,), in SI units; it takes a tenth of the time of ``derivatives``."""
         i, s, _ = self._place(t)
         return [a + s * (b + s * (c + s * d)) for a, b, c, d in self._piece(i)]
 
@@ -112,12 +112,12 @@ class Pieces:
 
     @cached_property
     def _piece(self) -> Callable[[int], list[list[float]]]:
-        """The coefficients of a piece as numbers, (k, 4): an integration asks many times for the one it is in."""
+        """A function that gives the coefficients of a piece as numbers, (k, 4), and keeps the last one."""
         return lru_cache(maxsize=4)(lambda i: self.coefficients[:, i].T.tolist())
 
     @property
     def signals(self) -> Signals:
-        """The same for a direct integration."""
+        """The inputs in the form that a direct integration takes."""
 
         def at(t: float) -> dict[str, float]:
             return dict(zip(self.names, self.values(t), strict=True))
@@ -181,8 +181,8 @@ def _check_rates(given: Sequence[str], motions: Sequence[str], resting: set[str]
 def held(trajectory: Trajectory, motions: Sequence[str] = ()) -> Signals:
     """``trajectory`` as an importer holds it between communication points: constant from each of its times on.
 
-    One of ``motions`` goes on as its velocity and acceleration say, as it does in an FMU. Before the first time there
-    are the first values; all times are breaks.
+    One of ``motions`` is continued by its velocity and acceleration, as in an FMU. Before the first time the first
+    values hold. All times (s) are breaks.
     """
     last = len(trajectory) - 1
 

@@ -1,4 +1,4 @@
-"""The equations at single states, as an integration asks for them: compiled terms, and LAPACK for the linear system."""
+"""The equations at single states for an integration: compiled terms, and LAPACK for the linear system."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ def single_state(equations: Equations) -> SingleState | None:
 class SingleState:
     """The ``equations`` (n coordinates, m constraints) at single states, by the compiled ``function``.
 
-    The same numbers as those of ``Equations`` but for rounding. Not for several threads: its arrays are its own.
+    The numbers are those of ``Equations``, up to rounding. One object serves one thread, because it works in its own
+    arrays.
     """
 
     def __init__(self, equations: Equations, function: Function) -> None:
@@ -36,7 +37,7 @@ class SingleState:
         self._full_rank: bool | None = None
 
     def terms(self, state: State) -> Terms:
-        """The parts of the equations at ``state``, a single one: shapes as of ``Equations.terms``. In SI units."""
+        """The parts of the equations at a single ``state``, in SI units, with the shapes of ``Equations.terms``."""
         self._evaluate(float(state.t), np.concatenate([state.q, state.qd]), state.inputs)
         p, inertial, slope, dissipation, explicit, Q = (x.copy() for x in self._parts[:6])
         return Terms(self._mass.copy(), p, inertial, slope, dissipation, np.array(explicit[0]), Q)
@@ -44,7 +45,7 @@ class SingleState:
     def rates(self, t: float, z: Floats, inputs: Floats, damping: float = 0.0) -> tuple[Floats, Floats, float]:
         """qdd (n,), multipliers (m,), power (W) at t (s), z = (q, qd, ...) and ``inputs`` as of State.
 
-        What they mean says ``Equations.rates``; NaN without a solution.
+        ``Equations.rates`` explains the three results. NaN without a solution.
         """
         self._evaluate(t, z[: 2 * self.n], inputs)
         _, inertial, slope, dissipation, explicit, Q, _, velocities, _ = self._parts

@@ -1,9 +1,10 @@
-"""Energies, forces and outputs of what is on frames, as numbers; or, for small mechanisms, as SymPy expressions.
+"""Energies, forces and outputs of the parts on frames, as numbers; for small mechanisms also as SymPy expressions.
 
-T = 1/2 m v . v + 1/2 w . J w with v of the mass centre and the full inertia tensor J about it in the axes of the frame
-(Koenig; H. Goldstein, Classical Mechanics, sections 1.2 and 5.3). A force F at a point of velocity v has the
-generalized forces Q_j = F . dv/dqd_j, a torque tau on a frame of angular velocity w has tau . dw/dqd_j (T. Kane,
-D. Levinson, Dynamics, section 4.4). v and w are affine in the velocities: unit velocities give these derivatives.
+T = 1/2 m v . v + 1/2 w . J w with the velocity v of the mass centre, and the full inertia tensor J about the mass
+centre in the axes of the frame (Koenig; H. Goldstein, Classical Mechanics, sections 1.2 and 5.3). A force F at a point
+of velocity v has the generalized forces Q_j = F . dv/dqd_j. A torque tau on a frame of angular velocity w has
+tau . dw/dqd_j (T. Kane, D. Levinson, Dynamics, section 4.4). v and w are affine in the velocities, so that unit
+velocities give these derivatives.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ Energies = tuple[Any, Any, Any]
 
 
 class Spatial:
-    """What is on frames in a mechanism; rows are t, q, qd, y, y_dot, (1 + 2 n + 2 k, *shape)."""
+    """The parts on frames of a mechanism, in SI units; rows are t, q, qd, y, y_dot, (1 + 2 n + 2 k, *shape)."""
 
     def __init__(self, composition: Composition, constants: Sequence[np.float64]) -> None:
         self._composition, self._constants = composition, constants
@@ -106,7 +107,7 @@ class Spatial:
         return in_blocks(evaluate, rows, 3)
 
     def symbolic(self) -> Energies:
-        """The same as expressions, which grow with every frame: for small mechanisms only."""
+        """T, V (J) and R (W) as expressions. They grow with every frame, and serve small mechanisms only."""
         return self.terms(np.array(self.expressions, dtype=object), sp.sqrt, sp.S.Zero)
 
     def forces(self, rows: Array, inputs: Array) -> Array:
@@ -141,7 +142,7 @@ class Spatial:
         return [power.diff(v).xreplace(known) for v in self._composition.symbols.qd]
 
     def rates(self, values: Array, root: Callable[[Any], Any]) -> list[Any]:
-        """How fast the dampers with a force grow (m/s, one for each), for ``values`` as ``terms`` has them."""
+        """The rates (m/s) at which the dampers with a force grow longer; ``values`` are those of ``terms``."""
         poses = poses_of(self._links, values)
         return [growth(*self._gap(element, poses, values), root) for element, _ in self._forceful]
 
@@ -153,7 +154,7 @@ class Spatial:
         return entries + [composition.written(x.force_at(r)) for x, r in zip(dampers, rates, strict=True)]
 
     def power(self, values: Array, efforts: Sequence[Any], root: Callable[[Any], Any]) -> Any:
-        """The power (W) of the ``efforts`` (N, N.m) at ``values``, both as above; Q is its slope along qd."""
+        """The power (W) of the ``efforts`` (N, N.m) at ``values``; the generalized forces Q are its slope along qd."""
         poses, forces = poses_of(self._links, values), efforts[3 * len(self._loads) :]
         total: Any = 0
         for i, load in enumerate(self._loads):
@@ -165,7 +166,7 @@ class Spatial:
         return total
 
     def outputs(self, rows: Array, rates: Array) -> dict[str, Array]:
-        """The outputs that are quantities on frames: name -> (*shape); ``rates`` are those of the ``rows``.
+        """The outputs that are quantities on frames, {name: (*shape)}, in SI units; ``rates`` are d/dt of ``rows``.
 
         Accelerations are complex steps of velocities along the motion.
         """
@@ -222,7 +223,7 @@ class Spatial:
         return [written(gravity.acceleration) * written(x) for x in gravity.direction or (0, 0, -1)]
 
     def terms(self, values: Array, root: Callable[[Any], Any], zero: Any) -> Energies:
-        """T, V (J) and R (W), (*shape), for ``values`` (k, *shape) of the k ``expressions``, numbers with ``root``."""
+        """T, V (J) and R (W), (*shape), for ``values`` (k, *shape) of the ``expressions``; ``root``: a square root."""
         poses = poses_of(self._links, values)
         T, V, R = zero, zero, zero
         for body in self._bodies:
@@ -249,7 +250,7 @@ class Spatial:
         return xa - xb, va - vb
 
     def _moved(self, load: Load, poses: dict[str, Pose], values: Array) -> tuple[Array, Array]:
-        """The velocity that ``load`` works on, v or w, and the axes R of its frame."""
+        """The velocity v (m/s) or w (rad/s) along which ``load`` acts, and the axes R (3, 3) of its frame."""
         spot = self._spots[str(load.body if load.point is None else load.point)]
         pose = poses[spot.frame]
         return (pose.w if load.force is None else spot.motion(poses, values)[1]), pose.R
@@ -267,7 +268,7 @@ class Spatial:
         return total
 
     def _resisting(self, poses: dict[str, Pose], values: Array, given: Array) -> Array:
-        """F drate/dqd of the dampers with a force F, (n, N), from velocities as ``_generalized``.
+        """F drate/dqd, (n, N), of the dampers with a force F; the rates are those at zero and unit velocities.
 
         ``given``: t, q, qd and the inputs, (1 + 3 k + m + 3 n, N).
         """

@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 InputValues = Mapping[str, ArrayLike]
-"""Input name -> SI value, or (m,) values of a batch."""
+"""{name of an input: SI value, or the values (m,) of a batch}."""
 
 
 @dataclass(frozen=True)
 class State:
-    """Where a mechanism is: t (*batch), q and qd (n, *batch), inputs (3 k + m + n + f, *batch): ``Symbols.inputs``.
+    """A state of a mechanism, or a batch of states, in SI units.
 
-    In SI units.
+    t is (*batch), q and qd are (n, *batch), inputs are (3 k + m + n + f, *batch) in the order of ``Symbols.inputs``.
     """
 
     t: Floats

@@ -21,8 +21,9 @@ MAX_COORDINATES = 3
 def sympy_accelerations(mechanism: Mechanism) -> Callable[[float, ArrayLike, ArrayLike, InputValues | None], Floats]:
     """A function (t, q, qd, inputs) -> qdd (n,) of the Lagrange equations that SymPy differentiates.
 
-    With the declared parameters, in SI units; q and qd are (n,), inputs name -> value (or None). Raises
-    DerivationError for more than 3 coordinates, SimulationError (from the function) where M is singular.
+    Parameters are the declared ones. Values are in SI units: q and qd (n,), inputs name -> value, or None. Raises
+    DerivationError for more than 3 coordinates; the function raises SimulationError where M is singular. Source:
+    SymPy's ``diff`` applied to d/dt dL/dqd - dL/dq, Goldstein, Classical Mechanics, section 1.4.
     """
     energies = EnergyFunctions(mechanism)
     if energies.n > MAX_COORDINATES:
@@ -54,7 +55,8 @@ def lagrange_equations(energies: EnergyFunctions) -> tuple[sp.Matrix, sp.Matrix]
     """M (n, n) and forcing (n, 1) of M qdd = forcing as expressions in plain symbols, differentiated by SymPy.
 
     d/dt dL/dqd - dL/dq is formed with functions of time. M is the part that qdd multiplies, the Hessian of L along qd.
-    Forces and dissipation -dR/dqd are added to the forcing. What is on frames is composed into expressions here.
+    Forces and dissipation -dR/dqd are added to the forcing. Parts on frames are composed into expressions here. Source:
+    Goldstein, Classical Mechanics, sections 1.4 and 1.5.
     """
     c, s = energies.composition, energies.composition.symbols
     clock = sp.Dummy("clock", real=True)
@@ -68,7 +70,7 @@ def lagrange_equations(energies: EnergyFunctions) -> tuple[sp.Matrix, sp.Matrix]
     )
     lagrangian = kinetic - potential
     momenta = [lagrangian.diff(v) for v in s.qd]
-    # the highest derivatives first: a lower one is part of them
+    # the highest derivatives first, because they contain lower ones
     second = {moving[y].diff(clock, 2): y_ddot for y, y_ddot in zip(s.motion, s.motion_ddot, strict=True)}
     second |= {moving[q].diff(clock, 2): sp.S.Zero for q in s.q}
     first = {value: x for x, value in to_time.items() if isinstance(value, sp.Derivative)}

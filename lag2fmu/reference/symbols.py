@@ -15,7 +15,8 @@ from lag2fmu.language.vocabulary import symbol
 class Symbols:
     """The symbols of a mechanism with n coordinates, k motions, m plain inputs and p parameters, in its order.
 
-    ``further``: the f further states of first order, without those of the ``filtered`` motions, the last ones of the k.
+    ``filtered``: the filtered motions, which are the last of the k motions. ``further``: the f further states of first
+    order, without those of filtered motions.
     """
 
     q: tuple[sp.Symbol, ...]

@@ -18,11 +18,11 @@ from lag2fmu.description.tables import Table
 from lag2fmu.language.vocabulary import TableCall, table_function
 
 Data = tuple[tuple[tuple[float, ...], ...], tuple[float, ...], str, str]
-"""Arguments, values, interpolation and what is outside, of a table."""
+"""A table's arguments, values, kind of interpolation, and what holds outside its data."""
 
 
 class Tabulated(sp.Function):  # type: ignore[misc]
-    """A table that knows its ``data``, or its partial derivative of ``orders`` (one for each argument)."""
+    """A table that knows its ``data``, or its partial derivative of ``orders``, one order for each argument."""
 
     is_real = True
     is_number = False
@@ -31,7 +31,7 @@ class Tabulated(sp.Function):  # type: ignore[misc]
     orders: ClassVar[tuple[int, ...]]
 
     def _sympystr(self, printer: StrPrinter) -> str:
-        """As the call of the table is written."""
+        """The call of the table, as a user writes it."""
         return str(printer._print(table_function(self.table, self.orders)(*self.args)))
 
     def _latex(self, printer: LatexPrinter, exp: str = "") -> str:
@@ -45,7 +45,7 @@ class Tabulated(sp.Function):  # type: ignore[misc]
 
 @lru_cache(maxsize=256)
 def _function(table: str, data: Data, orders: tuple[int, ...]) -> type[Tabulated]:
-    """One class for each table, so that equal calls are equal expressions."""
+    """The class of a table and its derivatives; there is one for each, so that equal calls are equal expressions."""
     name, members = f"table {len(_KNOWN)}", {"table": table, "data": data, "orders": orders}
     made: type[Tabulated] = type(name, (Tabulated,), {**members, "nargs": (len(orders),)})
     _KNOWN.append(made)
@@ -57,7 +57,7 @@ _KNOWN: list[type[Tabulated]] = []
 
 
 def with_data(expression: sp.Expr, tables: Mapping[str, Table]) -> sp.Expr:
-    """``expression`` with the calls of ``tables`` made functions that know their data."""
+    """``expression`` with the calls of ``tables`` replaced by functions that know their data."""
     if not expression.has(TableCall):
         return expression
 
@@ -70,7 +70,7 @@ def with_data(expression: sp.Expr, tables: Mapping[str, Table]) -> sp.Expr:
 
 
 def number_of(call: Tabulated) -> int:
-    """The number that ``tabulated`` knows the class of ``call`` by."""
+    """The number by which ``tabulated`` finds the class of ``call``."""
     return _KNOWN.index(type(call))
 
 
@@ -103,7 +103,10 @@ def _values(data: Data, orders: tuple[int, ...], arguments: list[Any]) -> Any:
 
 @lru_cache(maxsize=64)
 def _spline(data: Data) -> Callable[[Any, tuple[int, ...]], Any]:
-    """A function (points, orders) -> values that goes on beyond the ends."""
+    """A function (points, orders) -> values that extrapolates beyond the ends of the data.
+
+    Source: C. de Boor, A Practical Guide to Splines, chapter XVII, for tensor products.
+    """
     from scipy.interpolate import BSpline, CubicSpline, PchipInterpolator, make_interp_spline
 
     axes, flat, kind, _ = data

@@ -14,8 +14,9 @@ from lag2fmu.reference.state import Floats
 class Terms:
     """The parts of the equations at a state or batch of states, batch last, in SI units.
 
-    mass_matrix (n, n), momenta p = dL/dqd (n,), inertial = dM/dt qd + db/dt (n,), lagrangian_slope dL/dq (n,),
-    dissipation_slope dR/dqd (n,), explicit_rate dL/dt at fixed q, qd, motion inputs moving (), forces Q (n,).
+    - ``mass_matrix``: (n, n); ``momenta``: p = dL/dqd, (n,); ``inertial``: dM/dt qd + db/dt, (n,).
+    - ``lagrangian_slope``: dL/dq, (n,); ``dissipation_slope``: dR/dqd, (n,); ``forces``: Q, (n,).
+    - ``explicit_rate``: dL/dt at fixed q and qd, while motion inputs move.
     """
 
     mass_matrix: Floats
@@ -31,9 +32,9 @@ class Terms:
 class Balance:
     """The balance of the generalized energy h = qd . p - L: ``rate`` dh/dt and ``power`` of what changes it, in W.
 
-    power = Q . qd - qd . dR/dqd - dL/dt - multiplier . b, constraints being G qd + b = 0. ``scale`` is the sum of the
-    magnitudes of all powers that flow at that instant; over a run divide by its largest value. All have the shape of
-    the batch.
+    power = Q . qd - qd . dR/dqd - dL/dt - multiplier . b, constraints being G qd + b = 0. ``scale`` (W) is the sum of
+    the magnitudes of all powers at that instant; errors of a run are relative to its largest value. All three have the
+    shape of the batch. Source: Goldstein, Classical Mechanics, section 2.7.
     """
 
     rate: Floats
@@ -47,7 +48,7 @@ class Balance:
 
 
 def weakness(names: Sequence[str], matrices: Floats) -> str:
-    """What is wrong with one of the mass ``matrices`` (m, n, n) of the coordinates ``names`` (n,), in words."""
+    """Words that say what is wrong with one of the mass ``matrices`` (m, n, n) of the coordinates ``names`` (n,)."""
     for matrix in matrices:
         if not np.isfinite(matrix).all():
             return "the mass matrix is not finite"

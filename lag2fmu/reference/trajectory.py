@@ -89,7 +89,7 @@ class Trajectory:
         return self.values[:, [self.names.index(name) for name in names]]
 
     def without(self, names: Collection[str]) -> Trajectory:
-        """The same without the columns ``names``."""
+        """The trajectory without the columns ``names``; names that are no columns are ignored."""
         return Trajectory.of(self.time, {name: self[name] for name in self if name not in names})
 
     def interpolated(self, times: ArrayLike) -> Trajectory:
@@ -149,10 +149,9 @@ class Trajectory:
         return figure
 
     def animate(self, model: Any, path: str | os.PathLike[str] | None = None) -> Any:
-        """The motion of ``model``, a mechanism or what ``load`` takes: a film that shows itself in a notebook.
+        """The motion of ``model``, a mechanism or what ``load`` takes, as a film that a notebook shows.
 
-        With ``path`` (.gif, .mp4 or .html) it is written there instead, as ``lag2fmu.animate`` does, which lists the
-        errors raised.
+        With ``path`` (.gif, .mp4 or .html) the film is written there instead. Raises the errors of ``lag2fmu.animate``.
         """
         if path is None:
             return looked_up("lag2fmu.verify.plots.animation", "film")(model, self)

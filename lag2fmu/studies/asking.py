@@ -1,4 +1,4 @@
-"""What runs of a library are asked for, checked: values, times, inputs, what is varied."""
+"""The arguments of studies, checked: values, times, inputs, names of what is varied."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, Library, Signals
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 
 _SAMPLES = 100
-"""Points of a run where the user names none."""
+"""The number of times of a run if the user names none."""
 
 
 def references_of(library: Library, values: Mapping[str, float]) -> dict[int, float]:
@@ -39,7 +39,7 @@ def check_value(library: Library, name: str, value: float) -> None:
 
 
 def check_given(library: Library, name: str) -> None:
-    """Raise LoadError where the start of ``name`` is a guess, which constraints determine."""
+    """Raise LoadError if the start of ``name`` is a guess, because constraints determine its value."""
     if library.kinds[name] in STATES and library.variables[name].initial != "exact":
         raise LoadError(
             f"the start of '{name}' is a guess that the constraints of '{library.name}' determine; "
@@ -68,19 +68,11 @@ def times_of(
     return found
 
 
-def check_tolerance(tolerance: float) -> float:
-    """The relative ``tolerance``; raises LoadError for what no solver can meet."""
-    if not 2e-15 <= tolerance <= 1:
-        raise LoadError(f"the tolerance {tolerance!r} is not between 2e-15 and 1")
-    return float(tolerance)
-
-
 def signals_of(library: Library, inputs: Inputs | None, times: Floats, *, hold: bool = False) -> Signals | None:
     """``inputs`` as ``simulate`` takes them, for runs of ``library`` at ``times`` (m,) in s.
 
-    They are linear between their own times, or held.
-
-    Raises LoadError for what is no input, and for a motion without its rates.
+    They are linear between their own times, or held with ``hold``. Raises LoadError for a name that is no input, and
+    for a motion without its rates.
     """
     found = trajectory_of(inputs, float(times[-1]) or 1.0, library.experiment.step)
     if found is None:

@@ -19,9 +19,9 @@ from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.fits import Fit, FreeValue
 
 _SINGULAR = 1e-6
-"""Singular values below this part of the greatest one are those of a direction that the data say nothing of."""
+"""A direction whose singular value is below this part of the greatest one is not determined by the data."""
 _TAKES_PART = 0.3
-"""What has at least this part of the greatest entry of a direction is named."""
+"""A message on a direction names the entries that are at least this part of the greatest one."""
 _AT_BOUND = 1e-6
 
 
@@ -29,11 +29,15 @@ _AT_BOUND = 1e-6
 class Calibration:
     """Estimates and what is known of them, in SI units.
 
-    ``names`` (p) are those of parameters and starts, a start of several experiments with its number, theta[2];
-    ``estimates``, ``standard_errors`` (p,), ``correlations`` (p, p); ``noise`` {column: standard deviation}, given or
-    estimated; ``degrees_of_freedom`` are values measured less values estimated, ``chi_squared`` the sum of squares in
-    units of the noise. ``warnings`` are sentences, ``mechanism`` has the estimates, with the first
-    experiment's starts.
+    - ``names``: those of the p parameters and starts. With several experiments a start has its number: theta[2].
+    - ``estimates``, ``standard_errors``: (p,); ``correlations``: (p, p).
+    - ``noise``: {column: standard deviation}, given or estimated.
+    - ``degrees_of_freedom``: the number of measured values less the number of estimated ones.
+    - ``chi_squared``: the sum of squares in units of the noise.
+    - ``warnings``: sentences.
+    - ``mechanism``: the mechanism with the estimates, and the starts of the first experiment.
+
+    Source: G. A. F. Seber, C. J. Wild, Nonlinear Regression, 1989, section 2.1.
     """
 
     names: tuple[str, ...]
@@ -49,7 +53,7 @@ class Calibration:
     free: tuple[FreeValue, ...] = field(repr=False)
 
     def __getitem__(self, name: str) -> float:
-        """The estimate of ``name`` in SI units; raises LoadError."""
+        """The estimate of ``name`` in SI units; raises LoadError if ``name`` was not estimated."""
         return float(self.estimates[self._place(name)])
 
     def _repr_html_(self) -> str:
@@ -83,7 +87,7 @@ class Calibration:
         return self.names.index(name)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the calibrated mechanism to ``path`` (.toml); raises ExportError."""
+        """Write the calibrated mechanism to ``path`` (.toml); raises ExportError if it cannot be written there."""
         target = Path(path)
         if target.suffix != ".toml":
             raise ExportError(f"'{target}': a mechanism is written as .toml")
@@ -93,7 +97,7 @@ class Calibration:
             raise ExportError(f"cannot write '{target}': {error.strerror}; choose another place") from error
 
     def plot(self) -> Any:
-        """A figure of matplotlib: measured and fitted columns of each experiment, and what is left of them."""
+        """A figure of matplotlib: measured and fitted columns of each experiment, and their residuals."""
         from lag2fmu.studies.calibration_figure import calibration_figure
 
         return calibration_figure(self.fits, self.noise, display_units(self.mechanism))
@@ -107,7 +111,11 @@ def summed_up(
     fits: tuple[Fit, ...],
     mechanism: Mechanism,
 ) -> Calibration:
-    """The calibration with this ``jacobian`` (n, p) and these ``residuals`` (n,) in units of the noise, at the end."""
+    """The calibration that a search ended with.
+
+    ``jacobian`` (n, p) and ``residuals`` (n,) are those at the estimates, in units of the noise. Source: G. A. F.
+    Seber, C. J. Wild, Nonlinear Regression, 1989, section 2.1.
+    """
     names = tuple(x.label for x in estimates)
     scale = np.array([x.scale for x in estimates])
     free = np.array([not _at_bound(x) for x in estimates])
@@ -136,9 +144,9 @@ def _at_bound(x: FreeValue) -> bool:
 
 
 def _covariance(scaled: Floats, names: Sequence[str], free: Any) -> tuple[Floats, list[str]]:
-    """(p, p) of the scaled values, infinite on the diagonal of what the data do not determine, and warnings."""
+    """The covariance (p, p) of the scaled values, and warnings; infinite on the diagonal of undetermined values."""
     sizes = np.linalg.norm(scaled, axis=0)
-    idle = free & (sizes <= _SINGULAR * sizes.max(initial=0.0))
+    idle = sizes <= _SINGULAR * sizes.max(initial=0.0)
     warnings = [
         f"not identifiable: {names[i]} changes nothing that was measured; fix it" for i in np.flatnonzero(idle).tolist()
     ]
@@ -150,8 +158,15 @@ def _covariance(scaled: Floats, names: Sequence[str], free: Any) -> tuple[Floats
     return found, [*warnings, *said]
 
 
+def told(scaled: Floats) -> Floats:
+    """The Jacobian ``scaled`` (n, p) without the directions that the data say nothing of, where rounding is left."""
+    left, singular, rows = np.linalg.svd(scaled, full_matrices=False)
+    singular[singular <= _SINGULAR * singular.max(initial=0.0)] = 0.0
+    return np.asarray((left * singular) @ rows)
+
+
 def _determined(scaled: Floats, names: Sequence[str]) -> tuple[Floats, list[str]]:
-    """The same where each column has an effect of its own: weak directions are found by singular values.
+    """The covariance and warnings where no column is zero; singular values find the directions that are undetermined.
 
     Source: Seber, Wild, Nonlinear Regression, section 3.4 (identifiability).
     """
@@ -175,7 +190,7 @@ def _determined(scaled: Floats, names: Sequence[str]) -> tuple[Floats, list[str]
 
 
 def _direction(names: Sequence[str], entries: Floats) -> str:
-    """What moves together, each in parts of its own size: 'm with k' or 'l against g'."""
+    """The names that move together along a direction, such as 'm with k' or 'l against g'; entries are relative."""
     if len(names) == 1:
         return names[0]
     entries = entries / entries[np.argmax(abs(entries))]

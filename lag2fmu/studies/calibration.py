@@ -1,8 +1,8 @@
 """Calibration: parameters and starts from measurements, by least squares with exact derivatives.
 
-The noise of each measured column is given, or estimated from what is left of it: with all columns weighed by their own
-spread first, then by their estimated noise. G. A. F. Seber, C. J. Wild, Nonlinear Regression, 1989, sections 2.1
-(least squares, asymptotic confidence), 2.8.8 and 11.2 (several responses, iterated weights).
+The noise of each measured column is given, or estimated from its residuals. Then columns are first weighed by their own
+spread, and in further rounds by their estimated noise. Source: G. A. F. Seber, C. J. Wild, Nonlinear Regression, 1989,
+sections 2.1 (least squares, asymptotic confidence), 2.8.8 and 11.2 (several responses, iterated weights).
 """
 
 from __future__ import annotations
@@ -17,19 +17,21 @@ from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.asking import check_tolerance
-from lag2fmu.studies.calibrated import Calibration, summed_up
+from lag2fmu.studies.calibrated import Calibration, summed_up, told
 from lag2fmu.studies.fits import Fit, FreeValue, Measurement
 from lag2fmu.studies.free_values import free_values
 from lag2fmu.studies.library import Library, Study, compiled
 from lag2fmu.studies.measurements import Data, measurements_of
 from lag2fmu.studies.sensitivities import directed_run
+from lag2fmu.verify.plan import check_tolerance
 
 TOLERANCE = 1e-8
 _ROUNDS = 4
 """At most so often the noise is estimated anew; it settles after two or three rounds."""
 _SETTLED = 1e-3
 """A relative change of the estimated noise that makes no difference."""
+_HELD = 1e-7
+"""The weight, as part of the greatest effect, that holds what the data say nothing of; all else has 10 times it."""
 
 
 def calibrate(  # noqa: PLR0913 (choices of the user)
@@ -47,14 +49,16 @@ def calibrate(  # noqa: PLR0913 (choices of the user)
 ) -> Calibration:
     """Estimate the parameters and starts ``free`` of ``model`` from the measured ``data`` of one or more experiments.
 
-    Columns of ``data`` are named as variables: inputs drive the run (``hold``: constant between their times), all
-    others were measured. Free parameters are the same in all experiments; each experiment has its own free starts. The
-    search begins at the model's values, or at ``values`` (SI; one mapping, or one for each experiment), and for a start
-    that was measured at the first time at the measured value. ``bounds`` (SI) add to those of the model; masses,
-    stiffnesses and dampings stay positive. ``noise`` is the standard deviation of columns (SI) where it is known.
-    ``progress`` is told the number of runs so far; how many the search takes is known at its end only.
+    Columns of ``data`` are named as variables. Columns of inputs drive the run; with ``hold`` they are constant between
+    their times. All other columns (m,) were measured. Free parameters are the same in all experiments; each experiment
+    has its own free starts. The search begins at ``values`` (SI units; one mapping, or one for each experiment).
+    Without a value it begins at the first measured value of a start, or at the value of the model. ``bounds`` (SI
+    units) are added to those of the model; masses, stiffnesses and dampings stay positive. ``noise`` {column: standard
+    deviation} is given, in SI units, where it is known. ``progress`` is told the number of runs so far; how many the
+    search takes is known at its end only.
 
-    Raises LoadError for bad arguments and data, SimulationError where runs or the search fail.
+    Raises LoadError for bad arguments and data, SimulationError where runs or the search fail. Source: G. A. F. Seber,
+    C. J. Wild, Nonlinear Regression, 1989, sections 2.1 and 11.2.
     """
     mechanism = as_mechanism(model)
     library = compiled(mechanism, solver=solver)
@@ -88,7 +92,7 @@ def _known_noise(noise: Mapping[str, float], columns: Sequence[str]) -> dict[str
 
 
 class _Problem:
-    """Residuals of all measured values and their derivatives by what is free."""
+    """The residuals (n,) of all measured values, and their derivatives (n, p) by the p free values."""
 
     def __init__(
         self,
@@ -112,7 +116,7 @@ class _Problem:
         self._runs = 0
 
     def names(self, experiment: int) -> list[str]:
-        """What is free in one experiment."""
+        """The names of the values that are free in one experiment."""
         return [x.name for x in self.sought if x.experiment in (None, experiment)]
 
     def at(self, point: Floats) -> tuple[Floats, Floats, str]:
@@ -153,7 +157,7 @@ class _Problem:
 
 
 def _solved(problem: _Problem, known: Mapping[str, float], mechanism: Mechanism) -> Calibration:
-    """The estimate, with the noise of columns where it is not known estimated from what is left."""
+    """The calibration; the noise of a column that is not ``known`` is estimated from its residuals."""
     point = np.array([x.start for x in problem.sought])
     _, _, reason = problem.at(point)
     if reason:
@@ -183,13 +187,13 @@ def _solved(problem: _Problem, known: Mapping[str, float], mechanism: Mechanism)
 
 
 def _spread(values: Floats) -> float:
-    """A size of the values of a column, to begin with."""
+    """A first guess of the noise of a column: the spread of its ``values``."""
     spread = float(np.std(values)) if len(values) > 1 else 0.0
     return spread or float(abs(values).max(initial=0.0)) or 1.0
 
 
 def _left(problem: _Problem, point: Floats, noise: Floats) -> Floats:
-    """The standard deviation of what is left of each column, (columns,); its degrees of freedom are its share."""
+    """The standard deviation of the residuals of each column, (columns,), with its share of the degrees of freedom."""
     residuals = problem.at(point)[0] - problem.measured
     share = 1 - len(problem.sought) / len(residuals)
     if share <= 0:
@@ -200,17 +204,25 @@ def _left(problem: _Problem, point: Floats, noise: Floats) -> Floats:
 
 
 def _minimized(problem: _Problem, point: Floats, noise: Floats) -> Floats:
-    """The least sum of squares near ``point``; raises SimulationError if the search does not end."""
+    """The least sum of squares near ``point``; raises SimulationError if the search does not end.
+
+    Directions that the data say nothing of stay where the search began, held by a weight that no other one feels.
+    """
     from scipy.optimize import least_squares
 
     weights = 1.0 / noise[problem.column_of]
     scale = np.array([x.scale for x in problem.sought])
     low, high = (np.array([getattr(x, side) for x in problem.sought]) for side in ("low", "high"))
-    inside = np.clip(point, low, high)
+    first = np.clip([x.start for x in problem.sought], low, high)
+
+    def slopes(p: Floats) -> Floats:
+        return np.asarray(weights[:, None] * problem.at(p)[1] * scale)
+
+    hold = _HELD * float(np.linalg.norm(slopes(point), 2)) or 1.0
     found = least_squares(
-        lambda p: weights * (problem.at(p)[0] - problem.measured),
-        inside,
-        jac=lambda p: weights[:, None] * problem.at(p)[1],
+        lambda p: np.concatenate([weights * (problem.at(p)[0] - problem.measured), hold * (p - first) / scale]),
+        np.clip(point, low, high),
+        jac=lambda p: np.vstack([told(slopes(p)), hold * np.eye(len(p))]) / scale,
         bounds=(low, high),
         x_scale=scale,
         ftol=1e-12,
@@ -224,7 +236,7 @@ def _minimized(problem: _Problem, point: Floats, noise: Floats) -> Floats:
 
 
 def _fitted(problem: _Problem, point: Floats, experiment: int) -> Floats:
-    """What the calibrated model gives in one experiment where something was measured, (m, k); NaN at gaps."""
+    """The values of the calibrated model in one experiment, (m, k), in SI units; NaN where nothing was measured."""
     mask = problem.masks[experiment]
     first = sum(int(m.sum()) for m in problem.masks[:experiment])
     found = np.full(mask.shape, np.nan)

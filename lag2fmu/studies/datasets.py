@@ -42,8 +42,9 @@ def check_path(path: Path | None) -> None:
 def dataset(store: Store, task: Task, design: Design, units: Mapping[str, Unit | None], title: str) -> Any:
     """The Dataset of a sweep: outputs over what varies, and over ``time`` (s) where there are several times.
 
-    Of a full grid each axis is a dimension, named as what varies on it; a sample has the dimension ``run``. ``failed``
-    says which runs failed, ``reason`` why. Raises LoadError where xarray is not installed, and for a damaged file.
+    Each axis of a full grid is a dimension with the name of what varies along it; a sample has the dimension ``run``.
+    ``failed`` says which runs failed, ``reason`` why. Values are in SI units. Raises LoadError where xarray is not
+    installed, and for a damaged file.
     """
     xarray = needed("xarray")
     parts = list(store.parts())
@@ -108,7 +109,7 @@ def _save_netcdf(found: Any, path: Path) -> None:
 
 
 def _chunks(shape: Sequence[int]) -> tuple[int, ...]:
-    """The last dimensions whole as far as they fit in a chunk."""
+    """The shape of a chunk: as many of the last dimensions as fit are whole."""
     chunks, room = [], _CHUNK
     for length in reversed(shape):
         chunks.append(max(1, min(length, room)))

@@ -46,10 +46,11 @@ class Design:
 
 
 def axes_of(vary: Mapping[Any, Any]) -> tuple[Axis, ...]:
-    """The axes that ``vary`` means.
+    """The axes that ``vary`` describes, with values in SI units.
 
-    {name: values (n,)}; {name: (low, high)} as a tuple of two is a range for sampling; {(name, ...): table (n, k)} are
-    columns that vary together. Raises LoadError for anything else, and for a name that stands twice.
+    {name: values (n,)} is a list of values. {name: (low, high)}, a tuple of two, is a range for sampling.
+    {(name, ...): table (n, k)} are columns that vary together. Raises LoadError for anything else, and for a name that
+    stands twice.
     """
     axes = tuple(axis if isinstance(axis, Axis) else _axis(key, axis) for key, axis in vary.items())
     names = [name for axis in axes for name in axis.names]
@@ -96,10 +97,11 @@ def grid(axes: Sequence[Axis]) -> Design:
 
 
 def sampled(axes: Sequence[Axis], count: int, sampling: str = "random", seed: int = 0) -> Design:
-    """``count`` runs: of a range any value, of values and tables any row, all with equal probability.
+    """``count`` runs with any value of a range, or any row of values and tables, all with equal probability.
 
-    ``sampling`` is "random", or quasi-random: "sobol", "halton" (both scrambled), "latin" (hypercube). Raises
-    LoadError. Source: A. B. Owen, Scrambled Sobol and Niederreiter-Xing points, J. Complexity 14, 1998.
+    ``sampling`` is "random", or quasi-random: "sobol", "halton" (both scrambled), "latin" (hypercube). Raises LoadError
+    for another ``sampling``, and for a ``count`` below 1. Source: A. B. Owen, Scrambled Sobol and Niederreiter-Xing
+    points, J. Complexity 14, 1998.
     """
     if sampling not in SAMPLINGS:
         raise LoadError(f"unknown sampling '{sampling}'; known are {', '.join(SAMPLINGS)}")
@@ -124,7 +126,7 @@ def _unit_points(dimension: int, count: int, sampling: str, seed: int) -> Floats
     engine = engines[sampling](dimension, seed=seed)
     if sampling != "sobol":
         return np.asarray(engine.random(count))
-    return np.asarray(engine.random_base2(max(0, (count - 1).bit_length())))[:count]  # balanced at powers of two
+    return np.asarray(engine.random_base2(max(0, (count - 1).bit_length())))[:count]  # balanced at 2^k
 
 
 def _names(axes: Sequence[Axis]) -> tuple[str, ...]:

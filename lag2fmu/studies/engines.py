@@ -22,7 +22,7 @@ from lag2fmu.verify.simulate import simulate_fmu
 
 
 def run_part(task: Task, rows: Floats) -> Part:
-    """Make the runs with the values in ``rows`` (runs, names), in SI; one that cannot be made has a reason."""
+    """Make the runs with the values in ``rows`` (runs, names), in SI units; a run that fails gets a reason."""
     values = np.full((len(rows), len(task.times), len(task.outputs)), np.nan)
     reasons = _out_of_bounds(task, rows)
     good = np.array([i for i in range(len(rows)) if i not in reasons], dtype=int)
@@ -34,7 +34,7 @@ def run_part(task: Task, rows: Floats) -> Part:
 
 
 def _out_of_bounds(task: Task, rows: Floats) -> dict[int, str]:
-    """Runs that are not made, with the reason."""
+    """{run: reason} of the runs whose values are out of bounds."""
     found: dict[int, str] = {}
     for name, column in zip(task.names, rows.T, strict=True):
         for i in np.flatnonzero(~np.isfinite(column)).tolist():
@@ -56,7 +56,7 @@ def _ensemble(text: str, solver: str | None) -> Ensemble:
 
 @contextmanager
 def _shared(folder: str) -> Iterator[None]:
-    """Libraries are kept in ``folder`` meanwhile, unless the user has named another one."""
+    """A context in which libraries are kept in ``folder``, unless the user has named another one."""
     if os.environ.get(VARIABLE) or not folder:
         yield
         return
@@ -96,7 +96,7 @@ def _by_ensemble(task: Task, rows: Floats) -> Part:
 
 
 def _by_fmpy(task: Task, rows: Floats) -> Part:
-    """One run after the other; an FMU of lag2fmu is reset in between instead of loaded anew."""
+    """The runs, made one after the other; between runs an FMU of lag2fmu is reset, another one loaded anew."""
     values, reasons = np.full((len(rows), len(task.times), len(task.outputs)), np.nan), {}
     signals = None if task.input_times is None else Trajectory.of(task.input_times, task.inputs)
     for i, row in enumerate(rows):

@@ -13,8 +13,9 @@ from lag2fmu.reference.trajectory import Floats, Trajectory
 class FreeValue:
     """A parameter or start that is looked for, in SI units.
 
-    ``experiment`` is the number, from 0 on, of the one whose start it is, None for what all have in common. ``start``
-    is the first guess, later the estimate; ``low`` and ``high`` are its bounds, ``scale`` a typical size.
+    ``experiment`` is the number, from 0 on, of the experiment whose start it is; None for a value that all experiments
+    share. ``start`` is the first guess, and later the estimate; ``low`` and ``high`` are bounds, ``scale`` is a typical
+    size.
     """
 
     name: str
@@ -28,7 +29,7 @@ class FreeValue:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """An experiment and what the calibrated model gives, ``fitted`` (m, k) in SI, NaN where nothing was measured."""
+    """An experiment, and the values of the calibrated model: ``fitted`` (m, k), in SI units, NaN at gaps."""
 
     experiment: Measurement
     fitted: Floats

@@ -1,4 +1,4 @@
-"""What a calibration looks for: parameters and starts with bounds and first guesses."""
+"""The values that a calibration estimates: parameters and starts, with bounds and first guesses."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lag2fmu.studies.library import INPUT, STATES, Library
 _MASS = ((1, 0, 0), (1, 2, 0))
 """Exponents of kg, m, s of a mass and of a moment of inertia."""
 _LEAST = 1e-9
-"""What is positive stays above this part of its first value."""
+"""Positive values stay above this part of their first value."""
 
 
 def free_values(
@@ -27,7 +27,10 @@ def free_values(
     values: Sequence[Mapping[str, float]],
     bounds: Mapping[str, tuple[float, float]],
 ) -> list[FreeValue]:
-    """What ``free`` names, with a start for each of the ``experiments``; raises LoadError."""
+    """The values that ``free`` names; there is one for each of the ``experiments`` if it is a start.
+
+    Raises LoadError for names and bounds that cannot be used.
+    """
     check_over(library, free)
     for given in values:
         references_of(library, given)
@@ -51,7 +54,7 @@ def _check_inside(found: Sequence[FreeValue]) -> None:
 
 
 def _guess(library: Library, name: str, experiment: Measurement, values: Mapping[str, float]) -> float:
-    """Where the search begins: as given, as measured at the first time, or as the model says."""
+    """The first guess: the given value, that measured at the first time, or that of the model, in this order."""
     if name in values:
         return float(values[name])
     if library.kinds[name] in STATES and name in experiment.names:

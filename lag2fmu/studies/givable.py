@@ -1,4 +1,4 @@
-"""What runs of a mechanism can be given: starts, parameters and inputs, and their bounds."""
+"""The values that a run of a mechanism can be given: starts, parameters and inputs, with their bounds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lag2fmu.mechanism.record import Mechanism
 
 
 def kinds_of(mechanism: Mechanism) -> dict[str, str]:
-    """{name: "starts", "parameters" or "inputs"} of what runs of a mechanism can be given."""
+    """{name: "starts", "parameters" or "inputs"} of the values that a run of ``mechanism`` can be given."""
     kinds = {p.name: "parameters" for p in mechanism.parameters if p.value is not None}
     for q in mechanism.coordinates:
         kinds |= {q.name: "starts", words.velocity(q.name): "starts", words.generalized_force(q.name): "inputs"}

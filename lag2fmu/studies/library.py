@@ -1,4 +1,4 @@
-"""A mechanism compiled for derivatives through time: the sources of its FMU without FMI, called through ctypes."""
+"""A mechanism compiled for derivatives through time: the sources of its FMU without those of FMI, called by ctypes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ INPUT, SETTING = "VARIABLE_INPUT", "VARIABLE_SETTING"
 class Library:
     """The runs of one mechanism as functions of this process, and the variables it knows.
 
-    ``kinds`` has for each variable what it is, as the runtime calls it.
+    ``kinds`` has the kind of each variable, as a number of the runtime.
     """
 
     name: str
@@ -55,9 +55,9 @@ class Library:
         return self.variables[name]
 
     def settable(self, name: str) -> int:
-        """The value reference of ``name``, which is set before a run.
+        """The value reference of ``name``, a variable that can be set before a run.
 
-        Raises LoadError for what follows from other values.
+        Raises LoadError for a variable that follows from other values.
         """
         variable, kind = self.variable(name), self.kinds[name]
         if kind not in (*STATES, *PARAMETERS, INPUT, SETTING):
@@ -72,7 +72,8 @@ class Library:
 def compiled(model: object, *, solver: str | None = None) -> Library:
     """The library of ``model``, a mechanism or what ``load`` takes, with one of SOLVERS, by default the last one.
 
-    What was compiled before in this process is taken again. Raises Lag2FmuError.
+    Libraries that this process has compiled before are reused. Raises LoadError for another solver, and Lag2FmuError if
+    the model cannot be loaded, derived or compiled.
     """
     if solver is not None and solver not in SOLVERS:
         raise LoadError(f"'{solver}' is no solver that carries derivatives; known are {', '.join(SOLVERS)}")
@@ -80,7 +81,7 @@ def compiled(model: object, *, solver: str | None = None) -> Library:
 
 
 class _Source:
-    """A mechanism that is told from others by its text."""
+    """A mechanism that is equal to another one if their texts are equal."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.text = mechanism, write(mechanism)
@@ -148,7 +149,7 @@ class Study:
     """Memory in which runs of a library take place, one after the other; for one thread at a time."""
 
     def __init__(self, library: Library, directions: int = 0) -> None:
-        """Allocate it for derivatives along so many ``directions``."""
+        """Allocate the memory for derivatives along so many ``directions``; raises MemoryError if there is none."""
         self.library, self.directions = library, directions
         self._reset, self._set, self._seed = (self._function(f"study_{name}") for name in ("reset", "set", "seed"))
         self._run = self._function("study_run", ctypes.c_int)
@@ -181,8 +182,9 @@ class Study:
     ) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], str]:
         """One run from ``start`` (s) with ``values`` {value reference: SI value} to the last of the ``times`` (m,).
 
-        Returns the ``outputs`` (value references) at the times, (m, k), their derivatives along the ``seeds`` (value
-        reference, typical size of its change), (m, k, d), and "" or why the run ended early: rows behind are NaN.
+        Returns the ``outputs`` (value references) at the times, (m, k); their derivatives along the ``seeds`` (value
+        reference, typical size of its change), (m, k, d); and "", or the reason why the run ended early. Rows behind
+        the end are NaN.
         """
         references = (ctypes.c_int * len(values))(*values)
         found = np.full((len(times), len(outputs)), np.nan)

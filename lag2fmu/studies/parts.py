@@ -1,8 +1,8 @@
-"""Parts of a sweep on disk, so that one that was interrupted goes on where it was.
+"""Parts of a sweep on disk, so that an interrupted sweep can go on.
 
-Beside the result FILE stands the folder FILE.parts while the sweep runs: what the sweep is (sweep.json), and a file for
-each part that is done. A part is written under another name and moved into place, so that it is there whole or not at
-all. The folder goes when the result is written.
+While the sweep runs, the folder FILE.parts stands beside the result FILE. It holds a description of the sweep
+(sweep.json), and a file for each part that is done. A part is written under another name and moved into place, so that
+it is there whole or not at all. The folder is removed when the result is written.
 """
 
 from __future__ import annotations
@@ -92,8 +92,13 @@ class Store:
         except (OSError, ValueError, KeyError) as error:
             raise LoadError(f"'{file}' is damaged: {error}; delete it and run the sweep again") from error
 
+    def leave(self) -> None:
+        """The sweep ends before its end: what is done stays, and nothing where nothing is done."""
+        if len(self.missing()) == self.count:
+            self.remove()
+
     def remove(self) -> None:
-        """The result is written: the parts go."""
+        """Remove the folder of the parts, as where the result is written."""
         if self.folder is not None:
             shutil.rmtree(self.folder, ignore_errors=True)
 
@@ -105,7 +110,7 @@ def _write(path: Path, content: bytes) -> None:
 
 
 def _fingerprint(task: Task, design: Design) -> str:
-    """What tells a sweep from another one: all that has a part in its results."""
+    """A hash of everything that the results of a sweep depend on."""
     digest = hashlib.sha256()
     model = Path(task.model).read_bytes() if task.is_fmu else task.model.encode()
     inputs = sorted((name, np.asarray(column).tobytes()) for name, column in task.inputs.items())

@@ -1,4 +1,4 @@
-"""Derivatives through time: of states and outputs along a motion by starts, parameters and inputs."""
+"""Derivatives through time: those of states and outputs along a motion by starts, parameters and inputs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from lag2fmu.language.units import Unit
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.asking import (
     check_over,
-    check_tolerance,
     continuous_outputs,
     references_of,
     scale_of,
@@ -20,6 +19,7 @@ from lag2fmu.studies.asking import (
 )
 from lag2fmu.studies.library import Library, Study, compiled
 from lag2fmu.verify.inputs import Inputs
+from lag2fmu.verify.plan import check_tolerance
 
 TOLERANCE = 1e-8
 
@@ -40,7 +40,10 @@ class Sensitivities:
     units: Mapping[str, Unit | None] = field(repr=False)
 
     def __getitem__(self, names: str | tuple[str, str]) -> Floats:
-        """Of an output its values (m,), of (output, varied) the derivatives (m,), in SI units; raises LoadError."""
+        """The values (m,) of an output, or the derivatives (m,) of (output, varied), in SI units.
+
+        Raises LoadError for an unknown name.
+        """
         if isinstance(names, str):
             return self.values[:, _place(names, self.outputs, "output")]
         output, varied = names
@@ -72,16 +75,18 @@ def sensitivities(  # noqa: PLR0913 (those of simulate)
     hold: bool = False,
     solver: str | None = None,
 ) -> Sensitivities:
-    """The motion of ``model`` and d ``outputs`` at ``times`` (s) / d ``over``: names of starts, parameters, inputs.
+    """The motion of ``model``, and the derivatives of ``outputs`` at ``times`` (m,), in s, by the names ``over``.
 
-    The variational equations are integrated with the motion by ``solver`` ("dopri5" or, by default, "dop853"), both
-    under the relative ``tolerance``; at impacts, stops, switches and changes of friction they jump as the motion
-    demands. The derivative by a start is that by its value at time 0, where constraints let what follows from it
-    answer; by an input, that by a constant added to it from time 0 on. ``times``, or ``stop_time`` and ``step``;
-    ``values``, ``inputs`` and ``hold`` are those of ``simulate``, in SI units.
+    ``over`` are names of starts, parameters and inputs. A derivative by a start is that by its value at time 0;
+    dependent starts follow by the constraints. A derivative by an input is that by a constant added to it from time 0
+    on. ``times``, or ``stop_time`` and ``step``, as well as ``values``, ``inputs`` and ``hold`` are those of
+    ``simulate``, in SI units. The variational equations are integrated with the motion by ``solver`` ("dopri5" or, by
+    default, "dop853"), both under the relative ``tolerance``. At impacts, stops, switches and changes of friction they
+    jump as the motion demands.
 
-    Raises LoadError for bad arguments and SimulationError where the run fails or has no derivative: where an event
-    function is touched only, and where several contacts decide together in a way that what is varied would part.
+    Raises LoadError for bad arguments, and SimulationError where the run fails or has no derivative. There is none
+    where an event function touches zero without crossing it, and where several contacts act at one instant that would
+    act at different ones with other values.
     Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, section I.14.
     """
     library = compiled(model, solver=solver)
@@ -95,7 +100,7 @@ def sensitivities(  # noqa: PLR0913 (those of simulate)
 
 @dataclass(frozen=True)
 class Directed:
-    """What ``directed_run`` found, and why it ended early ("": it did not)."""
+    """The results of ``directed_run``, and the reason why it ended early; "" if it did not."""
 
     result: Sensitivities
     reason: str

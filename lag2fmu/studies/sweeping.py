@@ -11,23 +11,23 @@ from typing import Any
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.record import is_fmu
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.asking import check_tolerance
 from lag2fmu.studies.datasets import check_path, dataset, save
 from lag2fmu.studies.design import Design, Part, Task, axes_of, grid, sampled
 from lag2fmu.studies.engines import run_part
 from lag2fmu.studies.parts import Store
 from lag2fmu.studies.tasks import Wanted, task_of_fmu, task_of_model
 from lag2fmu.verify.inputs import Inputs
+from lag2fmu.verify.plan import check_tolerance
 
 _PART = {False: 2000, True: 20}
-"""Runs in a part: of a model, of an FMU."""
+"""The number of runs in a part, for a model and for an FMU."""
 _AHEAD = 64
 """So many parts wait on an executor at a time."""
 _ATTEMPTS = 3
-"""A part whose worker was lost is sent again, so often in all."""
+"""A part whose worker was lost is sent again, up to so many times in all."""
 
 Progress = Callable[[int, int], None]
-"""Called with the runs that are done, and all."""
+"""A function that is called with the number of runs that are done, and the number of all runs."""
 
 
 def sweep(  # noqa: PLR0913 (choices of the user)
@@ -51,17 +51,17 @@ def sweep(  # noqa: PLR0913 (choices of the user)
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Any:
-    """Run ``model``, a mechanism, what ``load`` takes or an FMU of any tool, over all that ``vary`` says.
+    """Run ``model`` over all values that ``vary`` describes; it is a mechanism, what ``load`` takes, or any FMU.
 
     ``vary`` {name: values (n,)} gives the full grid; {(name, name): (n, 2)} are columns that vary together. With
-    ``sample`` so many runs are drawn (``sampling``: "random", "sobol", "halton", "latin"), where {name: (low, high)} is
-    a range. ``outputs`` are read at ``times`` (s), by default 101 of them, or ``at_end``. ``values``, ``inputs``,
-    ``hold`` are those of ``simulate``; all is in SI units.
+    ``sample``, so many runs are drawn, and {name: (low, high)} is a range; ``sampling`` is "random", "sobol", "halton"
+    or "latin". ``outputs`` are read at ``times`` (m,) in s, by default at 101 times, or with ``at_end`` at the end
+    only. ``values``, ``inputs`` and ``hold`` are those of ``simulate``. All values are in SI units.
 
-    ``executor`` is any concurrent.futures.Executor: it gets parts of ``part`` runs. With ``path`` (.nc, .parquet) the
-    result is written, and parts that are done stand beside it until then: the same call after an interruption goes on.
-    Returns an xarray.Dataset, in which ``failed`` and ``reason`` tell of runs that failed. Raises LoadError for bad
-    arguments, SimulationError where an executor fails.
+    ``executor`` is any concurrent.futures.Executor; it gets parts of ``part`` runs. With ``path`` (.nc, .parquet) the
+    result is written there. Parts that are done are kept beside it until then, so that the same call goes on after an
+    interruption. Returns an xarray.Dataset, in which ``failed`` and ``reason`` tell of runs that failed. Raises
+    LoadError for bad arguments, SimulationError where an executor fails.
     """
     target = None if path is None else Path(path)
     check_path(target)
@@ -78,7 +78,11 @@ def sweep(  # noqa: PLR0913 (choices of the user)
         else:
             task, units, title = task_of_model(model, design, wanted, libraries, threads=1 if executor else None)
         store = Store(target, task, design, _size(part, task, len(design)))
-        _make_parts(store, task, design, executor, progress)
+        try:
+            _make_parts(store, task, design, executor, progress)
+        except BaseException:
+            store.leave()
+            raise
     found = dataset(store, task, design, units, title)
     if target is not None:
         save(found, target)
@@ -112,7 +116,7 @@ def _here(task: Task, rows: Mapping[int, Floats]) -> Iterator[tuple[int, Part]]:
 
 
 def _there(task: Task, rows: Mapping[int, Floats], executor: Executor) -> Iterator[tuple[int, Part]]:
-    """Parts as they are done. One that is lost with its worker is sent again."""
+    """(number, part) of each part when it is done; a part that is lost with its worker is sent again."""
     left: list[int] = sorted(rows, reverse=True)
     attempts = dict.fromkeys(left, 0)
     running: dict[Future[Part], int] = {}
@@ -142,5 +146,5 @@ def _there(task: Task, rows: Mapping[int, Floats], executor: Executor) -> Iterat
 def _submitted(executor: Executor, task: Task, rows: Floats) -> Future[Part]:
     try:
         return executor.submit(run_part, task, rows)
-    except RuntimeError as error:  # it is broken or shut down
+    except RuntimeError as error:  # the executor is broken or shut down
         raise SimulationError(f"the executor takes no more runs: {error}; what was done is kept") from error

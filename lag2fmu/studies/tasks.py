@@ -1,4 +1,4 @@
-"""What a sweep of a mechanism or of an FMU is, checked before any run is made."""
+"""The task of a sweep of a mechanism or of an FMU, checked before any run is made."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def task_of_model(
 ) -> tuple[Task, dict[str, Unit | None], str]:
     """The task for a mechanism, the units of its names, and a title; see ``Task`` for the other arguments.
 
-    Raises LoadError for names that it does not have, and for times (s) that are none of a run.
+    Raises LoadError for names that the mechanism does not have, and for times (s) that a run cannot have.
     """
     mechanism = as_mechanism(model)
     check_names(mechanism, [*design.names, *wanted.values])
@@ -88,7 +88,7 @@ def _outputs_of(mechanism: Mechanism, outputs: Sequence[str] | None) -> tuple[st
 def task_of_fmu(model: Any, design: Design, wanted: Wanted) -> tuple[Task, dict[str, Unit | None], str]:
     """The task for an FMU of any tool, the units that it declares, and a title.
 
-    Raises LoadError for a solver, which the FMU has inside, and for names that it does not have.
+    Raises LoadError for a solver, because the FMU has its own, and for names that it does not have.
     """
     path = fmu_path(model).resolve()
     description = description_of(path)
@@ -137,7 +137,7 @@ def _declared(text: str | None) -> Unit | None:
 
 
 def _times(wanted: Wanted, stop: float) -> Floats:
-    """The times (s) at which outputs are read; raises LoadError."""
+    """The times (m,), in s, at which outputs are read; raises LoadError for times that a run cannot have."""
     if wanted.times is not None and wanted.at_end:
         raise LoadError("outputs are wanted at the end and at times; choose one of them")
     if not (np.isfinite(stop) and stop > 0):

@@ -1,4 +1,4 @@
-"""What varies as people write it on the command line: ranges, lists, columns of tables, in declared units."""
+"""The texts that say on the command line what varies: ranges, lists, columns of tables, in declared units."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from lag2fmu.studies.design import Axis
 
 
 def axes_of_texts(texts: Mapping[str, str], units: Mapping[str, Unit], *, sampled: bool) -> list[Axis]:
-    """The axes that ``NAME=A:B:N``, ``NAME=V,V,...`` and ``NAME=@CSV`` mean; columns of one table vary together.
+    """The axes that ``NAME=A:B:N``, ``NAME=V,V,...`` and ``NAME=@CSV`` describe; columns of one table vary together.
 
-    Raises LoadError for a text of another form.
+    ``units`` are those of the texts; the axes are in SI units. Raises LoadError for a text of another form.
     """
     axes, tables = [], dict[str, list[str]]()
     for name, text in texts.items():
@@ -57,7 +57,7 @@ def _table(file: Path, names: Sequence[str], units: Mapping[str, Unit]) -> Axis:
 
 
 def numbers_of_text(option: str, text: str) -> Floats:
-    """The k numbers between the commas of what an ``option`` was given, (k,); raises LoadError for what is none."""
+    """The k numbers, (k,), between the commas of the ``text`` of an ``option``; raises LoadError for other texts."""
     try:
         return np.array([float(part) for part in text.split(",")])
     except ValueError:

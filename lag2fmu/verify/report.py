@@ -42,9 +42,11 @@ def _json(value: float) -> float | str:
 class Report:
     """The outcome of ``validate``.
 
-    ``checks`` in order; ``trajectories`` by label, for the plot ('direct integration' and one a run of the FMU);
-    ``notes`` say what the numbers mean; ``coordinates`` names the curves to be plotted over time in s, in
-    ``units``; the ``trajectories`` are in SI units.
+    - ``checks``: the comparisons in order.
+    - ``trajectories``: {label: trajectory in SI units} for the plot, 'direct integration' and one for each run of the
+      FMU.
+    - ``notes``: sentences that say what the numbers mean.
+    - ``coordinates``: the names of the curves that are plotted over time (s), in ``units``.
     """
 
     title: str

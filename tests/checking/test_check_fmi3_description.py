@@ -322,6 +322,12 @@ FOLDERS: dict[str, tuple[Replace, str]] = {
         "terminal-causality",
     ),
     "coordinates upside down": (terminal('x2="100" y2="100" s', 'x2="-200" y2="100" s'), "coordinate-system"),
+    "coordinate that is no number": (terminal('y2="100"/>', 'y2="high"/>'), "schema"),
+    "terminal with an unknown attribute": (terminal('name="sensors"', 'name="sensors" colour="red"'), "schema"),
+    "source with an unknown attribute": (
+        built('<SourceFile name="all.c"/>', '<SourceFile name="all.c" path="."/>'),
+        "schema",
+    ),
     "icon of a terminal": (terminal('"flange" x1', '"absent" x1'), "icon-missing"),
     "icon of the FMU": ({"terminalsAndIcons/icon.png": None}, "icon-missing"),
     "manifest without namespace": (manifest("fmi-ls-manifest", "manifest"), "manifest"),

@@ -28,6 +28,7 @@ def maker(found: object, name: str) -> Callable[..., Mechanism]:
     make.__name__ = name
     make.__signature__ = Signature(keywords)  # type: ignore[attr-defined]  # what inspect.signature reads
     make.spelled = translation.spelled  # type: ignore[attr-defined]  # what ``load`` takes for the keywords
+    make.moving = translation.moving  # type: ignore[attr-defined]  # what has a start instead of being a keyword
     return make
 
 

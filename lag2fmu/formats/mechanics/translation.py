@@ -47,6 +47,14 @@ class Translation:
         self.parameters = tuple(self._names[c] for c in constants)
         self.spelled = {_shown(c): self._names[c] for c in constants}
 
+    @property
+    def moving(self) -> dict[str, str]:
+        """{how it is called in SymPy: its name here} of what has a start: coordinates, their rates, inputs."""
+        rates = {q.diff(T): velocity(self._names[q]) for q in self._problem.coordinates}
+        speeds = {u: rates[rate] for u, rate in self._problem.speeds.items() if rate in rates}
+        started = {a: self._names[a] for a in (*self._problem.coordinates, *self._inputs)} | rates | speeds
+        return {text: name for a, name in started.items() for text in (str(a), _shown(a))}
+
     def _energies(self) -> list[sp.Expr]:
         return [e for e in (self._problem.kinetic, self._problem.lagrangian) if e is not None]
 

@@ -1,6 +1,6 @@
 """Hybrid mechanisms on the independent path: contacts, impacts, dry friction, conditions and switches.
 
-Pieces between events are integrated by SciPy, modes come from trying their combinations against the laws themselves.
+SciPy integrates the pieces between events. Modes are found by trying their combinations against the laws themselves.
 """
 
 from lag2fmu.reference.hybrid.kinks import is_hybrid

@@ -21,18 +21,19 @@ WithoutCollision = Callable[[Point, Modes, Sequence[int]], tuple[State, float]]
 class Choice:
     """Chooses the modes of a ``system`` during a run.
 
-    Where none obey the laws, ``without_collision`` makes an impact of (point, modes, contacts) first: it returns the
-    state behind it and the energy that is lost (J).
+    Where no modes obey the laws, ``without_collision`` first makes an impact from (point, modes, contacts). It returns
+    the state behind the impact and the energy that is lost (J).
     """
 
     def __init__(self, system: System, memory: Memory, without_collision: WithoutCollision) -> None:
         self.system, self.memory, self.without_collision = system, memory, without_collision
 
     def chosen(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
-        """The modes of contacts and frictions that accelerations ask for; where there are none, an impact first.
+        """The state, the modes of contacts and frictions that obey the laws, and (work, dissipated energy), (2,) in J.
 
-        Also the state behind it, and its work and dissipated energy, (2,) in J.
-        Raises SimulationError where no modes meet the laws of contact.
+        Where no modes obey the laws at once, an impact is made first: the state then is that behind the impact, and the
+        energies are those of the impact. Raises SimulationError where no modes meet the laws behind an impact either.
+        Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5.
         """
         system, energies = self.system, np.zeros(2)
         if not system.elements.k:
@@ -49,7 +50,7 @@ class Choice:
         )
 
     def _problem(self, point: Point, modes: Modes, due: Due) -> tuple[Outcome | None, list[int]]:
-        """The choice among the contacts that touch and all frictions: outcome, and the contacts meant."""
+        """The outcome of the choice for all frictions and touching contacts, and the indices of these contacts."""
         system, e = self.system, self.system.elements
         a, X = system.responses(point, modes)
         D, c = point.rows.jacobian @ X, point.rows.jacobian @ a + point.rows.gamma
@@ -65,7 +66,7 @@ class Choice:
         borne = np.zeros(system.constraints.m), np.zeros(e.k)
         present = self._lasting(modes, contacts, due)
         before: tuple[Mode, ...] | None = None
-        for _ in range(100):  # the capacities of frictions may depend on the forces that follow
+        for _ in range(100):  # the capacities of frictions may depend on the forces that result
             items = [self._touching_item(point, i, modes, due, sizes) for i in contacts]
             if e.f:
                 items += self._friction_items(point, modes, due, sizes, *e.capacities(point.state, *borne))
@@ -87,7 +88,7 @@ class Choice:
 
     @staticmethod
     def _lasting(modes: Modes, contacts: Sequence[int], due: Due) -> list[Mode | None]:
-        """The modes that go on if they can: those of contacts and frictions of which no event function came to zero."""
+        """The present modes of contacts and frictions that go on if they can; None where an event function is due."""
         found: list[Mode | None] = []
         for i in contacts:
             ends = {kind for kind, j in due if i == j and kind in ("gap", "cone", "slip")}
@@ -97,7 +98,7 @@ class Choice:
         ]
 
     def _touching_item(self, point: Point, i: int, modes: Modes, due: Due, sizes: Floats) -> Item:
-        """The contact ``i``, which touches: its present mode first, but not one that has come to its end."""
+        """The item of the contact ``i``, which touches: its present mode comes first, unless this mode has ended."""
         rows, slips = point.rows, slips_of(point, i)
         direction = self._going_on(point, i, modes, slips, sizes)
         closed: tuple[Mode, ...] = PLANES[len(slips)]

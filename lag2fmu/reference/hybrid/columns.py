@@ -1,4 +1,4 @@
-"""What a run of a hybrid mechanism looks like at the times that were asked for: named columns."""
+"""The results of a run of a hybrid mechanism at the times that were asked for, as named columns."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lag2fmu.reference.state import Floats, State
 
 
 def columns_of(run: Run, track: Track) -> dict[str, Floats]:
-    """q, qd, qdd, outputs, multipliers, residuals, energies and what elements show, (m,) each, in SI units."""
+    """{name: column (m,)} in SI units: q, qd, qdd, outputs, multipliers, residuals, energies, results of elements."""
     system, times = run.system, run.times
     q = [c.name for c in system.mechanism.coordinates]
     states, answers, missed = _answers(run, track)
@@ -44,7 +44,7 @@ def _answers(run: Run, track: Track) -> tuple[list[State], list[Answer], list[Fl
 
 
 def _by_sides(run: Run, track: Track, states: list[State], answers: list[Answer]) -> dict[str, Floats]:
-    """Outputs and energies, evaluated together for all times at which kinks are on the same sides."""
+    """Outputs and energies, evaluated together for all times at which the kinks have equal sides."""
     system, m = run.system, len(states)
     found: dict[str, Floats] = {}
     for sides, rows in _groups([modes.sides for modes in track.modes]):
@@ -61,13 +61,13 @@ def _by_sides(run: Run, track: Track, states: list[State], answers: list[Answer]
 
 
 def _groups(keys: list[tuple[int, ...]]) -> Iterator[tuple[tuple[int, ...], list[int]]]:
-    """The rows of each key."""
+    """(key, indices at which it stands in ``keys``) of each different key."""
     for key in dict.fromkeys(keys):
         yield key, [i for i, other in enumerate(keys) if other == key]
 
 
 def _elements(run: Run, track: Track, states: list[State], answers: list[Answer]) -> dict[str, Floats]:
-    """What contacts and frictions show: gaps, forces, modes, impulses and counts of impacts."""
+    """The results of contacts and frictions: gaps (m), forces, modes, impulses and counts of impacts."""
     e, columns = run.system.elements, dict[str, Floats]()
     forces = np.array([a.forces for a in answers]).reshape(len(answers), -1)
     gaps = np.array([e.rows(state).gaps for state in states]).reshape(len(answers), -1)

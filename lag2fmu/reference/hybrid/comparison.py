@@ -1,7 +1,7 @@
 """Three runs of a hybrid mechanism side by side: its errors, and how starts are amplified.
 
-Each run has its own events. They are compared at times at which all of them do the same: between the times of an impact
-in two of them their velocities differ by the whole rebound, which says nothing about their errors.
+Each run has its own events. The runs are compared at times at which all of them are in the same modes. Between the
+times of one impact in two runs the velocities differ by the whole rebound, which says nothing about the errors.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from lag2fmu.reference.state import Floats
 
 PERTURBATION = 1e-8
 NEAR = 1e-5
-"""States that differ by less than this part of their scales are those of runs that do the same."""
+"""Two states are near if they differ by less than this part of their scales."""
 
 
 @dataclass(frozen=True, eq=False)
 class HybridResult:
     """Columns over m times, work minus dissipated energy (m,) in J, scales (s,) and errors (m, s) of states.
 
-    ``comparable`` (m,): where runs of other accuracy do the same; ``amplification`` (m,) is infinite behind the last
-    such time.
+    ``comparable`` (m,): at which times the runs are in the same modes; ``amplification`` (m,) is infinite behind the
+    last such time.
     """
 
     columns: Mapping[str, Floats]
@@ -42,7 +42,7 @@ class HybridResult:
 def perturbed(run: Run, start: Floats, scales: Floats, modes: Modes) -> Floats:
     """The ``start`` moved by 1e-8 of the ``scales`` (s,), along a direction without symmetry.
 
-    What is closed at the start stays closed.
+    Contacts that are closed at the start stay closed.
     """
     n, system = run.n, run.system
     direction = np.cos(np.arange(1, run.size + 1))
@@ -64,7 +64,7 @@ def compared(run: Run, tracks: Sequence[Track], scales: Floats, columns: Mapping
     """
     fine, coarse, moved = tracks
     same = alike(fine, coarse) & alike(coarse, moved)
-    # touching without a force may count as open or closed: where states agree too, runs do the same
+    # a contact that touches without a force may count as open or closed: near states then tell that runs do the same
     near = [np.abs(a.values - b.values)[:, : run.size] / scales for a, b in ((fine, coarse), (coarse, moved))]
     same |= (near[0].max(axis=1) < NEAR) & (near[1].max(axis=1) < NEAR)
     same[0] = True
@@ -87,7 +87,7 @@ def compared(run: Run, tracks: Sequence[Track], scales: Floats, columns: Mapping
 
 
 def alike(a: Track, b: Track) -> NDArray[np.bool_]:
-    """At which times two runs do the same, (m,): equal modes, and as many impacts since contacts were closed."""
+    """At which times two runs do the same, (m,): modes are equal, and so are the counts of impacts since closing."""
     found = [_same(x, y) for x, y in zip(a.modes, b.modes, strict=True)]
     closed = np.array([[mode is not Mode.OPEN for mode in modes.contacts] for modes in a.modes], dtype=bool)
     counts = (a.since == b.since) | closed.reshape(a.since.shape)

@@ -1,9 +1,9 @@
-"""Contacts, dry friction, conditions and switches as numbers: gaps, relative velocities, what they do to coordinates.
+"""Contacts, dry friction, conditions and switches as numbers: gaps, relative velocities, generalized forces.
 
-The rows of a mechanism with u contacts (stops are contacts without friction), f frictions and l latches (constraints
-with a condition): the gap of each contact, its slips, one of a contact in the plane and two in space, the relative
-velocity of each friction, and the latches. A row has a velocity v = J qd + b and an acceleration J qdd + gamma; a force
-r along it has the generalized forces J^T r.
+A mechanism has u contacts (stops are contacts without friction), f frictions and l latches (constraints with a
+condition). They make k rows: the gaps of the contacts, their slips (one in the plane, two in space), the relative
+velocities of the frictions, and the latches. A row has a velocity v = J qd + b and an acceleration J qdd + gamma; a
+force r along it has the generalized forces J^T r.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class _Rows:
 
     @classmethod
     def of(cls, composition: FrozenComposition) -> _Rows:
-        """Those of a mechanism."""
+        """The rows of the mechanism of ``composition``."""
         m, written = composition.mechanism, composition.written
         return cls(
             gaps=[written(c.gap) for c in m.unilaterals],
@@ -54,12 +54,12 @@ class _Rows:
         return [*approach, *slipping, *self.rubbing, *latched]
 
     def positions(self) -> list[sp.Expr]:
-        """What latches hold, (l,): 0 for those that hold velocities."""
+        """The positions that latches hold, (l,): 0 for latches that hold velocities."""
         return [x if h else sp.S.Zero for h, x in zip(self.holonomic, self.held, strict=True)]
 
 
 class Elements:
-    """The functions of the elements of a mechanism, of the ``energies`` that are composed with frozen kinks."""
+    """Contacts, frictions and latches of a mechanism as functions; ``energies`` are composed with frozen kinks."""
 
     def __init__(self, energies: EnergyFunctions) -> None:
         composition, mechanism = energies.composition, energies.mechanism
@@ -82,7 +82,7 @@ class Elements:
         self._compile_forces(composition)
 
     def _compile_rows(self, composition: FrozenComposition, rows: _Rows, velocities: list[sp.Expr]) -> None:
-        """What depends on a state alone: the rows with their laws, the margins of events, the power of dampers."""
+        """Compile what depends on the state alone: rows with their laws, margins of events, the power of dampers."""
         s, m, written = composition.symbols, composition.mechanism, composition.written
         arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
         laws = [written(x) for c in m.unilaterals for x in (c.restitution, c.friction, c.static_friction)]
@@ -94,7 +94,7 @@ class Elements:
         self._damping = compiled(arguments, [composition.damper_power()])
 
     def _compile_forces(self, composition: FrozenComposition) -> None:
-        """What may depend on forces: how much dry friction bears, and the further states."""
+        """Compile what may depend on forces: how much dry friction bears, and the rates of the further states."""
         s, m = composition.symbols, composition.mechanism
         forces = [symbol(names.multiplier(c.name)) for c in m.constraints] + [symbol(x) for x in self.force_names]
         bearing = ((f.force, f.force if f.static is None else f.static) for f in m.frictions)
@@ -108,7 +108,7 @@ class Elements:
 
     @property
     def force_names(self) -> list[str]:
-        """What the forces along the rows are called, (k,)."""
+        """The names of the forces along the rows, (k,)."""
         slips = (names.frictions(c, len(rows)) for c, rows in zip(self.contacts, self.slip_rows, strict=True))
         found = [*map(names.force, self.contacts), *(name for pair in slips for name in pair)]
         return [*found, *map(names.force, self.frictions), *map(names.multiplier, self.latches)]
@@ -130,29 +130,32 @@ class Elements:
         )
 
     def events(self, state: State) -> tuple[Floats, Floats, Floats, Floats]:
-        """Margins of kinks, conditions, gaps and velocities of rows, at a batch of states: (count, *batch) each."""
+        """Margins of kinks, conditions, gaps, velocities of rows at a batch of states: (count, *batch) each, in SI."""
         values = self._events(state.rows, self._constants)
         c = self.sides + len(self.latches)
         return values[: self.sides], values[self.sides : c], values[c : c + self.u], values[c + self.u :]
 
     def further(self, state: State, qdd: Floats, multipliers: Floats, forces: Floats) -> Floats:
-        """The derivatives of the further states, (f,), where constraints (m,) and rows (k,) bear these forces."""
+        """The rates of the further states, (f,), in SI units, with ``multipliers`` (m,) and ``forces`` of rows (k,)."""
         if not self.f_states:
             return np.zeros(0)
         return self._further(np.concatenate([state.rows, qdd, multipliers, forces]), self._constants)
 
     def damper_power(self, state: State) -> float:
-        """What dampers with a law of force dissipate, in W."""
+        """The power, in W, that dampers with a law of force dissipate."""
         return float(self._damping(state.rows, self._constants)[0])
 
     def capacities(self, state: State, multipliers: Floats, forces: Floats) -> tuple[Floats, Floats]:
-        """Sliding and largest holding forces of frictions (f,) where constraints (m,) and rows (k,) bear these."""
+        """The sliding and the largest holding forces of frictions, (f,) each, in N or N.m.
+
+        They may depend on what constraints and rows bear: ``multipliers`` (m,) and ``forces`` (k,).
+        """
         rows = np.concatenate([state.rows, multipliers, forces])
         values = self._capacities(rows, self._constants).reshape(self.f, 2)
         return values[:, 0], values[:, 1]
 
     def capacity_slopes(self, state: State, multipliers: Floats, forces: Floats) -> tuple[Floats, Floats]:
-        """The sliding forces (f,), and their derivatives to all multipliers and forces along rows (f, m + k)."""
+        """The sliding forces (f,), and their derivatives by all multipliers and forces along rows (f, m + k)."""
         borne = np.concatenate([multipliers, forces])
         batch = np.concatenate([state.rows, borne])[:, None] + np.zeros((1, len(borne) + 1), complex)
         batch[len(state.rows) :, 1:] += 1j * STEP * np.eye(len(borne))

@@ -1,4 +1,4 @@
-"""How a run of a hybrid mechanism goes on from event to event, with what is remembered at the times asked for."""
+"""A run of a hybrid mechanism from event to event; states and modes are kept at the times that were asked for."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from lag2fmu.reference.state import Floats, State
 
 
 class Follower:
-    """A ``run`` by ``method`` with the tolerance ``rtol``, from event to event."""
+    """Carries out a ``run`` from event to event, by SciPy's ``method`` with the relative tolerance ``rtol``."""
 
     def __init__(self, run: Run, method: str, rtol: float) -> None:
         self.run, self.n, system = run, run.n, run.system
@@ -48,7 +48,7 @@ class Follower:
         return scale if scale > 0 else 1.0
 
     def follow(self, start: Floats) -> Track:
-        """The run from ``start`` (s,); raises SimulationError with the time reached."""
+        """The run from the states ``start`` (s,), in SI units; raises SimulationError with the time reached."""
         run, times = self.run, self.run.times
         first, last = float(times[0]), float(times[-1])
         breaks = run.signals.breaks
@@ -70,7 +70,7 @@ class Follower:
         )
 
     def _piece(self, t: float, y: Floats, modes: Modes, end: float) -> tuple[float, Floats, Due]:
-        """The motion until the next event."""
+        """The motion from ``t`` to the next event or to ``end``: the time reached (s), y there, and what is due."""
         run = self.run
         piece = Piece(run.system, modes, run.inputs, run.damping)
 
@@ -113,9 +113,9 @@ class Follower:
         return y, new
 
     def _measure_rebounds(self, state: State, modes: Modes, logged: int) -> None:
-        """Say of the impacts logged since how high they rebound, and how high they lift other contacts.
+        """Add to the impacts from number ``logged`` on how high they rebound, and how high they lift other contacts.
 
-        Impacts without restitution do not try to rebound.
+        Impacts without restitution are left out, for they do not rebound.
         """
         events, system = self.memory.events, self.run.system
         if not any(event.kind == "impact" for event in events[logged:]):
@@ -151,8 +151,8 @@ def _thrown(point: Point, modes: Modes, a: Floats) -> list[int]:
 
 
 LOW = 1e-11
-"""Rebounds below this part of what nominal values make of a gap end a cascade."""
+"""Rebounds below this part of the nominal size of a gap end a cascade of impacts."""
 
 
 STUCK = 200
-"""So many events at one time are no motion."""
+"""With so many events at one time the motion does not go on."""

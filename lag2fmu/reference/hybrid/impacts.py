@@ -1,9 +1,10 @@
 """Impacts: M (qd+ - qd-) = J^T P with Newton's law along normals and Coulomb's between impulses.
 
-Sequential impacts come in rounds: those contacts take part that approach, and at rest those that bear a force or took
-an impulse before; what they make approach is the next round. Simultaneous ones are one problem over all that touch.
-What would gain energy is done again by Poisson's law: the normal impulse of expansion is restitution times that of
-compression. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 8.
+Sequential impacts come in rounds. In a round those contacts take part that approach; of contacts at rest, those that
+bear a force or took an impulse before. The contacts that a round makes approach are the next round. Simultaneous
+impacts are one problem over all contacts that touch. A round that would gain energy is made again by Poisson's law: the
+normal impulse of expansion is restitution times that of compression. Source: F. Pfeiffer, Ch. Glocker, Multibody
+Dynamics with Unilateral Contacts, Wiley 1996, chapter 8.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, State
 
 LOADED = 1e-9
-"""A contact is under load with a force above this part of what acts."""
+"""A contact is under load if its force or impulse is above this part of those that act."""
 ROUNDS = 200
 
 
@@ -34,10 +35,11 @@ class Impacts:
         self.simultaneous = system.mechanism.impacts == "simultaneous"
 
     def resolved(self, state: State, modes: Modes, due: Due, catching: bool) -> tuple[State, Floats, bool]:
-        """The state behind all rounds of impacts, work and dissipated energy, (2,) in J, and whether there was one.
+        """The state behind all rounds of impacts, (work, dissipated energy), (2,) in J, and whether there was a round.
 
-        ``catching``: a latch that begins to hold takes part in a first round, without rebound.
-        Raises SimulationError where no impulses meet the laws of impact.
+        ``catching``: a latch that begins to hold takes part in a first round, without rebound. Raises SimulationError
+        where no impulses meet the laws of impact. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral
+        Contacts, Wiley 1996, chapter 8.
         """
         system, e = self.system, self.system.elements
         if not e.u and not catching:
@@ -72,9 +74,9 @@ class Impacts:
     def _rounds(
         self, D: Floats, v: Floats, total: Floats, touching: Sequence[int], loaded: list[int], point: Point
     ) -> tuple[Floats, float, bool]:
-        """All impulses (k,) with rounds until nothing approaches, what these dissipate, and whether there were any.
+        """The sum of all impulses (k,), the energy (J) that the rounds dissipate, and whether there was a round.
 
-        ``total``: the impulses before.
+        Rounds are made until no contact approaches. ``total`` (k,) are the impulses before.
         """
         lost, time = 0.0, float(point.state.t)
         sizes = velocity_sizes(point)
@@ -95,7 +97,7 @@ class Impacts:
         return total, lost, True
 
     def _log(self, time: float, approaching: Sequence[int], P: Floats, kind: str, *, plastic: bool) -> None:
-        """Remember a round at ``time`` (s): impulses P (k,) of contacts ``approaching``, its ``kind`` if it has one."""
+        """Remember a round at ``time`` (s): impulses P (k,), contacts ``approaching``, and its ``kind`` unless ""."""
         contacts = self.system.elements.contacts
         for i in approaching:
             self.memory.log(time, contacts[i], "impact", float(P[i]))
@@ -105,7 +107,10 @@ class Impacts:
     def _round(
         self, D: Floats, v: Floats, part: Sequence[int], shifts: dict[int, float], point: Point
     ) -> tuple[Floats, str]:
-        """The impulses (k,) of one round by Newton's law; by Poisson's, with its name, if that would gain energy."""
+        """The impulses (k,) of one round and the kind of its event.
+
+        They obey Newton's law; Poisson's, if Newton's would gain energy.
+        """
         items = [impact_item(point, i, shifts[i]) for i in part]
         P = self._impulses(D, v, items)
         if P is not None and not self._gains(D, v, P):
@@ -113,7 +118,7 @@ class Impacts:
         found = self._by_poisson(D, v, items, part, point, 1.0)
         if self._gains(D, v, found):
             low, high = 0.0, 1.0
-            for _ in range(60):  # the greatest part of the restitution with which no energy is gained
+            for _ in range(60):  # finds the greatest part of the restitution that gains no energy
                 middle = 0.5 * (low + high)
                 low, high = (
                     (low, middle)
@@ -132,7 +137,11 @@ class Impacts:
     def _by_poisson(
         self, D: Floats, v: Floats, items: Sequence[Item], part: Sequence[int], point: Point, share: float
     ) -> Floats:
-        """The impulses (k,) of compression and expansion; this ``share`` of restitution times the first returns."""
+        """The impulses (k,) of compression and expansion together, by Poisson's law.
+
+        ``share`` of the restitution, times the impulses of compression, returns in the expansion. Raises
+        SimulationError where no impulses meet the laws of impact.
+        """
         pressed = self._impulses(D, v, [replace(item, shift=0.0) for item in items])
         if pressed is not None:
             least = [
@@ -151,7 +160,7 @@ class Impacts:
         )
 
     def _impulses(self, D: Floats, v: Floats, items: Sequence[Item]) -> Floats | None:
-        """The impulses (k,) of ``items``; rows that take no part have none."""
+        """The impulses (k,) of ``items``, 0 in rows that take no part; None if none meet the laws."""
         rows, moved = apart(items)
         found = decided(D[np.ix_(rows, rows)], v[rows], moved, 0.0)
         if found is None:
@@ -170,9 +179,10 @@ class Impacts:
         return [i for i in closed if forces[i] > LOADED * sizes[i]]
 
     def without_collision(self, point: Point, modes: Modes, contacts: Sequence[int]) -> tuple[State, float]:
-        """The state behind an impact without collision, where no accelerations meet the laws, and the energy lost (J).
+        """The state behind an impact without collision, and the energy lost (J).
 
-        Raises SimulationError where no such impact meets the laws either.
+        It is made where no accelerations meet the laws. Raises SimulationError where no such impact meets them either.
+        Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 8.
         """
         system, e = self.system, self.system.elements
         _, X = system.responses(point, modes)

@@ -1,12 +1,12 @@
-"""Kinks frozen on one side: what an integration meets between two switches is smooth.
+"""Kinks frozen on one side, so that the equations are smooth between two switches.
 
 Each kink whose margin moves gets a side s, +1 or -1, and a formula that is smooth while the side lasts:
 
     sign(m) = s,  |m| = s m,  heaviside(m) = (1 + s)/2,  max(a, b) = (a + b + s (a - b))/2 with m = a - b.
 
-Where the margin comes to zero the side changes. A broken power of what is frozen, as max(0, d)**1.5, is continued
-beyond that by |d|**1.5, so that a trial step may look there. Kinks of constants, and those within ``smooth``, stay
-what they are.
+Where the margin comes to zero the side changes. A broken power of a frozen kink, such as max(0, d)**1.5, is continued
+beyond this place by |d|**1.5, because trial steps may go there. Kinks of constants, and kinks within ``smooth``, are
+not frozen.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ KINKS = (sp.sign, sp.Abs, sp.Heaviside, Choice)
 class Kinks:
     """The kinks that were met: ``margins``, and for each the symbol of its side.
 
-    ``moving`` are the symbols that change during a run; without them, and once it is ``closed``, nothing is frozen any
-    more. Margins m and -m share one side.
+    ``moving`` are the symbols that change during a run. Nothing is frozen until they are known, and nothing more once
+    the list is ``closed``. Margins m and -m share one side.
     """
 
     def __init__(self) -> None:
@@ -49,7 +49,7 @@ class Kinks:
         return self._frozen(expression)
 
     def _frozen(self, expression: sp.Expr) -> sp.Expr:
-        """``frozen`` where the definitions that ``expression`` calls are known."""
+        """``expression`` with the sides in place of its kinks; the definitions that it calls are frozen already."""
         if isinstance(expression, Defined):
             return self._calls[expression]
         if isinstance(expression, Smooth):
@@ -71,7 +71,7 @@ class Kinks:
             return side * arguments[0]
         if function is sp.Heaviside:
             return (1 + side) / 2
-        return function(side, *arguments[1:])  # a choice by the side itself: what is not chosen may be undefined
+        return function(side, *arguments[1:])  # by the side itself, for the other value may be undefined
 
     def _extreme(self, arguments: tuple[sp.Expr, ...], sense: int) -> sp.Expr | None:
         found, *others = arguments
@@ -132,12 +132,12 @@ class FrozenComposition(Composition):
         self._set(symbols=replace(s, parameters=(*s.parameters, *self.kinks.sides)))
 
     def damper_power(self) -> sp.Expr:
-        """What dampers with a law of force dissipate (W), of those that are on no frame."""
+        """The power (W) that dampers with a law of force dissipate, without the dampers on frames."""
         rates = ((damper, self._damper_rate(damper)) for damper in self._fixed_dampers() if damper.force is not None)
         return sp.Add(*(self.written(damper.force_at(rate)) * rate for damper, rate in rates))
 
     def written(self, expression: sp.Expr | int | float | None) -> sp.Expr:
-        """``expression`` with definitions written out and kinks frozen; 0 for one that is not given."""
+        """``expression`` with definitions written out and kinks frozen; None becomes 0."""
         if not self.kinks.moving:
             self.kinks.open_for(self.symbols)
         return self.kinks.frozen(cast(sp.Expr, super().written(expression)))
@@ -149,7 +149,7 @@ class FrozenComposition(Composition):
 
 
 def is_hybrid(mechanism: Mechanism) -> bool:
-    """Whether ``mechanism`` has contacts, stops, dry friction, conditions on constraints, or kinks that it meets."""
+    """Whether ``mechanism`` has events: contacts, stops, dry friction, conditions on constraints, or moving kinks."""
     if mechanism.hybrid:
         return True
     composition, kinks = composition_of(mechanism), Kinks()

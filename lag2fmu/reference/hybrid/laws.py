@@ -1,9 +1,9 @@
 """The laws of contact, impact and dry friction, met by trying every combination of modes, or by a prox iteration.
 
-Rows answer w = D r + c: at an impact w are velocities behind it and r impulses, between impacts w are accelerations
-and r forces. A normal row obeys 0 <= r, 0 <= w + shift, one of them 0. A tangential one is held at w = 0 within the
-cone, or gives way with w against r, |r| at its limit: Coulomb's law with ``friction`` times the normal r, or a given
-capacity.
+Rows answer w = D r + c. At an impact w are the velocities behind it and r are impulses; between impacts w are
+accelerations and r are forces. A normal row obeys 0 <= r and 0 <= w + shift, one of the two being 0. A tangential row
+is held at w = 0 while r is within the cone, or gives way with w against r and |r| at its limit. The limit is
+``friction`` times the normal r (Coulomb's law), or a given capacity.
 
 Sources: Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 4 to 7; P. Alart, A. Curnier, A mixed formulation
 for frictional contact problems, Comp. Meth. Appl. Mech. Eng. 92 (1991), pp. 353-375, for the prox iteration.
@@ -22,24 +22,25 @@ from lag2fmu.reference.state import Floats
 
 CLOSED = (Mode.STICKS, Mode.FORWARD, Mode.BACKWARD)
 PLANES = {0: (Mode.SLIDES,), 1: CLOSED, 2: (Mode.STICKS, Mode.SLIDES)}
-"""Number of slips -> the modes of a closed contact."""
+"""{number of slips: the modes of a closed contact}."""
 
 MOST = 3000
-"""So many combinations are tried at most; beyond them, only those near the preferred one before the prox iteration."""
+"""If there are more combinations, only those near the preferred one are tried, and then the prox iteration."""
 EXACT = 1e-9
 """Relative violation of a law that counts as rounding."""
 SWEEPS, STILL = 50_000, 1e-15
 PATIENCE = 20
-"""After so many sweeps, and again, the modes that projections have come to are tried."""
+"""After every so many sweeps the modes that the projections have reached are tried."""
 
 
 @dataclass(frozen=True)
 class Item:
     """An element among the rows: a contact with a ``normal`` row, or dry friction without one.
 
-    ``options``: the modes to be tried, in order of preference. ``slips``: its tangential rows. ``friction`` and
-    ``static`` are coefficients of a contact, forces of dry friction. ``direction`` of a slip that goes on: with it a
-    sliding mode has its force given and its w free. ``shift``: restitution times the approach of a normal row.
+    - ``options``: the modes to be tried, in order of preference; ``slips``: its tangential rows.
+    - ``friction``, ``static``: the sliding and static coefficients of a contact, or forces (N, N.m) of dry friction.
+    - ``direction``: that of a slip that goes on; its sliding force is then given, and its w is free.
+    - ``shift``: restitution times the approaching speed (m/s) of a normal row.
     """
 
     options: tuple[Mode, ...]
@@ -53,7 +54,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The ``modes`` of the items, with ``forces`` r and ``answers`` w of all rows, and directions of slips in space."""
+    """The ``modes`` of the items, ``forces`` r (k,), ``answers`` w (k,) of all rows, directions of slips in space."""
 
     modes: tuple[Mode, ...]
     forces: Floats
@@ -68,10 +69,10 @@ def decided(
     pace: float,
     cost: Callable[[tuple[Mode, ...]], float] | None = None,
 ) -> Outcome | None:
-    """The modes that meet the laws, for D (k, k) and c (k,); of several those of least ``cost``, then the first.
+    """The modes that meet the laws, for D (k, k) and c (k,); of several the first of least ``cost``.
 
-    ``pace``: the size of w in units of sqrt(D) of its row below which differences are measured by it. None if no
-    combination meets the laws (Painleve).
+    ``pace``: the least size, in units of sqrt(D) of its row, that errors of w are measured by. None if no combination
+    meets the laws (Painleve's paradox). Source: Ch. Glocker, Set-Valued Force Laws, 2001, chapters 4 to 7.
     """
     if _in_space(items):
         return _iterated(D, c, items, pace)
@@ -89,7 +90,7 @@ def decided(
 
 
 def _lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...], pace: float) -> Outcome | None:
-    """What these ``modes`` lead to; None if that breaks a law."""
+    """The outcome of these ``modes``; None if it breaks a law."""
     r = _forces(D, c, items, modes)
     if r is None or _violation(D @ r + c, r, items, modes, _sizes(D, c, pace)) > EXACT:
         return None
@@ -97,12 +98,12 @@ def _lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...]
 
 
 def _in_space(items: Sequence[Item]) -> bool:
-    """Whether one of them may slide in a direction in space that is to be found."""
+    """Whether one of the ``items`` may slide in space, in a direction that is not known yet."""
     return any(len(item.slips) == 2 and item.direction is None and len(item.options) > 1 for item in items)
 
 
 def _near(items: Sequence[Item], cost: Callable[[tuple[Mode, ...]], float] | None) -> Iterator[tuple[Mode, ...]]:
-    """The modes of least ``cost``, or the preferred ones, then those that differ from them in one item or two."""
+    """The modes of least ``cost``, or without it the preferred ones; then those that differ in one or two items."""
     first = tuple(item.options[0] for item in items)
     if cost:
         for i, item in enumerate(items):
@@ -121,7 +122,7 @@ def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> li
 
 
 def _sizes(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:
-    """What w and r of the rows are measured in, (k,) each: the same motion along any row, by its own inertia."""
+    """The units of w and of r of the rows, (k,) each: one energy for all rows, by their own inertia."""
     diagonal = np.maximum(np.diagonal(D), 1e-300)
     pace = max(float(np.max(np.abs(c) / np.sqrt(diagonal), initial=0.0)), pace, 1e-300)
     return pace * np.sqrt(diagonal), pace / np.sqrt(diagonal)
@@ -156,7 +157,7 @@ def _forces(D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode]) 
 def _violation(
     w: Floats, r: Floats, items: Sequence[Item], modes: Sequence[Mode], sizes: tuple[Floats, Floats]
 ) -> float:
-    """The greatest violation of an inequality, relative."""
+    """The greatest violation of an inequality, relative to ``sizes`` of w and r."""
     answers, forces = w / sizes[0], r / sizes[1]
     worst = 0.0
     for item, mode in zip(items, modes, strict=True):
@@ -173,7 +174,7 @@ def _violation(
 
 
 def expanded(D: Floats, c: Floats, items: Sequence[Item], least: Sequence[float]) -> Floats | None:
-    """r (k,) where normal rows have at ``least`` such forces, and more only where w would be negative otherwise."""
+    """r (k,) with normal forces of ``least`` or more; they are greater only where w would be negative otherwise."""
     found = _projected(D, c, items, [item.friction for item in items], 0.0, least)
     return None if found is None else found.forces
 
@@ -182,7 +183,7 @@ def expanded(D: Floats, c: Floats, items: Sequence[Item], least: Sequence[float]
 
 
 def _iterated(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> Outcome | None:
-    """The same by projections; what slides, starting from rest with more static friction, then has its sliding one."""
+    """The outcome by projections, first with static limits, then with sliding limits for items that slide."""
     found = _projected(D, c, items, [item.static for item in items], pace)
     if found is None:
         return None
@@ -205,7 +206,7 @@ def _projected(
     pace: float,
     least: Sequence[float] | None = None,
 ) -> Outcome | None:
-    """Projected Gauss-Seidel on the laws until nothing changes; None if it does not come to rest."""
+    """The prox iteration: projected Gauss-Seidel on the laws until nothing changes; None if it does not converge."""
     least = least or [0.0] * len(items)
     k, diagonal = len(c), np.maximum(np.diagonal(D), 1e-300)
     r = np.zeros(k)
@@ -231,9 +232,9 @@ def _projected(
 def _tried(
     D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], reached: Outcome, pace: float
 ) -> Outcome | None:
-    """The outcome with the modes that were ``reached``, if it meets the laws and all may be; None in space.
+    """The outcome with the modes that were ``reached``, if it meets the laws and all modes are options, else None.
 
-    Projections come near the modes soon, and near the forces slowly where one row moves many others.
+    Projections find the modes soon, but the forces slowly where one row moves many others. None for slips in space.
     """
     if _in_space(items) or any(mode not in item.options for item, mode in zip(items, reached.modes, strict=True)):
         return None
@@ -242,7 +243,7 @@ def _tried(
 
 
 def _slip_forces(D: Floats, c: Floats, item: Item, limit: float, r: Floats, diagonal: Floats) -> None:
-    """One projection of the tangential forces of ``item`` within r, at most of size ``limit``."""
+    """Project the tangential forces of ``item`` once, within r (k,), to a size of at most ``limit``."""
     slips = list(item.slips)
     if not slips:
         return
@@ -285,12 +286,12 @@ def _mode_of(item: Item, limit: float, r: Floats, w: Floats, size: Floats) -> tu
 
 
 def _sense(slip: float) -> Mode:
-    """The mode of what slides along a line with this ``slip``."""
+    """The mode that slides along a line in the direction of the sign of ``slip``."""
     return Mode.FORWARD if slip > 0 else Mode.BACKWARD
 
 
 def apart(items: Sequence[Item]) -> tuple[list[int], list[Item]]:
-    """The rows of ``items``, one after the other, and the items among these rows alone."""
+    """The rows of ``items``, one after the other, and the items with their rows renumbered among these."""
     rows = [row for item in items for row in (item.normal, *item.slips) if row is not None]
     at = {row: j for j, row in enumerate(rows)}
     return rows, [

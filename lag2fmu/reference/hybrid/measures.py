@@ -1,4 +1,4 @@
-"""What is zero but for rounding, and what touches: measures of gaps, velocities and forces along rows."""
+"""The sizes of gaps, velocities and forces along rows, by which rounding errors are told from motions."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from lag2fmu.reference.hybrid.records import Point
 from lag2fmu.reference.state import Floats
 
 TOUCH = 1e-11
-"""Gaps up to this part of what nominal values make count as closed."""
+"""Gaps up to this part of their nominal size count as closed."""
 STILL = 1e-10
-"""Velocities up to this part of what nominal values make count as zero."""
+"""Velocities up to this part of their nominal size count as zero."""
 
 
 def gap_sizes(point: Point) -> Floats:
-    """What nominal values of coordinates make of each gap: (u,) in SI units."""
+    """The nominal size of each gap: its change if coordinates change by their nominal values, (u,) in SI units."""
     found: Floats = np.abs(point.rows.jacobian[: len(point.rows.gaps)]) @ point.nominal
     return np.where(found > 0, found, 1.0)
 
 
 def velocity_sizes(point: Point) -> Floats:
-    """What nominal velocities make of the velocity of each row: (k,) in SI units."""
+    """The nominal size of the velocity of each row, if velocities have nominal values, (k,) in SI units."""
     found: Floats = np.abs(point.rows.jacobian) @ point.nominal
     return np.where(found > 0, found, 1.0)
 
 
 def pace(point: Point) -> float:
-    """What all that acts makes together of accelerations, in units of the root of inertia: |f| in the metric M^-1."""
+    """The size of the accelerations that all forces f make, |f| in the metric M^-1: sqrt(f . M^-1 f), in SI units."""
     mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
     return float(np.sqrt(np.sum(point.forcing**2 / mass)))
 
@@ -39,12 +39,12 @@ def force_sizes(point: Point) -> Floats:
 
 
 def touches(point: Point, i: int) -> bool:
-    """Whether the gap of the contact ``i`` is closed but for rounding."""
+    """Whether the gap of the contact ``i`` is closed, up to rounding."""
     return bool(point.rows.gaps[i] <= TOUCH * gap_sizes(point)[i])
 
 
 def is_free(point: Point, D: Floats, i: int) -> bool:
-    """Whether constraints leave the gap of the contact ``i`` free; D (k, k) is what they leave to forces along rows."""
+    """Whether constraints leave the gap of the contact ``i`` free; D (k, k) is the answer of rows to forces on rows."""
     mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
     return bool(D[i, i] > 1e-10 * (point.rows.jacobian[i] ** 2 @ (1 / mass)))
 

@@ -29,10 +29,13 @@ SENSE = {Mode.FORWARD: 1.0, Mode.BACKWARD: -1.0}
 class Modes:
     """What is frozen between events.
 
-    ``contacts`` (u,): open; closed they slide (without friction, or in space), or stick, or slide forward or backward.
-    ``frictions`` (f,), ``held`` (l,): which latches hold, and the positions that they hold, ``offsets`` (l,); ``sides``
-    of the kinks, +1 or -1.
-    ``directions``: contact that slides in space -> unit vector of its slip at the start of a step.
+    - ``contacts``: the modes of contacts, (u,). A contact is open, slides (without friction, or in space), sticks, or
+      slides forward or backward.
+    - ``frictions``: the modes of dry frictions, (f,).
+    - ``held``: which latches hold, (l,).
+    - ``offsets``: the positions that latches hold, (l,), in SI units.
+    - ``sides``: +1 or -1 for each kink.
+    - ``directions``: {contact that slides in space: unit vector of its slip at the start of a step}.
     """
 
     contacts: tuple[Mode, ...]
@@ -52,9 +55,9 @@ def closed_contacts(modes: Modes) -> list[int]:
 class Event:
     """What happened at ``time`` (s) to ``element``: its ``kind``, and the ``impulse`` (N.s or N.m.s) of an impact.
 
-    ``height``: how high an impact rebounds, in units of what nominal values make of the gap; ``lift``: likewise, how
-    high the highest contact rises that the impact opens.
-    Kinds: impact, closes, opens, sticks, slides, holds, releases, switches, painleve, poisson, plastic.
+    ``height`` is how high an impact rebounds, and ``lift`` how high the highest contact rises that the impact opens;
+    both are in units of the nominal size of the gap. Kinds: impact, closes, opens, sticks, slides, holds, releases,
+    switches, painleve, poisson, plastic.
     """
 
     time: float
@@ -71,7 +74,7 @@ Due = frozenset[tuple[str, int]]
 
 @dataclass
 class Memory:
-    """What a run remembers of impacts: counts and last impulses (u,), and the log of events."""
+    """What a run remembers: counts and last impulses (N.s) of the impacts of contacts, (u,) each, and all events."""
 
     impacts: list[int]
     impulses: Floats

@@ -15,7 +15,7 @@ ROUNDING = 4e-15
 
 
 class Piece:
-    """The motion under fixed ``modes``: slopes and event functions; ``inputs`` gives those at a time."""
+    """The motion under fixed ``modes``: slopes and event functions; ``inputs`` maps a time (s) to input values."""
 
     def __init__(self, system: System, modes: Modes, inputs: Callable[[float], Floats], damping: float) -> None:
         self.system, self.modes, self.inputs, self.damping = system, modes, inputs, damping
@@ -41,11 +41,11 @@ class Piece:
         return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], self.with_further(self.inputs(t), y))
 
     def with_further(self, inputs: Floats, y: Floats) -> Floats:
-        """``inputs`` (i, *batch) with the further states of y (s + 2, *batch) among them."""
+        """``inputs`` (i, *batch) with the further states of y (s + 2, *batch) put in, in SI units."""
         return self.system.energies.with_states(inputs.copy(), y[2 * self.n : self.size])
 
     def turn(self, t: float, y: Floats) -> None:
-        """Take the directions of slips in space over from the state y (s + 2,) at ``t`` (s), where a step begins."""
+        """Set the directions of slips in space to those at the state y (s + 2,) at ``t`` (s), where a step begins."""
         e, modes = self.system.elements, self.modes
         if modes.directions:
             velocities = e.events(self.state(t, y))[3]
@@ -115,7 +115,7 @@ class Piece:
         return np.array(found)
 
     def floors(self, t: float, y: Floats) -> Floats:
-        """Below these values an event function is zero but for rounding: (count,)."""
+        """The sizes below which event functions are zero up to rounding: (count,)."""
         system, e = self.system, self.system.elements
         point = system.point(self.state(t, y))
         rows = point.rows

@@ -19,23 +19,23 @@ class Points:
         self.force_names = self.system.elements.force_names
 
     def gap_sizes(self, t: float, q: Floats, qd: Floats, inputs: InputValues | None = None) -> Floats:
-        """What nominal values of the coordinates make of each gap: (u,) in SI units."""
+        """The nominal size of each gap, (u,) in SI units, see ``measures.gap_sizes``; t in s, q and qd (n,)."""
         system = self.system
         rows = system.elements.rows(system.energies.state(t, q, qd, inputs))
         found: Floats = np.abs(rows.jacobian[: system.elements.u]) @ system.nominal
         return np.where(found > 0, found, 1.0)
 
     def coefficients(self, t: float, q: Floats, qd: Floats) -> tuple[Floats, Floats]:
-        """The coefficients of sliding and of static friction of all contacts: (u,) each."""
+        """The coefficients of sliding and of static friction of all contacts, (u,) each; t in s, q and qd (n,)."""
         rows = self.system.elements.rows(self.system.energies.state(t, q, qd))
         return rows.friction, rows.static
 
     def answer(
         self, t: float, q: Floats, qd: Floats, inputs: InputValues | None, modes: tuple[list[int], list[int]]
     ) -> tuple[Floats, Floats] | None:
-        """qdd (n,) and forces along all rows (k,) in the ``modes`` of contacts and frictions.
+        """qdd (n,) and forces along all rows (k,), in SI units, in the ``modes`` of contacts and frictions.
 
-        None in modes that do not tell the direction of a slip.
+        None if a contact slides in space with a slip that is too small to have a direction.
         """
         state = self.system.energies.state(t, q, qd, inputs)
         contacts, frictions = (tuple(map(Mode, part)) for part in modes)
@@ -60,7 +60,7 @@ class Points:
         return sides, tuple(bool(c > 0) for c in conditions)
 
     def _directions(self, state: State, contacts: tuple[Mode, ...]) -> dict[int, tuple[float, ...]] | None:
-        """The directions of the contacts that slide in space; None where a slip is as good as zero."""
+        """The directions of the contacts that slide in space; None if a slip is zero up to rounding."""
         e, found = self.system.elements, {}
         velocities = e.events(state)[3]
         for i, mode in enumerate(contacts):

@@ -16,10 +16,11 @@ Indices = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Rows:
-    """At one state: gaps (u,), velocities and gamma (k,), J (k, n), and restitution, friction, static friction (u,).
+    """The k rows at one state, in SI units.
 
-    ``latched`` (l,): the positions of latches that hold positions, 0 of those that hold velocities. ``slip_rows``:
-    the rows of the slips of each contact.
+    Gaps are (u,), velocities and gamma (k,), J (k, n), restitution, friction and static friction (u,). ``latched``
+    (l,): the positions of latches, 0 for latches that hold velocities. ``slip_rows``: the rows of the slips of each
+    contact.
     """
 
     gaps: Floats
@@ -35,7 +36,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Point:
-    """A single ``state`` with everything that does not depend on what is unknown there.
+    """A single ``state`` with everything that does not depend on its unknown accelerations and forces.
 
     ``forcing`` (n,) without constraints and contacts; ``constraints``: values, velocities, gamma (m,), G (m, n);
     ``nominal``: the nominal values of the coordinates (n,).

@@ -19,9 +19,11 @@ DAMPING = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A run at m times: q, qd, further states, work, dissipated energy (m, s + 2); modes, events; impacts (m, u).
+    """A run at m times.
 
-    ``impacts`` counts them, ``impulses`` are the last ones, ``since`` counts them since the contact was closed.
+    ``values`` (m, s + 2) are q, qd, further states, work (J) and dissipated energy (J). For each contact, (m, u):
+    ``impacts`` counts them, ``impulses`` are the last ones (N.s), ``since`` counts impacts since the contact closed
+    last.
     """
 
     values: Floats
@@ -34,7 +36,7 @@ class Track:
 
 
 class Run:
-    """A problem: ``system`` from y at times[0] over ``times`` (m,), with ``signals``."""
+    """A problem: the motion of ``system`` over ``times`` (m,), in s, with the inputs ``signals``."""
 
     def __init__(self, system: System, signals: Signals, times: Floats) -> None:
         self.system, self.signals, self.times, self.n = system, signals, times, system.n
@@ -43,12 +45,12 @@ class Run:
         self.end = np.inf
         needs = system.constraints.m or system.elements.k
         longest = LONGEST_PART * float(times[-1] - times[0])
-        # what pulls back onto closed contacts, not so fast that it shortens the steps of a motion at rest
+        # the rate (1/s) that pulls back onto closed contacts; a greater one would shorten the steps of a motion at rest
         self.damping = min(DAMPING / system.mechanism.experiment.step, 2 / longest) if needs and longest else 0.0
         self.progress: Callable[[float], None] | None = None
 
     def inputs(self, t: float) -> Floats:
-        """All inputs (u,) at ``t`` (s), as of State; those that jump keep their value until the end of the segment."""
+        """The inputs (i,) at ``t`` (s), as in ``State``; one that jumps keeps its value until the segment ends."""
         values: Mapping[str, float] = self.signals.at(min(t, float(np.nextafter(self.end, -np.inf))))
         return self.system.energies.input_values(values)
 
@@ -58,7 +60,7 @@ class Run:
         return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], inputs)
 
     def started(self, start: Floats) -> Modes:
-        """The modes to begin with at ``start`` (s,), before anything is decided: what closes is not closed yet."""
+        """The modes before anything is decided at ``start`` (s,): contacts that are about to close are still open."""
         e, state = self.system.elements, self.state(float(self.times[0]), start)
         sides = (1,) * e.sides
         for _ in range(e.sides + 1):

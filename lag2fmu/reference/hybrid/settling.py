@@ -1,4 +1,4 @@
-"""What happens at an event: switches, conditions, impacts, and the modes that the laws ask for, until all is still."""
+"""What happens at an event: switches, conditions, impacts and new modes, in rounds until nothing changes any more."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lag2fmu.reference.state import Floats, State
 
 PASSES = 50
 ZERO = 1e-12
-"""Margins of kinks and conditions up to this value do not tell their side."""
+"""Margins of kinks and conditions whose size is at most this do not tell their side."""
 
 Resolved = Callable[[State, Modes, Due, bool], tuple[State, Floats, bool]]
 Chosen = Callable[[State, Modes, Due], tuple[State, Modes, Floats]]
@@ -32,10 +32,10 @@ class Settling:
         self.resolved, self.chosen = resolved, chosen
 
     def settled(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
-        """The state and modes behind an event at a single ``state``, and work and dissipated energy (J, J) of impacts.
+        """The state and modes behind an event at a single ``state``, and (work, dissipated energy) of impacts, in J.
 
-        ``due`` are the event functions that came to zero: (kind, index), kinds: side, condition, gap, force, cone,
-        slip, friction. Raises SimulationError where modes do not come to rest.
+        ``due`` are the event functions that came to zero, as (kind, index). Kinds are side, condition, gap, force,
+        cone, slip, friction. Raises SimulationError where modes change without end.
         """
         energies = np.zeros(2)
         for _ in range(PASSES):
@@ -55,7 +55,7 @@ class Settling:
         )
 
     def _switched(self, state: State, modes: Modes, due: Due) -> tuple[Modes, bool]:
-        """The sides of kinks and what conditional constraints hold at ``state``; whether a constraint closes now."""
+        """``modes`` with the sides of kinks and the latches that hold at ``state``; whether a latch begins to hold."""
         e = self.system.elements
         sides, conditions = self._sides(state, modes, due)
         held, offsets = list(modes.held), list(modes.offsets)
@@ -70,7 +70,7 @@ class Settling:
         return replace(modes, sides=sides, held=tuple(held), offsets=tuple(offsets)), closes
 
     def _sides(self, state: State, modes: Modes, due: Due) -> tuple[tuple[int, ...], Floats]:
-        """The sides of kinks at ``state``, those that are due exchanged, and what conditions are there, (l,)."""
+        """The sides of kinks at ``state``, where due sides are turned, and the values of conditions, (l,)."""
         e, sides = self.system.elements, list(modes.sides)
         for kind, i in sorted(due):
             if kind == "side":
@@ -89,7 +89,7 @@ class Settling:
         return tuple(sides), conditions
 
     def _rested(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
-        """Contacts that rebound lower than ``low`` are closed: the rest of the cascade lasts 2 v/(a (1 - e))."""
+        """Close contacts that rebound lower than ``low``; the rest of their cascade would last 2 v/(a (1 - e))."""
         system, e = self.system, self.system.elements
         if not e.u:
             return state, modes, np.zeros(2)

@@ -14,9 +14,10 @@ from lag2fmu.reference.state import Floats
 
 
 def started(run: Run, overrides: Mapping[str, float]) -> Floats:
-    """q, qd, further states at the start, (s,): declared, ``overrides`` by NAME or NAME_dot, guesses solved for.
+    """q, qd and further states at the start, (s,), in SI units; guesses are solved for.
 
-    Raises LoadError for names and values that cannot be, SimulationError where constraints cannot be met.
+    ``overrides`` {NAME or NAME_dot: SI value} replace declared values. Raises LoadError for unknown names and unusable
+    values, SimulationError where constraints cannot be met.
     """
     coordinates, n, system = run.system.mechanism.coordinates, run.n, run.system
     start: Floats = np.array(list(declared_starts(system.mechanism, overrides).values()), dtype=float)

@@ -1,8 +1,9 @@
 """Smooth pieces between events: SciPy's steps, and the first root of the event functions on their dense output.
 
-The functions are positive while the modes last. Every step is looked at in POINTS places, so that two roots in a step
-are not missed; a function that starts at rounding level counts once it was positive, or when it is clearly negative.
-The piece then ends exactly at the root, found by Brent's method, by a step of just that length.
+Event functions are positive while the modes last. Every step is looked at in POINTS places, so that two roots in a step
+are not missed. A function that starts within rounding of zero counts once it was positive, or when it is clearly
+negative. Brent's method finds the root (R. P. Brent, Algorithms for Minimization without Derivatives, 1973, chapter 4),
+and a step of just that length ends the piece exactly there.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ Solver = Any
 
 POINTS = 8
 SAME = 1e-12
-"""Roots that are so near to the first one (s, relative to the time) are one event."""
+"""Roots nearer to the first one than this part of the time count as one event."""
 
 
 class Motion(Protocol):
@@ -38,10 +39,10 @@ class Motion(Protocol):
         """The event functions at ``times`` (b,) and y (b, s): (count, b)."""
 
     def floors(self, t: float, y: Floats) -> Floats:
-        """Below these values an event function is zero but for rounding: (count,)."""
+        """The sizes below which event functions are zero up to rounding: (count,)."""
 
     def turn(self, t: float, y: Floats) -> None:
-        """Take over what a step begins with: the time ``t`` (s) and y (s,)."""
+        """Get ready for a step that begins at the time ``t`` (s) with y (s,)."""
 
 
 @dataclass
@@ -109,7 +110,7 @@ class Stepper:
             raise SimulationError(f"{self.method} took {self.evaluations} evaluations")
 
     def _landed(self, piece: Motion, t: float, y: Floats, end: float) -> Floats:
-        """y at ``end``, by steps that end exactly there."""
+        """y (s,) at ``end`` (s), by steps that end exactly there; raises SimulationError if that fails."""
         if end <= t:
             return y
         solver = self._solver(piece, t, y, end, end - t)
@@ -158,7 +159,7 @@ class Watch:
             return None if low is None else self._brent(i, dense, left, low)
         if values[j] >= -10 * self.floors[i]:
             return None
-        for k in range(1, 40):  # it may have been positive for a short while: a rebound
+        for k in range(1, 40):  # after a rebound it may have been positive for a short while
             peak = left + (right - left) * 0.5**k
             if self._value(i, dense, peak) > self.floors[i]:
                 return self._brent(i, dense, peak, right)
@@ -199,7 +200,7 @@ class Watch:
         return float(self.piece.events(np.array([t]), dense(t)[None])[i, 0])
 
     def nearly(self, t: float, y: Floats) -> Due:
-        """The sides of kinks that are almost zero at ``t`` (s) and y (s,), where a formula may end with them."""
+        """The kinks whose margins are almost zero at ``t`` (s) and y (s,); a formula may be undefined beyond them."""
         values = self.piece.events(np.array([t]), y[None])[:, 0]
         return frozenset(
             label

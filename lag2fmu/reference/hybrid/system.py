@@ -2,10 +2,10 @@
 
 Between events
 
-    M qdd = f + G^T multiplier + sum of J^T r,  with G qdd = -gamma for constraints, closed contacts and what sticks,
+    M qdd = f + G^T multiplier + sum of J^T r,  with G qdd = -gamma for constraints, closed contacts and sticking rows.
 
-and the forces r of what slides follow from Coulomb's law. The system is solved at once; it is not symmetric where
-friction slides. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5.
+The forces r of sliding rows follow from Coulomb's law. The whole system is solved at once; sliding friction makes it
+unsymmetric. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class System:
         self.nominal = np.array([c.nominal for c in mechanism.coordinates])
 
     def latched(self, modes: Modes, position: bool) -> list[int]:
-        """The latches that hold, those of positions or those of velocities, by their index."""
+        """The indices of the latches that hold: of those of positions, or of those of velocities."""
         e = self.elements
         return [i for i, (held, h) in enumerate(zip(modes.held, e.holonomic, strict=True)) if held and h is position]
 
@@ -56,7 +56,7 @@ class System:
     # ------------------------------------------------------------------------------------------------- under modes
 
     def bound_rows(self, modes: Modes) -> tuple[list[int], list[int]]:
-        """Rows whose position is kept, closed contacts first, and rows whose velocity is."""
+        """The rows whose position is kept, closed contacts first, and the rows whose velocity is kept."""
         e = self.elements
         closed = closed_contacts(modes)
         stuck = [int(row) for i in closed if modes.contacts[i] is Mode.STICKS for row in e.slip_rows[i]]
@@ -65,7 +65,7 @@ class System:
         return closed + [e.latch_rows[i] for i in self.latched(modes, True)], stuck
 
     def missed(self, rows: Rows, modes: Modes) -> Floats:
-        """How far the p rows whose position is kept are from where they are to be, (p,), in SI units."""
+        """The deviations of the p rows whose position is kept from the positions that they keep, (p,), in SI units."""
         latched = self.latched(modes, True)
         offsets = np.array([modes.offsets[i] for i in latched])
         return np.concatenate([rows.gaps[closed_contacts(modes)], rows.latched[latched] - offsets])
@@ -78,11 +78,15 @@ class System:
         if modes.contacts[i] in SENSE:
             return np.array([SENSE[modes.contacts[i]]])
         slip, before = rows.velocities[slips], np.array(modes.directions[i])
-        # behind the end of a slip the equations go on as before it, so that the end is located exactly
+        # beyond the end of a slip the equations stay as before it, so that the end can be located exactly
         return slip / np.hypot.reduce(slip) if slip @ before > 0 else before
 
     def answer(self, point: Point, modes: Modes, damping: float = 0.0) -> Answer:
-        """The solution at ``point``; ``damping`` (1/s) pulls back onto what is bound. NaN without a solution."""
+        """Accelerations and forces at ``point`` in the ``modes``; NaN without a solution.
+
+        ``damping`` (1/s) pulls the motion back onto constraints and closed contacts. Source: F. Pfeiffer, Ch. Glocker,
+        Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5.
+        """
         e, n, m, rows = self.elements, self.n, self.constraints.m, point.rows
         kept, stuck = self.bound_rows(modes)
         closed = closed_contacts(modes)
@@ -91,7 +95,7 @@ class System:
         aim = np.concatenate([own, rows.gamma[kept + stuck] + 2 * damping * rows.velocities[kept + stuck]])
         aim[m : m + len(kept)] += damping**2 * self.missed(rows, modes)
         directions = G.copy()
-        spread = np.zeros((e.k, len(closed)))  # forces along all rows that come with a unit of normal force
+        spread = np.zeros((e.k, len(closed)))  # the forces along all rows that a unit of normal force causes
         for j, i in enumerate(closed):
             spread[i, j] = 1.0
             d = self.slip_direction(modes, i, rows) if modes.contacts[i] is not Mode.STICKS else None
@@ -119,9 +123,9 @@ class System:
         return Answer(whole.qdd, whole.multipliers, whole.forces, holding)
 
     def _sliding_forces(self, point: Point, found: Floats, unpacked: object, sliding: list[int]) -> Floats:
-        """The forces of the frictions that slide, where they depend on what these make others bear: Newton's method.
+        """The forces of the s frictions that slide, by Newton's method, for they may depend on what other rows bear.
 
-        ``found`` (n + r, 1 + s): the solution without them, and what a unit of each adds.
+        ``found`` (n + r, 1 + s): the solution without these forces, and what a unit of each force adds.
         """
         e, of = self.elements, unpacked
         whole = [of(column) for column in found.T]  # type: ignore[operator]
@@ -188,9 +192,9 @@ class System:
         return G, velocities, gamma
 
     def responses(self, point: Point, modes: Modes) -> tuple[Floats, Floats]:
-        """qdd (n,) without forces along rows, and what a unit of force (or impulse) along each adds, (n, k).
+        """qdd (n,) without forces along rows, and the change of qdd by a unit of force along each row, (n, k).
 
-        Constraints and latches that hold stay met; their impulses are not asked for.
+        The second also is the change of qd by a unit of impulse. Constraints, and latches that hold, stay met.
         """
         n, (G, _, gamma) = self.n, self._fixed(point, modes)
         right = np.zeros((n + len(G), 1 + self.elements.k))
@@ -200,7 +204,7 @@ class System:
         return found[:n, 0], found[:n, 1:]
 
     def borne(self, point: Point, modes: Modes, forces: Floats) -> tuple[Floats, Floats]:
-        """Multipliers (m,), and forces along all rows (k,) with those of latches, under ``forces`` of the others."""
+        """Multipliers (m,), and forces along all rows (k,), where ``forces`` (k,) are those of all but the latches."""
         n, m, (G, _, gamma) = self.n, self.constraints.m, self._fixed(point, modes)
         right = np.concatenate([point.forcing + point.rows.jacobian.T @ forces, -gamma])
         found = _solved(point.terms.mass_matrix, G, G, right[:, None])[n:, 0]
@@ -209,9 +213,9 @@ class System:
         return found[:m], whole
 
     def caught(self, point: Point, modes: Modes, impulses: Floats) -> tuple[Floats, Floats]:
-        """The change of qd (n,) by which all that holds is met, and the impulses of all rows (k,) with the latches'.
+        """The change of qd (n,) at an impact of latches without rebound, and the impulses of all rows (k,).
 
-        ``impulses`` (k,) are those of the other rows: an impact of latches without rebound.
+        Behind it constraints and latches that hold are met. ``impulses`` (k,) are those of the rows of no latch.
         """
         n, m, (G, velocities, _) = self.n, self.constraints.m, self._fixed(point, modes)
         right = np.concatenate([point.rows.jacobian.T @ impulses, -velocities])[:, None]
@@ -231,7 +235,7 @@ def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> Floats:
             return np.asarray(np.linalg.solve(M, right))
         except np.linalg.LinAlgError:
             return np.full_like(right, np.nan)
-    for independent in (True, False):  # redundant rows bear forces of least norm, each row in units of its own inertia
+    for independent in (True, False):  # redundant rows bear forces of least norm, in units of each row's inertia
         scale = scales(M, G, independent)
         matrix = np.zeros((n + r, n + r))
         matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M, -directions.T, G
@@ -241,7 +245,7 @@ def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> Floats:
             break
     inverse = (vt.T / np.where(s > RANK * s[0], s, np.inf)) @ u.T
     found = scale[:, None] * (inverse @ (scale[:, None] * right))
-    # what is bound is met to the last bit: a motion at rest stays where it is
+    # the bound rows are met to the last bit, so that a motion at rest stays where it is
     missed = scale[n:, None] * (right[n:] - G @ found[:n])
     found[:n] += scale[:n, None] * (inverse[:n, n:] @ missed)
     return np.asarray(found)

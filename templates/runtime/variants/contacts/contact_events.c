@@ -1,6 +1,6 @@
-/* The event functions. Of a contact there are two: while it is open, the gap, and 1; while it is closed, the force that
-   keeps it closed, and what keeps it sliding (the slip velocity along the direction in which it slides) or sticking
-   (what friction could bear beyond what it does). Of a dry friction likewise the last one. */
+/* The event functions of contacts and dry frictions. A contact has two. While it is open they are the gap, and 1. While
+   it is closed the first is the force that keeps it closed; the second is the slip velocity along the direction of
+   sliding, or, while it sticks, how much more force friction could bear. A dry friction has the second one alone. */
 #include <math.h>
 #include <string.h>
 

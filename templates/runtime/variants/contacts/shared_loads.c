@@ -38,7 +38,7 @@ typedef struct {
     double greatest;        /* of them */
     Cone cone[MOST_CONES];
     double x[SIZE];
-} Problem;
+} Shares;
 
 static double inner_product(const double a[], const double b[], int size) {
     double sum = 0.0;
@@ -48,12 +48,12 @@ static double inner_product(const double a[], const double b[], int size) {
     return sum;
 }
 
-static double scale_of(const Problem *p, int row) {
+static double scale_of(const Shares *p, int row) {
     return p->sharing->constraints->scale[row];
 }
 
 /* unfelt[m] = what no motion feels of a unit of the scaled row. */
-static void project(const Problem *p, int row, double unfelt[]) {
+static void project(const Shares *p, int row, double unfelt[]) {
     double felt[M] = {0.0};
     felt[row] = scale_of(p, row);
     constraints_spread(p->sharing->constraints, felt);
@@ -63,7 +63,7 @@ static void project(const Problem *p, int row, double unfelt[]) {
 }
 
 /* By the method of Gram and Schmidt, twice for the sake of rounding. */
-static void find_loads(Problem *p) {
+static void find_loads(Shares *p) {
     for (int row = 0; row < M; row++) {
         double *own = p->load[p->loads];
         if (!(scale_of(p, row) > 0.0)) {
@@ -87,7 +87,7 @@ static void find_loads(Problem *p) {
 }
 
 /* factor times the scaled row as a function of x: its constant part, and its slope[SIZE]. */
-static double part_of(const Problem *p, int row, double factor, double slope[]) {
+static double part_of(const Shares *p, int row, double factor, double slope[]) {
     memset(slope, 0, SIZE * sizeof(double));
     for (int i = 0; i < p->loads; i++) {
         slope[i] = factor * p->load[i][row];
@@ -96,7 +96,7 @@ static double part_of(const Problem *p, int row, double factor, double slope[]) 
 }
 
 /* Adds the cone, unless x does not change it. */
-static void keep(Problem *p) {
+static void keep(Shares *p) {
     Cone *cone = &p->cone[p->cones];
     double most = inner_product(cone->slope, cone->slope, SIZE);
     for (int i = 0; i < cone->width; i++) {
@@ -108,7 +108,7 @@ static void keep(Problem *p) {
     }
 }
 
-static void add_contact(Problem *p, int contact) {
+static void add_contact(Shares *p, int contact) {
     Cone *cone = &p->cone[p->cones];
     const int normal = ROW_PLACES[contact], first = SLIP_ROWS[contact];
     const double holding = p->sharing->holding[contact];
@@ -122,7 +122,7 @@ static void add_contact(Problem *p, int contact) {
     keep(p);
 }
 
-static void add_friction(Problem *p, int friction) {
+static void add_friction(Shares *p, int friction) {
     Cone *cone = &p->cone[p->cones];
     const int row = ROW_PLACES[FIRST_FRICTION + friction];
     cone->width = 1;
@@ -133,7 +133,7 @@ static void add_friction(Problem *p, int friction) {
 }
 
 /* Does the contact slide by friction that another sharing would change? */
-static bool rubs(const Problem *p, int contact) {
+static bool rubs(const Shares *p, int contact) {
     double slope[SIZE];
     const bool slides = !contact_sticks(p->sharing->state, contact) && SLIP_ROWS[contact + 1] > SLIP_ROWS[contact];
     (void)part_of(p, ROW_PLACES[contact], 1.0, slope);
@@ -141,7 +141,7 @@ static bool rubs(const Problem *p, int contact) {
 }
 
 /* The problem for multipliers[m], with the least margin in x or without. Returns false where nothing is shared. */
-static bool pose(const Sharing *sharing, const double multipliers[], bool centre, Problem *p) {
+static bool pose(const Sharing *sharing, const double multipliers[], bool centre, Shares *p) {
     memset(p, 0, sizeof *p);
     p->sharing = sharing;
     memcpy(p->least, multipliers, sizeof p->least);
@@ -169,7 +169,7 @@ static bool pose(const Sharing *sharing, const double multipliers[], bool centre
 }
 
 /* s, and t[2]. */
-static double evaluate(const Problem *p, const Cone *cone, double t[]) {
+static double evaluate(const Shares *p, const Cone *cone, double t[]) {
     for (int i = 0; i < cone->width; i++) {
         t[i] = cone->force[i] + inner_product(cone->tangent[i], p->x, p->size);
     }
@@ -177,7 +177,7 @@ static double evaluate(const Problem *p, const Cone *cone, double t[]) {
 }
 
 /* s - |t| of the cone where that is least. */
-static double least_margin(const Problem *p) {
+static double least_margin(const Shares *p) {
     double least = HUGE_VAL, t[2] = {0.0};
     for (int i = 0; i < p->cones; i++) {
         const double s = evaluate(p, &p->cone[i], t);
@@ -187,7 +187,7 @@ static double least_margin(const Problem *p) {
 }
 
 /* Adds the derivatives of -log(s^2 - t^2), half of it without t: gradient[size] and matrix[size * size]. */
-static void add_barrier(const Problem *p, const Cone *cone, double gradient[], double matrix[]) {
+static void add_barrier(const Shares *p, const Cone *cone, double gradient[], double matrix[]) {
     double t[2] = {0.0}, v[SIZE];
     const double s = evaluate(p, cone, t), r = cone->width == 0 ? s * s : s * s - t[0] * t[0] - t[1] * t[1];
     for (int i = 0; i < p->size; i++) {
@@ -209,7 +209,7 @@ static void add_barrier(const Problem *p, const Cone *cone, double gradient[], d
 }
 
 /* One step for the weight tau. Returns false where there is nothing left to improve. */
-static bool step(Problem *p, double tau) {
+static bool step(Shares *p, double tau) {
     double gradient[SIZE] = {0.0}, matrix[SIZE * SIZE] = {0.0}, change[SIZE];
     int order[SIZE];
     const bool centre = p->size > p->loads;
@@ -239,7 +239,7 @@ static bool step(Problem *p, double tau) {
 }
 
 /* From inside of all cones. Margins without a bound are followed only so far. */
-static void solve(Problem *p) {
+static void solve(Shares *p) {
     const bool centre = p->size > p->loads;
     for (double tau = 1.0; tau >= LAST; tau *= FALL) {
         for (int i = 0; i < MOST_STEPS && step(p, tau * p->greatest); i++) {
@@ -250,7 +250,7 @@ static void solve(Problem *p) {
     }
 }
 
-static void combine(const Problem *p, double multipliers[]) {
+static void combine(const Shares *p, double multipliers[]) {
     for (int k = 0; k < M; k++) {
         double sum = p->least[k];
         for (int i = 0; i < p->loads; i++) {
@@ -260,13 +260,13 @@ static void combine(const Problem *p, double multipliers[]) {
     }
 }
 
-static void centre_within(Problem *p) {
+static void centre_within(Shares *p) {
     p->x[p->loads] = least_margin(p) - p->greatest;
     solve(p);
 }
 
 void loads_centre(const Sharing *sharing, double multipliers[]) {
-    Problem p;
+    Shares p;
     if (pose(sharing, multipliers, true, &p)) {
         centre_within(&p);
         combine(&p, multipliers);
@@ -274,7 +274,7 @@ void loads_centre(const Sharing *sharing, double multipliers[]) {
 }
 
 void loads_obey(const Sharing *sharing, double multipliers[]) {
-    Problem p, inside;
+    Shares p, inside;
     if (!pose(sharing, multipliers, false, &p) || least_margin(&p) >= 0.0 ||
         !pose(sharing, multipliers, true, &inside)) {
         return;

@@ -1,0 +1,184 @@
+/* The search for the first place in a trial step at which an event function comes down to 0. */
+#include "event_search.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "dense_output.h"
+#include "event_noise.h"
+#include "events.h"
+#include "step_size.h"
+
+/* A function that keeps this part of its greatest value at the nodes is far from 0 between them, too: the sum of
+   Lagrange's polynomials is less than 2.1. */
+static const double FAR = 0.5;
+
+/* The shortest part of a step in which event functions are taken for polynomials. */
+static const double SHORTEST_PART = 1.0 / 64.0;
+
+/* Sets values[k][i] to the event functions k at the node i of a part of the step in state->dense. With cubic,
+   the states there are those of Hermite's cubic alone. */
+static bool sample_node(Instance *instance, double from, double width, bool cubic, int i,
+                        double values[][ROOT_NODES]) {
+    const Dense *dense = &instance->state.dense;
+    const double theta = from + width * ROOT_PLACES[i], time = dense->start + theta * (dense->end - dense->start);
+    double states[N_STATES], at[SIZE_EVENTS];
+    if (cubic) {
+        dense_cubic_states(dense, theta, states);
+    } else {
+        dense_states(dense, time, states);
+    }
+    if (!events_evaluate(instance, time, states, at)) {
+        return false;
+    }
+    for (int k = 0; k < N_EVENTS; k++) {
+        values[k][i] = at[k];
+    }
+    return true;
+}
+
+/* Sets values to the event functions at all nodes of a part of the step but the first one, which is known. */
+static bool sample(Instance *instance, double from, double width, double values[][ROOT_NODES]) {
+    for (int i = 1; i < ROOT_NODES; i++) {
+        if (!sample_node(instance, from, width, false, i, values)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool all_resolved(double values[][ROOT_NODES]) {
+    for (int k = 0; k < N_EVENTS; k++) {
+        if (!roots_resolved(values[k])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Are all these numbers greater than the level? */
+static bool all_above(const double numbers[], int count, double level) {
+    bool above = true;
+    for (int i = 0; i < count; i++) {
+        above = above && numbers[i] > level;
+    }
+    return above;
+}
+
+/* Does the function mean nothing in the present mode? */
+static bool is_one(const double values[]) {
+    bool one = true;
+    for (int i = 0; i < ROOT_NODES && one; i++) {
+        one = values[i] == 1.0;
+    }
+    return one;
+}
+
+/* Is a function with these values at the nodes far from 0 between them? A function that begins at 0 is so if it rises
+   steadily, which its quotients by theta tell. */
+static bool is_far(const double values[], double noise) {
+    const bool leaves = fabs(values[0]) <= noise;
+    double least = leaves ? values[ROOT_NODES - 1] : values[0], greatest = least;
+    if (is_one(values)) {
+        return true;
+    }
+    for (int i = 1; i < ROOT_NODES; i++) {
+        const double value = leaves ? values[i] / ROOT_PLACES[i] : values[i];
+        least = smaller(least, value);
+        greatest = larger(greatest, value);
+    }
+    return least > FAR * greatest && least > 0.0 && (leaves || roots_resolved(values));
+}
+
+/* Does this function of a contact begin at 0 and rise from there? An early root of its polynomial is then no event: the
+   polynomial may dip below 0 by its own error if the function rises with a high power of the time, as a gap does when
+   its last force has vanished. Margins of switches do not rise like that. */
+static bool rises(int k, const double values[], double noise) {
+    return k >= N_SWITCHES && fabs(values[0]) <= noise && values[1] > 0.0 && values[2] > 0.0;
+}
+
+/* Notes the descents in a part of the step in *found. Values that rounding of the time makes count as 0, too. Returns
+   false if the part is too long: a function rises from 0, so that its first root is no event, and comes down later. */
+static bool search(const Instance *instance, double from, double width, double values[][ROOT_NODES],
+                   Descents *found) {
+    bool clear = true;
+    const Dense *dense = &instance->state.dense;
+    const double rounding = 2.0 * DBL_EPSILON * fabs(dense->end) * dense->rate / width; /* of theta */
+    for (int k = 0; k < N_EVENTS; k++) {
+        double bernstein[ROOT_NODES];
+        found->theta[k] = NO_ROOT;
+        if (is_far(values[k], 0.0)) {
+            continue;
+        }
+        roots_fit(values[k], bernstein);
+        const double noise = events_noise(instance, k) + rounding * fabs(roots_slope(bernstein, 0.0));
+        double root = all_above(bernstein, ROOT_NODES, noise) ? NO_ROOT : roots_first_descent(bernstein, noise);
+        if (root < ROOT_PLACES[2] && rises(k, values[k], noise)) {
+            const bool stays = all_above(values[k] + 1, ROOT_NODES - 1, 0.0);
+            clear = clear && stays;
+            root = stays ? NO_ROOT : root;
+        }
+        found->theta[k] = root <= 1.0 ? from + width * root : NO_ROOT;
+        if (root <= 1.0 && (found->first < 0 || found->theta[k] < found->theta[found->first])) {
+            found->first = k;
+            found->slope = roots_slope(bernstein, root) / width;
+        }
+    }
+    return clear;
+}
+
+static bool all_positive(double values[][ROOT_NODES], int i) {
+    bool positive = true;
+    for (int k = 0; k < N_EVENTS; k++) {
+        positive = positive && values[k][i] > 0.0;
+    }
+    return positive;
+}
+
+bool far_from_events(Instance *instance, Step step, const double start[], bool *far) {
+    double values[SIZE_EVENTS][ROOT_NODES];
+    dense_begin_cubic(instance, step);
+    *far = true;
+    /* The last node comes first: it shows most events. */
+    for (int i = ROOT_NODES - 1; i > 0 && *far; i--) {
+        if (!sample_node(instance, 0.0, 1.0, true, i, values)) {
+            return false;
+        }
+        *far = all_positive(values, i);
+    }
+    for (int k = 0; k < N_EVENTS && *far; k++) {
+        values[k][0] = start[k];
+        *far = is_far(values[k], events_noise(instance, k));
+    }
+    return true;
+}
+
+bool find_descents(Instance *instance, const double start[], Descents *found) {
+    double values[SIZE_EVENTS][ROOT_NODES];
+    double from = 0.0, width = 1.0;
+    found->first = -1;
+    found->slope = 0.0;
+    for (int k = 0; k < N_EVENTS; k++) {
+        values[k][0] = start[k];
+    }
+    while (from < 1.0 && found->first < 0) {
+        if (!sample(instance, from, width, values)) {
+            return false;
+        }
+        if (width > SHORTEST_PART && !all_resolved(values)) {
+            width *= 0.5;
+            continue;
+        }
+        if (!search(instance, from, width, values, found) && width > SHORTEST_PART) {
+            found->first = -1;
+            width *= 0.5;
+            continue;
+        }
+        from += width;
+        for (int k = 0; k < N_EVENTS; k++) {
+            values[k][0] = values[k][ROOT_NODES - 1];
+        }
+    }
+    found->start = found->first >= 0 ? start[found->first] : 0.0;
+    return true;
+}
