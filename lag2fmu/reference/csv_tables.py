@@ -69,7 +69,7 @@ def _parsed(
     lines: list[int] = []
     try:
         header, own = _headings(next(reader, []), f"{where}, line 1", {} if units is None else units)
-        _check_header(header, first, f"{where}, line 1", text)
+        _check_first(header, first, text, f"{where}, line 1")
         for row in filter(None, reader):
             rows.append(_numbers(row, header, f"{where}, line {reader.line_num}", gaps=gaps))
             lines.append(reader.line_num)
@@ -83,8 +83,8 @@ def _parsed(
     return header, table, lines
 
 
-def _check_header(header: Sequence[str], first: str, where: str, text: str) -> None:
-    """Raise LoadError unless there is a ``header``, of the ``text``, which begins with ``first`` if given."""
+def _check_first(header: Sequence[str], first: str, text: str, where: str) -> None:
+    """Raise LoadError unless the ``header`` of ``text`` has names, the first of which is ``first`` if it is given."""
     if not header and not first:
         raise LoadError(f"{where}: the names of the columns are missing; begin with a line of them")
     if not header or (first and header[0] != first):
