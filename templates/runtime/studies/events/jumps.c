@@ -23,13 +23,14 @@
 
 enum { N_JUMPING = N_STATES + N_MASKS }; /* the states, and what modes remember beside them: places that latches hold */
 
-static const double WIDTH = 1e-4;     /* of the differences, relative to the size of what is moved */
-static const double GRAZING = 1e-7;   /* nominal changes of an event function within the experiment */
-static const double DIFFERENT = 1e-5; /* relative, of two derivatives that should be one */
-static const double ROUGH = 1e-3;     /* likewise, of differences of two widths where modes hold: near by 1e-8 */
-static const double STILL = 1e-9;     /* of nominal values: states that move less than that do not jump */
-static const double CLOSED = 1e-6;    /* of nominal values: gaps that are closed at the start, see contact_settle.c */
-static const double NOTHING = 1e-12;  /* what rounding leaves of a derivative that is 0, relative */
+static const double WIDTH = 1e-4;     /* the width of differences, relative to the size of what is moved */
+static const double GRAZING = 1e-7;   /* an event function that changes by less nominal values in the run grazes 0 */
+static const double DIFFERENT = 1e-5; /* two derivatives that should agree differ if they do so by this part */
+static const double ROUGH = 1e-3;     /* a motion is not smooth if differences of two widths are apart by this part;
+                                         where modes hold they agree to about 1e-8 */
+static const double STILL = 1e-9;     /* states that move by less nominal values than that do not jump */
+static const double CLOSED = 1e-6;    /* a gap of up to so many nominal values is closed at the start: contact_settle.c */
+static const double NOTHING = 1e-12;  /* rounding leaves up to this part of a derivative that is 0 */
 
 /* A way to move away from the point before an event. */
 typedef struct {
