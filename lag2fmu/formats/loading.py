@@ -91,10 +91,15 @@ def find(model: str | Path) -> Path:
     except (OSError, ValueError) as error:
         raise LoadError(f"{str(model)[:60]!r} is no model: {error}") from None
     known = (*MODEL_SUFFIXES, *READERS)
+    if path.suffix == ".fmu":
+        raise LoadError(f"'{model}' is an FMU; give the model it is exported from ({', '.join(known)})")
     if path.suffix not in known:
         beside = next((f for suffix in known if (f := Path(f"{model}{suffix}")).is_file()), None)
         if beside is not None:
             raise LoadError(f"unknown model '{model}'; did you mean the file '{beside}'?")
+        if str(model) and path.exists():
+            kind = "a folder" if path.is_dir() else "a file with another ending"
+            raise LoadError(f"'{model}' is {kind}; a model is a file that ends in one of {', '.join(known)}")
         remedy = suggestion(str(model), bundled())
         raise LoadError(f"unknown model '{model}'; {remedy} (or give a file: {', '.join(known)})")
     if not exists:
