@@ -45,6 +45,8 @@ QUESTION = "isValidFMIConfigurations(modelDescription, buildDescription, termina
 QUICK_START = ("-XX:TieredStopAtLevel=1", "-XX:+UseSerialGC", "-Xmx1g")
 LONGEST = 300.0
 """s"""
+ASIDE = re.compile(r"Executed in |Running .* for |\[p\]ause|\[q\]uit")
+"""What the interpreter says beside its answers."""
 
 OTHERS = [pytest.param(name, marks=pytest.mark.all_models) for name in bundled() if name not in REPRESENTATIVE]
 
@@ -83,8 +85,7 @@ class Checker:
                 archive.extractall(folder, [n for n in archive.namelist() if n.startswith(("fmi2schema/", "fmi2-"))])
         rules = sorted(folder.glob(f"{self._model}/Rules/*.adoc"))
         self._files = [self._model, *(str(rule.relative_to(folder)) for rule in rules)]
-        self._asked = 0
-        self._interpreter: subprocess.Popen[str] | None = None
+        self._interpreter: subprocess.Popen[bytes] | None = None
 
     def command(self, fmu: Path) -> str:
         """What the checker's command says of ``fmu``, nothing if it found no errors."""
@@ -98,43 +99,44 @@ class Checker:
         if self._interpreter is None:
             line = ["java", *QUICK_START, *PROPERTIES, "-cp", CLASSES, "com.fujitsu.vdmj.VDMJ", "-vdmsl", "-q"]
             line += ["-annotations", "-i", *self._files, str(fmu)]
+            pipe = subprocess.PIPE
             self._interpreter = subprocess.Popen(
-                line,
-                cwd=self._folder,
-                text=True,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
+                line, cwd=self._folder, bufsize=0, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT
             )
-        self._asked += 1
-        said = self._answer(self._interpreter, f"load {' '.join([*self._files, str(fmu)])}", f"print {QUESTION}")
-        lines = [re.sub(r"^(> *)+", "", line).strip() for line in said]
-        told = [line for line in lines if line and not line.startswith("Executed in ")]
+            self._heard(self._interpreter)
+        said = "".join(
+            self._heard(self._interpreter, command)
+            for command in (f"load {' '.join([*self._files, str(fmu)])}", f"print {QUESTION}")
+        )
+        told = [line for line in said.splitlines() if line and not ASIDE.match(line)]
         return "" if told == ["= true"] else "\n".join(told) or "nothing is said"
 
-    def _answer(self, interpreter: subprocess.Popen[str], *commands: str) -> list[str]:
-        """The lines that are said to ``commands``, before the number that is asked for behind them."""
+    def _heard(self, interpreter: subprocess.Popen[bytes], command: str | None = None) -> str:
+        """What the interpreter says to ``command``, before it asks for the next one.
+
+        What stood in the pipe while something is computed would be taken for the key that interrupts it.
+        """
         to, out = interpreter.stdin, interpreter.stdout
         assert to is not None
         assert out is not None
         watch = Timer(LONGEST, interpreter.kill)
         watch.start()
         try:
-            to.write("".join(f"{command}\n" for command in (*commands, f"print {self._asked}")))
-            to.flush()
-            said = []
-            for line in out:
-                if line.endswith(f"= {self._asked}\n"):
-                    return said
-                said.append(line)
+            if command is not None:
+                to.write(f"{command}\n".encode())
+            said = b"\n"
+            while not said.endswith(b"\n> "):
+                letter = out.read(1)
+                assert letter, f"the interpreter has ended: {said.decode()}"
+                said += letter
         finally:
             watch.cancel()
-        raise AssertionError(f"the interpreter has ended: {''.join(said)}")
+        return said.removesuffix(b"> ").decode()
 
     def end(self) -> None:
         """Let the interpreter go."""
         if self._interpreter is not None:
-            self._interpreter.communicate("quit\n", timeout=LONGEST)
+            self._interpreter.communicate(b"quit\n", timeout=LONGEST)
 
 
 @pytest.fixture(scope="session", params=["rule-model", "static-model"])
