@@ -13,6 +13,7 @@ from collections.abc import Callable, Collection
 import sympy as sp
 
 from lag2fmu.errors import ExpressionError
+from lag2fmu.language import remedies
 from lag2fmu.language.conditions import is_condition, is_writable, put
 from lag2fmu.language.vocabulary import (
     CONSTANTS,
@@ -24,6 +25,7 @@ from lag2fmu.language.vocabulary import (
     MAX_NESTING,
     MAX_NUMBER_DEPTH,
     MAX_POWER,
+    WORDS,
     Choice,
     Smooth,
     excess,
@@ -58,9 +60,10 @@ class _Parser:
         if len(text) > MAX_LENGTH:
             raise ExpressionError(f"{where}: the expression has {len(text)} characters; at most {MAX_LENGTH} are read")
 
-    def fail(self, message: str) -> ExpressionError:
+    def fail(self, message: str, remedy: str = "") -> ExpressionError:
         around = self.text[max(0, self.column - 20) : self.column + 20]
-        return ExpressionError(f"{self.where}: {message} at column {self.column + 1} of '{around}'")
+        place = f"at column {self.column + 1} of '{around}'"
+        return ExpressionError(f"{self.where}: {message} {place}" + (f"; {remedy}" if remedy else ""))
 
     def advance(self) -> None:
         """Scan the next token into ``kind`` ('' at the end), ``token`` and ``column``."""
@@ -68,7 +71,8 @@ class _Parser:
             match = _SCANNER.match(self.text, self.position)
             self.column = self.position
             if match is None:
-                raise self.fail(f"unexpected character {self.text[self.position]!r}")
+                character = self.text[self.position]
+                raise self.fail(f"unexpected character {character!r}", remedies.of_character(character))
             self.position = match.end()
             if match.lastgroup != "space":
                 self.kind, self.token = str(match.lastgroup), match.group()
@@ -81,7 +85,8 @@ class _Parser:
             raise ExpressionError(f"{self.where}: the expression is empty")
         result = self.expression()
         if self.kind:
-            raise self.fail(f"unexpected '{self.token}'")
+            remedy = remedies.of_rest(self.kind, self.token, self.text[: self.column].rstrip())
+            raise self.fail(f"unexpected '{self.token}'", remedy)
         return result
 
     def expression(self) -> sp.Expr:
@@ -198,10 +203,11 @@ class _Parser:
             self.advance()
             if self.token == "(":
                 return self.call(token, column)
-            value = CONSTANTS.get(token) or self.resolve(token)
+            is_function = token in FUNCTIONS or token in WORDS or token in self.tables
+            value = CONSTANTS.get(token) or (None if is_function else self.resolve(token))
             if value is None:
                 self.column = column
-                raise self.fail(f"unknown name '{token}'")
+                raise self.fail(*remedies.of_name(token, self.tables, is_function))
             return value
         if token == "(":
             self.advance()
@@ -242,7 +248,7 @@ class _Parser:
         known = FUNCTIONS | own
         if name not in known:
             self.column = column
-            raise self.fail(f"'{name}' is not a function; known are {', '.join([*known, *self.tables])}")
+            raise self.fail(f"'{name}' is not a function", remedies.of_call(name, [*known, *self.tables]))
         count, constructor = known[name]
         return (count, count, constructor) if count > 0 else (-count, math.inf, constructor)
 

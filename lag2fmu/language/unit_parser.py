@@ -6,23 +6,34 @@ import re
 from collections.abc import Iterator
 from difflib import get_close_matches
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 
 from lag2fmu.errors import UnitError
 from lag2fmu.language.units import NAMED, NONE, PREFIXED, PREFIXES, Exponents, Unit, plain_power
 
 MAX_UNIT = 100
+MAX_RUN_TOGETHER = 8
+"""Letters of a name that is searched for the factors of a product."""
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<operator>\*(?!\*)|\.|/)|(?P<open>\()|(?P<close>\))"
-    r"|(?P<factor>(?P<name>[A-Za-z%]+|1)(?:(?:\*\*|\^)(?P<broken>[+-]?\d+\.\d+|\([+-]?\d+/\d+\))|(?:\*\*|\^)?(?P<exponent>[+-]?\d+))?))\s*"
+    r"|(?P<factor>(?P<name>[A-Za-z%]+|1(?!\d))(?:(?:\*\*|\^)(?P<broken>[+-]?\d+\.\d+|\([+-]?\d+/\d+\))|(?:\*\*|\^)?(?P<exponent>[+-]?\d+))?))\s*"
 )
+_FACTOR = re.compile(r"(?P<slash>/)?(?P<name>[A-Za-z]+)(?P<power>(?:\*\*|\^)?[+-]?\d+)?")
 _PLAINER = {
     **{"°C": "degC", "°": "deg", "\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u", "Ω": "Ohm"},
     **{"·": ".", "⋅": ".", "²": "2", "³": "3", "⁻": "-", "¹": "1"},
 }
 _PLAIN = re.compile("|".join(_PLAINER))
 """Letters that are missing on keyboards or in importers, and what is written instead."""
+_SPELLED_OUT = {
+    **{"meter": "m", "metre": "m", "second": "s", "sec": "s", "kilogram": "kg", "gram": "g", "newton": "N"},
+    **{"joule": "J", "watt": "W", "pascal": "Pa", "hertz": "Hz", "volt": "V", "ampere": "A", "amp": "A", "ohm": "Ohm"},
+    **{"radian": "rad", "degree": "deg", "kelvin": "K", "minute": "min", "hour": "h", "inch": "in", "kmh": "km/h"},
+    **{"kph": "km/h", "liter": "l", "litre": "l", "lbs": "lb"},
+}
+"""Names in words, in the singular, and their symbols."""
+_GENERAL = "known are m, kg, s, rad, deg, N, J, W, Pa, Hz and others, written like N*m, kg.m2 or m/s**2"
 _BEGINS_OPERAND = {"operator": False, "open": True, "close": False, "factor": True}
 _MISPLACED = {
     "operator": "'{}' stands where a unit is expected",
@@ -30,6 +41,10 @@ _MISPLACED = {
     "close": "unbalanced ')' or nothing before it",
     "factor": "an operator is missing before '{}'",
 }
+
+
+class _SpellingError(UnitError):
+    """A text that is no unit, for which a remedy is still to be found."""
 
 
 @cache
@@ -43,8 +58,7 @@ def parse_unit(text: str) -> Unit:
     if len(text) > MAX_UNIT:
         raise UnitError(f"unit '{text[:20]}...': has {len(text)} characters; at most {MAX_UNIT} are read")
     exponents, factor, offset, powers = NONE, 1.0, 0.0, []
-    for name, power in _factors(text):
-        base, base_factor, base_offset = _look_up(name, text)
+    for (base, base_factor, base_offset), power in _known_factors(text):
         exponents = tuple(plain_power(e + power * b) for e, b in zip(exponents, base, strict=True))
         factor *= base_factor**power
         offset = offset or base_offset
@@ -55,6 +69,14 @@ def parse_unit(text: str) -> Unit:
     whole = all(isinstance(power, int) for power in powers)
     name = (plain.replace("^", "") if whole else plain).replace("*", ".")
     return Unit("" if exponents == NONE and factor == 1.0 and name == "1" else name, exponents, factor, offset)
+
+
+def _known_factors(text: str) -> list[tuple[tuple[Exponents, float, float], int | Fraction]]:
+    """(exponents, factor and offset, power) of each factor; raises UnitError, with a remedy for what is misspelt."""
+    try:
+        return [(_look_up(name, text), power) for name, power in _factors(text)]
+    except _SpellingError as error:
+        raise UnitError(f"{error}; {_remedy(text)}") from None
 
 
 def _factors(text: str) -> Iterator[tuple[str, int | Fraction]]:
@@ -76,6 +98,8 @@ def _factors(text: str) -> Iterator[tuple[str, int | Fraction]]:
         else:
             power = _exponent(text, token)
             power = power if sign > 0 else -power
+            if power == 0:
+                raise _SpellingError(f"unit '{text}': the power 0 leaves nothing of '{token['name']}'")
             if not -12 <= power <= 12:
                 raise UnitError(f"unit '{text}': the power {power} is beyond 12")
             yield token["name"], power
@@ -96,7 +120,8 @@ def _check_place(text: str, token: re.Match[str], operand_expected: bool, depth:
     """Raise UnitError for a ``token`` that cannot stand where it does, in ``depth`` - 1 open brackets."""
     kind = str(token.lastgroup)
     if _BEGINS_OPERAND[kind] != operand_expected or (kind == "close" and depth == 1):
-        raise UnitError(f"unit '{text}': {_MISPLACED[kind].format(token['name'] or token[kind])}")
+        fault = _MISPLACED[kind].format(token["name"] or token[kind])
+        raise _SpellingError(f"unit '{text}': {fault}")
 
 
 def _tokens(text: str) -> Iterator[re.Match[str]]:
@@ -105,20 +130,62 @@ def _tokens(text: str) -> Iterator[re.Match[str]]:
     while position < len(text):
         match = _TOKEN.match(text, position)
         if match is None:
-            plain = _PLAIN.sub(lambda found: _PLAINER[found[0]], text)
-            remedy = f"did you mean '{plain}'?" if plain != text else "write units like N*m, kg.m2 or m/s**2"
-            raise UnitError(f"unit '{text}': unexpected '{text[position:]}'; {remedy}")
+            raise _SpellingError(f"unit '{text}': unexpected '{text[position:]}'")
         yield match
         position = match.end()
 
 
-def _product_in(name: str) -> str:
-    """The product that ``name`` may mean, N.s for Ns; '' if there is none."""
+def _remedy(text: str) -> str:
+    """What to write instead of ``text``, which is no unit: the units that it may mean, if there are any."""
+    plain = _PLAIN.sub(lambda found: _PLAINER[found[0]], text.strip())
+    plain = re.sub(r"(?<=\d),(?=\d)", ".", plain)
+    plain = re.sub(r"(?<=[A-Za-z])([+-]?\d+\.\d+)", r"^\1", plain)
+    plain = re.sub(r"(?<=[\w)])\s+(?=[A-Za-z(])|(?<=[A-Za-z])-(?=[A-Za-z])", ".", plain)
+    choices = [_FACTOR.sub(partial(_corrected, choice=choice), plain) for choice in (0, 1)]
+    sound = [choice for choice in dict.fromkeys(choices) if choice != text and _is_unit(choice)]
+    return f"did you mean {' or '.join(map(repr, sound))}?" if sound else _GENERAL
+
+
+def _corrected(factor: re.Match[str], choice: int) -> str:
+    """The ``factor`` with the first (0) or second (1) that its name may mean, a divisor of several in brackets."""
+    meant = _meant(factor["name"]) or [factor["name"]]
+    text = meant[min(choice, len(meant) - 1)] + (factor["power"] or "")
+    return f"/({text})" if factor["slash"] and "." in text else (factor["slash"] or "") + text
+
+
+def _is_unit(text: str) -> bool:
+    """Whether ``text`` consists of known units, with nothing left to be remedied."""
+    try:
+        return all(name == "1" or _known(name) for name, _ in _factors(text))
+    except UnitError:
+        return False
+
+
+def _meant(name: str) -> list[str]:
+    """What an unknown ``name`` may mean: a word's symbol, other capitals, a product, what is near; [] if known."""
+    if _known(name):
+        return []
+    word = name.lower()
+    symbol = _SPELLED_OUT.get(word) or _SPELLED_OUT.get(word.removesuffix("s"))
+    if symbol or (products := sorted(_products(name), key=len, reverse=True)):
+        return [symbol] if symbol else products[:2]
+    prefixed = (prefix + unit for prefix in PREFIXES for unit in sorted(PREFIXED))
+    cases = [known for known in (*NAMED, *prefixed) if known.lower() == word]
+    found = list(dict.fromkeys([*cases, *_products(name.capitalize())]))
+    return found[:2] or get_close_matches(name, [*NAMED, "kg", "kN", "mm", "cm", "ms"], n=2)
+
+
+def _products(name: str) -> Iterator[str]:
+    """The products that ``name`` may mean, N.s for Ns, of different factors; K at its beginning is meant as kilo."""
+    if len(name) > MAX_RUN_TOGETHER or name.startswith("K"):
+        return
     for i in range(1, len(name)):
-        first, second = name[:i], name[i:]
-        if _known(first) and _known(second) and _look_up(first, first)[0] != _look_up(second, second)[0]:
-            return f"{first}.{second}"
-    return ""
+        if _known(name[:i]):
+            rest = [name[i:]] if _known(name[i:]) else []
+            for others in (*rest, *_products(name[i:])):
+                kinds = [_look_up(factor, factor)[0] for factor in (name[:i], *others.split("."))]
+                if len(set(kinds)) == len(kinds):
+                    yield f"{name[:i]}.{others}"
 
 
 def _known(name: str) -> bool:
@@ -135,9 +202,4 @@ def _look_up(name: str, text: str) -> tuple[Exponents, float, float]:
     if _known(name):
         exponents, factor, _ = NAMED[name[1:]]
         return exponents, PREFIXES[name[0]] * factor if name != "kg" else 1.0, 0.0
-    product = _product_in(name)
-    near = get_close_matches(name, [*NAMED, "kg", "kN", "mm", "cm", "ms"], n=3)
-    if product:
-        raise UnitError(f"unit '{text}': unknown unit '{name}'; did you mean '{text.replace(name, product, 1)}'?")
-    hint = f"did you mean {', '.join(near)}?" if near else "known are m, kg, s, rad, deg, N, J, W, Pa, Hz and others"
-    raise UnitError(f"unit '{text}': unknown unit '{name}'; {hint}")
+    raise _SpellingError(f"unit '{text}': unknown unit '{name}'")

@@ -84,6 +84,8 @@ def _check_numbers(mechanism: Description) -> None:
         check_number(f"experiment.{label}", value)
         if value <= 0:
             raise MechanismError(f"experiment.{label}: {value!r} is not positive")
+    if e.tolerance >= 1:
+        raise MechanismError(f"experiment.tolerance: {e.tolerance!r} is no relative one; give one below 1, as 1e-6")
     if e.step > e.stop_time:
         raise MechanismError(f"experiment.step: {e.step!r} s is longer than stop_time = {e.stop_time!r} s")
 

@@ -8,10 +8,9 @@ from contextlib import suppress
 
 import sympy as sp
 
-from lag2fmu.description.places import WORLD, Body, Frame, Rotation
+from lag2fmu.description.places import WORLD, Body, Frame, Rotation, remedy_for
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.vocabulary import value_of
 from lag2fmu.mechanism.order import in_order
 
@@ -82,7 +81,7 @@ def _check_parents(frames: dict[str, Frame]) -> None:
 
 def _check_known(name: str, frames: dict[str, Frame], where: str) -> None:
     if name != WORLD and name not in frames:
-        raise MechanismError(f"{where}: there is no frame '{name}'; {suggestion(name, [WORLD, *frames])}")
+        raise MechanismError(f"{where}: there is no frame '{name}'; {remedy_for(name, [WORLD, *frames])}")
 
 
 def _check_body(body: Body) -> None:

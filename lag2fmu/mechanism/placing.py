@@ -10,10 +10,9 @@ from typing import Any
 
 import sympy as sp
 
-from lag2fmu.description.places import WORLD, Body, Place, Point
+from lag2fmu.description.places import WORLD, Body, Place, Point, remedy_for
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.identifiers import suggestion
 
 
 def placed(d: Description, parent: str, whole: Description) -> Description:
@@ -27,10 +26,10 @@ def placed(d: Description, parent: str, whole: Description) -> Description:
     frames = [x.name for x in whole.frames] + [x.name for x in whole.joints if x.parent is not None]
     planar = {x.name: x for x in whole.places if x.dimension == 2}
     if parent not in frames and parent not in planar:
-        known = [*frames, *planar]
+        known = [WORLD, *frames, *planar]
         raise MechanismError(
             f"parent: there is no frame, nor a point or body in the plane, called '{parent}' in the whole or in a part "
-            f"before this one; {suggestion(parent, known)}"
+            f"before this one; {remedy_for(parent, known)}"
         )
     _check_energies(d, parent)
     ends = _with_ends(d, parent)

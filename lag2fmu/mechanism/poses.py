@@ -16,11 +16,10 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.joints import direction
-from lag2fmu.description.places import WORLD, Expression, Frame
+from lag2fmu.description.places import WORLD, Expression, Frame, remedy_for
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.definitions import written_out
-from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.vocabulary import TIME, symbol
 from lag2fmu.mechanism.order import in_order
 
@@ -117,7 +116,7 @@ def location_of(m: Description, name: str, where: str) -> tuple[str, tuple[sp.Ex
         return frame, position
     if name not in frames:
         known = [*frames, *places]
-        raise MechanismError(f"{where}: there is no frame, point or body '{name}'; {suggestion(name, known)}")
+        raise MechanismError(f"{where}: there is no frame, point or body '{name}'; {remedy_for(name, known)}")
     return name, (sp.S.Zero,) * m.dimension
 
 

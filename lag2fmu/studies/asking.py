@@ -68,13 +68,6 @@ def times_of(
     return found
 
 
-def check_tolerance(tolerance: float) -> float:
-    """Returns the relative ``tolerance``; raises LoadError for one that no solver can meet."""
-    if not 2e-15 <= tolerance <= 1:
-        raise LoadError(f"the tolerance {tolerance!r} is not between 2e-15 and 1")
-    return float(tolerance)
-
-
 def signals_of(library: Library, inputs: Inputs | None, times: Floats, *, hold: bool = False) -> Signals | None:
     """``inputs`` as ``simulate`` takes them, for runs of ``library`` at ``times`` (m,) in s.
 

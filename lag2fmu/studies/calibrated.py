@@ -146,7 +146,7 @@ def _at_bound(x: FreeValue) -> bool:
 def _covariance(scaled: Floats, names: Sequence[str], free: Any) -> tuple[Floats, list[str]]:
     """The covariance (p, p) of the scaled values, and warnings; infinite on the diagonal of undetermined values."""
     sizes = np.linalg.norm(scaled, axis=0)
-    idle = free & (sizes <= _SINGULAR * sizes.max(initial=0.0))
+    idle = sizes <= _SINGULAR * sizes.max(initial=0.0)
     warnings = [
         f"not identifiable: {names[i]} changes nothing that was measured; fix it" for i in np.flatnonzero(idle).tolist()
     ]
@@ -156,6 +156,13 @@ def _covariance(scaled: Floats, names: Sequence[str], free: Any) -> tuple[Floats
     found[np.ix_(columns, columns)] = part
     found[idle, idle] = np.inf
     return found, [*warnings, *said]
+
+
+def told(scaled: Floats) -> Floats:
+    """The Jacobian ``scaled`` (n, p) without the directions that the data say nothing of, where rounding is left."""
+    left, singular, rows = np.linalg.svd(scaled, full_matrices=False)
+    singular[singular <= _SINGULAR * singular.max(initial=0.0)] = 0.0
+    return np.asarray((left * singular) @ rows)
 
 
 def _determined(scaled: Floats, names: Sequence[str]) -> tuple[Floats, list[str]]:

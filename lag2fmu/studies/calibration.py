@@ -17,19 +17,21 @@ from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.asking import check_tolerance
-from lag2fmu.studies.calibrated import Calibration, summed_up
+from lag2fmu.studies.calibrated import Calibration, summed_up, told
 from lag2fmu.studies.fits import Fit, FreeValue, Measurement
 from lag2fmu.studies.free_values import free_values
 from lag2fmu.studies.library import Library, Study, compiled
 from lag2fmu.studies.measurements import Data, measurements_of
 from lag2fmu.studies.sensitivities import directed_run
+from lag2fmu.verify.plan import check_tolerance
 
 TOLERANCE = 1e-8
 _ROUNDS = 4
 """At most so often the noise is estimated anew; it settles after two or three rounds."""
 _SETTLED = 1e-3
 """A relative change of the estimated noise that makes no difference."""
+_HELD = 1e-7
+"""The weight, as part of the greatest effect, that holds what the data say nothing of; all else has 10 times it."""
 
 
 def calibrate(  # noqa: PLR0913 (choices of the user)
@@ -202,17 +204,25 @@ def _left(problem: _Problem, point: Floats, noise: Floats) -> Floats:
 
 
 def _minimized(problem: _Problem, point: Floats, noise: Floats) -> Floats:
-    """The least sum of squares near ``point``; raises SimulationError if the search does not end."""
+    """The least sum of squares near ``point``; raises SimulationError if the search does not end.
+
+    Directions that the data say nothing of stay where the search began, held by a weight that no other one feels.
+    """
     from scipy.optimize import least_squares
 
     weights = 1.0 / noise[problem.column_of]
     scale = np.array([x.scale for x in problem.sought])
     low, high = (np.array([getattr(x, side) for x in problem.sought]) for side in ("low", "high"))
-    inside = np.clip(point, low, high)
+    first = np.clip([x.start for x in problem.sought], low, high)
+
+    def slopes(p: Floats) -> Floats:
+        return np.asarray(weights[:, None] * problem.at(p)[1] * scale)
+
+    hold = _HELD * float(np.linalg.norm(slopes(point), 2)) or 1.0
     found = least_squares(
-        lambda p: weights * (problem.at(p)[0] - problem.measured),
-        inside,
-        jac=lambda p: weights[:, None] * problem.at(p)[1],
+        lambda p: np.concatenate([weights * (problem.at(p)[0] - problem.measured), hold * (p - first) / scale]),
+        np.clip(point, low, high),
+        jac=lambda p: np.vstack([told(slopes(p)), hold * np.eye(len(p))]) / scale,
         bounds=(low, high),
         x_scale=scale,
         ftol=1e-12,

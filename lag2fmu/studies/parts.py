@@ -92,8 +92,13 @@ class Store:
         except (OSError, ValueError, KeyError) as error:
             raise LoadError(f"'{file}' is damaged: {error}; delete it and run the sweep again") from error
 
+    def leave(self) -> None:
+        """The sweep ends before its end: what is done stays, and nothing where nothing is done."""
+        if len(self.missing()) == self.count:
+            self.remove()
+
     def remove(self) -> None:
-        """Remove the folder of the parts, when the result is written."""
+        """Remove the folder of the parts, as where the result is written."""
         if self.folder is not None:
             shutil.rmtree(self.folder, ignore_errors=True)
 

@@ -11,7 +11,6 @@ from lag2fmu.language.units import Unit
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.asking import (
     check_over,
-    check_tolerance,
     continuous_outputs,
     references_of,
     scale_of,
@@ -20,6 +19,7 @@ from lag2fmu.studies.asking import (
 )
 from lag2fmu.studies.library import Library, Study, compiled
 from lag2fmu.verify.inputs import Inputs
+from lag2fmu.verify.plan import check_tolerance
 
 TOLERANCE = 1e-8
 

@@ -11,13 +11,13 @@ from typing import Any
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.record import is_fmu
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.asking import check_tolerance
 from lag2fmu.studies.datasets import check_path, dataset, save
 from lag2fmu.studies.design import Design, Part, Task, axes_of, grid, sampled
 from lag2fmu.studies.engines import run_part
 from lag2fmu.studies.parts import Store
 from lag2fmu.studies.tasks import Wanted, task_of_fmu, task_of_model
 from lag2fmu.verify.inputs import Inputs
+from lag2fmu.verify.plan import check_tolerance
 
 _PART = {False: 2000, True: 20}
 """The number of runs in a part, for a model and for an FMU."""
@@ -78,7 +78,11 @@ def sweep(  # noqa: PLR0913 (choices of the user)
         else:
             task, units, title = task_of_model(model, design, wanted, libraries, threads=1 if executor else None)
         store = Store(target, task, design, _size(part, task, len(design)))
-        _make_parts(store, task, design, executor, progress)
+        try:
+            _make_parts(store, task, design, executor, progress)
+        except BaseException:
+            store.leave()
+            raise
     found = dataset(store, task, design, units, title)
     if target is not None:
         save(found, target)

@@ -1,4 +1,4 @@
-"""What a run of an FMU is told, and what that means for the FMU: communication points, outputs, inputs."""
+"""From the record of a run to its plan for an FMU: communication points, outputs, inputs, all checked."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.run import Floats, Kind, Plan, Run, Scalar
 
 POINTS = 500
-"""Communication steps of a run for which no usable one is known."""
+"""The number of communication steps of a run if no usable step is known."""
+LEAST_TOLERANCE = 2e-15
+"""The relative tolerance that rounding allows."""
 
 
 def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
@@ -28,11 +30,16 @@ def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
 
 
 def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:
-    """What ``run`` means for the FMU of this ``description``, whose numbers are ``scalars``; raises LoadError."""
+    """The plan of ``run`` for the FMU of this ``description``, whose numbers are ``scalars``.
+
+    Raises LoadError for names, times and values that the FMU cannot take.
+    """
     if run.kind not in (kinds := get_args(Kind)):
         raise LoadError(f"there is no simulation of kind {run.kind!r}; expected {' or '.join(map(repr, kinds))}")
     stop_time, step = _times(description, run.stop_time, run.step)
-    _check_times(stop_time - run.start_time, step)
+    check_times(stop_time - run.start_time, step)
+    if run.tolerance is not None:
+        check_tolerance(run.tolerance)
     names = _recorded(run, scalars)
     _check_known(names, list(scalars), "variable")
     _check_values(run.values or {}, scalars)
@@ -68,7 +75,7 @@ def _times(description: Any, stop_time: float | None, step: float | None) -> tup
 def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:
     """Whether inputs can change between communication points: always in model exchange since FMI 2.0.
 
-    In co-simulation by FMI 3.0 an FMU of lag2fmu asks for them; what others do with them is not known.
+    In co-simulation by FMI 3.0 an FMU of lag2fmu asks for inputs; what FMUs of other tools do is not known.
     """
     if kind == "model-exchange":
         return not description.fmiVersion.startswith("1")
@@ -78,12 +85,21 @@ def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:
     return asks and str(description.generationTool or "").startswith("lag2fmu")
 
 
-def _check_times(stop_time: float, step: float) -> None:
+def check_times(stop_time: float, step: float) -> None:
+    """Raise LoadError unless 0 < ``step`` <= ``stop_time``, in s, are finite."""
     for label, value in (("stop time", stop_time), ("step", step)):
         if not (math.isfinite(value) and value > 0):
             raise LoadError(f"the {label} {value!r} s is not positive and finite")
     if step > stop_time:
         raise LoadError(f"the step {step!r} s is longer than the stop time {stop_time!r} s")
+
+
+def check_tolerance(tolerance: float) -> float:
+    """The relative ``tolerance``; raises LoadError for what no solver can meet, and for what asks nothing of it."""
+    if not LEAST_TOLERANCE <= tolerance < 1.0:
+        least = f"at least {LEAST_TOLERANCE:g} and below 1, such as 1e-6"
+        raise LoadError(f"the tolerance {tolerance!r} is no relative tolerance; give one of {least}")
+    return float(tolerance)
 
 
 def _check_known(names: Sequence[str], known: Sequence[str], what: str) -> None:

@@ -10,11 +10,11 @@
 enum {
     RUN_WAITS = 0,
     RUN_DONE = 1,
-    RUN_LEFT = 2,   /* by its lane, to the scalar runtime */
-    RUN_FAILED = 3  /* in the scalar runtime, which gave the reason */
+    RUN_LEFT = 2,   /* the run has left its lane and waits for the scalar runtime */
+    RUN_FAILED = 3  /* the scalar runtime could not complete the run, and gave the reason */
 };
 
-#define BATCH_STOPPED ((int64_t)1 << 62) /* in *next: all threads end as soon as they can */
+#define BATCH_STOPPED ((int64_t)1 << 62) /* if *next has this value, all threads end as soon as they can */
 
 /* [a][b] are the shapes of arrays. Columns are indices in the vector of quantities. */
 typedef struct {
@@ -26,7 +26,7 @@ typedef struct {
     const double *starts;         /* [runs][states] */
     const double *parameters;     /* [runs][parameters] */
     const double *stop_times;     /* s, [runs] */
-    const double *steps;          /* s, [runs]; of methods of fixed step, of others the first one, 0: automatic */
+    const double *steps;          /* s, [runs]; the fixed step, or the first one of adaptive methods, 0: automatic */
     const double *longest_steps;  /* s, [runs] */
     const double *nominals;       /* [states] */
     const double *knot_times;     /* s, [knots], the first one is the start time */
@@ -38,9 +38,9 @@ typedef struct {
     double *sampled;              /* [runs][samples][outputs] */
     double *minima, *maxima;      /* [runs][extremes] */
     double *crossed;              /* s, [runs][crossings][most_crossings] */
-    int64_t *crossing_counts;     /* [runs][crossings]; also of those that found no place */
+    int64_t *crossing_counts;     /* [runs][crossings]; may be more than most_crossings, which are stored */
     double *event_times;          /* s, [runs][events][most_events]; of events in the scalar runtime, lanes have none */
-    int64_t *event_counts;        /* [runs][events]; also of those that found no place */
+    int64_t *event_counts;        /* [runs][events]; may be more than most_events, which are stored */
     double *reached;              /* s, [runs] */
     int64_t *accepted;            /* [runs]; solver steps */
     int64_t *status;              /* [runs] */

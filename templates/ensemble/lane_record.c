@@ -4,9 +4,9 @@
 #include "lane_equations.h"
 #include "lane_group.h"
 
-enum { PARTS = 4, NODES = PARTS + 1 }; /* of a step, for extremes and zeros */
+enum { PARTS = 4, NODES = PARTS + 1 }; /* a step is divided into so many parts to look for extremes and zeros */
 
-/* Is anything among these columns that does not follow from states and inputs alone? */
+/* Is there a quantity among these columns that does not follow from states and inputs alone? */
 static bool need_rates(const int64_t columns[], int64_t count) {
     for (int64_t i = 0; i < count; i++) {
         if (columns[i] >= AT_UNKNOWNS && columns[i] < AT_SIGNALS) {
@@ -16,7 +16,7 @@ static bool need_rates(const int64_t columns[], int64_t count) {
     return false;
 }
 
-/* All quantities at a time (s) and states; those that are not states or inputs only with rates. */
+/* Sets the quantities at a time (s) and states: with rates all of them, else states and inputs alone. */
 static void evaluate(Group *group, Mask mask, Lanes time, const Lanes states[], bool rates, Lanes quantities[]) {
     Lanes derivatives[N_STATES];
     for (int i = 0; i < N_STATES; i++) {
@@ -123,7 +123,8 @@ static void note_crossing(Group *group, int lane, int64_t crossing, double time)
     }
 }
 
-/* The zero of a quantity in a part of the step whose ends it has different signs at: Illinois's regula falsi. */
+/* The zero of a quantity in a part of the step, at whose ends it has different signs, by the Illinois variant of regula
+   falsi: Dowell, Jarratt, A modified regula falsi method, BIT 11, 1971. */
 static Lanes locate(Group *group, Mask mask, int64_t column, bool rates, Lanes left, Lanes right, Lanes at_left,
                     Lanes at_right) {
     enum { MOST_ROUNDS = 40 };
@@ -182,8 +183,8 @@ static Lanes through_nodes(const Lanes values[NODES], Lanes theta) {
     return sum;
 }
 
-/* Where in a part of the step a quantity of one sign comes nearest to 0, by that polynomial; where it does so between
-   the ends of the part and may have the other sign there, the mask stays set. */
+/* Where in a part of the step a quantity of one sign comes nearest to 0, by the polynomial of through_nodes. The mask
+   stays set in lanes where this is between the ends of the part, and where the quantity may have another sign there. */
 static Lanes nearest(const Lanes values[NODES], int part, Mask *mask) {
     enum { PLACES = 8 };
     static const double NEAR = 0.25; /* of the value at the nearer end */

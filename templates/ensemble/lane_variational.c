@@ -62,7 +62,7 @@ static void complete(const Group *group, Stages *stages) {
     }
 }
 
-/* Not a number and infinity win. */
+/* The greater of two numbers; NaN and infinity count as greatest. */
 static Lanes greater(Lanes greatest, Lanes value) {
     return lanes_select((Mask)(value <= greatest), greatest, value);
 }

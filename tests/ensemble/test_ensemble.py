@@ -284,7 +284,7 @@ def test_a_run_that_fails_has_a_reason_and_stops_no_other() -> None:
         ({"samples": [0.0, 99.0], "stop_time": 1.0}, "expected times from 0 s to 1 s"),
         ({"stop_time": -1.0}, "stop_time is -1"),
         ({"start_time": np.nan}, "start_time is nan; expected a finite time"),
-        ({"tolerance": 2.0}, "tolerance is 2; expected 2e-15 to 1"),
+        ({"tolerance": 2.0}, "tolerance is 2; expected 2e-15 to below 1"),
         ({"step": np.nan}, "step is nan"),
         ({"samples": True}, "samples is True; expected a whole number"),
         ({"samples": "all"}, "samples is 'all'; expected numbers"),

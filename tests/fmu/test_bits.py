@@ -270,7 +270,7 @@ def test_values_out_of_range(model: str, name: str, value: float, exported) -> N
         host.start().step(0.1)
 
 
-@pytest.mark.parametrize("tolerance", [0.0, -1e-6, 1e-16, math.inf, math.nan])
+@pytest.mark.parametrize("tolerance", [0.0, -1e-6, 1e-16, 1.0, 2.0, math.inf, math.nan])
 def test_tolerances_out_of_range(tolerance: float, exported) -> None:
     with Stepping(exported("pendulum").path) as host:
         sentence = refused(lambda: host.start(tolerance=tolerance), ERROR, host)

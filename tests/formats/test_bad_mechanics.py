@@ -72,7 +72,7 @@ CASES: dict[str, tuple[str, dict[str, object], str]] = {
     "a value for a coordinate": (
         "made = LagrangesMethod(V, [x])",
         {"m": 1, "x": 3},
-        "'x' is no structural argument of made; known are: m",
+        "'x' is no constant, it moves; give its start to the run",
     ),
     "a constant called as a velocity": (
         "made = LagrangesMethod(sp.Symbol('x_dot')*x.diff(T)**2, [x])",

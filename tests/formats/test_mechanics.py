@@ -226,6 +226,8 @@ def test_a_name_in_a_program(tmp_path: Path, name: str) -> None:
     [
         ("swing", {"m": 1}, r"needs the structural argument\(s\) l; give NAME=VALUE"),
         ("swing", {"m": 1, "l": 1, "k": 2}, "'k' is no structural argument of swing; known are: l, m"),
+        ("swing", {"m": 1, "l": 1, "theta": 0.3}, "'theta' is no constant, .*values={'theta': 0.3}"),
+        ("swing", {"m": 1, "l": 1, "theta(t)": 0.3}, r"'theta\(t\)' is no constant, .*values={'theta': 0.3}"),
         ("swing", {"m": "heavy", "l": 1}, "m expects float, got 'heavy'"),
         ("swin", {}, "there is no 'swin'; did you mean 'swing'"),
         ("number", {}, "'number' is of type int; expected a Mechanism, a function that returns one"),

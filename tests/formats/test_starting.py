@@ -93,10 +93,19 @@ def test_a_file_that_exists_is_not_overwritten(tmp_path: Path) -> None:
 
 def test_another_schema_is_not_overwritten(tmp_path: Path) -> None:
     (tmp_path / FILE_NAME).write_text("{}", "utf-8")
-    with pytest.raises(LoadError, match="is not the schema of this lag2fmu"):
+    with pytest.raises(LoadError, match="is no schema of lag2fmu"):
         write_start("cart", tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == [FILE_NAME]
     assert (tmp_path / FILE_NAME).read_text("utf-8") == "{}"
+
+
+def test_the_schema_of_another_version_is_replaced(tmp_path: Path) -> None:
+    write_start("one", tmp_path)
+    schema = tmp_path / FILE_NAME
+    new = schema.read_text("utf-8")
+    schema.write_text(new.replace('"type"', '"older"', 1), "utf-8")
+    write_start("two", tmp_path)
+    assert schema.read_text("utf-8") == new
 
 
 def test_a_second_start_file_shares_the_schema(tmp_path: Path) -> None:

@@ -98,6 +98,8 @@ def test_factors_stand_for_simple_fractions() -> None:
         ("m.degC", "a unit with an offset can only stand alone"),
         ("degC^2", "a unit with an offset can only stand alone"),
         ("m+s", "unexpected"),
+        ("10", "unexpected '10'"),
+        ("m0", "the power 0 leaves nothing of 'm'"),
         ("__import__('os')", "unexpected"),
         ("m" * 101, "has 101 characters"),
     ],
@@ -130,11 +132,31 @@ def test_products_and_quotients_have_customary_names() -> None:
         ("°C", "degC"),
         ("kg·m²", "kg.m2"),
         ("µm", "um"),
+        ("Pa0.5", "Pa^0.5"),
+        ("Pa0,5", "Pa^0.5"),
+        ("N/m1.5", "N/m^1.5"),
+        ("Kg", "kg"),
+        ("RPM", "rpm"),
+        ("kg m2", "kg.m2"),
+        ("N-m", "N.m"),
+        ("kJ/kgK", "kJ/(kg.K)"),
+        ("degrees/sec", "deg/s"),
+        ("newton metre", "N.m"),
+        ("kmh", "km/h"),
     ],
 )
 def test_units_as_they_are_often_written_get_the_right_one(text: str, instead: str) -> None:
     parse_unit(instead)
     with pytest.raises(UnitError, match=re.escape(f"did you mean '{instead}'?")):
+        parse_unit(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "choices"),
+    [("NM", "'nm' or 'N.m'"), ("mpa", "'MPa' or 'mPa'"), ("Nms/rad", "'N.m.s/rad' or 'N.ms/rad'")],
+)
+def test_a_text_that_may_mean_two_units_gets_both(text: str, choices: str) -> None:
+    with pytest.raises(UnitError, match=re.escape(f"did you mean {choices}?")):
         parse_unit(text)
 
 

@@ -472,6 +472,10 @@ REFUSED = {
         '[tables.f]\ncolumns = [[0, 1], [1, 2]]\n[contacts.c]\ngap = "y"\nrestitution = "f(1)"',
         "contacts.c.restitution: 'f(1)': a table cannot stand in a constant",
     ),
+    "table without an argument": (
+        '[tables.f]\ncolumns = [[0, 1], [1, 2]]\n[forces]\nx = "-f"',
+        "forces.x: the table 'f' has no argument at column 2 of '-f'; write f(...)",
+    ),
     "no such table": ('[forces]\nx = "g(x)"', "forces.x: 'g' is not a function"),
 }
 

@@ -204,7 +204,7 @@ def test_a_fault_is_named_with_its_place(changes: dict[str, Any], message: str) 
 
 
 def test_an_unknown_unit_is_refused_where_it_is_declared() -> None:
-    with pytest.raises(UnitError, match="unknown unit 'kgg'; did you mean kg"):
+    with pytest.raises(UnitError, match="unknown unit 'kgg'; did you mean 'kg'"):
         Output("o", 1, "kgg")
 
 

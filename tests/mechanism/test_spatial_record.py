@@ -216,7 +216,7 @@ def test_quaternions_may_move_with_time_and_inputs() -> None:
 # ------------------------------------------------------------------------------------------------------------- errors
 
 REFUSED: list[tuple[dict[str, Any], str]] = [
-    ({"frames": [arm]}, "frames.arm.parent: there is no frame 'base'; known are world, arm"),
+    ({"frames": [arm]}, "frames.arm.parent: there is no frame 'base'; the ground is called 'world'"),
     ({"frames": [arm, Frame("base", "arm")]}, "frames.arm.parent: is on itself: arm <- base <- arm; put one of them"),
     ({"frames": [arm, base, Frame("a", "b"), Frame("b", "b")]}, "frames.b.parent: is on itself: b <- b"),
     ({"frames": [arm, base, Frame("world")]}, "frames.world: 'world' is the fixed frame"),

@@ -86,8 +86,11 @@ def test_experiments_have_own_starts_and_gaps() -> None:
     assert found.fits[0].fitted.shape == (len(TIMES), 2)
 
 
-def test_what_is_not_determined_is_named() -> None:
-    found = lag2fmu.calibrate("pendulum", measured(1), free=["l", "g", "m"])
+def test_what_is_not_determined_is_named_and_stays() -> None:
+    """Only l/g is seen: l and g share what it asks for, each in parts of its size, and m does not move."""
+    alone, found = (lag2fmu.calibrate("pendulum", measured(1), free=free) for free in (["l"], ["l", "g", "m"]))
+    assert found["l"] * 9.81 / found["g"] == pytest.approx(alone["l"], rel=1e-5)
+    assert [found["m"], found["l"] * found["g"] / 9.81] == pytest.approx([1.0, 1.0], rel=0.05)
     said = " ".join(found.warnings)
     assert "not identifiable: m changes nothing" in said
     assert "+1 l" in said

@@ -61,6 +61,12 @@ def test_a_grid_is_all_combinations(tmp_path: Path) -> None:
     assert not path.with_name("out.nc.parts").exists()
 
 
+def test_a_sweep_that_cannot_begin_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(LoadError, match="there is no output 'z'"):
+        lag2fmu.sweep(oscillator(), {"k": K}, outputs=["z"], at_end=True, path=tmp_path / "out.nc")
+    assert not any(tmp_path.iterdir())
+
+
 def test_a_sample_is_drawn_anew_with_its_seed(tmp_path: Path) -> None:
     vary = {"k": (1.0, 9.0), "x": [0.5, 2.0]}
     first, again, other = (

@@ -188,12 +188,20 @@ def test_what_the_fmu_warns_of_is_said(exported, caplog) -> None:
         ({"stop_time": math.inf}, "stop time inf s is not positive"),
         ({"step": 0.0}, "step 0.0 s is not positive"),
         ({"step": math.nan}, "step nan s is not positive"),
+        ({"tolerance": 2.0}, "tolerance 2.0 is no relative tolerance; give one of at least 2e-15 and below 1"),
+        ({"tolerance": math.nan}, "tolerance nan is no relative tolerance"),
         ({"stop_time": 1.0, "step": 2.0}, "step 2.0 s is longer than the stop time 1.0 s"),
     ],
 )
 def test_wrong_settings(settings: dict, sentence: str, exported) -> None:
     with pytest.raises(LoadError, match=sentence):
         lag2fmu.simulate(exported("pendulum"), **settings)
+
+
+@pytest.mark.parametrize("stop_time", [0.0, -1.0, math.nan, math.inf])
+def test_a_validation_takes_no_other_stop_times(stop_time: float, exported) -> None:
+    with pytest.raises(LoadError, match="is not positive and finite"):
+        lag2fmu.validate(exported("pendulum"), stop_time=stop_time)
 
 
 @pytest.mark.parametrize("given", [["y0", "y0_dot"], ["y0_ddot"], ["y0", "y0_ddot"]])

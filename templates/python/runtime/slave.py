@@ -52,8 +52,9 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
     def setup_experiment(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
         """fmi2SetupExperiment; times in s."""
         self._enter("SetupExperiment")
-        if tolerance is not None and not LEAST_TOLERANCE <= tolerance < math.inf:
-            expected = f"expected a relative tolerance of at least {LEAST_TOLERANCE:g}, which rounding allows"
+        if tolerance is not None and not LEAST_TOLERANCE <= tolerance < 1.0:
+            least = f"at least {LEAST_TOLERANCE:g}, which rounding allows, and below 1"
+            expected = f"expected a relative tolerance of {least}"
             self._fail("SetupExperiment", f"the tolerance is {tolerance:g}; {expected}")
         if not math.isfinite(start_time):
             self._fail("SetupExperiment", f"the start time is {start_time:.17g}; expected a finite number")

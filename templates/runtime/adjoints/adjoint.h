@@ -1,6 +1,6 @@
-/* Adjoint derivatives: of the weighted sum of any unknowns its derivatives by all knowns at once, sensitivity = J^T
-   weights, where equations_settle_seed and equations_tangent (equations.h) give J seed. Only sources whose program has
-   adjoint functions contain this folder.
+/* Adjoint derivatives: the derivatives of a weighted sum of unknowns by all knowns at once, sensitivity = J^T weights,
+   where equations_settle_seed and equations_tangent (equations.h) give J seed. Only sources whose program has adjoint
+   functions contain this folder.
 
        Tangent weights = {0};
        Seed sensitivity = {0};
@@ -14,14 +14,14 @@
 
 #include "instance.h"
 
-/* Where the weight of an unknown (value_is_unknown) is: that of a state is in the sensitivity. NULL if the variable
-   depends on no known, so that any weight of it makes nothing. */
+/* The place of the weight of an unknown (value_is_unknown); the weight of a state is in the sensitivity. NULL if the
+   variable depends on no known, so that its weight has no effect. */
 double *adjoint_weight(Tangent *weights, Seed *sensitivity, const Variable *variable);
 
-/* The derivatives at the present point, in the phase of solving the start those of what is solved for included. On
-   entry the sensitivity has the weights of states and 0 elsewhere; on return the derivatives by all knowns. Evaluates
-   no more than the weights that are not 0 need. Returns false, with instance->failure, where equations_settle or
-   equations_tangent would. */
+/* Sets the derivatives at the present point. In the phase of solving the start they include how the start values that
+   are solved for answer. On entry the sensitivity has the weights of states and 0 elsewhere; on return it has the
+   derivatives by all knowns. Evaluates no more than the weights that are not 0 need. Returns false, with
+   instance->failure, where equations_settle or equations_tangent would. */
 bool equations_adjoint(Instance *instance, const Tangent *weights, Seed *sensitivity);
 
 #endif

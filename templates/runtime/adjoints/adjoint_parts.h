@@ -8,7 +8,7 @@
 
 /* What is kept of weights between the two parts of multipliers_spread_rates. */
 typedef struct {
-    bool unique;                       /* then there is nothing else */
+    bool unique;                       /* the multipliers are unique, and the other members are not used */
     double own[SIZE_CONSTRAINTS];      /* weights of the rates that multipliers have with unchanged forces */
     double exchange[N_COORDINATES];    /* weights of the change of forces of the difference of both multipliers */
 } Spread;
@@ -22,8 +22,8 @@ void accelerations_stabilise_adjoint(const Instance *instance, double change[]);
 /* multipliers_spread_rates: changes the weights of the multipliers in unknowns[n + m]. */
 void multipliers_spread_adjoint(const Instance *instance, double unknowns[], Spread *spread);
 
-/* The rest of it, when the weights change[n + m] of the residuals are known: these are taken with the multipliers that
-   are reported, and belong to those of the accelerations. */
+/* The second part of multipliers_spread_adjoint, for which the weights change[n + m] of the residuals are known. These
+   were taken with the reported multipliers, but belong to the multipliers of the accelerations. */
 void multipliers_spread_knowns(const Instance *instance, const Spread *spread, const double change[],
                                Seed *sensitivity);
 

@@ -13,7 +13,7 @@
    instance->failure set, if an evaluation for it fails. */
 bool dense_begin(Instance *instance, Step step);
 
-/* The same with Hermite's cubic alone, which takes no evaluation. */
+/* Fills state->dense for the trial step with Hermite's cubic alone, which takes no evaluation. */
 void dense_begin_cubic(Instance *instance, Step step);
 
 /* states[2n] of the cubic alone at theta. */

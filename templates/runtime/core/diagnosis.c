@@ -9,19 +9,19 @@
 
 enum { N = N_COORDINATES };
 
-/* A pivot that far below the largest one explains why a solver cannot go on. */
+/* A pivot below this part of the largest one explains why a solver cannot go on. */
 static const double EXPLAINS = 1e-6;
 
-/* A pivot that far below the largest one may become the reason. */
+/* A pivot below this part of the largest one may soon be the reason why a solver cannot go on. */
 static const double FORETELLS = 1e-4;
 
-/* The reason is near where velocities change by their size that often in a usual solver step. */
+/* M is about to become singular if velocities change by so many times their size in a usual solver step. */
 static const double SUDDEN = 10.0;
 
-/* A fixed step may leap over a singular M: at one of its ends a pivot is that far below the largest one. */
+/* A fixed step may leap over a singular M if a pivot at one of its ends is below this part of the largest one. */
 static const double LEAPT_OVER = 1e-2;
 
-/* Such a pivot at the start, where light bodies show, says nothing. */
+/* If a pivot at the start is below this part of the largest one, as for light bodies, small pivots say nothing. */
 static const double REGULAR = 0.1;
 
 void explain_failure(Instance *instance) {

@@ -4,8 +4,8 @@
 
 #include "instance.h"
 
-/* Where a solver step has failed for its error: puts a mass matrix that is about to become singular, or forces that
-   hardly depend on what has no mass, in the place of the error as the reason. */
+/* After a solver step has failed for its error: replaces this reason if a mass matrix is about to become singular, or
+   if forces hardly depend on a coordinate without mass. */
 void explain_failure(Instance *instance);
 
 /* An importer's solver says nothing when it fails: tells, with instance->failure, whether the mass matrix is about to

@@ -13,8 +13,8 @@
 #include "system.h"
 #include "tables.h"
 
-/* The rates of the further states, which may depend on multipliers; those of redundant constraints then are the ones
-   that are shown, of least norm. */
+/* The rates of the further states. They may depend on multipliers; for redundant constraints these are the multipliers
+   of least norm, which are the ones that are shown. */
 static bool evaluate_further(Instance *instance, double time, const double states[], const double inputs[],
                              double unknowns[], double rates[]) {
     System *system = &instance->scratch.system;
@@ -69,8 +69,8 @@ bool equations_factorize(Instance *instance) {
     return cache->system_valid;
 }
 
-/* Do the modes follow what is assigned at once? Where the importer integrates they wait for an event, in time stepping
-   for a step, and at an event that a communication step ended at for integrator_settle. */
+/* Do the modes follow an assignment at once? Where the importer integrates, they wait for an event. In time stepping
+   they wait for a step. If a communication step has ended at an event, they wait for integrator_settle. */
 static bool modes_follow(const Instance *instance) {
     const bool located = instance->policy->project && !TIME_STEPPING;
     return N_EVENTS > 0 && !instance->state.event_held && (located || instance->state.phase != PHASE_RUNNING);
@@ -109,12 +109,22 @@ void equations_remember(Instance *instance) {
     }
 }
 
+bool equations_multipliers(Instance *instance) {
+    Cache *cache = &instance->cache;
+    const bool known = equations_accelerations(instance);
+    if (known && !cache->shown_valid) {
+        memcpy(cache->shown, cache->reported, sizeof cache->shown);
+        contacts_share(instance, &cache->system, cache->shown);
+        cache->shown_valid = true;
+    }
+    return known;
+}
+
 bool equations_locals(Instance *instance) {
     Cache *cache = &instance->cache;
     const State *state = &instance->state;
-    if (!cache->locals_valid && equations_accelerations(instance)) {
-        mechanism_locals(state->time, state->states, state->inputs, state->parameters, cache->reported,
-                         cache->locals);
+    if (!cache->locals_valid && equations_multipliers(instance)) {
+        mechanism_locals(state->time, state->states, state->inputs, state->parameters, cache->shown, cache->locals);
         cache->locals_valid = true;
     }
     return cache->locals_valid;
@@ -150,7 +160,7 @@ void equations_dependent_tangent(const Instance *instance, const Seed *seed, Tan
 }
 
 /* With r = M qdd - f = 0 the accelerations change by dqdd = -M^-1 dr, where dr is the derivative of r along the seed
-   with qdd held fixed; with constraints likewise for all unknowns. */
+   with qdd held fixed. With constraints the same holds for all unknowns and the matrix of their system. */
 bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
     const State *state = &instance->state;
     Cache *cache = &instance->cache;

@@ -15,18 +15,19 @@ bool equations_derivative(Instance *instance, double time, const double states[]
    nothing. All that reads states calls this first. */
 bool equations_settle(Instance *instance);
 
-/* Brings what has no mass up to date with the states proper, where solver steps have not seen to that already. */
+/* Brings coordinates without mass up to date with the other states, unless solver steps have done so already. */
 bool equations_massless(Instance *instance);
 
 /* These bring one part of the cache up to date with the State. */
 void equations_dependent(Instance *instance);
 bool equations_accelerations(Instance *instance);
+bool equations_multipliers(Instance *instance); /* as they are shown */
 bool equations_locals(Instance *instance);
 bool equations_indicators(Instance *instance);
 bool equations_factorize(Instance *instance); /* the system behind the accelerations, for all seeds */
 
-/* Adds to the seed how what has no mass answers to it; in the phase of solving the start, how all start values answer
-   that constraints determine. */
+/* Adds to the seed how coordinates without mass answer to it; in the phase of solving the start, how all start values
+   answer that constraints determine. */
 bool equations_settle_seed(Instance *instance, Seed *seed);
 
 /* The tangent of the dependent parameters, and of accelerations and locals, at the present point along the seed. */

@@ -74,6 +74,20 @@ static void constraints_sentence(const Failure *failure, const char names[], cha
     }
 }
 
+/* Solver steps that lead nowhere. */
+static void standstill_sentence(const Failure *failure, char text[], size_t size) {
+    const int written = snprintf(text, size, "the last %.3g solver steps took the motion on by %.3g s only, to time "
+                                 "%.17g", failure->amount, failure->step, failure->time);
+    const size_t used = written > 0 && (size_t)written < size ? (size_t)written : size - 1;
+    if (failure->event >= 0) {
+        snprintf(text + used, size - used, ", and events of %.400s followed each other there; check what acts on it",
+                 events_name(failure->event));
+    } else {
+        snprintf(text + used, size - used, "; the motion is singular there, or masses, stiffnesses and forces are out "
+                 "of proportion");
+    }
+}
+
 /* Too many solver steps. */
 static void counts_sentence(const Failure *failure, char text[], size_t size) {
     if (failure->kind == FAILURE_TRIAL_COUNT) {
@@ -150,6 +164,9 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_TABLE:
         tables_sentence(failure, text, size);
+        break;
+    case FAILURE_STANDSTILL:
+        standstill_sentence(failure, text, size);
         break;
     case FAILURE_TRIAL_COUNT:
     case FAILURE_EVENT_COUNT:

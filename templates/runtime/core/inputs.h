@@ -8,9 +8,9 @@
 
 #include "instance.h"
 
-/* A communication step begins. Derivatives that were not set for it are those of the end of the last one: they are
-   put to 0. A motion whose derivatives were not set goes on as its velocity and acceleration say: a support that
-   stands still while it has a velocity contradicts itself, and puts what it carries late by a communication step. */
+/* A communication step begins. Derivatives that were not set for it are still those of the end of the last step, and
+   are put to 0. A motion whose derivatives were not set is continued by its velocity and acceleration. Otherwise a
+   support would stand still while it has a velocity, and the mechanism on it would be late by a communication step. */
 void inputs_begin(Instance *instance);
 
 /* The inputs at a time (s) in the running communication step, with their rates; valid until the next call. */
@@ -18,10 +18,10 @@ const double *inputs_at(Instance *instance, double time);
 
 /* The communication step ends at the time reached: the State gets the values and derivatives of the inputs there.
 
-   FMI does not say what an input is after a step if it is not set anew. Here it goes on from where the polynomial led,
-   without a jump, and is constant in the next step. Outputs that are read at the communication point thus belong to the
-   end of the step that was made, and an input that is read has the value they were computed from. Importers that set
-   their inputs before each step, as all do that set derivatives, see no difference. */
+   FMI does not say what an input is after a step if it is not set anew. Here it keeps the value of the polynomial at
+   the end of the step, without a jump, and is constant in the next step. So outputs that are read at the communication
+   point belong to the end of the step that was made, and an input that is read has the value from which they were
+   computed. Importers that set their inputs before each step, as all do that set derivatives, see no difference. */
 void inputs_end(Instance *instance);
 
 /* Sets the derivative of this order of an input for the next step. The derivatives of the finished step are forgotten

@@ -52,11 +52,13 @@ typedef struct {
 
 /* Values that follow from the State, each with a flag whether they do at present. */
 typedef struct {
-    bool states_behind; /* those in the State are of an earlier time: integrator_catch_up */
+    bool states_behind; /* the states in the State are of an earlier time; integrator_catch_up brings them on */
     bool dependent_valid, least_pivots_valid, accelerations_valid, locals_valid, system_valid, indicators_valid;
+    bool shown_valid;
     double dependent[SIZE_DEPENDENT];
     double accelerations[N_UNKNOWNS]; /* with the multipliers behind them, those of redundant constraints being 0 */
-    double reported[N_UNKNOWNS];      /* the same with multipliers of least norm */
+    double reported[N_UNKNOWNS];      /* accelerations, with the multipliers of least norm behind them */
+    double shown[N_UNKNOWNS];         /* the same with multipliers that obey the laws of contacts; read from outside */
     double further[SIZE_FURTHER];     /* derivatives of further states; valid with the accelerations */
     double locals[SIZE_LOCALS];
     double indicators[SIZE_EVENTS];     /* of events, see events.h */
@@ -75,24 +77,25 @@ typedef struct {
     double new_derivatives[N_STATES];
     double trial_length;           /* s; of that step */
     SolverScratch solver;
-    SolverMemory solver_before;    /* what the solver remembered when that step began, if there are events */
+    SolverMemory solver_before;    /* the solver's memory when the trial step began, if there are events */
     bool inputs_move;              /* some input is not constant in the running communication step */
-    double step_start;             /* s; the time at which that step began */
-    double step_end;               /* s; where it ends, if no event comes before */
-    int64_t events_passed;         /* in it */
+    double step_start;             /* s; the time at which the running communication step began */
+    double step_end;               /* s; the time at which it ends, if no event comes before */
+    int64_t events_passed;         /* the events passed in this communication step */
     double inputs[3 * N_INPUTS];   /* at a stage of the solver, with their first and second derivatives */
 } Scratch;
 
 typedef enum {
     FAILURE_NONE,
     FAILURE_SINGULAR,        /* the mass matrix determines no acceleration of the flagged coordinates */
-    FAILURE_NEARLY_SINGULAR, /* the mass matrix hardly determines that of the flagged coordinates, and soon will not */
+    FAILURE_NEARLY_SINGULAR, /* the mass matrix hardly determines the acceleration of the flagged coordinates */
     FAILURE_NOT_FINITE,      /* the accelerations of the flagged coordinates are not finite */
     FAILURE_FURTHER,         /* the derivative of a further state is not finite */
     FAILURE_TABLE,           /* an argument is outside its table */
     FAILURE_OVERFLOW,        /* a state left the range of double */
     FAILURE_ACCURACY,        /* the error of a state exceeds the tolerance however short the step */
     FAILURE_TRIAL_COUNT,     /* an adaptive method took too many steps */
+    FAILURE_STANDSTILL,      /* many steps of an adaptive method hardly took the time on */
     FAILURE_EVENT_COUNT,     /* a communication step met too many events */
     FAILURE_STEP_COUNT,      /* a fixed-step method would need too many steps */
     FAILURE_ITERATION,       /* the equations of an implicit step were not solved */
@@ -110,16 +113,18 @@ typedef enum {
 typedef struct {
     FailureKind kind;
     double time;                     /* s */
-    bool coordinates[N_COORDINATES]; /* of SINGULAR, NOT_FINITE and MASSLESS: those concerned */
-    int state;                       /* of OVERFLOW and ACCURACY: the worst state; of FURTHER: the state; of TABLE: the
-                                        argument, in ARGUMENTS */
-    double amount;                   /* of ACCURACY: error in units of the tolerance; of the COUNTs: steps; of FURTHER:
-                                        the derivative; of TABLE: the value of the argument */
-    double step;                     /* of OVERFLOW and ACCURACY: length of the trial step, s */
-    int count;                       /* of CONSTRAINTS and MASSLESS: the number of constraints that are not met */
-    int constraints[SIZE_CONSTRAINTS];  /* their numbers */
-    double residuals[SIZE_CONSTRAINTS]; /* what is left of them */
-    int event;                          /* of EVENT_VALUE and CHATTERING: which event function */
+    bool coordinates[N_COORDINATES]; /* for SINGULAR, NOT_FINITE and MASSLESS: the coordinates concerned */
+    int state;                       /* for OVERFLOW and ACCURACY: the worst state; for FURTHER: the state; for TABLE:
+                                        the index of the argument in ARGUMENTS */
+    double amount;                   /* for ACCURACY: error in units of the tolerance; for the COUNTs: steps; for
+                                        FURTHER: the derivative; for TABLE: the value of the argument */
+    double step;                     /* for OVERFLOW and ACCURACY: length of the trial step, s; for STANDSTILL:
+                                        the time that the steps took, s */
+    int count;                       /* for CONSTRAINTS and MASSLESS: the number of constraints that are not met */
+    int constraints[SIZE_CONSTRAINTS];  /* for CONSTRAINTS and MASSLESS: the indices of these constraints */
+    double residuals[SIZE_CONSTRAINTS]; /* for CONSTRAINTS and MASSLESS: the residuals of these constraints */
+    int event;                          /* for EVENT_VALUE and CHATTERING: the index of the event function; for
+                                           STANDSTILL: of the last one that came down to 0, or -1 */
 } Failure;
 
 /* What the importer should know about a step that was completed. */
@@ -142,10 +147,10 @@ typedef struct {
     NoticeKind kind;
     double time; /* s */
     double step; /* length of the solver step, s */
-    int index;   /* of MOTION: that of the motion; of RANGE: that in BOUNDED */
+    int index;   /* for MOTION: the index of the motion; for RANGE: the index in BOUNDED */
 } Notice;
 
-enum { MOST_NOTICES = 9 + SIZE_BOUNDED }; /* each kind once, that of ranges once a coordinate */
+enum { MOST_NOTICES = 9 + SIZE_BOUNDED }; /* each kind is given once, that of ranges once for each coordinate */
 
 /* The longest message, with its end; what is longer is cut. */
 enum { SENTENCE_SIZE = 1024 };
@@ -153,8 +158,8 @@ enum { SENTENCE_SIZE = 1024 };
 /* The gate: it hears remarks on calls that succeed, as finished sentences, and may follow communication steps. */
 typedef struct {
     void (*hear)(void *owner, const char sentence[]);
-    double (*follow)(void *owner, double end); /* the present point is the end of a solver step in a communication step
-                                                  with this end (s); the answer is its new end, no later; or NULL */
+    double (*follow)(void *owner, double end); /* called at the end of each solver step, with the end (s) of the
+                                                  communication step; returns its new end (s), no later. May be NULL */
     bool awaits_events; /* a communication step ends at the first event; integrator_settle passes it */
     void *owner;
 } Listener;
@@ -164,7 +169,7 @@ typedef struct {
     Cache cache;
     Scratch scratch;
     Failure failure;
-    Notice notices[MOST_NOTICES]; /* of the last step of the importer */
+    Notice notices[MOST_NOTICES]; /* those given in the last step of the importer */
     int n_notices;
     const Policy *policy;
     Listener listener;
@@ -173,8 +178,8 @@ typedef struct {
 /* Gives an instance all start values, in the phase of setting up; the policy and the listener stay. */
 void instance_start(Instance *instance);
 
-/* Writes a double of the State (time, a state, an input, a parameter; SI) and marks what depended on it as outdated.
-   The same bits once more change nothing, so that a solver may go on with its stored derivative. */
+/* Writes a double of the State (time, a state, an input, a parameter; SI) and marks everything that depends on it as
+   outdated. Writing the same bits again changes nothing, so that a solver may go on with its stored derivative. */
 void instance_assign(Instance *instance, double *slot, double value);
 
 /* Marks all values outside the State as outdated. */

@@ -16,10 +16,12 @@
 #include "solver_steps.h"
 #include "step_size.h"
 
-static const double FARTHEST = 1000.0;       /* communication steps that a solver step may pass */
-static const double MOST_STEPS = 1e12;       /* of a fixed-step method in a communication step */
-static const double NEAR_POLE = 1e6;         /* of the shortest step: no step goes nearer to a pole of a force */
-static const int64_t MOST_TRIALS = 10000000; /* of an adaptive method likewise: so motions that blow up end */
+static const double FARTHEST = 1000.0;       /* a solver step may pass so many communication steps */
+static const double MOST_STEPS = 1e12;       /* the most steps of a fixed-step method in a communication step */
+static const double NEAR_POLE = 1e6;         /* so many shortest steps before a pole of a force the run ends */
+static const int64_t MOST_TRIALS = 10000000; /* the most trial steps of an adaptive method in a communication step */
+static const int64_t SERIES = 20000;         /* so many trial steps make a series */
+static const double STANDSTILL = 1e-5;       /* a series takes more than this part of the time that is left */
 
 /* The time (s) up to which steps may go. It is beyond the end of the communication step only if the same inputs may
    well hold there: they do not if they move, and are not expected to if something was changed before this communication
@@ -41,8 +43,9 @@ static bool interpolate(Instance *instance, double time, double states[]) {
     return project(instance, time, states, &moved);
 }
 
-/* Prepares interpolation for a step that goes beyond the communication point. Where the interpolant is farthest from
-   both ends it is tried whether constraints can be met: now a shorter step is the remedy, later there is none. */
+/* Prepares interpolation for a step that goes beyond the communication point. In the middle of the step it is tried
+   whether the interpolated states can be moved onto the constraints. If not, a shorter step is the remedy now; later
+   there would be none. */
 static bool prepare_interpolation(Instance *instance, Step step) {
     double states[N_STATES];
     return dense_begin(instance, step) &&
@@ -62,8 +65,8 @@ bool integrator_catch_up(Instance *instance) {
     return true;
 }
 
-/* A step that cannot be completed however short (s) may end where its mode does, as that of a root that has no value
-   beyond. */
+/* A step that fails however short (s) it is may be at the end of its mode: a square root, for one, has no value beyond
+   the place where its switch turns. Passes such an event; returns false if there is none. */
 static bool pass_event_ahead(Instance *instance, double shortest) {
     State *state = &instance->state;
     if (N_EVENTS == 0 || !events_at_hand(instance, 4.0 * shortest) || !pass_event(instance)) {
@@ -73,8 +76,8 @@ static bool pass_event_ahead(Instance *instance, double shortest) {
     return true;
 }
 
-/* Is the solver just before a place where the event function `pole` has no bound, as a force whose lever vanishes? -1:
-   there is no such function. Nearer to there rounding would decide how the motion goes on. */
+/* Is the solver just before a place where the event function `pole` has no bound, as a force whose lever vanishes?
+   Nearer to this place rounding errors would decide how the motion goes on. -1 stands for no such function. */
 static bool is_at_pole(Instance *instance, int pole, double shortest) {
     if (pole < 0 || !(instance->state.next_step < NEAR_POLE * shortest)) {
         return false;
@@ -105,6 +108,25 @@ static double try_step(Instance *instance, Step step) {
     return isfinite(error) ? error : HUGE_VAL;
 }
 
+/* Counts a trial step. There are too many in all, or in a series of them the time hardly goes on: *mark is the time (s)
+   at its beginning. */
+static bool count_trial(Instance *instance, int64_t *trials, double *mark) {
+    const State *state = &instance->state;
+    const double gain = state->time - *mark;
+    const bool ends = ++*trials % SERIES == 0;
+    const bool stands = ends && gain <= STANDSTILL * (instance->scratch.step_end - *mark);
+    if (*trials <= MOST_TRIALS && !stands) {
+        *mark = ends ? state->time : *mark;
+        return true;
+    }
+    instance->failure.kind = stands ? FAILURE_STANDSTILL : FAILURE_TRIAL_COUNT;
+    instance->failure.time = state->time;
+    instance->failure.amount = (double)(stands ? SERIES : MOST_TRIALS);
+    instance->failure.step = gain;
+    instance->failure.event = events_latest(state, *mark);
+    return false;
+}
+
 /* Adaptive steps to the end or beyond, with dense output for the one that goes beyond. Fails when the step would fall
    below 16 units in the last place of the time. */
 static bool step_adaptively(Instance *instance) {
@@ -113,6 +135,7 @@ static bool step_adaptively(Instance *instance) {
     bool rejected = false;
     int pole = -1;
     int64_t trials = 0;
+    double mark = state->time;
     if (!(state->next_step > 0.0)) {
         state->next_step = state->settings[SETTING_STEP] > 0.0 ? state->settings[SETTING_STEP] : first_step(instance);
     }
@@ -120,10 +143,7 @@ static bool step_adaptively(Instance *instance) {
     while (step_goes_on(instance)) {
         const double shortest = 16.0 * DBL_EPSILON * larger(fabs(state->time), fabs(end));
         state->next_step = larger(state->next_step, shortest);
-        if (++trials > MOST_TRIALS) {
-            instance->failure.kind = FAILURE_TRIAL_COUNT;
-            instance->failure.time = state->time;
-            instance->failure.amount = (double)MOST_TRIALS;
+        if (!count_trial(instance, &trials, &mark)) {
             return false;
         }
         const Step tried = choose_step(state, instance->scratch.step_end, horizon);

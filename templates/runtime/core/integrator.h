@@ -4,12 +4,11 @@
 
 #include "instance.h"
 
-/* Advances time, states and inputs of instance->state to exactly end, s; where the listener follows or awaits events,
-   to an earlier end. Returns false if a step could not be
-   completed; time, states and inputs are then those at the end of the last completed step, and instance->failure tells
-   why. Where the solver has gone beyond the end, the states stay behind until something asks for them: most
-   communication steps then only move the time. Lengths of steps by Hairer, Norsett, Wanner, Solving Ordinary
-   Differential Equations I, 2nd edition, II.4. */
+/* Advances time, states and inputs of instance->state to exactly end, s. If the listener follows steps or awaits
+   events, the end may be earlier. Returns false if a step could not be completed; time, states and inputs are then
+   those at the end of the last completed step, and instance->failure tells why. Where the solver has gone beyond the
+   end, the states stay behind until something asks for them: most communication steps then only move the time. Lengths
+   of steps by Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, II.4. */
 bool integrate(Instance *instance, double end);
 
 /* Brings the states to the present time if they are behind. Returns false, with instance->failure set, if constraints
@@ -20,8 +19,8 @@ bool integrator_catch_up(Instance *instance);
    Returns false, with instance->failure set, if that fails. */
 bool integrator_settle(Instance *instance);
 
-/* The most frequent communication step, made short work of: like the last one it ends within a solver step, and only
-   the time moves. Returns whether that is so. Such a solver step does not pass the stop time. */
+/* The short path for the most frequent communication step: like the last one it ends within a solver step, so that only
+   the time moves. Returns whether this is the case. Such a solver step does not pass the stop time. */
 static inline bool integrator_pass(Instance *instance, double end) {
     const bool within = instance->cache.states_behind && end < instance->state.dense.end;
     if (within) {

@@ -17,7 +17,7 @@ typedef struct {
 /* The derivative of this order at x; NaN outside the knots if that is an error. */
 double lookup(const Table *table, int order, double x);
 
-/* The derivative of these orders at x, y of a table of two arguments; NaN likewise. */
+/* The derivative of these orders at x, y of a table of two arguments; NaN outside the knots if that is an error. */
 double lookup_2(const Table *table, int order_x, int order_y, double x, double y);
 
 #endif

@@ -10,15 +10,16 @@
 #include "events.h"
 #include "names.h"
 
-static const double SAME_LENGTH = 1e-6;    /* relative difference by which importers' rounding may change steps */
-static const int64_t LOOK = 100;           /* so many steps apart stiffness is looked for, while none is suspected */
-static const double AT_THE_LIMIT = 0.98;   /* of stability, as in Hairer and Wanner's codes */
-static const int64_t CONVINCED = 15;       /* so many steps at the limit are stiff, as in their codes */
-static const int64_t CLEARED = 6;          /* so many easy steps in a row are not, as in their codes */
+static const double SAME_LENGTH = 1e-6;    /* importers' rounding may change the lengths of steps by this part */
+static const int64_t LOOK = 100;           /* while none is suspected, stiffness is looked for every so many steps */
+static const double AT_THE_LIMIT = 0.98;   /* a step of this part of what stability allows is at the limit; the value
+                                              of Hairer and Wanner's codes */
+static const int64_t CONVINCED = 15;       /* so many steps at the limit show stiffness; value of the same codes */
+static const int64_t CLEARED = 6;          /* so many easy steps in a row end the suspicion; value of the same codes */
 
-static const int64_t LONE_MOVES = 3;       /* a motion may be put elsewhere once or twice without a velocity */
+static const int64_t LONE_MOVES = 3;       /* so many steps that move the position of a motion alone give notice */
 
-enum { VIBRATIONS_SHOWN = 3 }; /* of those that are not resolved, the fastest ones */
+enum { VIBRATIONS_SHOWN = 3 }; /* the sentence names the fastest ones that are not resolved */
 
 /* The longest step (s) that resolves a vibration (rad/s): an eighth of its period, by which ros2 takes 1 % from it in a
    period and radau5 0.03 %. */
@@ -40,7 +41,7 @@ static void add_notice(Instance *instance, NoticeKind kind, double step, int ind
     }
 }
 
-/* To be told once, at the end of the importer's step. */
+/* Keeps a notice, which is told once, at the end of the importer's step. */
 static void give_notice(Instance *instance, NoticeKind kind, double step, int index) {
     if ((instance->state.noticed & (int64_t)kind) == 0) {
         instance->state.noticed |= (int64_t)kind;

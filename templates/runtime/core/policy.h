@@ -6,11 +6,11 @@
 #include <stdbool.h>
 
 typedef struct {
-    bool stabilise; /* the accelerations pull constraints back that drift, see accelerations.h */
-    bool remember;  /* where a constraint is about to be lost, the accelerations that were kept at the end of the last
-                       step lead on; else those at the start of the running solver step do */
-    bool project;   /* solver steps end on the constraints, so that what has no mass is where it belongs; else it is
-                       solved for whenever it is asked for */
+    bool stabilise; /* accelerations hold a term that pulls drifting constraints back, see accelerations.h */
+    bool remember;  /* where a constraint is about to be lost, the accelerations kept at the end of the last step take
+                       its place; without this, those at the start of the running solver step do */
+    bool project;   /* solver steps end on the constraints, which places coordinates without mass too; without this,
+                       these are solved for whenever they are asked for */
 } Policy;
 
 extern const Policy OWN_SOLVER;       /* the instance takes solver steps: co-simulation */

@@ -4,15 +4,15 @@
 
 #include "solver.h"
 
-/* Moves states[2n] at a time (s) in the communication step onto the constraints; *moved tells whether that changed
-   them. Returns false, with instance->failure, if that fails; so do the others. */
+/* Moves states[2n] at a time (s) in the communication step onto the constraints; *moved tells whether this changed
+   them. This and the other functions return false, with instance->failure, if that fails. */
 bool project(Instance *instance, double time, double states[], bool *moved);
 
 /* Moves states onto the constraints, and takes their derivatives anew if that changed them. */
 bool bring_back(Instance *instance, double time, double states[], double derivatives[]);
 
-/* The same for the result of a trial step. Variational methods meet the constraints by themselves, with momenta that
-   belong to these velocities; so does time stepping. */
+/* Does what bring_back does, for the result of a trial step. Variational methods and time stepping meet the constraints
+   by themselves, with momenta that belong to these velocities; their results stay. */
 bool bring_back_result(Instance *instance, Step step);
 
 #endif

@@ -75,7 +75,8 @@ static int sign_changes(const double b[], int degree) {
     return changes;
 }
 
-/* The same polynomial on the left and on the right half of its interval, by de Casteljau's scheme. */
+/* left[] and right[] are the polynomial b[] on the left and on the right half of its interval, by de Casteljau's
+   scheme. */
 static void halve(const double b[], int degree, double left[], double right[]) {
     memcpy(right, b, ((size_t)degree + 1) * sizeof(double));
     for (int k = 0; k <= degree; k++) {
@@ -106,8 +107,8 @@ static double single_root(const double b[], int degree) {
     return high;
 }
 
-/* In the interval [start, start + width] of the whole, left halves first. Where roots lie so near together that halving
-   does not part them, they are one place of descent if the sign changes over them, and none if it does not. */
+/* The first descent in [start, start + width], looked for in left halves first. Roots that lie so near together that
+   halving does not part them are one place of descent if the sign changes over them, and none if it does not. */
 static double first_descent(const double b[], int degree, double start, double width, int depth) {
     double left[ROOT_NODES], right[ROOT_NODES];
     const int changes = sign_changes(b, degree);
@@ -125,8 +126,8 @@ static double first_descent(const double b[], int degree, double start, double w
     return first <= 1.0 ? first : first_descent(right, degree, start + 0.5 * width, 0.5 * width, depth + 1);
 }
 
-/* A polynomial that is 0 at 0, but for the noise, and theta^k q with q < 0 first. Does it fall beyond the noise before
-   it rises? What leaves 0 slowly does not, where a small error of the fit lets it fall at first. */
+/* A polynomial is 0 at 0, up to the noise, and behaves there as theta^k q with q < 0. Does it fall beyond the noise
+   before it rises? If not, it leaves 0 slowly upwards, and only a small error of the fit lets it fall at first. */
 static bool falls(const double bernstein[], const double q[], int degree, double noise) {
     double raised[ROOT_NODES], negated[ROOT_NODES];
     for (int i = 0; i <= N; i++) {

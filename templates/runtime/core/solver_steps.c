@@ -9,7 +9,7 @@
 
 bool update_first_stage(Instance *instance) {
     State *state = &instance->state;
-    double *derivatives = instance->scratch.new_derivatives; /* which a failure may leave half done */
+    double *derivatives = instance->scratch.new_derivatives; /* a failure may leave them half done */
     if (!TIME_STEPPING && !state->first_stage_valid) {
         if (!bring_back(instance, state->time, state->states, derivatives) ||
             !equations_derivative(instance, state->time, state->states, derivatives)) {
@@ -45,8 +45,8 @@ void accept_step(Instance *instance, Step step) {
     state->first_stage_valid = 1;
 }
 
-/* Tells the listener that the present point is the end of a solver step; it may put the end of the communication step
-   nearer. The run goes on as if it had not been told. */
+/* Tells the listener that the present point is the end of a solver step. The listener may answer with a nearer end of
+   the communication step. Apart from that the run goes on as without a listener. */
 static void tell_step_end(Instance *instance) {
     State *state = &instance->state;
     Scratch *scratch = &instance->scratch;
@@ -57,7 +57,7 @@ static void tell_step_end(Instance *instance) {
         return;
     }
     memcpy(inputs, state->inputs, sizeof inputs);
-    inputs_end(instance); /* what is read belongs to the present point */
+    inputs_end(instance); /* the listener reads values of the present point */
     state->event_held = state->event_pending;
     instance_forget_motion(instance);
     scratch->step_end = instance->listener.follow(instance->listener.owner, scratch->step_end);

@@ -2,7 +2,7 @@
 #include "state.h"
 
 static bool counts(int64_t number) {
-    return number >= 0 && number <= INT64_MAX / 2; /* no run counts so far */
+    return number >= 0 && number <= INT64_MAX / 2; /* no run reaches such counts */
 }
 
 /* Are the numbers of the constraints a permutation? */

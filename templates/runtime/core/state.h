@@ -65,14 +65,15 @@ typedef struct {
     int64_t displaced;                 /* inputs or parameters were changed in the present event */
     int64_t rows_known;                /* the independent rows were found */
     IndependentRows rows;              /* found at the start */
-    int64_t usual_known;               /* the usual accelerations are known, see Policy.remember */
+    int64_t usual_known;               /* usual[] holds accelerations, see Policy.remember */
     double usual_time;                 /* s; of the last completed step */
     double usual[1 + MAX_OUTPUT_ORDER][N_COORDINATES]; /* accelerations at that time and their time derivatives */
 
     double states[N_STATES]; /* [q, qd, z] */
     double inputs[(2 + MAX_INPUT_ORDER) * N_INPUTS]; /* with their derivatives by time, of order 1, 2, 3 at the present
                                                         time, and zeros behind them */
-    int64_t input_derivatives_set; /* for the next communication step; else they are of the end of the last one */
+    int64_t input_derivatives_set; /* derivatives were set for the next communication step; if not, they are still those
+                                      of the end of the last one */
     double parameters[SIZE_PARAMETERS];
     double settings[N_SETTINGS]; /* by Setting */
 
@@ -92,11 +93,11 @@ typedef struct {
     double next_step;             /* s; proposal for the next solver step, 0 before the first one */
     double previous_log_error;    /* ln of the error of the last full step in tolerances, for the PI controller */
     int64_t steps;                /* solver steps accepted so far */
-    int64_t stiff_steps;          /* of those in the present series: as long as stability allows */
-    int64_t easy_steps;           /* of those in the present series: shorter */
+    int64_t stiff_steps;          /* steps in the present series that are as long as stability allows */
+    int64_t easy_steps;           /* shorter steps in the present series */
     double equal_step;            /* s; of a variational method: the length of all steps so far, 0 before the first */
     int64_t noticed;              /* NoticeKinds that were given, as bits: each is given once */
-    int64_t left_range[SIZE_BOUNDED]; /* that a coordinate left its range was noticed */
+    int64_t left_range[SIZE_BOUNDED]; /* notice was given that this coordinate left its range */
     double positions[SIZE_MOTIONS]; /* of motions at the end of the last communication step */
     int64_t lone_moves;           /* communication steps in which only the position of a motion was moved */
     int64_t first_stage_valid;    /* first_stage belongs to the present time, states, inputs and parameters; if the
@@ -104,7 +105,7 @@ typedef struct {
     int64_t ahead;                /* the solver goes on from the end of the step in dense */
     int64_t undisturbed;          /* nothing was changed since the end of the last communication step */
     double interrupted;           /* s; what was left of a communication step that ended early, when the solver began to
-                                     step; else 0 */
+                                     step; 0 if none ended early */
     double first_stage[N_STATES]; /* dx/dt */
     SolverMemory solver;
     Dense dense;

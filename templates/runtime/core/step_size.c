@@ -11,12 +11,12 @@
 
 static const double LARGEST_GROWTH = 10.0;
 static const double LARGEST_REDUCTION = 0.2;
-static const double SMALLEST_ERROR = 1e-4; /* remembered by the controller */
-static const double STRETCH = 1.05;        /* the last step may be longer by this factor: no sliver is left over */
+static const double SMALLEST_ERROR = 1e-4; /* the smallest error that the controller remembers */
+static const double STRETCH = 1.05;        /* the last step may be longer by this factor, so that no sliver is left */
 static const double MAX_STEP_SLACK = 1.001;
-static const double WORTHWHILE = 1.25;     /* a step that would pass the communication point by less ends there */
-static const double LONGEST_PART = 0.02;   /* of the experiment, that a step takes under error control by default */
-static const double RESTING_PART = 1e-7;   /* of the experiment: the first step where nothing moves */
+static const double WORTHWHILE = 1.25;     /* steps pass the communication point only if longer by this factor */
+static const double LONGEST_PART = 0.02;   /* the longest step under error control by default, in experiments */
+static const double RESTING_PART = 1e-7;   /* the first step where nothing moves, in experiments */
 
 /* The exponent's denominator: the error estimate of a step h is proportional to h to this power. */
 static double error_power(void) {

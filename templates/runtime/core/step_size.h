@@ -13,8 +13,8 @@ static inline double larger(double a, double b) {
     return a > b ? a : b;
 }
 
-/* solver_max_step, s. If it is not given: under error control a part of the experiment, because the stages of longer
-   steps could all miss what lasts for a short time only; else infinite, because the length is given. */
+/* solver_max_step, s. If it is not given, it is a part of the experiment under error control, because the stages of
+   longer steps could all miss a force that acts for a short time only. It is infinite for methods of fixed step. */
 double longest_step(const State *state);
 
 /* The length of the very first step, s. */

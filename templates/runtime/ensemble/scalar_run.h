@@ -16,9 +16,9 @@ enum {
 
 /* The events that have been noted so far, and what tells that there are new ones. */
 typedef struct {
-    double time;             /* s; of the last event */
-    int64_t there, passed;   /* events at that time; all events so far */
-    int64_t pending;         /* due has those of the event that comes next */
+    double time;             /* s; the time of the last event */
+    int64_t there, passed;   /* how many events there were at that time, and in all so far */
+    int64_t pending;         /* due[] holds the functions of the event that comes next */
     int64_t due[SIZE_EVENTS];
     int64_t impacts[SIZE_UNILATERALS];
     int64_t counts[N_WATCHED_EVENTS + 1];
@@ -37,8 +37,8 @@ typedef struct {
     int64_t run, sample, knot;
     Noted noted;
     double quantities[N_QUANTITIES]; /* at the present point */
-    Point earlier, before, present;  /* the last points at which zeros were looked for */
-    Point between;                   /* a point among them where a quantity has another sign */
+    Point earlier, before, present;  /* the last three points at which zeros were looked for */
+    Point between;                   /* a point between these at which a quantity has another sign */
     int64_t points;                  /* how many points before the present one are known since the last knot */
 } Run;
 

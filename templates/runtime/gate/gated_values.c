@@ -70,9 +70,9 @@ Status check_value(Component *component, const Variable *variable, double value)
                        "nothing was set", variable->name, value, variable->minimum, variable->maximum);
     }
     if (variable->kind == VARIABLE_SETTING && variable->index == SETTING_TOLERANCE && value > 0.0 &&
-        value < LEAST_TOLERANCE) {
-        return discard(component, "variable %s cannot be set to %g, which rounding does not allow; expected 0, or a "
-                       "value of at least %g, and nothing was set", variable->name, value, LEAST_TOLERANCE);
+        !(value >= LEAST_TOLERANCE && value < 1.0)) {
+        return discard(component, "variable %s cannot be set to %g; expected 0, or a value of at least %g, which "
+                       "rounding allows, and below 1, and nothing was set", variable->name, value, LEAST_TOLERANCE);
     }
     return STATUS_OK;
 }

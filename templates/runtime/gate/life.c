@@ -44,9 +44,9 @@ Component *component_new(const Importer *importer, InterfaceType type, const cha
 Status set_up_experiment(Component *component, bool tolerance_defined, double tolerance, double start_time,
                          bool stop_time_defined, double stop_time) {
     State *state = &component->instance.state;
-    if (tolerance_defined && !(tolerance >= LEAST_TOLERANCE && isfinite(tolerance))) {
+    if (tolerance_defined && !(tolerance >= LEAST_TOLERANCE && tolerance < 1.0)) {
         return fail(component, "the tolerance is %g; expected a relative tolerance of at least %g, which rounding "
-                    "allows", tolerance, LEAST_TOLERANCE);
+                    "allows, and below 1", tolerance, LEAST_TOLERANCE);
     }
     if (!isfinite(start_time)) {
         return fail(component, "the start time is %.17g; expected a finite number", start_time);

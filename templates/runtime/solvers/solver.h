@@ -43,7 +43,7 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
 double solver_stiffness(const Instance *instance);
 
 /* The terms of the interpolant (dense_output.h) from HERMITE_TERMS on, for the last trial step, which is about to be
-   accepted. Returns false likewise. */
+   accepted. Returns false, with instance->failure set, if an evaluation for them fails. */
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]);
 
 /* What helps where the equations of an implicit step are not solved. */

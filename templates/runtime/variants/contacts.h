@@ -8,14 +8,14 @@
 /* values[N_EVENTS - N_SWITCHES] of their event functions, as events_evaluate says. */
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]);
 
-/* As events_settle; due[N_EVENTS - N_SWITCHES] or NULL. *jumped is set if states changed, and is left alone if not;
-   *again likewise if what was decided has to be decided once more, with the states as they are now. */
+/* Does the part of events_settle for contacts; due[N_EVENTS - N_SWITCHES] or NULL. *jumped is set if states changed.
+   *again is set if everything has to be decided once more, with the new states. Otherwise both are left as they are. */
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again);
 
 /* Does any contact, stop, dry friction or latch hold at present? The formula of the accelerations is for none. */
 bool contacts_hold(const Instance *instance);
 
-/* How many of their rows do not hold at present: such a row bears nothing, or what slides. */
+/* The number of their rows that do not hold at present: such a row bears nothing, or a force of sliding. */
 int contacts_idle(const Instance *instance);
 
 /* Do forces of friction depend on what other rows bear, so that contacts_slide has something to do? */
@@ -26,6 +26,11 @@ bool contacts_sliding(const Instance *instance);
 bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
                     const double inputs[], double unknowns[]);
 
+/* Changes the multipliers behind the accelerations in unknowns[n + m] at the present point, where rows are redundant:
+   into those of least norm among all with the same forces that obey the laws of contacts and dry friction. These are
+   shown. Nothing changes where there are none. The system is factorised at the point. */
+void contacts_share(const Instance *instance, const System *system, double unknowns[]);
+
 /* Adds to forces[n] those of the rows that slide at the states. Returns false, with instance->failure, if there are no
    accelerations there. The system in scratch is then another. */
 bool contacts_rub(Instance *instance, double time, const double states[], double forces[]);
@@ -35,8 +40,8 @@ bool contacts_rub(Instance *instance, double time, const double states[], double
 void contacts_answer(Instance *instance, const System *system, double time, const double states[],
                      const double inputs[], const double unknowns[], const Seed *seed, double answer[]);
 
-/* The same for the second derivatives by time, answer[n + m], of the unknowns at the present point, whose first ones
-   are rates[n + m]; the inputs have the derivatives du and d2u. */
+/* Does what contacts_answer does for the second derivatives by time, answer[n + m], of the unknowns at the present
+   point. Their first derivatives are rates[n + m]; the inputs have the derivatives du and d2u. */
 void contacts_answer_twice(Instance *instance, const System *system, const double du[], const double d2u[],
                            const double rates[], double answer[]);
 

@@ -46,6 +46,9 @@ void events_sentence(const Failure *failure, char text[], size_t size);
 /* The next time (s) at which a switch that depends on nothing but the time changes; HUGE_VAL if there is none. */
 double events_next_time(Instance *instance);
 
+/* Which event function came down at the last event; -1 if there was none since this time (s). */
+int events_latest(const State *state, double since);
+
 /* What an event function belongs to, for sentences. */
 const char *events_name(int k);
 

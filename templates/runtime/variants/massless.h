@@ -11,16 +11,17 @@
    */
 bool massless_settle(Instance *instance);
 
-/* A step or an event begins or ends: from now on what has no mass is sought from where it is at present. */
+/* To be called where a step or an event begins or ends: from now on coordinates without mass are sought from where they
+   are at present. */
 void massless_keep(State *state);
 
-/* Does what has no mass have to be sought anew in an event? It gives way to a force at once, and takes along what hangs
-   on it but for what has mass: after a change of inputs or parameters a projection in the metric M finds it, from where
-   it was before. If so, puts it back to that place, whatever was solved since, and returns true. */
+/* Do coordinates without mass have to be sought anew in an event? They give way to a force at once. After a change of
+   inputs or parameters a projection in the metric M finds them from where they were before. If so, puts them back to
+   that place, whatever was solved since, and returns true. */
 bool massless_return(Instance *instance);
 
-/* Where a solver step has failed for its error, and forces hardly depend on what has no mass: names that as the reason.
-   */
+/* After a solver step has failed for its error: names it as the reason if forces hardly depend on a coordinate without
+   mass. */
 void massless_explain_failure(Instance *instance);
 
 /* Adds to a seed of states, inputs, time and parameters how what has no mass answers; the accelerations in the cache

@@ -8,16 +8,16 @@
 #include "envelope.h"
 #include "vector_length.h"
 
-/* Newton's method goes on until so many steps in turn have not halved the residual; sweeps follow each of its steps,
-   because they mend single contacts that a step took for open or closed. */
+/* Newton's method ends when MOST_FAILURES steps in turn have not halved the residual. Sweeps follow each of its steps,
+   because they correct single contacts that the step wrongly took for open or closed. */
 enum { FIRST_SWEEPS = 8, MOST_SWEEPS = 16384, MOST_STEPS = 60, MOST_FAILURES = 4, SWEEPS_AFTER_A_STEP = 5 };
 
-/* Where rows are held, the residual but no less than this is added to the diagonal, relative to it: redundant rows
-   become regular, far from the solution steps become short, near it they stay those of Newton's method. */
+/* In rows that are held, the diagonal entry grows by the residual's part of it, and by no less than this part. So
+   redundant rows become regular. Far from the solution steps are short; near it they are those of Newton's method. */
 static const double LEAST_DAMPING = 1e-9;
 static const double LEAST_PIVOT = 1e-13;
 
-/* Of the greatest term of an equation. */
+/* This part of the greatest term of an equation is rounding error. */
 static const double ROUNDING = 64.0 * DBL_EPSILON;
 
 /* Greater forces for a free motion of 1 mean that there is no solution. */

@@ -19,8 +19,8 @@ enum { N = N_COORDINATES, K = N_CONSTRAINTS };
 
 const Method METHOD = {.name = "moreau", .order = 1};
 
-/* Velocities of this part of what they change by, or of the greatest one in nominal values, are rounding errors: what
-   rests does not creep. */
+/* Velocities below DUST of their change, or below LEAST_DUST of the greatest one in nominal values, are rounding errors
+   and become 0, so that a body at rest does not creep. */
 static const double DUST = 1e-12, LEAST_DUST = 1e-13;
 
 /* The velocities after the impulses. */
@@ -38,7 +38,7 @@ static void find_velocities(Instance *instance, double length, double qd[]) {
     }
 }
 
-/* What was added to a singular M bears a part of the permanent constraints, which the impulses then lack. */
+/* The terms that make a singular M regular bear a part of the permanent constraints' impulses. Adds this part. */
 static void complete_impulses(Instance *instance, const double qd[]) {
     SolverScratch *scratch = &instance->scratch.solver;
     const System *system = &instance->scratch.system;
@@ -58,8 +58,8 @@ static void take_mean(const Instance *instance, const double qd[], double middle
     }
 }
 
-/* z moves with its rate at the middle of the step; what normal impulses take is added to the energy that dampers and
-   friction take. */
+/* Moves z with its rate at the middle of the step, and adds the energy that normal impulses take to the dissipated
+   energy, whose rate holds dampers and friction alone. */
 static bool find_further(Instance *instance, double time, double length, const double middle[], double states[]) {
     const SolverScratch *scratch = &instance->scratch.solver;
     double unknowns[N_UNKNOWNS], rates[SIZE_FURTHER];
@@ -80,7 +80,7 @@ static bool find_further(Instance *instance, double time, double length, const d
     return true;
 }
 
-/* Positions at the end; what the correction of q takes from the forces is no loss. */
+/* The positions at the end. The work that the correction of q takes from the forces is no loss of energy. */
 static bool find_positions(Instance *instance, Step step, const double middle[], double states[]) {
     const double *forcing = instance->scratch.system.forcing;
     double before[N];

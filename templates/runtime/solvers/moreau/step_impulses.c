@@ -14,10 +14,10 @@ enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_LOADS = 50, BISECTIONS = 30 };
 /* A gap is closed, and a velocity 0, to this part of nominal values. */
 static const double TOUCHING = 1e-10, AT_REST = 1e-10;
 
-static const double ACCURACY = 1e-13;  /* that solutions aim at, relative to free motions ... */
-static const double TOLERATED = 1e-8;  /* ... and that they must have */
-static const double SAME_LOAD = 1e-12; /* relative change of what dry frictions bear */
-static const double ROUNDING = 1e-12;  /* of the terms of the kinetic energy */
+static const double ACCURACY = 1e-13;  /* solutions aim at this residual relative to free motions */
+static const double TOLERATED = 1e-8;  /* solutions are accepted up to this residual relative to free motions */
+static const double SAME_LOAD = 1e-12; /* loads of dry frictions are the same up to this relative change */
+static const double ROUNDING = 1e-12;  /* this part of the terms of the kinetic energy is rounding error */
 
 /* A velocity along a row that is as good as 0. */
 static double least_speed(const SolverScratch *scratch, int row) {
@@ -101,8 +101,8 @@ bool step_collides(const Instance *instance, int contact) {
            scratch->at.velocities[row] < -least_speed(scratch, row);
 }
 
-/* The restitution of a contact that collides. To move out of the gap that is closed costs energy, which the rebound
-   lacks then. A rebound that ends within two steps is none: the contact closes. */
+/* The restitution of a contact that collides. It costs energy to correct a gap that has closed too far; the rebound
+   gets less by this energy. If a rebound would end within two steps, the restitution is 0: the contact closes. */
 static double rebound(const SolverScratch *scratch, int row, double restitution, double length) {
     const double approach = -scratch->at.velocities[row];
     const double pressed = fmax(-stepped_along(&scratch->at, row, scratch->accelerations), 0.0);
@@ -143,7 +143,7 @@ static bool find_dry(Instance *instance, double time, const double states[], dou
     return same;
 }
 
-/* How much of the approach of a row comes back, with this part of the restitution. */
+/* The part of a contact's approaching velocity that comes back, 0 or negative, with this part of the restitution. */
 static double returned(const SolverScratch *scratch, int contact, double part) {
     return part * scratch->restitution[contact] * fmin(scratch->at.velocities[CONTACT_ROWS[contact]], 0.0);
 }
@@ -197,7 +197,7 @@ static bool solve_laws(SolverScratch *scratch, double length, double part) {
     return true;
 }
 
-/* Until dry frictions bear what they depend on. */
+/* Solves the laws again and again until the forces of dry frictions agree with the loads that they depend on. */
 static bool solve_loads(Instance *instance, double time, const double states[], double length, double part) {
     for (int i = 0; i < MOST_LOADS; i++) {
         if (!solve_laws(&instance->scratch.solver, length, part)) {
@@ -210,7 +210,7 @@ static bool solve_loads(Instance *instance, double time, const double states[], 
     return true;
 }
 
-/* Do the rows take energy, or give none but for rounding? */
+/* Do the rows take energy from the motion, or give it none beyond rounding? */
 static bool dissipates(const SolverScratch *scratch) {
     double lost = 0.0, terms = 0.0;
     for (int row = N_PERMANENT; row < FIRST_LATCH_ROW; row++) {

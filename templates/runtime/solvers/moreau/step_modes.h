@@ -1,4 +1,4 @@
-/* What the elements of a mechanism are said to do after a time step. */
+/* The modes that the elements of a mechanism show after a time step. */
 #ifndef STEP_MODES_H
 #define STEP_MODES_H
 

@@ -12,8 +12,8 @@ enum {
     HELD = N_HOLONOMIC - N_UNILATERALS - N_OFFSETS /* permanent holonomic constraints */
 };
 
-static const double MET = 1e-12;      /* of nominal positions */
-static const double TOLERATED = 1e-6; /* of them, that a constraint may keep where corrections do not end */
+static const double MET = 1e-12;      /* positions are met up to this part of nominal positions */
+static const double TOLERATED = 1e-6; /* where corrections do not converge, they are accepted up to this part */
 
 /* What a row still needs. */
 static void need(const SteppedRows *at, int row, double value, double *worst, int *which) {

@@ -7,7 +7,7 @@
 
 #include "sizes.h"
 
-/* What is carried along from step to step. It only makes the iterations short: results stay right if it does not fit.
+/* What is carried along from step to step. It only makes iterations short: results are right even if it does not fit.
    */
 typedef struct {
     int64_t linearized;                              /* stiffness and damping were computed */

@@ -14,7 +14,8 @@ enum { N = N_COORDINATES, M = N_CONSTRAINTS };
    large enough to pass through one on the continuous branch. */
 static const double RANK_TOLERANCE = 1e-10;
 
-/* The same for rows that were redundant before: drift must not bring them in. */
+/* A row that was redundant before counts as independent only beyond this squared distance, because drift of the states
+   must not make it so. */
 static const double CLEARLY_INDEPENDENT = 1e-3;
 
 /* The square of a part of the distance at the start. A row that is nearer to the span of the others is about to be

@@ -4,9 +4,9 @@
 
 #include "constraint_records.h"
 
-/* Completes a factorisation of which jacobian and response are given. Of the known rows, if they are not NULL, those
-   that still are independent are taken, and other rows only where they clearly are. With damping > 0, damping times the
-   identity is added to the scaled matrix: the solutions are then damped as in the method of Levenberg and Marquardt.
+/* Completes a factorisation of which jacobian and response are given. If known is not NULL, its rows are taken where
+   they are still independent, and other rows only where they are clearly independent. With damping > 0, damping times
+   the identity is added to the scaled matrix: solutions are then damped as in the method of Levenberg and Marquardt.
    Cholesky's method with diagonal pivoting: Golub, Van Loan, Matrix Computations, 4th edition, section 4.2. */
 void constraints_factorize(ConstraintFactorization *result, int rows, const IndependentRows *known, double damping);
 

@@ -28,7 +28,7 @@ static bool is_lone_contact(const Laws *laws) {
     return laws->size == 1 && laws->width[0] == 0;
 }
 
-/* A lone contact that does not go on as it is has but one other way to. */
+/* A lone contact whose present mode breaks its law has one other mode only, which is tried. */
 static bool turns(const Laws *laws, const Choice *present, double x[]) {
     Choice other;
     if (!is_lone_contact(laws)) {
@@ -66,12 +66,13 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
     return any;
 }
 
-/* Rows that stay at rest may bear a load as well: of all x with this motion the one of least norm, if it obeys. */
+/* Rows that stay at rest may share a load. Of all x with the same motion takes the one of least norm, if it obeys the
+   laws. */
 static void spread(const Laws *laws, double x[]) {
     Choice choice;
     double other[MOST_ACTIVE] = {0.0};
     if (is_lone_contact(laws)) {
-        return; /* what it bears is the only answer */
+        return; /* one row alone bears a unique load */
     }
     memset(&choice, 0, sizeof choice);
     for (int k = 0; k < laws->size; k++) {

@@ -1,6 +1,6 @@
-/* Modes at an event. Latches first, then impacts, then the modes that forces and accelerations allow; the states are
-   moved onto what holds then. Pfeiffer, Glocker, Multibody Dynamics with Unilateral Contacts, 1996, chapters 5 and
-   8. */
+/* Modes at an event. First latches follow their switches, then impacts take place, then modes are chosen that forces
+   and accelerations allow. In the end the states are moved onto the rows that hold. Pfeiffer, Glocker, Multibody
+   Dynamics with Unilateral Contacts, 1996, chapters 5 and 8. */
 #include <math.h>
 #include <string.h>
 
@@ -138,7 +138,7 @@ static void forget_modes(State *state) {
     }
 }
 
-/* Accumulating impacts that are over. */
+/* Ends accumulations of impacts whose time is over. */
 static void end_cascades(Settling *settling) {
     State *state = &settling->instance->state;
     for (int i = 0; i < N_UNILATERALS; i++) {
@@ -148,7 +148,8 @@ static void end_cascades(Settling *settling) {
     }
 }
 
-/* Puts the states onto what the modes hold. Velocities that rounding leaves are 0: what rests does not creep. */
+/* Moves the states onto the rows that the modes hold. Velocities that are rounding errors become 0, so that a body at
+   rest does not creep. */
 static bool move_onto_modes(Settling *settling, bool *jumped) {
     Instance *instance = settling->instance;
     State *state = &instance->state;
@@ -194,7 +195,8 @@ static bool stop_slips(Settling *settling, bool *jumped) {
     return !found || move_onto_modes(settling, jumped);
 }
 
-/* In model exchange the states have drifted off what has held so far: put back, a closed contact is at rest. */
+/* In model exchange the states have drifted off the rows that held so far. Moves them back, so that a closed contact is
+   at rest. */
 static bool undo_drift(Settling *settling, bool *jumped) {
     const State *state = &settling->instance->state;
     bool closed = false;

@@ -23,8 +23,8 @@ typedef enum {
 /* A contact that touches. */
 typedef struct {
     int normal;         /* its row: the velocity of the gap */
-    int slip;           /* its first row of slip ... */
-    int slips;          /* ... of 0, 1 or 2 consecutive ones */
+    int slip;           /* its first row of slip */
+    int slips;          /* the number of its rows of slip, which are consecutive: 0, 1 or 2 */
     double restitution; /* 0 to 1 */
     double friction;    /* >= 0: of sliding */
     bool loaded;        /* bears a force at present */

@@ -21,7 +21,7 @@ typedef struct {
     double entry[R * R];
     double diagonal[R];
     double left[R];  /* 2 / v^T v of the reflections 1 - left v v^T */
-    double right[R]; /* likewise */
+    double right[R]; /* 2 / v^T v of the reflections from the right, which make Z */
     double head[R];  /* the first component of Z's v */
     int column[R];   /* place -> column of A */
 } Decomposition;

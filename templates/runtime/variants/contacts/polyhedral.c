@@ -9,10 +9,10 @@
 
 #include "lemke.h"
 
-/* Beyond this number of choices they are not tried one by one. */
+/* More choices are not tried one by one when a solution is looked for. */
 static const double MOST_CHOICES = 4096.0;
 
-/* Likewise where another solution is looked for, at each event. */
+/* More choices are not tried one by one when another solution is looked for, which happens at each event. */
 static const double MOST_OTHERS = 81.0;
 
 /* Accelerations that differ by less than this part of the greatest one are the same. */

@@ -11,12 +11,12 @@
 
 enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_REPETITIONS = 200 };
 
-/* So many times the tolerance, in units of a velocity that is as good as 0, is what errors leave of a slip in space
-   that comes to rest: 10 tolerances of the greatest velocity. */
+/* Errors leave a slip in space that comes to rest with up to 10 tolerances of the greatest velocity. This is so many
+   tolerances in units of a velocity that is as good as 0. */
 static const double LOOSE = 1e11;
 
-/* A contact or dry friction that is due to slide holds less than the least that makes it slide, by this part: more than
-   the laws count as rounding. */
+/* A contact or dry friction that is due to slide holds less than its limit by this part, which is more than the laws
+   count as rounding. */
 static const double GIVES_WAY = 1e-6;
 
 static double slip_speed(const Settling *settling, int contact) {
@@ -127,8 +127,8 @@ static bool solve_laws(Settling *settling) {
     return false;
 }
 
-/* Does an open contact come to be closed here though it moves apart? Its gap is negative by rounding, and the motion
-   apart too slow to make it positive. */
+/* Does an open contact close here although it moves apart? It does if its gap is negative by rounding and the motion is
+   too slow to make the gap positive. */
 static bool stays_near(const Settling *settling, int contact) {
     return settling_due(settling, 2 * contact) && !contact_closed(&settling->instance->state, contact);
 }
@@ -187,7 +187,7 @@ static void carry_out_friction(Settling *settling, int friction) {
     }
 }
 
-/* Says so where the laws allow another motion than the one that goes on. */
+/* Gives notice if the laws allow another motion than the one that is chosen. */
 static void watch_solutions(Settling *settling) {
     const Problem problem = {K, settling->delassus, settling->free, settling->row};
     const int row = complementarity_other(&problem);

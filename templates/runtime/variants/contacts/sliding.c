@@ -13,10 +13,10 @@
 
 enum { N = N_COORDINATES, MOST_CORRECTIONS = 40 };
 
-/* Relative to the largest force, as good as nothing. */
+/* A residual of this part of the largest force is as good as 0. */
 static const double ROUNDING = 4e-16;
 
-/* An acceleration below this part of what the forces of rows make is rounding error. */
+/* An acceleration below this part of that by the forces of rows is rounding error. */
 static const double DUST = 4e-15;
 
 bool contacts_sliding(const Instance *instance) {
@@ -66,7 +66,7 @@ static bool report(Instance *instance, double time) {
     return false;
 }
 
-/* Accelerations that are the rounding error of forces in equilibrium are 0: what rests does not begin to creep. */
+/* Accelerations that are rounding errors of forces in equilibrium become 0, so that a body at rest does not creep. */
 static void remove_dust(const System *system, const Sliding *sliding, double unknowns[]) {
     const ConstraintFactorization *constraints = &system->constraints;
     for (int i = 0; i < N; i++) {

@@ -19,7 +19,7 @@ static const double LITTLE = 1e-6;
 /* A function has a pole where it seems to be 0 and still has more than this part of its size. */
 static const double NO_ROOT_THERE = 1e-3;
 
-/* The event functions after the step, which is taken once more with its present length. */
+/* Takes the step once more, with this length (s), and sets values[N_EVENTS] to the event functions at its end. */
 static bool repeat(Instance *instance, Step *step, double length, double values[]) {
     State *state = &instance->state;
     step->end = state->time + length;
@@ -34,8 +34,7 @@ static bool repeat(Instance *instance, Step *step, double length, double values[
     return events_evaluate(instance, state->time, state->states, values);
 }
 
-/* Moves the end of the repeated step by a little (s): by the explicit midpoint rule, the error of which is of third
-   order. */
+/* Moves the end of the repeated step by a little (s), by the explicit midpoint rule, whose error is of third order. */
 static bool shift_end(Instance *instance, Step *step, double shift, double values[]) {
     Scratch *scratch = &instance->scratch;
     const double end = step->end + shift, *rates = scratch->new_derivatives;
@@ -55,7 +54,7 @@ static bool shift_end(Instance *instance, Step *step, double shift, double value
            bring_back_result(instance, *step) && events_evaluate(instance, end, scratch->new_states, values);
 }
 
-/* Takes the step to another end. Momenta of a variational method belong to the whole step. */
+/* Takes the step to another end. That of a variational method is repeated, because momenta belong to a whole step. */
 static bool move_end(Instance *instance, Step *step, double length, double values[]) {
     const double shift = length - step->length;
     const bool little = fabs(shift) <= LITTLE * step->length && step->end + shift <= instance->scratch.step_end;
@@ -63,9 +62,8 @@ static bool move_end(Instance *instance, Step *step, double length, double value
                                          : repeat(instance, step, length, values);
 }
 
-/* Repeats the step until the first function is 0 at its end, by secant steps from the root on its interpolant; at the
-   beginning of the step it is where it is.
-   values[N_EVENTS]: at that end. */
+/* Repeats the step until the first function is 0 at its end, by secant steps from the root on its interpolant. A root
+   at the beginning of the step stays there. values[N_EVENTS] are the event functions at the end. */
 static bool polish(Instance *instance, const Descents *found, Step *step, double values[]) {
     const double whole = step->length, rounding = DBL_EPSILON * fabs(step->end);
     const int k = found->first;
@@ -89,24 +87,42 @@ static bool polish(Instance *instance, const Descents *found, Step *step, double
     return true;
 }
 
-/* Notes which events are due at the end of the step: those of functions that came down there together. Where the step
-   has come to nothing, no shorter one tells the first of them better: a slip in space that comes to rest is never
-   nearer to 0 than the solver's errors are. */
+/* Is the value of the event function k at the end of the step no more than what rounding of the states makes of it? A
+   stiff spring makes a force of this rounding which stays above 0 however often the step is repeated. */
+static bool is_rounding_of_states(Instance *instance, Step step, int k, double value) {
+    double states[N_STATES], values[SIZE_EVENTS], rounding = 0.0;
+    memcpy(states, instance->scratch.new_states, sizeof states);
+    for (int i = 0; i < N_STATES; i++) {
+        const double kept = states[i];
+        states[i] += 2.0 * DBL_EPSILON * kept;
+        if (!events_evaluate(instance, step.end, states, values)) {
+            return false;
+        }
+        rounding += fabs(values[k] - value);
+        states[i] = kept;
+    }
+    return value <= rounding;
+}
+
+/* Notes which events are due at the end of the step: those of functions that came down there together. If the step is
+   no longer than rounding of the time, the first function is due whatever its value: no shorter step tells its root
+   better. A slip in space that comes to rest, for one, is never nearer to 0 than the solver's errors. */
 static void note_due(Instance *instance, const Descents *found, Step step, const double values[]) {
     State *state = &instance->state;
-    const double rounding = 4.0 * DBL_EPSILON * fabs(step.end) * fabs(found->slope);
+    const double shortest = 4.0 * DBL_EPSILON * fabs(step.end), rounding = shortest * fabs(found->slope);
     for (int k = 0; k < N_EVENTS; k++) {
         const double noise = events_noise(instance, k);
         const bool came_down = found->theta[k] <= 1.0 && values[k] <= noise;
-        const bool first_due = k == found->first && (values[k] <= noise + rounding || step.length <= 0.0);
+        const bool first_due = k == found->first && (values[k] <= noise + rounding || step.length <= shortest ||
+                                                     is_rounding_of_states(instance, step, k, values[k]));
         state->due[k] = came_down || values[k] < -noise || first_due;
         state->event_rests[k] = state->due[k] ? 4.0 * fabs(values[k]) : state->event_rests[k];
         state->event_pending = state->event_pending || state->due[k];
     }
 }
 
-/* The function that seemed to come down is not 0 there: it changes its sign through infinity, as a force does whose
-   lever vanishes. A shorter step may end before that, or tell the root better. */
+/* Fails because the function that seemed to come down is not 0 there. It changes its sign through infinity, as a force
+   does whose lever vanishes. A shorter step may end before that, or tell the root better. */
 static bool report_pole(Instance *instance, int k) {
     instance->state.event_pending = 0;
     instance->failure.kind = FAILURE_EVENT_POLE;
@@ -163,6 +179,14 @@ bool events_at_hand(Instance *instance, double span) {
     return state->event_pending != 0;
 }
 
+int events_latest(const State *state, double since) {
+    int latest = -1;
+    for (int k = N_EVENTS - 1; k >= 0 && state->event_time >= since; k--) {
+        latest = state->due[k] ? k : latest;
+    }
+    return latest;
+}
+
 /* Counts events at one time; there are too many if modes do not settle. */
 static bool count_event(Instance *instance) {
     State *state = &instance->state;
@@ -174,13 +198,11 @@ static bool count_event(Instance *instance) {
     }
     instance->failure.kind = FAILURE_CHATTERING;
     instance->failure.time = state->time;
-    for (int k = N_EVENTS - 1; k >= 0; k--) {
-        instance->failure.event = state->due[k] ? k : instance->failure.event;
-    }
+    instance->failure.event = (int)larger(events_latest(state, state->time), 0);
     return false;
 }
 
-/* What the solver knows belongs to the equations before the event. */
+/* Lets the solver forget what it knows of the equations before the event. */
 static void start_anew(Instance *instance) {
     instance->state.first_stage_valid = 0;
     solver_forget(&instance->state.solver, false);

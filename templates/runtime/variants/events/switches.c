@@ -14,10 +14,14 @@
 
 enum { N = N_COORDINATES, SIZE_SWITCHES = N_SWITCHES > 0 ? N_SWITCHES : 1, MOST_ROUNDS = 100 };
 
-static const double ROUNDING = 64.0 * DBL_EPSILON; /* of an event function, relative to its nominal value */
-static const double MOST_REST = 1e-9;              /* of an event function that its own modes leave below 0, likewise */
-static const double HYSTERESIS = 1e-9;             /* of an event indicator, likewise */
-static const double GLANCE = 1e-6;                 /* of the experiment: a look at where the motion goes */
+/* Parts of the nominal value of an event function: its rounding error, the most that its own modes may leave it below
+   0, and the shift of its indicator. */
+static const double ROUNDING = 64.0 * DBL_EPSILON;
+static const double MOST_REST = 1e-9;
+static const double HYSTERESIS = 1e-9;
+
+/* The part of the experiment by which it is looked ahead to see where the motion goes. */
+static const double GLANCE = 1e-6;
 
 /* The switches stand in the parameters. */
 static double *switches_of(Instance *instance) {
@@ -80,7 +84,7 @@ static bool glance_ahead(Instance *instance, double margins[]) {
     return evaluate_margins(instance, state->time + h, states, margins);
 }
 
-/* A switch whose margin is 0: takes the side that the motion goes to, if it goes there on that side. */
+/* Chooses the side of a switch whose margin is 0: the side to which the motion goes if the switch is on this side. */
 static bool choose_side(Instance *instance, int k) {
     const double noise = events_noise(instance, k);
     double later[SIZE_SWITCHES];
@@ -93,7 +97,7 @@ static bool choose_side(Instance *instance, int k) {
         }
         turn(instance, k);
     }
-    return true; /* on neither, or it stays at 0: the side is what it was */
+    return true; /* neither side is confirmed, or the margin stays at 0: the side stays as it was */
 }
 
 /* Turns the switches that are due, and those whose margins say so; at 0 the motion decides. *turned: any of them. */
@@ -119,7 +123,8 @@ static bool settle_switches(Instance *instance, const bool due[], bool *turned) 
     return true;
 }
 
-/* Event functions that are below 0 though their modes hold are so by rounding: a gap that opens, for one. */
+/* Notes by how much event functions are below 0 although their modes hold, which is rounding: in a gap that opens, for
+   one. */
 static bool note_rests(Instance *instance) {
     State *state = &instance->state;
     double values[SIZE_EVENTS];
@@ -187,7 +192,7 @@ bool events_indicate(Instance *instance, double indicators[]) {
     return true;
 }
 
-/* Of the switches that are linear in the time and contain nothing else that moves. */
+/* Looks at the switches whose margins are linear in the time and contain nothing else that moves. */
 double events_next_time(Instance *instance) {
     const State *state = &instance->state;
     const double t = state->time;

@@ -10,8 +10,10 @@
 
 enum { N = N_COORDINATES, MOST_ITERATIONS = 50, MOST_TRIALS = 13 };
 
-static const double ROUNDING = 1e-15; /* as good as zero, relative to the force that a nominal displacement makes */
-static const double MET = 1e-11;      /* forces below this are near enough to zero where rounding leaves more */
+/* Forces relative to that of a nominal displacement: below ROUNDING they are as good as zero; below MET they are near
+   enough to zero where rounding leaves more. */
+static const double ROUNDING = 1e-15;
+static const double MET = 1e-11;
 static const double HARDLY = 1e-4;    /* see hardly_depend */
 
 static const double REST[N_MASSLESS] = {0.0};

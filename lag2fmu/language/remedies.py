@@ -1,0 +1,49 @@
+"""What to write instead of a text that is no expression, for the messages of the parser."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+
+from lag2fmu.language.identifiers import suggestion
+
+_CHARACTERS = {
+    **dict.fromkeys("·⋅\N{MULTIPLICATION SIGN}∙", "a product is written with '*'"),
+    **dict.fromkeys("²³", "a power is written with '**'"),
+    **dict.fromkeys("[]{}", "brackets are ( and )"),
+    **dict.fromkeys("'\N{RIGHT SINGLE QUOTATION MARK}", "the velocity of x is x_dot"),
+    **dict.fromkeys("?:", "cases are written if(condition, a, b)"),
+    **dict.fromkeys("&|", "conditions are joined by 'and' and 'or'; a magnitude is abs(x)"),
+    "π": "write pi",
+    "÷": "a quotient is written with '/'",
+    "\N{MINUS SIGN}": "a minus is written with '-'",
+    ".": "functions have no module before them: sin(x)",
+}
+
+
+def of_character(character: str) -> str:
+    """What to write instead of a ``character`` that stands in no expression; '' if nothing is known."""
+    letter = character.isalpha() and not character.isascii()
+    return _CHARACTERS.get(character, "names are of the letters A to Z, a to z, digits and _" if letter else "")
+
+
+def of_rest(kind: str, token: str, before: str) -> str:
+    """What is missing where ``token`` follows a complete expression, ``before`` being the text up to there."""
+    behind_number = before[-1:].isdigit() or before.endswith(".")
+    if token == "," and behind_number:
+        return "the decimal sign is '.'"
+    operand = kind == "name" or token == "(" or (kind == "number" and not behind_number)
+    return "is a '*' missing before it?" if operand else ""
+
+
+def of_call(name: str, functions: Iterable[str]) -> str:
+    """What to write instead of a call of ``name``, which is none of the ``functions``."""
+    remedy = suggestion(name, functions)
+    return f"{remedy}; a product is written {name}*(...)" if remedy.startswith("known") else remedy
+
+
+def of_name(name: str, tables: Collection[str], is_function: bool) -> tuple[str, str]:
+    """What is wrong with a ``name`` without brackets behind it that means nothing, and what to write instead."""
+    if not is_function:
+        return f"unknown name '{name}'", ""
+    what = f"the table '{name}'" if name in tables else f"the function '{name}'"
+    return f"{what} has no argument", f"write {name}(...)"
