@@ -29,7 +29,7 @@ static const double DIFFERENT = 1e-5; /* two derivatives that should agree diffe
 static const double ROUGH = 1e-3;     /* a motion is not smooth if differences of two widths are apart by this part;
                                          where modes hold they agree to about 1e-8 */
 static const double STILL = 1e-9;     /* states that move by less nominal values than that do not jump */
-static const double CLOSED = 1e-6;    /* a gap of up to so many nominal values is closed at the start: contact_settle.c */
+static const double CLOSED = 1e-6;    /* a gap of up to so many nominal values is closed at the start */
 static const double NOTHING = 1e-12;  /* rounding leaves up to this part of a derivative that is 0 */
 
 /* A way to move away from the point before an event. */
