@@ -74,7 +74,8 @@ def _swing(layout: Layout, spot: int) -> tuple[float, float]:
 
 def _sliding(canvas: Canvas, layout: Layout, spot: int, name: str) -> None:
     """An arrow beside what a coordinate, or a motion, shifts."""
-    beside, forward = max(BOX[1], layout.radius(spot)) + 3.0, _forward(layout, spot, name)
+    round_ = layout.half(spot) if layout.falls(spot) else layout.radius(spot)
+    beside, forward = max(BOX[1], round_) + 3.0, _forward(layout, spot, name)
     across = layout.across(spot) if spot in layout.rails else np.array([-forward[1], forward[0]])
     start = layout.at_start[spot] + beside * across
     end = start + 8.0 * forward
@@ -121,7 +122,7 @@ def _axes(canvas: Canvas, layout: Layout, part: str, origin: Floats, axes: Float
 def _beside(canvas: Canvas, layout: Layout) -> None:
     """The world's axes at the lower left, gravity at the upper right of everything else."""
     left, bottom, right, top = bounds(canvas.marks)
-    origin = np.array([left - 7.0, bottom])
+    origin = np.array([left - 10.0, bottom])
     for letter, tip in zip("xyz", _axes(canvas, layout, WORLD, origin, np.eye(3), 7.0), strict=True):
         if float(np.linalg.norm(tip - origin)) > _SEEN * 7.0:
             canvas.name(WORLD, "axis", letter, tip, 0.4)

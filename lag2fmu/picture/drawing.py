@@ -111,7 +111,9 @@ def _bodies(canvas: Canvas, layout: Layout, flat: Floats, shapes: Mapping[str, S
 def _body(canvas: Canvas, layout: Layout, name: str, shape: Shape, center: Floats, radius: float) -> None:
     part, spot = f"bodies.{name}", layout.skeleton.place[name]
     lines = [layout.view.flat(line) / layout.unit + layout.shift.get(spot, 0.0) for line in shape.outline()]
-    if shape.kind == PARTICLE and layout.half(spot):
+    if shape.kind == PARTICLE and layout.falls(spot):
+        canvas.disc(part, "shape", center, layout.half(spot))
+    elif shape.kind == PARTICLE and layout.half(spot):
         canvas.stroke(
             part, "shape", [glyphs.box(center, BOX[0] * layout.direction(spot), BOX[1] * layout.across(spot))]
         )

@@ -106,7 +106,7 @@ def placed(wishes: Iterable[Wish], obstacles: Sequence[Floats]) -> list[Label]:
     labels: list[Label] = []
     taken = np.zeros((0, 4))
     for wish in wishes:
-        half = np.array([_WIDTH * len(wish.text), _HEIGHT]) * wish.size / 2
+        half = half_of(wish.text, wish.size)
         best = np.array(wish.near)
         cost = 0.1 if wish.inside and not _covered(best, half, crowd, taken) else np.inf
         for ring, distance in enumerate(_RINGS):
@@ -120,6 +120,11 @@ def placed(wishes: Iterable[Wish], obstacles: Sequence[Floats]) -> list[Label]:
         taken = np.vstack([taken, [*best, *half]])
         labels.append(Label(wish.part, wish.style, wish.text, (float(best[0]), float(best[1])), wish.size))
     return labels
+
+
+def half_of(text: str, size: float) -> Floats:
+    """Half the width and height (2,) of a ``text`` whose letters are ``size`` high."""
+    return np.array([_WIDTH * len(text), _HEIGHT]) * size / 2
 
 
 def _covered(center: Floats, half: Floats, crowd: Floats, taken: Floats) -> float:

@@ -181,6 +181,12 @@ class Layout:
         down = self.view.down
         return down is not None and abs(float(self.direction(spot) @ self.view.flat(down))) > 0.9
 
+    def falls(self, spot: int) -> bool:
+        """Whether the particle at the spot slides up and down while nothing but gravity and contacts act on it."""
+        m = self.mechanism
+        held = m.springs or m.dampers or m.frictions or m.forces or m.constraints or m.loads
+        return bool(m.contacts) and not held and self.half(spot) > 0 and self.upright(spot)
+
     def half(self, spot: int) -> float:
         """How far the body at the spot reaches along its rail, in units of the picture."""
         kinds = {self.skeleton.place[n]: shape.kind for n, shape in self.shapes.items()}

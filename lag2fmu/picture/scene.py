@@ -6,17 +6,19 @@ picture, some 60 of which are as long as the mechanism; y points up.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from lag2fmu.graph.batches import Floats
 from lag2fmu.picture import glyphs
-from lag2fmu.picture.labels import Label, Wish, placed
+from lag2fmu.picture.labels import Label, Wish, half_of, placed
 
 _LARGE, _SMALL, _MANY = 3.2, 2.5, 16
 """Heights of letters, and how many labels are written with the larger ones."""
+_FAR = 8.0
+"""Units between a label and its thing from which on a line joins them."""
 _SIDES = np.array([[1.2, 0.0], [-1.2, 0.0], [0.0, 1.2], [0.0, -1.2]])
 """Where the edges of a rod are beside its middle line."""
 
@@ -50,6 +52,7 @@ STYLES: Mapping[str, Style] = {
     "gravity": Style("#5a6b7b", 0.55, "#5a6b7b"),
     "coordinate": Style("#1d7a4c", 0.45, "#1d7a4c"),
     "name": Style("#1b2733", 0.3),
+    "leader": Style("#9aa7b4", 0.2),
 }
 
 
@@ -131,6 +134,7 @@ class Canvas:
         lines += [line + side for line, m in zip(lines, strokes, strict=True) if m.style == "rod" for side in _SIDES]
         lines += [glyphs.circle(np.array(m.center), m.radius, 16) for m in self.marks if isinstance(m, Disc)]
         labels = tuple(placed(wishes, lines))
+        self._lead(labels)
         left, bottom, right, top = bounds(self.marks, labels)
         return Scene(
             title,
@@ -140,6 +144,14 @@ class Canvas:
             (left - 2.0, bottom - 2.0, right + 2.0, top + 2.0),
             unit,
         )
+
+    def _lead(self, labels: Sequence[Label]) -> None:
+        """Add a thin line from each of the ``labels``, in the order of the wishes, that is far from what it names."""
+        for wish, label in zip(self.wishes, labels, strict=True):
+            near, middle, half = np.array(wish.near), np.array(label.at), half_of(label.text, label.size)
+            edge = middle + np.clip(near - middle, -half, half)
+            if float(np.linalg.norm(near - edge)) > _FAR:
+                self.stroke(label.part, "leader", [np.array([edge, near])])
 
 
 def bounds(marks: Iterable[Stroke | Disc], labels: Iterable[Label] = ()) -> tuple[float, float, float, float]:

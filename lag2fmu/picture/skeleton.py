@@ -175,7 +175,8 @@ class Skeleton:
                 self.sliders.pop(name, None)
             self.join(part, start, end, arm=True, angles=step.angles)
         elif step.kind == SHIFT:
-            (self.sliders if len(step.names) == 1 else self.floating).setdefault(", ".join(step.names), end)
+            shifting = ", ".join(name for name in step.names if name != "t")
+            (self.sliders if len(step.names) == 1 else self.floating).setdefault(shifting, end)
         return end
 
     def join(

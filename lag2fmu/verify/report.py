@@ -75,7 +75,7 @@ class Report:
             ("", "left"),
             ("detail", "left"),
         ):
-            table.add_column(column, justify=justify)  # type: ignore[arg-type]
+            table.add_column(column, justify=justify, overflow="fold")  # type: ignore[arg-type]
         for check in self.checks:
             mark = "[green]ok[/green]" if check.passed else "[bold red]FAILED[/bold red]"
             table.add_row(escape(check.name), f"{check.value:.2e}", f"{check.bar:.2e}", mark, escape(check.detail))

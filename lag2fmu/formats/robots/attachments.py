@@ -1,4 +1,4 @@
-"""What acts between joints and links that are there: actuators, tendons, joints that close loops, couplings."""
+"""Attachments to joints and links: actuators, tendons, joints that close loops, couplings."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ from lag2fmu.language.vocabulary import symbol
 
 
 def attach(robot: Robot, parts: Parts) -> None:
-    """Add to ``parts``, in which all links are, what ``robot`` has between them.
+    """Add the attachments of ``robot`` to ``parts``, which has all links already.
 
-    Numbers of actuators and couplings become parameters without a unit: their files have none.
+    Numbers of actuators and couplings become parameters without a unit, because files give none.
     """
     for actuator in robot.actuators:
         _drive(actuator, parts)
