@@ -23,6 +23,8 @@ _FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"
 _INTEGERS = ("Integer", "Enumeration")
 _LOGGER = logging.getLogger("lag2fmu")
 """Gets the warnings of FMUs; without a handler of the user they go to standard error."""
+MOVED = 1e-6
+"""A guess that constraints move by less than this part of it, or of 1 in SI units, is where it was set."""
 MOST_STEPS = 20_000
 """The steps that CVode may take from one communication point to the next; its own bound, 500, is for slow motions."""
 
@@ -45,7 +47,7 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
             time, values = _loop(description, run, plan)(instance, run, plan)
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
-        for sentence in instance.log.warnings:
+        for sentence in (*instance.log.warnings, *_moved(description, run, plan, values[0])):
             warned(sentence)
         reached, stop = float(time[-1]), float(plan.grid[-1])
         if reached < stop - 1e-9 * max(stop / len(plan.grid), stop):
@@ -53,6 +55,22 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
                 f"'{path}': the simulation stopped at t = {reached:.9g} s of {stop:g} s; {instance.log.tail()}"
             )
     return Trajectory(time, tuple(plan.names), values)
+
+
+def _moved(description: Any, run: Run, plan: Plan, start: Floats) -> list[str]:
+    """A sentence on the values that were set and are not those of the ``start`` (outputs,): starts that are guesses."""
+    guesses = {v.name for v in description.modelVariables if v.initial == "approx"}
+    found = []
+    for name in guesses & (run.values or {}).keys() & set(plan.names):
+        wanted, reached = float((run.values or {})[name]), float(start[list(plan.names).index(name)])
+        if abs(reached - wanted) > MOVED * max(1.0, abs(wanted)):
+            found.append(f"{name} from {wanted:.6g} to {reached:.6g}")
+    if not found:
+        return []
+    return [
+        f"constraints move what was set as a guess: {', '.join(sorted(found))}; what the mechanism gives as 'start' or "
+        "'velocity' is kept as it is set"
+    ]
 
 
 def _loop(description: Any, run: Run, plan: Plan) -> Callable[[Instance, Run, Plan], tuple[Floats, Floats]]:

@@ -161,6 +161,13 @@ def test_inputs_that_end_early_keep_their_last_value(kind, exported) -> None:
 # ------------------------------------------------------------------------------------------------- warnings, errors
 
 
+def test_a_guess_that_was_set_and_is_moved_is_said(exported, caplog) -> None:
+    run = lag2fmu.simulate(exported("four_bar_linkage"), stop_time=0.01, values={"b": 2.0, "a_dot": 3.0})
+    assert run["a_dot"][0] == 3.0
+    assert len(caplog.messages) == 1
+    assert f"b from 2 to {run['b'][0]:.6g}; what the mechanism gives as 'start'" in caplog.messages[0]
+
+
 def test_what_the_fmu_warns_of_is_said(exported, caplog) -> None:
     fmu = exported("spring_mass_damper")
     lag2fmu.simulate(fmu, stop_time=1.0, step=0.1)
