@@ -7,6 +7,7 @@ import time
 
 import pytest
 from click.testing import CliRunner
+from rich.console import Console
 
 from lag2fmu.cli import main
 from lag2fmu.cli.terminal import console, knows_unicode, progress_bar
@@ -14,6 +15,7 @@ from lag2fmu.explain.drawn import drawn
 from lag2fmu.explain.procedure import procedure
 from lag2fmu.formats.loading import load
 from lag2fmu.language.vocabulary import symbol
+from lag2fmu.verify.report import Check, Report
 
 
 class Terminal(io.StringIO):
@@ -94,6 +96,25 @@ def test_a_bar_tells_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
             update(done)
     assert "simulating" in stream.getvalue()
     assert "left" in stream.getvalue()
+
+
+def test_a_bar_moves_before_the_first_word_of_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """While an FMU is built nothing is counted yet; the bar pulses, and does not stand at 0."""
+    stream = Terminal()
+    monkeypatch.setattr("sys.stderr", stream)
+    monkeypatch.setenv("TERM", "xterm-256color")
+    with progress_bar("validating", 1.0):
+        time.sleep(0.3)
+    bars = {frame.partition("validating")[2].partition("0:00")[0] for frame in stream.getvalue().split("\r")}
+    assert len(bars - {""}) > 1
+
+
+def test_a_narrow_terminal_shows_all_digits() -> None:
+    stream = Terminal()
+    check = Check("co-simulation, model exchange", 1.23e-7, 1e-4, "largest error at t = 3")
+    Console(file=stream, width=52).print(Report("narrow", (check,), (), (), {}).table())
+    assert "…" not in stream.getvalue()
+    assert "1.23e-07" in stream.getvalue()
 
 
 def test_without_a_terminal_there_is_no_bar_and_no_colour(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,7 @@
 """Rules that read an archive, done in a process of its own with bounds of time and memory.
 
 ``python -m lag2fmu.checking.apart ARCHIVE JOURNAL`` is that process. Small archives take little time whatever they
-hold, so only those are read apart whose sizes promise nothing.
+hold, so only archives of larger sizes are read apart.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _LARGE_FILE, _LARGE_CONTENT = 4 << 20, 16 << 20
 """Bytes of an archive, and of all that it holds, above which it is read apart."""
 
 _MOST_FINDINGS = 2000
-"""Findings that the process tells, errors first."""
+"""The most findings that the process tells, errors first."""
 
 
 def is_large(path: Path) -> bool:
@@ -39,9 +39,9 @@ def is_large(path: Path) -> bool:
 
 
 def findings_apart(path: Path) -> tuple[list[Finding], list[str]]:
-    """What ``findings_in`` gives for ``path``, found in another process.
+    """The findings and notes of ``findings_in`` for ``path``, found in another process.
 
-    Raises LoadError as that does, and where the process takes more than MOST_TIME or than its memory.
+    Raises LoadError as ``findings_in`` does, and if the process takes more than MOST_TIME (s), or too much memory.
     """
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as temporary:
         folder = Path(temporary)

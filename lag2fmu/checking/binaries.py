@@ -1,6 +1,6 @@
 """Rules on the shared libraries, read from their bytes by LIEF: ELF, PE and Mach-O.
 
-Source: FMI 2.0.5, sections 2.1.1 and 2.3; FMI 3.0.2, section 2.5.1; what importers were seen to stumble over.
+Source: FMI 2.0.5, sections 2.1.1 and 2.3; FMI 3.0.2, section 2.5.1; and faults that importers do not tolerate.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ _PARTS_OF_SYSTEMS = (
 """Libraries that every system of its kind has; in small letters."""
 
 _MACH_O = (b"\xcf\xfa\xed\xfe", b"\xce\xfa\xed\xfe", b"\xca\xfe\xba\xbe")
-"""How files for macOS begin: 64 bit, 32 bit, universal."""
+"""The first bytes of files for macOS: 64 bit, 32 bit, universal."""
 
 _OLD_GLIBC: Version = (2, 28)
-"""The glibc of 2018, which Debian 10 and RHEL 8 have."""
+"""Libraries that need a glibc newer than this one, of 2018 (Debian 10, RHEL 8), get a warning."""
 
 _FOLDERS = {
     "linux32": ("ELF", "i386"),
@@ -52,12 +52,12 @@ _FOLDERS = {
     "x86_64-darwin": ("MachO", "x86_64"),
     "aarch64-darwin": ("MachO", "arm64"),
 }
-"""Folder in binaries/ -> format and processors, as LIEF calls them; darwin64 is loaded on either."""
+"""{folder in binaries/: format and processors, by LIEF's names}; darwin64 is loaded on two processors."""
 
 
 @dataclass(frozen=True)
 class Library:
-    """What matters of a library for one processor; ``glibc`` is the version it needs, () if none."""
+    """The facts of a library for one processor that rules need; ``glibc`` is the version it needs, () if none."""
 
     format: str
     processor: str
@@ -69,7 +69,7 @@ class Library:
 
 @lru_cache(maxsize=16)
 def read_libraries(data: bytes) -> tuple[Library, ...]:
-    """The library in ``data``, or those of a universal file of macOS; none if it is nothing of the kind."""
+    """The library in ``data``, or those of a universal file of macOS; none if ``data`` is no library."""
     import lief
 
     if not _is_whole(data):
@@ -115,7 +115,7 @@ def _elf(binary: Any) -> Library:
 
 
 def _elf_hazards(binary: Any) -> Iterator[str]:
-    """What makes a hardened system refuse the library, or find others that are not meant."""
+    """Phrases on why a hardened system refuses the library, or loads other libraries than those meant."""
     import lief
 
     tags = lief.ELF.DynamicEntry.TAG

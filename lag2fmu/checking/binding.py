@@ -34,7 +34,7 @@ class RefusedError(Exception):
 
 
 def name_of(function: str, status: int) -> str:
-    """The name of a status as ``function`` returns it, or what it is if it is none."""
+    """The name of a ``status`` that ``function`` returned; its number if it is no status."""
     prefix = function[:4]
     return f"{prefix}{_STATUS[status]}" if 0 <= status < len(_STATUS) else f"{status}, which is no {prefix}Status"
 
@@ -43,8 +43,8 @@ def name_of(function: str, status: int) -> str:
 class Binding:
     """The functions of a version: ``arguments`` are {name without ``prefix``: the types of its arguments as LETTERS}.
 
-    ``results`` are the types of what they return where that is no status. ``state`` is what the version calls the
-    state of an FMU in names, ``deserialize`` the first word of the function that reads a serialized one.
+    ``results`` are {function: type of its result} where this is no status. ``state`` is the word for the state of an
+    FMU in names of functions, ``deserialize`` the first word of the function that reads a serialized state.
     """
 
     prefix: str
@@ -81,7 +81,7 @@ def references(values: Sequence[int]) -> Any:
 
 @dataclass
 class Log:
-    """What instances said: (status, category, sentence)."""
+    """The messages of instances, each as (status, category, sentence)."""
 
     sentences: list[tuple[int, str, str]] = field(default_factory=list)
 
@@ -104,7 +104,7 @@ class Instance:
         self.alive = bool(component)
 
     def free(self) -> None:
-        """Free it, unless it is gone or dead (Fatal)."""
+        """Free the instance, unless it is freed already or dead (Fatal)."""
         if self.alive:
             self._call("FreeInstance", self._component)
         self.alive = False

@@ -16,10 +16,10 @@ def check_fmu(
 ) -> Findings:
     """Check the FMU ``path``, of any tool, by the rules of its version: all problems, with rule, place and remedy.
 
-    With ``run`` its library is run in a process of its own, where each trial may take ``timeout`` (s); that executes
-    code of the FMU. ``progress`` is told the share of its trials that is done, 0 to 1. Raises LoadError if ``path`` is
-    no FMU of FMI 2.0 or 3.0, is not safe to unpack, or is so large that reading it does not end in time. Nothing is
-    written but a temporary folder that goes away at the end.
+    With ``run`` its library is run in a process of its own, where each trial may take ``timeout`` (s). This executes
+    code of the FMU. ``progress`` is told the share of the trials that is done, 0 to 1. Nothing is written but a
+    temporary folder, which is removed at the end. Raises LoadError if ``path`` is no FMU of FMI 2.0 or 3.0, is not safe
+    to unpack, or is so large that reading it does not end in time. Source: FMI 2.0.5 and 3.0.2 specifications.
     """
     path = Path(path)
     findings, notes = findings_apart(path) if is_large(path) else findings_in(path)

@@ -1,8 +1,8 @@
 """The process that runs an FMU: ``python -m lag2fmu.checking.child FOLDER JOURNAL LABELS KIND=LIBRARY...``.
 
-FOLDER holds modelDescription.xml and resources/. LABELS names the trials, one a line; the
-journal gets a line of JSON at the begin of each trial, for each finding, and at its end, so that the parent knows
-what was done when the FMU took the process down.
+FOLDER holds modelDescription.xml and resources/. LABELS names the trials, one a line. The journal gets a line of JSON
+at the begin of each trial, for each finding, and at its end. So the parent process knows what was done if the FMU takes
+this process down.
 """
 
 from __future__ import annotations

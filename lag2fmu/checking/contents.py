@@ -1,4 +1,4 @@
-"""The rules on what an archive holds, without running anything of it."""
+"""The rules on the contents of an archive, without running anything of it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""modelDescription.xml as records with places, tolerant of faults: what is malformed is left to the schema.
+"""modelDescription.xml as records with places, tolerant of faults; malformed elements are left to the schema.
 
-Here stands what both versions of the standard share; each has records of its own below these.
+These records are what both versions of the standard share; each version has records derived from them.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Variable:
 
     @property
     def initial(self) -> str:
-        """What 'initial' is or defaults to; '' where there is none."""
+        """The attribute 'initial' or its default; '' if it has none."""
         raise NotImplementedError
 
     @property
@@ -112,7 +112,7 @@ class Description:
 
     @property
     def token(self) -> str:
-        """What library and description know each other by."""
+        """The value by which library and description know each other."""
         return self.root.get(self.token_name)
 
     @cached_property
@@ -126,17 +126,17 @@ class Description:
 
     @property
     def identifiers(self) -> Mapping[str, str]:
-        """Kind -> modelIdentifier."""
+        """{kind: modelIdentifier}."""
         return {kind: element.get("modelIdentifier") for kind, element in self.kinds.items()}
 
     @cached_property
     def types(self) -> Mapping[str, Element]:
-        """Name -> the element that holds the attributes of a declared type."""
+        """{name: the element with the attributes of a declared type}."""
         raise NotImplementedError
 
     @cached_property
     def units(self) -> Mapping[str, Element]:
-        """Name -> Unit."""
+        """{name: element Unit}."""
         return {unit.get("name"): unit for unit in self.root.all("UnitDefinitions", "Unit")}
 
     @cached_property

@@ -1,11 +1,11 @@
-"""Derivatives that an FMU gives against differences of the FMU itself."""
+"""The comparison of derivatives that an FMU gives with differences of the FMU itself."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 STEP = 1e-4
-"""Of the differences, relative to the known; the error of central ones of smooth functions is about 1e-8."""
+"""The steps of differences, relative to the known; central differences of smooth functions err by about 1e-8."""
 _BAR = 1e-3
 """Differences and derivative must agree to this, relative to the greater one and the size of the unknown."""
 
@@ -19,14 +19,14 @@ def to_sides(here: Sequence[float], above: Sequence[float], below: Sequence[floa
 
 
 def wanted(own: float, size: float, fine: Sides, coarse: Sides) -> float | None:
-    """What differences give instead of the derivative ``own``; None where it may be right.
+    """The derivative by differences that contradicts the derivative ``own``; None if ``own`` may be right.
 
-    ``size`` is that of the unknown, ``fine`` and ``coarse`` are differences by two steps. Central ones say nothing if
-    they do not agree with one another. At a kink the derivative may be the one to either side: a moved start may be in
-    another mode of an FMU that has events.
+    ``size`` is that of the unknown; ``fine`` and ``coarse`` are differences by two steps. Central differences that do
+    not agree with one another say nothing. At a kink the derivative may be that to either side, because an FMU with
+    events may be in another mode at a moved start.
     """
     central, other = sum(fine) / 2, sum(coarse) / 2
     bar = _BAR * (max(abs(central), abs(own)) + 1e-3 * abs(size) + 1e-6)
-    if not abs(central - other) < bar / 10:  # also where they are no numbers
+    if not abs(central - other) < bar / 10:  # this is so for NaN, too
         return None
     return None if any(abs(own - x) <= bar for x in (central, *fine)) else central

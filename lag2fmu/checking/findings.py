@@ -1,4 +1,4 @@
-"""The records ``Finding`` and ``Findings``: what is wrong with an FMU, where, and what to do about it."""
+"""The records ``Finding`` and ``Findings``: the problems of an FMU, with places and remedies."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Finding:
     severity: Severity = "error"
 
     def shortened(self) -> Finding:
-        """The same, with a place and a problem of no more characters than are shown."""
+        """The finding with place and problem cut to the characters that are shown."""
         return replace(self, place=_shortened(self.place), problem=_shortened(self.problem))
 
 

@@ -17,7 +17,7 @@ from lag2fmu.checking.session import Model, Session
 from lag2fmu.checking.trials import Trial
 
 Call = Callable[[Any], int | None]
-"""Does what is forbidden in a new session and returns the status; None if the FMU offers no occasion."""
+"""A function that makes a forbidden call in a new session and returns its status; None if it does not apply."""
 
 
 def _forbidden(what: str, call: Call, severity: Severity, model: Model) -> Iterator[Finding]:
@@ -29,7 +29,7 @@ def _forbidden(what: str, call: Call, severity: Severity, model: Model) -> Itera
 
 
 def forbidden_trials(calls: Mapping[str, tuple[Call, Severity]]) -> dict[str, Trial]:
-    """What is forbidden {words: (call, severity of the finding if the FMU takes it)} -> its trial."""
+    """{label: trial} of the forbidden ``calls`` {words: (call, severity of the finding if the FMU takes it)}."""
     return {what: partial(_forbidden, what, *entry) for what, entry in (COMMON | dict(calls)).items()}
 
 

@@ -1,6 +1,6 @@
-"""A process of its own with all that it starts: watched while it keeps a journal, ended as a group.
+"""A process that is watched by the journal it keeps, and ended together with all processes that it starts.
 
-An FMU may do what it likes in there: hang, print without end, delete the journal's file, leave processes behind.
+An FMU may do anything in this process: hang, print without end, delete the journal's file, leave processes behind.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import BinaryIO
 MOST_WRITTEN = 10 << 20
 """Bytes in the journal or on standard output after which a process is ended."""
 _MARK = "LAG2FMU_CHECK"
-"""The variable of the environment by which what a process has started is found."""
+"""The environment variable by which the processes that a process has started are found."""
 _START = 60.0
 """Time (s) for the process to start."""
 _END = 5.0

@@ -17,13 +17,15 @@ from lag2fmu.checking.trials import Trial
 class Rulebook:
     """The rules of one version, such as '2.0'.
 
-    ``on_description`` and ``on_files`` take the version's own Description, see ``versions``. ``functions`` are those
-    that the library of a kind must export, ``headers`` the files that no FMU shall bring. ``suffixes`` are those of
-    libraries in the folders of binaries/ that importers know, ``hosts`` the folders that this machine loads,
-    ``holds_no_library`` tells of other folders that ``on_files`` looks at.
-    ``trials`` are those of a kind by name, each takes a ``model``. ``sentences`` tell which of fmpy's findings are
-    passed on: (what a sentence contains, the rule it tells of, the remedy); ``other_sentences`` is how severe the
-    others are where our rules find nothing.
+    - ``on_description``, ``on_files``: rules that take the version's own Description, see ``versions``.
+    - ``functions``: {kind: functions that its library must export}.
+    - ``headers``: the names of files that no FMU shall contain.
+    - ``suffixes``: {folder in binaries/ that importers know: suffix of its libraries}.
+    - ``hosts``: the folders that this machine loads.
+    - ``holds_no_library``: whether a folder is one of those that ``on_files`` looks at.
+    - ``trials``: {name: trial} of a kind; each trial takes a ``model``.
+    - ``sentences``: the findings of fmpy that are passed on, (words in its sentence, the rule, the remedy).
+    - ``other_sentences``: the severity of fmpy's other findings, if the rules here find nothing.
     """
 
     version: str
@@ -40,7 +42,7 @@ class Rulebook:
     other_sentences: Severity
 
     def libraries(self, archive: Archive, description: Description) -> dict[str, str]:
-        """The libraries that importers would load: name in the archive -> folder in binaries/."""
+        """{name in the archive: folder in binaries/} of the libraries that importers would load."""
         found = {}
         for folder, suffix in self.suffixes.items():
             for identifier in description.identifiers.values():

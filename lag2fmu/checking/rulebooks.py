@@ -9,7 +9,7 @@ from lag2fmu.checking.versions import version_of
 from lag2fmu.xml_tree import Document
 
 RULEBOOKS: dict[str, Rulebook] = {"2": FMI2, "3": FMI3}
-"""The major version -> its rules."""
+"""{major version: its rules}."""
 
 
 def rulebook_of(document: Document) -> Rulebook:

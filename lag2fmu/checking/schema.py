@@ -1,4 +1,4 @@
-"""What fmpy finds: the schema, names and, in FMI 2.0, causality, variability and start values."""
+"""The findings of fmpy: on the schema, on names and, in FMI 2.0, on causality, variability and start values."""
 
 from __future__ import annotations
 

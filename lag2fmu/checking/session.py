@@ -1,4 +1,4 @@
-"""A run of an FMU, step by step: the same words for both versions and all kinds, which fill in the calls."""
+"""A run of an FMU, step by step, with the same methods for both versions and all kinds."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from lag2fmu.checking.binding import Instance, Library, Log
 from lag2fmu.checking.description import Description, Variable, number
 
 MOST_EVENTS = 1000
-"""Event iterations at one time after which a model does not come to rest."""
+"""After so many event iterations at one time a model counts as never at rest."""
 
 
 @dataclass
 class Model(ABC):
-    """An FMU of one kind that is unpacked in ``folder``: what the trials are given."""
+    """An FMU of one kind, unpacked in ``folder``, on which trials are made."""
 
     description: Description
     kind: str

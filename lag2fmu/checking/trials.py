@@ -1,6 +1,6 @@
-"""What is tried on a running FMU of either version by legal calls. A trial yields findings.
+"""The trials of a running FMU of either version by legal calls. A trial yields findings.
 
-Crashes and hangs are seen outside.
+Crashes and hangs are noticed by the parent process.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ Trial = Callable[[Any], Iterator[Finding]]
 STEPS = 10
 ONCE = "canBeInstantiatedOnlyOncePerProcess"
 ESSENTIAL = ("instantiate", "run")
-"""Where one of these fails, the other trials would say nothing new."""
+"""If one of these trials fails, the others are left out, because they would say nothing new."""
 
 
 def version_findings(model: Model, function: str, expected: str) -> Iterator[Finding]:
-    """What a function without arguments says of versions, where it says something unexpected."""
+    """A finding if the function without arguments gives a version other than ``expected``."""
     found = model.library(function)
     if found != expected.encode():
         problem = f"{model.prefix}{function} says {found!r}"

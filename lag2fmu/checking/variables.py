@@ -12,6 +12,34 @@ from lag2fmu.xml_tree import Element
 _BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
 """The base units that a derivative is compared in; rad counts as 1."""
 
+_FREE = "exact approx calculated"
+_ALLOWED = {
+    **dict.fromkeys([(c, v) for c in ("structuralParameter", "parameter") for v in ("fixed", "tunable")], "exact"),
+    **dict.fromkeys([("input", "discrete"), ("input", "continuous")], "exact"),
+    **dict.fromkeys([("output", "constant"), ("local", "constant")], "exact"),
+    **dict.fromkeys([(c, v) for c in ("output", "local") for v in ("discrete", "continuous")], _FREE),
+    **dict.fromkeys(
+        [(c, v) for c in ("calculatedParameter", "local") for v in ("fixed", "tunable")], "approx calculated"
+    ),
+    ("independent", "continuous"): "",
+}
+"""(causality, variability) -> what 'initial' may be (FMI 2.0.5, section 2.2.7; FMI 3.0.2, section 2.4.7)."""
+
+
+def combination_findings(variable: Variable, section: str) -> Iterator[Finding]:
+    """Causality, variability and initial that do not go together, by the tables in the ``section`` of the standard.
+
+    Source: FMI 2.0.5 specification, section 2.2.7; FMI 3.0.2 specification, section 2.4.7.
+    """
+    pair = variable.causality, variable.variability
+    remedy = f"see the tables in section {section} of the standard"
+    if pair not in _ALLOWED:
+        problem = f"causality='{pair[0]}' with variability='{pair[1]}'"
+        yield Finding("combination", variable.place, problem, remedy)
+    elif variable.initial and variable.initial not in _ALLOWED[pair]:
+        problem = f"initial='{variable.initial}' for a {pair[1]} {pair[0]}"
+        yield Finding("combination", variable.place, problem, remedy)
+
 
 def common_findings(description: Description, variable: Variable) -> Iterator[Finding]:
     """The broken rules on one variable.

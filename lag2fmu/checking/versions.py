@@ -1,4 +1,4 @@
-"""Which version of the standard an FMU names, and its description as that version reads it."""
+"""The version of the standard that an FMU names, and the FMU's description as a record of this version."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lag2fmu.errors import LoadError
 from lag2fmu.xml_tree import Document
 
 DESCRIPTIONS: dict[str, type[Description]] = {"2": Description2, "3": Description3}
-"""The major version -> how it describes an FMU."""
+"""{major version: its class of descriptions}."""
 
 
 def version_of(document: Document) -> str:

@@ -121,5 +121,5 @@ def _table(*headings: str, left: int) -> Table:
     """A table with the first columns aligned to the left, numbers to the right."""
     table = Table(box=None, pad_edge=False)
     for i, heading in enumerate(headings):
-        table.add_column(escape(heading), justify="left" if i < left else "right")
+        table.add_column(escape(heading), justify="left" if i < left else "right", overflow="fold")
     return table

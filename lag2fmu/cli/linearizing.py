@@ -99,5 +99,5 @@ def _table(*headings: str, right: int) -> Table:
     """A table whose last ``right`` columns are numbers."""
     table = Table(box=None, pad_edge=False)
     for i, heading in enumerate(headings):
-        table.add_column(escape(heading), justify="right" if i >= len(headings) - right else "left")
+        table.add_column(escape(heading), justify="right" if i >= len(headings) - right else "left", overflow="fold")
     return table

@@ -161,7 +161,7 @@ def _print_summary(trajectory: Trajectory, units: Mapping[str, Unit]) -> None:
     """Print start, extremes and end of every output, in ``units`` where they are known."""
     table = Table(title=f"0 to {trajectory.time[-1]:g} s, {len(trajectory)} points", title_justify="left")
     for heading in ("output", "start", "least", "greatest", "end"):
-        table.add_column(heading, justify="left" if heading == "output" else "right")
+        table.add_column(heading, justify="left" if heading == "output" else "right", overflow="fold")
     for name in trajectory.names:
         column = units[name].from_si(trajectory[name]) if name in units else trajectory[name]
         numbers = (column[0], column.min(), column.max(), column[-1])

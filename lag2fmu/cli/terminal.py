@@ -26,8 +26,8 @@ def knows_unicode() -> bool:
 def progress_bar(title: str, total: float | None, counted: str = "") -> Iterator[Callable[[float], None] | None]:
     """A progress bar with elapsed and remaining time on a terminal's standard error, else nothing.
 
-    What it yields is told how far the work is, of ``total``. Without a total the bar shows that work goes on,
-    and for how long; ``counted`` is the word for what is done then, if it is counted.
+    What it yields is told how far the work is, of ``total``. Until then, and without a total, the bar shows that work
+    goes on, and for how long; ``counted`` is the word for what is done then, if it is counted.
     """
     if not sys.stderr.isatty():
         yield None
@@ -40,8 +40,8 @@ def progress_bar(title: str, total: float | None, counted: str = "") -> Iterator
     shown = times if total else (*count, times[0])
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), *shown)
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=total)
-        yield lambda completed: bar.update(task, completed=completed)
+        task = bar.add_task(title, total=None)
+        yield lambda completed: bar.update(task, completed=completed, total=total)
 
 
 @contextmanager

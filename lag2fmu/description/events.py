@@ -1,4 +1,4 @@
-"""What makes a mechanism hybrid: contacts, stops and dry friction, and further states.
+"""The records of contacts, stops, dry friction and further states.
 
 All are frozen; their expressions are in the normal form of ``expressions`` and compute in SI units.
 Sources: Ch. Glocker, Set-Valued Force Laws, Springer 2001; F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral
@@ -52,16 +52,18 @@ CONTACTS = {
 class Contact:
     """A unilateral contact, 0 <= gap and 0 <= force, one of them 0, with friction by Coulomb and impacts by Newton.
 
-    ``gap`` is in m or rad, ``slip`` the relative tangential velocity, two of them in space, affine in the velocities.
-    Instead of both, one of the kinds ``CONTACTS`` may stand ``between`` two frames, points or bodies: first the point,
-    disc or sphere that touches, then what it touches. A ``normal`` ("x", "y", "z" or its entries) is fixed in the
-    second end, points out of its line or plane, and goes through it; ``radius`` (m) is that of the disc or sphere, two
-    of a pair, of a point against a disc or sphere that of the latter.
+    ``gap`` is in m or rad. ``slip`` is the relative tangential velocity (m/s, rad/s), affine in the velocities; in
+    space there are two. Instead of both, one of the kinds ``CONTACTS`` may stand ``between`` two frames, points or
+    bodies. The first of them is the point, disc or sphere that touches, the second one is touched. A ``normal`` ("x",
+    "y", "z" or its entries) is fixed in the second end and goes through it, out of its line or plane. ``radius`` (m)
+    is that of the disc or sphere; a pair of them has two; for a point against a disc or sphere it is that of the
+    latter.
 
     ``restitution`` is Newton's coefficient, ``friction`` the coefficient of sliding friction, ``static_friction`` that
-    of sticking (by default the same). With the ``law`` "compliant" the force is stiffness d^1.5 (1 + damping d_dot) of
-    the penetration d, never pulling, in N (``stiffness`` in N/m^1.5, ``damping`` in s/m), and friction is
-    regularised by ``slip_speed`` (m/s).
+    of sticking, by default the same. With the ``law`` "compliant" the force on a penetration d is
+    stiffness d^1.5 (1 + damping d_dot), in N, and never pulls; ``stiffness`` is in N/m^1.5, ``damping`` in s/m.
+    Friction is then regularised by ``slip_speed`` (m/s). Raises MechanismError for a value of another form. Source:
+    Hunt, Crossley, J. Applied Mechanics 42 (1975) 440-445; Pfeiffer, Glocker, chapter 4.
     """
 
     name: str
@@ -128,7 +130,7 @@ class Contact:
             object.__setattr__(self, "normal", checked_axis(self._normal_in_space(), f"{where}.normal"))
 
     def _normal_in_space(self) -> object:
-        """The normal with 3 entries; in the plane two may be written, as for the direction of gravity."""
+        """The normal with 3 entries; in the plane two may be written, and the third is 0."""
         planar = self.kind in CONTACTS and CONTACTS[self.kind].entries == 2
         if planar and isinstance(self.normal, (tuple, list)) and len(self.normal) == 2:
             return (*self.normal, 0)
@@ -183,9 +185,10 @@ class Friction:
 
 @dataclass(frozen=True)
 class State:
-    """A further state of first order: ``start`` and ``nominal`` in SI, ``derivative`` in its unit per s.
+    """A further state of first order: ``start`` and ``nominal`` in SI units, ``derivative`` in its unit per s.
 
-    ``moves``: the filtered motion whose position or velocity it is; the Mechanism sets it.
+    ``moves`` names the filtered motion of which the state is position or velocity; the Mechanism sets it. Raises
+    MechanismError without a derivative.
     """
 
     name: str

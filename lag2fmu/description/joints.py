@@ -1,7 +1,7 @@
-"""Joints as a convenience: what each kind is, and the frame and coordinates that it brings where it carries a frame.
+"""Joints: the record, the kinds, and the frame and coordinates that a joint on a parent brings.
 
-A joint ``between`` two ends is a set of constraints, see ``joint_equations``; one on a ``parent`` is a frame that moves
-by coordinates of its own. Both are written out when the mechanism is built, and written down as they were given.
+A joint ``between`` two ends is a set of constraints, see ``joint_equations``. A joint on a ``parent`` is a frame that
+moves by its own coordinates. Both are written out when the mechanism is built; the text has them as they were given.
 """
 
 from __future__ import annotations
@@ -34,9 +34,10 @@ from lag2fmu.language.vocabulary import symbol, value_of
 class Kind(NamedTuple):
     """What a kind of joint is.
 
-    ``equations``: the groups of constraints between two ends, see ``joint_equations``; ``coordinates``: suffixes of the
-    names of those on a parent, None where there is no such form; ``keys``: what describes it; ``planar``: the groups of
-    constraints in the plane, none where there is no such joint.
+    - ``equations``: the groups of constraints between two ends, see ``joint_equations``.
+    - ``coordinates``: suffixes of the names of the coordinates of a joint on a parent, None if there is no such form.
+    - ``keys``: the keys that describe it.
+    - ``planar``: the groups of constraints in the plane, none if there is no such joint.
     """
 
     equations: tuple[str, ...]
@@ -70,25 +71,28 @@ class Joint:
     """A joint of one of the kinds ``JOINTS``, as constraints ``between`` two ends, or as a frame on a ``parent``.
 
     An end is a frame (its origin), a point or a body; "world" is a frame. The ``axis`` ("x", "y", "z" or 3 numbers) is
-    fixed in the first one; ``second_axis`` in the second, by default the same numbers. It is
+    fixed in the first end, ``second_axis`` in the second end, by default with the same numbers. The meaning of the axes
+    depends on the kind:
 
-    - of revolute, cylindrical and screw the axis of rotation, of prismatic the direction, of planar the normal;
-    - of universal that of the first fork, and ``second_axis``, across it, that of the second;
-    - of rolling_disc and rolling_sphere the normal of the plane, out of it, through the first end; the second end is
-      the centre, ``second_axis`` the axis of the disc and ``radius`` its radius (m).
+    - revolute, cylindrical, screw: ``axis`` is the axis of rotation; prismatic: the direction; planar: the normal.
+    - universal: ``axis`` is that of the first fork; ``second_axis``, across it, is that of the second fork.
+    - rolling_disc, rolling_sphere: ``axis`` is the normal of the plane, out of it, through the first end. The second
+      end is the centre, ``second_axis`` is the axis of the disc, and ``radius`` its radius (m).
 
-    In the plane there are revolute, prismatic, fixed, rolling_disc and gear, between bodies, points with an angle and
-    the "world", in whose place the frames are; a disc turns about z, and has no ``second_axis``.
+    In the plane the kinds are revolute, prismatic, fixed, rolling_disc and gear. Ends are then bodies, points with an
+    angle, and the "world". A planar disc turns about z, and has no ``second_axis``.
 
-    prismatic and fixed keep the axes of both frames parallel. A screw advances by ``pitch`` (m) in a turn, to the left
-    if it is negative. A gear is between coordinates, or joints on a parent: the first is ``ratio`` times the second.
+    Joints of the kinds prismatic and fixed keep the axes of both frames parallel. A screw advances by ``pitch`` (m) in
+    a turn; a negative pitch is left-handed. A gear is between coordinates, or joints on a parent: the first coordinate
+    is ``ratio`` times the second.
 
-    With ``reactions`` there are the outputs NAME_force_x ... (N) and NAME_torque_x ... (N.m): what acts at the joint on
-    the second end, along the ``axes`` of the "world" or of the first end's "frame".
+    With ``reactions`` there are the outputs NAME_force_x ... (N) and NAME_torque_x ... (N.m): force and torque of the
+    joint on the second end, along the ``axes`` of the "world" or of the first end's "frame".
 
-    On a ``parent`` the joint brings the frame NAME, whose place is ``origin`` (m) in the parent's axes, and its
-    ``coordinates``, unless they are declared; by default they are called NAME_SUFFIX, suffixes and order being those of
-    the table ``JOINTS``. Raises MechanismError for what does not fit together.
+    On a ``parent`` the joint brings the frame NAME at ``origin`` (m) in the parent's axes, and its ``coordinates``,
+    unless they are declared. By default these are called NAME_SUFFIX, with suffixes and order of the table ``JOINTS``.
+    Raises MechanismError for keys that do not go together. Source: P. E. Nikravesh, Computer-Aided Analysis of
+    Mechanical Systems, chapter 7.
     """
 
     name: str
@@ -149,7 +153,7 @@ class Joint:
             self._check_parent(where)
 
     def _check_form(self, where: str) -> None:
-        """The joint has two ends or a parent, and axes that are known."""
+        """Raise MechanismError unless the joint has either two ends or a parent, and known axes."""
         if (self.between is None) == (self.parent is None):
             raise MechanismError(f"{where}: give either 'between', two ends, or 'parent', the frame it stands on")
         if self.between is not None and len(self.between) != 2:
@@ -158,7 +162,7 @@ class Joint:
             raise MechanismError(f"{where}.axes: '{self.axes}' is unknown; give 'world' or 'frame'")
 
     def _check_beside(self, where: str) -> None:
-        """Keys that go with two ends stand beside them only; likewise those of a joint on a parent."""
+        """Raise MechanismError for keys of a joint between two ends in one on a parent, and the other way round."""
         if self.parent is not None and JOINTS[self.kind].coordinates is None:
             raise MechanismError(f"{where}.parent: '{self.kind}' carries no frame; give 'between' instead")
         if self.between is not None and (self.coordinates or any(self.origin)):
@@ -169,7 +173,10 @@ class Joint:
             raise MechanismError(f"{where}.reactions: this joint has none; {instead}")
 
     def _check_keys(self, where: str) -> None:
-        """The keys fit the kind. Some are needed in space only, which is checked when the ends are known."""
+        """Raise MechanismError for keys that do not fit the kind.
+
+        Some keys are needed in space only, which is checked when the ends are known.
+        """
         known = JOINTS[self.kind].keys
         for name in _KEYS:
             twin = name == "second_axis" and self.between is not None and "axis" in JOINTS[self.kind].equations

@@ -1,4 +1,4 @@
-"""Keys: what the text format calls a field of a part, and everything else that is to be known about it.
+"""Keys: the name of a part's field in the text format, and everything else that is known about the field.
 
 A key stands once, in the metadata of its dataclass field. The reader, the writer, the schema for editors, the normal
 form of parts, the check of names and the check of units derive from it.
@@ -19,7 +19,7 @@ CONFIGURATION = GIVEN | {"coordinate", "motion"}
 STATE = CONFIGURATION | {"velocity", "motion velocity"}
 ANY = STATE | {"input", "motion acceleration", "further state"}
 BORNE = ANY | {"multiplier", "contact force"}
-"""Kinds of names that expressions may use, see ``Scope`` of the room mechanism; each set is part of the next one."""
+"""Sets of the kinds of names that expressions may use, each a part of the next one; see ``Scope`` of the mechanism."""
 
 OWN_RATE = "damper's own rate"
 """The kind of the name that only the force of a damper may use."""
@@ -32,11 +32,14 @@ OWN = "own"
 class Key:
     """A key of a table.
 
-    ``kind`` names what may stand there (``schema.VALUES`` has each kind); a tuple lists the only strings that may.
-    ``doc`` is a sentence for the editor, ``name`` the key, ``field`` that of the dataclass field, ``default`` its value
-    where the key is absent (of numbers in the unit of the part), ``names`` the kinds of names that the expression may
-    use, ``unit`` the one that it should have (None: no certain one). Keys stand in the text by their ``order``, then as
-    the fields do.
+    - ``kind``: the kind of values that it takes, one of ``schema.VALUES``; a tuple lists the only strings that it
+      takes.
+    - ``doc``: a sentence for the editor.
+    - ``name``: the key itself; ``field``: the name of the dataclass field.
+    - ``default``: the value if the key is absent; numbers are in the unit of the part.
+    - ``names``: the kinds of names that its expression may use.
+    - ``unit``: the unit that it should have, None for any.
+    - ``order``: keys stand in the text by this number, and then in the order of the fields.
     """
 
     kind: str | tuple[str, ...]

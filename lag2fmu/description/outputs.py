@@ -1,4 +1,4 @@
-"""Outputs of a mechanism, as expressions or as quantities of frames and points, and what a default run looks like."""
+"""Outputs of a mechanism, as expressions or as quantities of frames and points, and the default run."""
 
 from __future__ import annotations
 
@@ -20,33 +20,33 @@ QUANTITIES: dict[str, tuple[str, tuple[str, ...], Unit]] = {
     "quaternion": ("frame", ("0", "1", "2", "3"), DIMENSIONLESS),
     "rotation": ("frame", _MATRIX, DIMENSIONLESS),
 }
-"""Quantity of an output -> (the key it belongs to, suffixes of its entries, unit)."""
+"""{quantity of an output: (the key it belongs to, suffixes of its entries, unit)}."""
 
 TURNING = {
     "angle": RADIAN,
     "angular_velocity": RADIAN / SECOND,
     "angular_acceleration": RADIAN / SECOND / SECOND,
 }
-"""Quantity of a planar body, or of a point with an angle -> unit; it has one entry, NAME."""
+"""{quantity of a planar body, or of a point with an angle: unit}; it has one entry, NAME."""
 
 
 @dataclass(frozen=True)
 class Output:
     """A further output of the FMU, by ``expression`` in t, q, qd, inputs and parameters, or a ``quantity`` of a part.
 
-    Of a ``point`` (or body: its mass centre), in world axes: ``position`` (m), ``velocity`` (m/s) and ``acceleration``
-    (m/s2), NAME_x, NAME_y, and NAME_z in space; of one with an angle NAME alone: ``angle`` (rad), ``angular_velocity``
-    (rad/s), ``angular_acceleration`` (rad/s2). Of a ``frame``, relative to the world, R being its rotation
-    matrix (r_world = R r):
+    A ``point`` (or body, which stands for its mass centre) has, in world axes, ``position`` (m), ``velocity`` (m/s) and
+    ``acceleration`` (m/s2): NAME_x, NAME_y, and NAME_z in space. A planar one with an angle also has ``angle`` (rad),
+    ``angular_velocity`` (rad/s) and ``angular_acceleration`` (rad/s2): NAME alone. A ``frame`` with the rotation matrix
+    R (r_world = R r) has, relative to the world:
 
     - ``angular_velocity`` (rad/s) and ``angular_acceleration`` (rad/s2): NAME_x, NAME_y, NAME_z in the ``axes`` of the
-      "world" or of the "frame";
-    - ``rotation``: NAME_11, NAME_12, ... NAME_33, R row by row;
-    - ``quaternion``: NAME_0 ... NAME_3, the product of those of the rotations, hence smooth; e and -e mean the same R;
+      "world" or of the "frame".
+    - ``rotation``: NAME_11, NAME_12, ... NAME_33, R (3, 3) row by row.
+    - ``quaternion``: NAME_0 ... NAME_3, the product of those of the rotations, hence smooth; e and -e are the same R.
     - ``angles`` (rad): NAME_x, NAME_y, NAME_z with R = Rx Ry Rz (Cardan), singular at NAME_y = +-pi/2.
 
     ``unit`` is that of the entries and need not be given with a quantity. ``dimension`` is the number of entries of
-    positions; the Mechanism sets it.
+    positions; the Mechanism sets it. Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd edition, chapter 2.
     """
 
     name: str
@@ -82,7 +82,7 @@ class Output:
 
     @property
     def turning(self) -> bool:
-        """Whether it is the angle of something in the plane, or a derivative of that."""
+        """Whether it is the angle of a planar body or point, or a derivative of this angle."""
         return self.point is not None and self.quantity in TURNING
 
     @property
@@ -96,7 +96,7 @@ class Output:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What a default run looks like: stop time and communication step in s, relative tolerance."""
+    """The default run: stop time and communication step in s, relative tolerance."""
 
     stop_time: float = key("number", "In s.", default=10.0)
     step: float = key("number", "Communication step in s.", default=0.01)

@@ -22,7 +22,10 @@ from lag2fmu.language.vocabulary import symbol
 
 @dataclass(frozen=True)
 class Definition:
-    """A name for an expression, in SI units, that other expressions use; raises MechanismError for what is none."""
+    """A name for an expression, in SI units, that other expressions use.
+
+    Raises MechanismError for a value that is no expression.
+    """
 
     name: str
     expression: sp.Expr = key("expression", "", names=ANY)
@@ -35,7 +38,7 @@ class Definition:
 class Energy:
     """Energies (J) beside those of bodies and springs, or the whole Lagrangian T - V (J).
 
-    ``dissipation`` is Rayleigh's function R (W), whose forces are -dR/dqd. Raises MechanismError for what is no
+    ``dissipation`` is Rayleigh's function R (W), whose forces are -dR/dqd. Raises MechanismError for a value that is no
     expression. Source: Goldstein, Classical Mechanics, section 1.5.
     """
 
@@ -81,7 +84,8 @@ def between_key() -> Any:
 class Spring:
     """A linear spring: ``elongation`` as an expression, or ``between`` two points or bodies with natural ``length``.
 
-    ``stiffness`` k in N/m, the others in m; N.m/rad and rad for one that turns. V = 1/2 k elongation^2.
+    ``stiffness`` k is in N/m, elongation and length are in m; for a torsion spring in N.m/rad and rad.
+    V = 1/2 k elongation^2. Source: Hand, Finch, Analytical Mechanics, chapter 1.
     """
 
     name: str
@@ -102,9 +106,9 @@ class Spring:
 class Damper:
     """A damper: ``rate`` of elongation as an expression, or ``between`` two points or bodies.
 
-    A linear one has the ``damping`` c in N.s/m, ``rate`` in m/s; N.m.s/rad and rad/s if it turns. R = 1/2 c rate^2.
-    Any other has a ``force`` in N (N.m), in which the name "rate" is the damper's own rate. The force opposes a rate of
-    its sign: Q = -force d(rate)/dqd.
+    A linear damper has the ``damping`` c in N.s/m and a ``rate`` in m/s; if it turns, N.m.s/rad and rad/s. Then
+    R = 1/2 c rate^2. Any other damper has a ``force`` in N (N.m), in which the name "rate" stands for its own rate. A
+    positive force opposes a positive rate: Q = -force d(rate)/dqd. Source: Goldstein, Classical Mechanics, section 1.5.
     """
 
     name: str
@@ -175,11 +179,12 @@ KINDS = ("holonomic", "equilibrium", "nonholonomic", "damped_equilibrium")
 class Constraint:
     """``expression`` = 0: holonomic in t, q and motions, or nonholonomic and affine in the velocities.
 
-    An ``equilibrium`` is that of the forces on a coordinate without mass, which may contain all inputs: it ties the
-    coordinates without a force of its own; a ``damped_equilibrium`` ties velocities. The derivation finds them.
+    The derivation adds two further kinds. An ``equilibrium`` of the forces on a coordinate without mass may contain all
+    inputs, and ties the coordinates without a force of its own. A ``damped_equilibrium`` ties velocities.
 
-    ``unit`` is that of the expression; None: what follows from the units of the names in it. With ``while_`` it holds
-    while that expression is above 0, and is left out otherwise: latches, grippers, release.
+    ``unit`` is that of the expression; None if it follows from the units of the names in it. With ``while_`` the
+    constraint holds only while that expression is above 0: latches, grippers, release. Raises MechanismError for an
+    unknown kind. Source: Goldstein, Classical Mechanics, section 2.4.
     """
 
     name: str
@@ -202,7 +207,7 @@ class Constraint:
 
     @property
     def massless(self) -> bool:
-        """Whether it is the equilibrium of forces on something without mass."""
+        """Whether it is the equilibrium of the forces on a coordinate without mass."""
         return self.kind.endswith("equilibrium")
 
     @property

@@ -94,9 +94,9 @@ def checked_axis(axis: object, where: str) -> str | Vector:
 
 
 class Place:
-    """What bodies and points have in common: something can be attached to them.
+    """A place to which springs, dampers, loads and joints can be attached: a body or a point.
 
-    ``position`` (2 or 3 entries) in m, ``angle`` in rad.
+    ``position`` has 2 or 3 entries, in m; ``angle`` is in rad.
     """
 
     name: str
@@ -114,13 +114,13 @@ class Place:
 class Body(Place):
     """A particle, a planar rigid body if ``angle`` and ``inertia`` are given, a spatial body if it has a ``frame``.
 
-    ``mass`` in kg, 0 if only an inertia is given. With ``angle`` and ``inertia`` alone it only turns: a rotor, which is
-    at no certain place. Without a frame ``position`` holds the 2 or 3 coordinates (m) of the mass centre in the fixed
-    frame, r(t, q); ``inertia`` about the mass centre is in kg.m2, ``angle`` in rad, counter-clockwise. A spatial body
-    has its mass centre at ``center`` (m) and the inertia tensor (Ixx, Iyy, Izz, Ixy, Ixz, Iyz) about it, both in the
-    axes of its frame; the entries are those of the tensor, Ixy = - integral of x y dm. Without inertia it is a
-    particle. Raises MechanismError for a vector where one expression is expected, and the other way round, and without
-    mass and inertia.
+    ``mass`` is in kg, 0 if only an inertia is given. A body with ``angle`` and ``inertia`` alone is a rotor, which only
+    turns and has no place. Without a frame ``position`` holds the 2 or 3 coordinates (m) of the mass centre in the
+    fixed frame, r(t, q); ``inertia`` about the mass centre is in kg.m2, ``angle`` in rad, counter-clockwise. A spatial
+    body has its mass centre at ``center`` (m), and the inertia tensor (Ixx, Iyy, Izz, Ixy, Ixz, Iyz) about it, in
+    kg.m2, both in the axes of its frame. The entries are those of the tensor: Ixy = - integral of x y dm. Without
+    inertia a body is a particle. Raises MechanismError for a vector where one expression is expected, and the other
+    way round, and for a body without mass and inertia.
     """
 
     name: str
@@ -166,7 +166,7 @@ class Body(Place):
 
     @property
     def placed(self) -> bool:
-        """Whether it is somewhere; what only turns is not."""
+        """Whether it has a place, which a body that only turns has not."""
         return self.position is not None or self.frame is not None
 
 
@@ -174,7 +174,7 @@ class Body(Place):
 class Point(Place):
     """A named point: ``position`` with 2 or 3 entries, in m, in the fixed frame, or with 3 in the axes of ``frame``.
 
-    In the plane it may have the ``angle`` (rad) of what it is fixed to, for joints.
+    In the plane it may have an ``angle`` (rad), that of the body it is fixed to, for joints.
     """
 
     name: str

@@ -1,6 +1,6 @@
-"""The record ``Ports``: what an FMU takes in and gives out beside coordinates, velocities and declared signals.
+"""The record ``Ports``: inputs and outputs of an FMU beside coordinates, velocities and declared signals.
 
-Places are points, bodies and frames by name; 'frames.NAME', 'bodies.NAME' or 'points.NAME' where two have one name.
+Places are points, bodies and frames by name; where two have one name, 'frames.NAME', 'bodies.NAME' or 'points.NAME'.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ ALL, NONE = "all", "none"
 
 ACTING = ("forces", "torques")
 MOVING = ("poses", "velocities", "accelerations")
-"""The fields with places where something acts, and with places whose motion goes out."""
+"""The fields with places at which forces or torques act, and those with places whose motion is an output."""
 
 ROTATIONS = ("quaternion", "rotation", "angles")
 
@@ -36,15 +36,18 @@ Spot = str | Place | Frame
 
 @dataclass(frozen=True)
 class Ports:
-    """What an FMU takes in and gives out beside what is declared in other tables.
+    """Inputs and outputs of an FMU beside those that are declared in other tables.
 
-    ``inputs`` names those of the inputs that the FMU has, of Q_<coordinate>, [inputs] and [loads]; None: all. Others
-    keep their start values. ``forces`` (N) and ``torques`` (N.m) are places that one acts at, or {place: axes} with the
-    axes "world" or "frame"; they are inputs PLACE_force_x ..., PLACE_torque_x ... The other fields list places whose
-    motion is an output, in world axes: PLACE_position_x ... (m) and ``rotation``, PLACE_velocity_x ... (m/s) and
-    PLACE_angular_velocity_x ... (rad/s), PLACE_acceleration_x ... (m/s2) and PLACE_angular_acceleration_x ... (rad/s2).
-    ``drives`` are prescribed motions whose force F_NAME is an output.
-    Raises MechanismError for axes that are unknown and a place that stands twice.
+    - ``inputs``: the inputs that the FMU has, of Q_<coordinate>, [inputs] and [loads]; None for all. The other inputs
+      keep their start values.
+    - ``forces`` (N), ``torques`` (N.m): the places at which one acts, or {place: axes} with the axes "world" or
+      "frame". They are the inputs PLACE_force_x ..., PLACE_torque_x ...
+    - ``drives``: prescribed motions whose force F_NAME is an output.
+
+    The other fields list places whose motion is an output, in world axes: PLACE_position_x ... (m) and ``rotation``,
+    PLACE_velocity_x ... (m/s) and PLACE_angular_velocity_x ... (rad/s), PLACE_acceleration_x ... (m/s2) and
+    PLACE_angular_acceleration_x ... (rad/s2). Raises MechanismError for unknown axes, and for a place that stands
+    twice.
     """
 
     inputs: Sequence[str] | str | None = key(
@@ -87,7 +90,7 @@ class Ports:
             raise MechanismError(f"ports.rotation: '{self.rotation}' is unknown; give one of {', '.join(ROTATIONS)}")
 
     def acting(self, name: str) -> tuple[Acting, ...]:
-        """What the field ``name``, one of ACTING, holds."""
+        """The places with axes in the field ``name``, one of ACTING."""
         found: tuple[Acting, ...] = getattr(self, name)
         return found
 
@@ -97,7 +100,7 @@ class Ports:
         return acting | {name: tuple(getattr(self, name)) for name in MOVING}
 
     def with_those_of(self, other: Ports) -> Ports:
-        """The same with the places and drives of ``other`` behind its own; the choice of inputs and rotation stay."""
+        """These ports with the places and drives of ``other`` behind; the choice of inputs and rotation stay."""
         both = {name: (*getattr(self, name), *getattr(other, name)) for name in self.listed()}
         drives = tuple(dict.fromkeys((*self.drives, *other.drives)))  # a motion may be shared
         return Ports(self.inputs, **both, rotation=self.rotation, drives=drives)
@@ -109,7 +112,7 @@ def bare(place: str) -> str:
 
 
 def _chosen(inputs: Sequence[str] | str | None) -> tuple[str, ...] | None:
-    """The names of the inputs that there are, None for all of them."""
+    """The names of the chosen inputs, None for all of them; raises MechanismError for another word."""
     if not isinstance(inputs, str):
         return None if inputs is None else tuple(map(str, inputs))
     if inputs not in (ALL, NONE):
@@ -118,7 +121,7 @@ def _chosen(inputs: Sequence[str] | str | None) -> tuple[str, ...] | None:
 
 
 def _acting(given: Iterable[object] | Mapping[str, str], name: str) -> tuple[Acting, ...]:
-    """Places with axes: those of the world, where ``given`` does not say."""
+    """Places with axes, which are those of the world unless ``given`` says otherwise."""
     pairs = given.items() if isinstance(given, Mapping) else given
     found = tuple(Acting(_name(x[0]), x[1]) if isinstance(x, tuple) else Acting(_name(x), WORLD) for x in pairs)
     for place, axes in found:

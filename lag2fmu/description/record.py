@@ -1,4 +1,4 @@
-"""The record ``Description``: what is written about a mechanism, table by table, and nothing else.
+"""The record ``Description``: a mechanism as it is written, table by table, without anything that follows.
 
 Numbers of coordinates, parameters and inputs are kept in SI; the unit says how they are shown.
 """
@@ -51,12 +51,13 @@ class Entry(NamedTuple):
 
 @dataclass(frozen=True)
 class Description:
-    """What is written about a mechanism; the text format is its lossless serialisation.
+    """A mechanism as it is written; the text format is its lossless serialisation.
 
     The keywords are the tables of a .toml file, of which ``lag2fmu new`` writes an example. Tables of parts take any
-    iterable, coordinates, parameters and inputs the symbols that declare them too, ``forces`` a mapping {coordinate: Q}
-    and ``gravity`` an acceleration (m/s2). Constraints stand in the order of their kinds, the holonomic ones first.
-    Raises MechanismError for a part that belongs to another table; ``Mechanism`` checks everything else.
+    iterable. Coordinates, parameters and inputs may also be given by the symbols that declare them, ``forces`` as a
+    mapping {coordinate: Q}, and ``gravity`` as an acceleration (m/s2). Constraints are put in the order of their kinds,
+    the holonomic ones first. Raises MechanismError for a part that belongs to another table; ``Mechanism`` checks
+    everything else.
     """
 
     name: str = key("string", "An identifier; the name of the FMU.")
@@ -147,7 +148,7 @@ class Description:
 
     @property
     def imprint(self) -> dict[str, str]:
-        """What is said of author, version, copyright and license, by these words; what is not said is left out."""
+        """{word: text} of author, version, copyright and license, as far as they are given."""
         return {word: text for word in IMPRINT if (text := getattr(self, word))}
 
     @property
@@ -200,7 +201,7 @@ class Description:
 
     @property
     def output_names(self) -> dict[str, Output]:
-        """Every name that the outputs bring (NAME, or NAME_x ... of a quantity) -> its output, with unit and doc."""
+        """{name: its output} of all names of outputs: NAME, or NAME_x ... of a quantity."""
         return {name: output for output in self.outputs for name in output.names}
 
     def frame(self, name: str) -> Frame:
@@ -220,8 +221,7 @@ class Description:
     def place(self, name: str) -> Vector:
         """The position (m) in the fixed frame of the point or body ``name``.
 
-        Raises MechanismError if there is none, or if it is on a frame: ``location`` says where, and composing frames
-        is left to those who compute with them.
+        Raises MechanismError if there is none, or if it is on a frame. ``location`` gives its place on the frame.
         """
         frame, position = self.location(name)
         if frame != WORLD:
@@ -258,7 +258,7 @@ Named = TypeVar("Named", Frame, Place)
 
 
 def _named(parts: Iterable[Named], name: str, what: str) -> Named:
-    """The one of ``parts`` called ``name``; raises MechanismError that there is no ``what``."""
+    """The part of ``parts`` called ``name``; raises MechanismError, which calls it ``what``, if there is none."""
     found = {part.name: part for part in parts}
     if name not in found:
         raise MechanismError(f"there is no {what}; {remedy_for(name, found)}")
@@ -279,7 +279,7 @@ def _records(declared: Iterable[Any], name: str, kind: type) -> tuple[Any, ...]:
 def _with_declared(coordinates: tuple[Coordinate, ...], joints: Iterable[Joint]) -> tuple[Coordinate, ...]:
     """``coordinates`` with those that were declared together with a joint on a parent.
 
-    Where there is one, the other coordinates of joints are written down too, so that their order is kept.
+    If there is one, the other coordinates of joints are written down too, so that their order is kept.
     """
     known = {q.name for q in coordinates}
     if all(q.name in known for joint in joints for q in joint.declared):

@@ -1,4 +1,4 @@
-"""The names that mean something in every mechanism, so that no part of one can be called like them."""
+"""The names that have a meaning in every mechanism, so that no part can have them."""
 
 from __future__ import annotations
 
@@ -15,4 +15,4 @@ GLOBAL_NAMES = {
     **dict.fromkeys(ENERGIES, "an energy that is calculated"),
     "external_power": "the power of the external forces",
 }
-"""Name -> what it means."""
+"""{name: its meaning}."""

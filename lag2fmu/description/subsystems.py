@@ -1,6 +1,6 @@
 """Mechanisms in a mechanism: a part is a whole mechanism that stands in another one under a name of its own.
 
-What it brings is written out when the mechanism is built, and written down as it was given.
+Its entries are written out when the mechanism is built; the text has the part as it was given.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from lag2fmu.language.vocabulary import normal_form, symbol
 
 
 class Setting(NamedTuple):
-    """What a part has instead of what its own description says: ``value`` of a parameter or start, in SI units."""
+    """The ``value`` of a parameter or start of a part, in SI units, in place of that of the part's own description."""
 
     name: str
     value: sp.Expr
@@ -29,11 +29,13 @@ class Setting(NamedTuple):
 class Part:
     """A mechanism ``of`` its own (a Mechanism or Description), whose names become NAME_... in the whole.
 
-    ``set`` gives parameters and starts other values {name of the part: value in SI units}, a coordinate's velocity
-    under NAME_dot; a parameter may be an expression of the whole's parameters. What ``share`` lists, parameters, inputs
-    and tables, is the whole's own of the same name. The part's world is the frame ``parent``; in the plane it may be a
-    point or body, along whose angle the part lies. ``file`` is where the text was read. Raises MechanismError for
-    settings that are no expressions.
+    - ``set``: other values of parameters and starts, {name in the part: value in SI units}, a coordinate's velocity
+      under NAME_dot. A parameter may be an expression of the whole's parameters.
+    - ``share``: parameters, inputs and tables of the part that are those of the whole with the same names.
+    - ``parent``: the frame that is the part's world; in the plane it may be a point or body with an angle.
+    - ``file``: the file from which the part was read.
+
+    Raises MechanismError for settings that are no expressions.
     """
 
     name: str
@@ -67,17 +69,17 @@ class Part:
             raise MechanismError(f"{where}: there is no mechanism; give 'file', or the mechanism itself as 'of'")
 
     def __getitem__(self, name: str) -> sp.Symbol:
-        """The symbol that the part's ``name`` has in the whole, for expressions there."""
+        """The symbol in the whole of the part's ``name``, for expressions of the whole."""
         return symbol(self.prefix + name)
 
     @property
     def settings(self) -> tuple[Setting, ...]:
-        """What ``set`` holds, in normal form."""
+        """The settings in ``set``, in normal form."""
         return tuple(item for item in self.set if isinstance(item, Setting))
 
     @property
     def prefix(self) -> str:
-        """What stands before its names."""
+        """The prefix of its names in the whole."""
         return f"{self.name}_"
 
     @property

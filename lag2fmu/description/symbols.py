@@ -24,9 +24,10 @@ FILTERED = "filtered"
 class Coordinate:
     """A generalized coordinate q: start values of q and qd, nominal value and bounds in SI units.
 
-    ``start`` is exact if ``given``, else a first guess, from which constraints determine it; likewise ``velocity``.
-    None: nobody gave it; then it is exact too, unless a constraint determines it. ``nominal_from`` says where the
-    nominal value is from: "given", "" for 1 in the unit, or what the derivation found it from.
+    ``start`` is exact if ``given``; otherwise it is a first guess, from which constraints determine the start. The same
+    holds for ``velocity`` with ``velocity_given``. If ``given`` is None, nobody gave a start; it is then exact unless a
+    constraint determines it. ``nominal_from`` says where the nominal value is from: "given", "" for 1 in the unit, or a
+    phrase of the derivation.
     """
 
     name: str
@@ -82,9 +83,10 @@ class Parameter:
 class Input:
     """A signal from outside, start value in SI units. A ``motion`` input y0 comes with y0_dot and y0_ddot.
 
-    A "filtered" motion comes alone, as y0_target. What moves the mechanism is y0, which follows it by a critically
-    damped filter with the ``time_constant`` T (s): T^2 y0_ddot + 2 T y0_dot + y0 = y0_target. What the importer says
-    of the target's derivatives r', r'' is added to the right side: 2 T r' + T^2 r''.
+    A "filtered" motion comes alone, as y0_target. The mechanism is moved by y0, which follows the target r by a
+    critically damped filter with the ``time_constant`` T (s): T^2 y0_ddot + 2 T y0_dot + y0 = r. If the importer gives
+    derivatives r', r'' of the target, 2 T r' + T^2 r'' is added to the right side. Raises MechanismError for an unknown
+    kind of motion, and for a time constant without a filter.
     """
 
     name: str
@@ -189,7 +191,7 @@ def coordinate(  # noqa: PLR0913 (the keys of the text format)
 def start_or_guess(
     start: float | None, guess: float | None, where: str, key: str, guess_key: str
 ) -> tuple[float | None, bool | None]:
-    """The one of the two that is there, and whether it is ``start``; raises MechanismError for both."""
+    """The value that is given, and whether it is ``start``; raises MechanismError if both are given."""
     if start is not None and guess is not None:
         raise MechanismError(f"{where}: '{key}' and '{guess_key}' exclude each other; leave one out")
     return (start, True) if start is not None else (guess, None if guess is None else False)

@@ -37,12 +37,12 @@ class Grid(NamedTuple):
 class Table:
     """Measured data as a function NAME(x) or NAME(x, y), for expressions; in Python the table is called itself.
 
-    The data are ``columns``, or those of a CSV ``file``, read when the record is built: two for one argument and the
-    value; three for two arguments and the value, which is either a column beside theirs, where the rows fill a
-    grid in any order, or a row of values for each entry of the first one. A file with more than three columns is a grid
-    too: its first row holds the second argument, its first column the first one. Numbers are in ``units``, one unit a
-    column, the value's last; by default in SI. Raises MechanismError for data that are no function, UnitError for a
-    text that is no unit. ``grid`` holds the data in SI.
+    The data are ``columns``, or those of a CSV ``file``, read when the record is built. Two columns hold one argument
+    and the value. Three columns hold two arguments and the value. The value then is either a column of numbers, where
+    the rows fill a grid in any order, or a row of values for each entry of the first argument. A file with more than
+    three columns is a grid too: its first row holds the second argument, its first column the first one. Numbers are in
+    ``units``, one for each column, the value's last; by default in SI units. ``grid`` holds the data in SI units.
+    Raises MechanismError for data that are no function, UnitError for a text that is no unit.
     """
 
     name: str
@@ -79,7 +79,7 @@ class Table:
             raise MechanismError(f"{where}.interpolation: pchip is for one argument; give linear or cubic")
 
     def _check_words(self, where: str) -> None:
-        """Raise MechanismError for an interpolation or an outside that is none."""
+        """Raise MechanismError for an unknown ``interpolation`` or ``outside``."""
         for known, words in (("interpolation", INTERPOLATIONS), ("outside", OUTSIDE)):
             if getattr(self, known) not in words:
                 raise MechanismError(
@@ -147,7 +147,7 @@ def _in_si(column: tuple[Any, ...], unit: Unit) -> tuple[Any, ...]:
 
 
 def _axes(columns: list[tuple[float, ...]], where: str) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...]]:
-    """Axes and values of ``columns`` of one length; of two arguments the rows fill a grid, in any order."""
+    """Axes and values of ``columns`` of equal length; with two arguments the rows fill a grid, in any order."""
     lengths = [len(column) for column in columns]
     if len(set(lengths)) > 1 or any(isinstance(entry, tuple) for column in columns for entry in column):
         raise MechanismError(f"{where}.columns: have {lengths} entries; give as many in each column")

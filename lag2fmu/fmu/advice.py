@@ -1,4 +1,4 @@
-"""What an export tells its user: the solver it chose, how that solver treats vibrations, the starts that it moved."""
+"""Remarks of an export for its user: which solver it chose, how this treats vibrations, which starts it moved."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, STIFF_SOLVER, Method, TimeStepping
 
 _USUAL_STACK = 2**20
-"""The stack (bytes) that a thread has at least on all platforms."""
+"""The stack (bytes) that every thread has on all platforms."""
 _SEEN, _MOST = 1e-9, 6
-"""A start that moves by less than _SEEN of its size is not mentioned; of the others at most _MOST are named."""
+"""Starts that move by less than _SEEN of their size are not mentioned; of the others at most _MOST are named."""
 
 
 def moved_starts(mechanism: Mechanism, equations: EquationsOfMotion) -> str:
@@ -63,14 +63,14 @@ def missed_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vib
 
     Implicit methods damp them, and methods of fixed step without error control may be unstable.
     """
-    steps = isinstance(method, TimeStepping)  # the error of whose steps is of first order anyway
+    steps = isinstance(method, TimeStepping)  # their steps have errors of first order anyway
     return undamped_vibrations(equations) if not steps and (method.implicit or method.error_order == 0) else ()
 
 
 def stack_of_events(program: Program, coordinates: int) -> str:
     """A phrase on the stack that the dense matrices of many contacts take; "" if any thread has as much.
 
-    Of ``coordinates`` and constraints there are three matrices, of constraints alone room for 26 in the deepest call.
+    The deepest call has three matrices over ``coordinates`` and constraints, and room for 26 over constraints alone.
     """
     constraints = program.constraints
     needed = 8 * constraints * (3 * coordinates + 26 * constraints)
@@ -80,7 +80,7 @@ def stack_of_events(program: Program, coordinates: int) -> str:
 
 
 def steps_over_impacts(mechanism: Mechanism, method: Method) -> str:
-    """A phrase on impacts in turn that ``method`` resolves at once; "" if it does not, or none are meant."""
+    """A phrase that ``method`` resolves impacts all at once; "" if it does not, or if there are no sequential ones."""
     returning = sum(contact.restitution != 0 for contact in mechanism.unilaterals)
     if not isinstance(method, TimeStepping) or mechanism.impacts == "simultaneous" or returning < 2:
         return ""

@@ -1,4 +1,4 @@
-"""What collects the variables of an FMU with their value references."""
+"""The collection of the variables of an FMU with their value references."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ class Builder:
     """Collects slots (value references) and variables (names for them)."""
 
     def __init__(self) -> None:
-        """Start without any."""
+        """Start without slots and variables."""
         self.slots: list[Slot] = []
         self.variables: list[ScalarVariable] = []
 
     def add(self, variable: ScalarVariable, kind: str, index: int) -> None:
-        """A variable with a value reference of its own."""
+        """Add ``variable`` with a value reference of its own: the slot of this ``kind`` and ``index`` in C."""
         self.variables.append(replace(variable, value_reference=len(self.slots)))
         output = variable.causality == "output"
         self.slots.append(Slot(variable.name, kind, index, variable.minimum, variable.maximum, output))

@@ -1,4 +1,4 @@
-"""What an FMU of lag2fmu carries beside what the standard asks for, its mechanism as text, and what may be left out."""
+"""The mechanism as text that an FMU of lag2fmu carries, and the parts of an FMU that may be left out."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lag2fmu.xml_tree import parse
 MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
 
 SOURCES, EQUATIONS, DESCRIPTION = WITHOUT = ("sources", "equations", "description")
-"""What an FMU that goes to others may come without: sources/, the equations on its page, the mechanism as text."""
+"""The parts that an FMU may leave out: sources/, the equations on its page, the mechanism as text."""
 
 _MISSING = (
     "it carries no mechanism: it is of another tool, or was exported with --without description; "

@@ -32,14 +32,14 @@ from lag2fmu.kept_libraries import kept
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 
 WASM = "wasm32-wasi"
-"""What zig calls WebAssembly with a C library."""
+"""Zig's name of the target WebAssembly with a C library."""
 
 OF_ZIG = frozenset({"__mh_dylib_header", "___dso_handle"})
-"""The names that zig's linker exports from every library for macOS; no option of it prevents that."""
+"""The names that zig's linker exports from every library for macOS; none of its options prevents this."""
 
 _LOGGER = logging.getLogger("lag2fmu")
 Progress = Callable[[int, int, str], None]
-"""Called while libraries are built with the libraries done, their number, and what is done or begun."""
+"""A function called with the number of libraries done, the number of all, and the name of the one done or begun."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ PLATFORMS = {
     ),
     "aarch64-linux": Platform(("aarch64-linux",), ("aarch64-linux",), ".so", ("aarch64-linux-gnu.2.17",)),
 }
-"""Name -> platform. Importers on Apple silicon look in either folder, hence the same file stands in both."""
+"""{name: platform}. Importers on Apple silicon look in either of two folders, hence the same file stands in both."""
 
 _HOSTS = {
     ("Linux", "x86_64"): "linux64",
@@ -76,7 +76,7 @@ _HOSTS = {
     ("Darwin", "arm64"): "darwin",
     ("Windows", "AMD64"): "win64",
 }
-"""(system, machine) as Python's ``platform`` names them -> name in PLATFORMS."""
+"""{(system, machine) by Python's ``platform``: name in PLATFORMS}."""
 
 
 def host_platform() -> Platform:
@@ -88,9 +88,9 @@ def host_platform() -> Platform:
 
 
 def choose_platforms(choice: str, compiler: str = "zig") -> tuple[Platform, ...]:
-    """The platforms that ``choice`` means: 'host', a name in PLATFORMS, or 'all'.
+    """The platforms of ``choice``, which is 'host', a name in PLATFORMS, or 'all'.
 
-    The compiler 'host' makes libraries of this machine only. Raises BuildError for anything else.
+    The compiler 'host' makes libraries for this machine only. Raises BuildError for any other choice.
     """
     if choice not in {"host", "all", *PLATFORMS}:
         raise BuildError(f"unknown platform '{choice}'; known are host, {', '.join(PLATFORMS)}, all")
@@ -101,7 +101,7 @@ def choose_platforms(choice: str, compiler: str = "zig") -> tuple[Platform, ...]
         raise BuildError(f"the host compiler builds for this machine only, not for '{choice}'; use --compiler zig")
     if (
         platform.machine() == "x86_64" and len(host.folders) > 1
-    ):  # what an Intel Mac builds does not run on Apple silicon
+    ):  # a library built on an Intel Mac does not run on Apple silicon
         host = replace(host, folders=host.folders[1:], tuples=host.tuples[1:])
     return (host,)
 
@@ -109,7 +109,7 @@ def choose_platforms(choice: str, compiler: str = "zig") -> tuple[Platform, ...]
 def compiler_command(compiler: str, target: str) -> list[str]:
     """The command that compiles for ``target``; ``compiler`` is 'zig' or 'host' ($CC, cc, gcc, clang).
 
-    Raises BuildError if there is none, naming what was looked for.
+    Raises BuildError if no compiler is found; the message names the ones looked for.
     """
     if compiler == "zig":
         if find_spec("ziglang") is None:
@@ -195,7 +195,7 @@ def _for_here(compiler: str) -> list[str]:
 def compile_module(sources: Mapping[str, str], functions: Iterable[str]) -> bytes:
     """The C files in ``sources`` {file name: text} as a module of WebAssembly that offers ``functions``.
 
-    It needs nothing of whoever loads it, and is made small. Raises BuildError with what the compiler says if it fails.
+    The module imports nothing, and is optimised for size. Raises BuildError with the compiler's output if it fails.
     """
     joined = units(sources)
     flags = ["-Os" if flag == "-O2" else flag for flag in FLAGS if flag != "-fPIC"]
@@ -215,7 +215,7 @@ def _report(running: Mapping[tuple[Platform, str], Future[bytes]], progress: Pro
 
 
 def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[Platform, str], compiler: str) -> bytes:
-    """The library for one target of a platform; what zig made of the same before may be kept."""
+    """The library for one target of a platform; zig's libraries of equal sources are kept and reused."""
     (platform, target), joined = part, units(sources)
     library = f"{name}{platform.suffix}"
     strip = [] if platform.suffix == ".dylib" else ["-s"]
@@ -251,7 +251,7 @@ def _built(command: list[str], files: Mapping[str, str], library: str) -> bytes:
 
 
 def _run(command: list[str], folder: Path) -> str:
-    """Run the compiler in ``folder`` and return what it prints; raises BuildError with what it says if it fails."""
+    """Run the compiler in ``folder`` and return its output; raises BuildError with this output if it fails."""
     environment = dict(os.environ)
     if "ziglang" in command and not _has_cache():
         environment["ZIG_GLOBAL_CACHE_DIR"] = str(folder / "cache")
@@ -272,7 +272,7 @@ def _run(command: list[str], folder: Path) -> str:
 
 
 def _has_cache() -> bool:
-    """Whether zig can write to the folder where it keeps its work; it looks for that as this does, except on Windows.
+    """Whether zig can write to the folder of its cache, found by zig's own rules; not asked on Windows.
 
     Source: https://ziglang.org, src/introspect.zig, resolveGlobalCacheDir.
     """

@@ -1,4 +1,4 @@
-"""What each calculated variable of an FMU depends on, by the structure of the equations (FMI 2.0.5, section 2.2.8)."""
+"""The variables on which each calculated variable of an FMU depends, by the structure of its equations."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from lag2fmu.dynamics.variables import integrated_states
 
 
 def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
-    """{variable: names of states, inputs, parameters and time} of states, derivatives and all that is calculated.
+    """{variable: names of states, inputs, parameters and time on which it depends}.
 
-    A state among the outputs depends on itself. Multipliers and coordinates without mass are no states, so they are
-    replaced by the variables that they depend on.
-    Source: FMI 2.0.5, section 2.2.8 (ModelStructure).
+    The variables are states, derivatives, and everything that is calculated. A state among the outputs depends on
+    itself. Multipliers and coordinates without mass are no states, so they are replaced by the variables on which they
+    depend. Source: FMI 2.0.5 specification, section 2.2.8 (ModelStructure).
     """
     graph = equations.graph
     states, following = _states(equations)
@@ -29,12 +29,12 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     if len(equations.rows):
         found[names.derivative(names.DISSIPATED_ENERGY)] = everything
     found |= {state: frozenset([state]) for state in states}
-    moving = {str(graph.leaf[rate]) for rate in equations.variables.rates}  # no variables of the FMU
+    moving = {str(graph.leaf[rate]) for rate in equations.variables.rates}  # these are no variables of the FMU
     return {name: frozenset("time" if used == "t" else used for used in uses - moving) for name, uses in found.items()}
 
 
 def _states(equations: EquationsOfMotion) -> tuple[list[str], dict[str, frozenset[str]]]:
-    """The continuous states, and what the coordinates and velocities that are none depend on."""
+    """The continuous states, and {name: its dependencies} of coordinates and velocities that are no states."""
     m = equations.mechanism
     coordinates = [q.name for q in m.coordinates]
     x = [*coordinates, *map(names.velocity, coordinates), *(state.name for state in integrated_states(m))]
@@ -51,7 +51,7 @@ def _blocks(equations: EquationsOfMotion) -> tuple[dict[str, frozenset[str]], fr
     )
     found = dict(zip(unknowns, equations.unknown_dependencies(), strict=True))
     everything = frozenset().union(*found.values(), equations.rows.symbols(equations.graph))
-    if len(equations.rows):  # an impact or a mode ties everything
+    if len(equations.rows):  # impacts and modes make everything depend on everything
         found = dict.fromkeys((*unknowns, *equations.forces), everything)
     return found, everything
 
@@ -70,8 +70,9 @@ def _derivatives(equations: EquationsOfMotion, known: Mapping[str, frozenset[str
 def _following(equations: EquationsOfMotion, massless: Iterable[str]) -> dict[str, frozenset[str]]:
     """{name: variables that it depends on} of the coordinates and velocities ``massless``.
 
-    These are all the variables in the equations that determine them. The coordinates are solved for first, those of one
-    equation together, and then the velocities. Rates of inputs are left out, for they are no variables of the FMU.
+    They are all the variables in the equations that determine the coordinate or velocity. Coordinates are solved for
+    first, those of one equation together, and then velocities. Rates of inputs are left out, because they are no
+    variables of the FMU.
     """
     graph, m, c = equations.graph, equations.mechanism, equations.constraints
     wanted = {*massless}

@@ -1,4 +1,4 @@
-"""What an FMU and a page are made of: equations and their program, for the solver that the user names or that suits."""
+"""Equations and their program for an FMU or a page, with the solver that the user names or that suits."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from lag2fmu.solvers.methods import METHODS, TimeStepping
 
 @dataclass(frozen=True)
 class Derived:
-    """What an FMU or a page is made of: the complete mechanism, its equations and program, the name of the solver.
+    """The complete mechanism, its equations and program, and the name of the solver.
 
-    ``choice`` says why this solver was chosen, ``reason`` what is known of the motion at the start. ``missed`` are the
-    vibrations that the solver gets wrong if its steps do not resolve them.
+    ``choice`` is a phrase on why this solver was chosen, ``reason`` one on the motion at the start. ``missed`` are the
+    vibrations (rad/s) that the solver gets wrong if its steps do not resolve them.
     """
 
     mechanism: Mechanism
@@ -36,7 +36,7 @@ class Derived:
 
     @property
     def vibrations(self) -> Vibrations:
-        """Those that the solver may miss, as the C code knows them."""
+        """The missed vibrations, as the C code takes them: (frequency in rad/s, index of the coordinate)."""
         index = {c.name: i for i, c in enumerate(self.mechanism.coordinates)}
         return tuple((v.frequency, index[v.coordinate]) for v in self.missed)
 
@@ -51,7 +51,8 @@ def derived(
 ) -> Derived:
     """Derive and lower ``mechanism`` for a solver, by default the one that suits ``among`` those of a backend.
 
-    ``outputs`` and ``events`` are those of ``promotable``. Raises Lag2FmuError.
+    ``outputs`` and ``events`` are those of ``promotable``. Raises DerivationError if the mechanism cannot be derived,
+    ExportError for a solver that cannot integrate it, and for unknown outputs.
     """
     equations = derive(mechanism)
     solver, choice, reason = _chosen_solver(equations, solver, among)
@@ -66,6 +67,6 @@ def derived(
 def _chosen_solver(equations: EquationsOfMotion, named: str | None, among: Collection[str]) -> tuple[str, str, str]:
     """The solver that the user ``named`` or that suits, why it was chosen, and what is known of the start's motion."""
     if named is not None and isinstance(METHODS[named], TimeStepping):
-        return named, "", ""  # no decay bounds its steps
+        return named, "", ""  # decays do not bound the steps of this solver
     suited, reason = suited_solver(equations, among)
     return (named, "", reason) if named else (suited, reason, reason)

@@ -29,11 +29,12 @@ Row = dict[str, str]
 
 @dataclass(frozen=True)
 class Subject:
-    """What a page is about: the ``equations``, their ``program``, and the ``content`` that a backend made.
+    """The subject of a page: the ``equations``, their ``program``, and the ``content`` that a backend made.
 
-    ``stiffness`` is a phrase on the stiffness of the motion, "" if it is not known. ``scene`` is the mechanism at its
-    start, None where nothing can be drawn; ``samples`` are what a live page compares its trajectory with; ``without``
-    names what is left out of the FMU.
+    - ``stiffness``: a phrase on the stiffness of the motion, "" if it is not known.
+    - ``scene``: the mechanism at its start, None if nothing can be drawn.
+    - ``samples``: a direct integration, with which a live page compares its trajectory.
+    - ``without``: the names of the parts that the FMU leaves out.
     """
 
     equations: EquationsOfMotion
@@ -46,7 +47,7 @@ class Subject:
 
 
 def documentation(of: Subject) -> dict[str, bytes]:
-    """{name in the archive: content} of the page and the licences; where they stand: FMI 2.0.5, section 2.3."""
+    """{name in the archive: content} of the page and the licences. Source of names: FMI 2.0.5 specification, 2.3."""
     folder = resource_folder("templates") / "documentation"
     files = {"license.txt": folder / "license.txt"}
     if of.content.live is not None:
@@ -58,7 +59,7 @@ def documentation(of: Subject) -> dict[str, bytes]:
 
 
 def page_text(of: Subject) -> str:
-    """The page as HTML, a live one where its content has what that takes."""
+    """The page as HTML; it is live if the content of the FMU has a live page."""
     content, scene = of.content, of.scene
     description = content.description
     mechanism = description.mechanism
@@ -85,7 +86,7 @@ def page_text(of: Subject) -> str:
 
 
 def _written(equations: EquationsOfMotion, program: Program) -> dict[str, object]:
-    """What the page says of the equations and of what follows from them."""
+    """The variables of the template on the equations and on their analysis."""
     return {
         "formulas": _formulas(equations),
         "structure": _structure(equations, program),

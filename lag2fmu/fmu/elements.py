@@ -47,7 +47,7 @@ def element_modes(mechanism: Mechanism) -> dict[str, str]:
 
 
 def element_variables(mechanism: Mechanism) -> Iterator[tuple[ScalarVariable, str, int]]:
-    """(variable, its VariableKind in C, its index there) of what the elements of ``mechanism`` remember.
+    """(variable, its VariableKind in C, its index there) of the modes, counts and impulses of ``mechanism``.
 
     Modes are enumerations, the counts of impacts integers, impulses discrete Reals; all of them local.
     """
@@ -67,7 +67,7 @@ def element_variables(mechanism: Mechanism) -> Iterator[tuple[ScalarVariable, st
 
 
 def add_elements(builder: Builder, mechanism: Mechanism, outputs: Collection[str]) -> None:
-    """Add these variables; those named in ``outputs`` are outputs."""
+    """Add the variables of ``element_variables`` to ``builder``; those named in ``outputs`` are outputs."""
     for variable, kind, index in element_variables(mechanism):
         causality = "output" if variable.name in outputs else "local"
         builder.add(replace(variable, causality=causality), kind, index)

@@ -1,4 +1,4 @@
-"""The variables that only FMI 3.0 has words for: event indicators, and clocks that tick at impacts."""
+"""The variables that only FMI 3.0 can declare: event indicators, and clocks that tick at impacts."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def indicator_dependencies(
 ) -> dict[str, frozenset[str]]:
     """{indicator: names of states, inputs, parameters and time} of switches, as far as these are ``known`` variables.
 
-    What calculated variables depend on is ``found``. The indicators of contacts depend on everything, which no list
-    says.
+    ``found`` {name: names} are the dependencies of calculated variables. The indicators of contacts depend on
+    everything and get no list.
     """
     switches = [f for f in program.functions if f.name == "mechanism_switches"]
     nodes = [node for f in switches for *_, node in f.results]

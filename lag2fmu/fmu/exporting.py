@@ -60,14 +60,19 @@ def export(  # noqa: PLR0913 (choices of the user)
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
-    ``solver`` is the integrator of co-simulation (see METHODS), by default one that suits the motion at the start;
-    ``compiler`` is 'zig' or 'host', ``platform`` 'host', a name in PLATFORMS or 'all', ``backend`` 'c' or 'python' (a
-    slave of PythonFMU). ``outputs`` names local variables to be outputs too ('all' for each of them), ``extra`` holds
-    further files {name in the archive: content}, ``progress`` is told how the compiler gets on. ``fmi`` is the version
-    of the standard, a name in VERSIONS; with ``arrays``, of FMI 3.0, coordinates and what belongs to them are arrays.
-    It starts as it is "given", or at rest in the "equilibrium" found from there. ``without`` names what is left out for
-    others, of WITHOUT. The ``page`` of documentation is "live", in which the mechanism moves, or "static"; a live one
-    compares its trajectory with ``samples`` of a direct integration, if they are given.
+    - ``solver``: the integrator of co-simulation, see METHODS; by default one that suits the motion at the start.
+    - ``compiler``: 'zig' or 'host'; ``platform``: 'host', a name in PLATFORMS, or 'all'.
+    - ``backend``: 'c', or 'python' for a slave of PythonFMU.
+    - ``outputs``: local variables that become outputs too; 'all' stands for each of them.
+    - ``extra``: further files, {name in the archive: content}.
+    - ``progress``: told how the compiler gets on.
+    - ``fmi``: the version of the standard, a name in VERSIONS.
+    - ``arrays``: coordinates and the variables that belong to them are arrays, which FMI 3.0 has.
+    - ``start``: "given", or "equilibrium" for a start at rest in the equilibrium found from the given start.
+    - ``without``: the parts that are left out, of WITHOUT.
+    - ``page``: "live", a page in which the mechanism moves, or "static".
+    - ``samples``: a direct integration, with which a live page compares its trajectory.
+
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     mechanism = as_mechanism(model)
@@ -106,9 +111,9 @@ def export(  # noqa: PLR0913 (choices of the user)
 
 @contextmanager
 def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterator[Path]:
-    """The path of an FMU of ``model``; a model that is none is exported to a folder that goes away at the end.
+    """The path of an FMU of ``model``; any other model is exported to a folder that is removed at the end.
 
-    Raises Lag2FmuError where there is no such model, or where it cannot be exported.
+    Raises Lag2FmuError if there is no such model, or if it cannot be exported.
     """
     if is_fmu(model):
         yield fmu_path(model)
@@ -116,12 +121,12 @@ def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterato
     mechanism = as_mechanism(model)
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
         path = Path(folder) / f"{mechanism.name}.fmu"
-        # nobody reads its page
+        # nobody reads the page of this FMU
         yield export(mechanism, path, solver=solver, fmi=fmi, page="static", without=(EQUATIONS,)).path
 
 
 def _check_words(solver: str, backend: str, fmi: str, start: str) -> None:
-    """Refuse words that are none of those known."""
+    """Raise ExportError for words that are unknown."""
     known = {"solver": METHODS, "backend": BACKENDS, "version of FMI": VERSIONS, "start": STARTS}
     for (what, words), word in zip(known.items(), (solver, backend, fmi, start), strict=True):
         if word not in words:
@@ -129,14 +134,14 @@ def _check_words(solver: str, backend: str, fmi: str, start: str) -> None:
 
 
 def _check_left_out(without: Sequence[str]) -> None:
-    """Refuse what cannot be left out."""
+    """Raise ExportError for parts that cannot be left out."""
     for word in without:
         if word not in WITHOUT:
             raise ExportError(f"--without {word}: known are {', '.join(WITHOUT)}")
 
 
 def _check_target(path: Path) -> None:
-    """Refuse a path that cannot be written before any work is done."""
+    """Raise ExportError, before any work, for a path that cannot be written."""
     try:
         path.exists()
     except OSError as error:
@@ -152,7 +157,7 @@ def _check_target(path: Path) -> None:
 
 
 def _check_texts(mechanism: Mechanism) -> None:
-    """Refuse titles and descriptions that modelDescription.xml cannot hold."""
+    """Raise ExportError for titles and descriptions that modelDescription.xml cannot hold."""
     texts = {"title": mechanism.title, "source": mechanism.source, **mechanism.imprint}
     for table in ("coordinates", "states", "parameters", "inputs", "outputs"):
         texts |= {f"{table}.{part.name}.doc": part.doc for part in getattr(mechanism, table)}

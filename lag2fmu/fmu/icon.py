@@ -10,17 +10,17 @@ from lag2fmu.picture.scene import STYLES, Disc, Scene, Stroke, bounds
 from lag2fmu.resources import resource_folder
 
 SIZE = 100
-"""Pixels of a side, as FMI 2.0.5, section 2.3, suggests."""
+"""The side of the icon in pixels; the value is that of FMI 2.0.5, section 2.3."""
 _FINE, _MARGIN, _THINNEST = 4, 4, 1.2
-"""Pixels are drawn so many times finer along each side; margin and thinnest line in pixels of the icon."""
+"""By how much pixels are drawn finer along each side; the margin and the thinnest line in pixels of the icon."""
 _LEAST = 20.0
-"""Units of the picture that fill the icon at least: one small body stays small."""
-_LEFT_OUT = ("coordinate", "axis", "gravity", "name")
-"""Styles of what explains the picture and is too small to be read here."""
+"""The icon shows at least so many units of the picture, so that one small body stays small."""
+_LEFT_OUT = ("coordinate", "axis", "gravity", "name", "leader")
+"""Styles that are left out, because in an icon they are too small to be read."""
 
 
 def icon(scene: Scene | None) -> bytes:
-    """``scene`` as a PNG of SIZE x SIZE pixels on white; where there is none, the picture that stands for any."""
+    """``scene`` as a PNG of SIZE x SIZE pixels on white; without a scene, a picture for any mechanism."""
     marks = [] if scene is None else [mark for mark in scene.marks if mark.style not in _LEFT_OUT]
     if not marks:
         return (resource_folder("templates") / "documentation" / "model.png").read_bytes()

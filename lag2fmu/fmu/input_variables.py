@@ -13,7 +13,7 @@ from lag2fmu.mechanism.record import Mechanism
 
 
 def input_variables(mechanism: Mechanism) -> Iterable[ScalarVariable]:
-    """The inputs in that order: Q of every coordinate, plain inputs, motions with their derivatives."""
+    """The inputs in the order of u: Q of every coordinate, plain inputs, motions with their derivatives."""
     for q in mechanism.coordinates:
         unit = None if q.unit is None else JOULE / q.unit
         doc = f"external generalized force on {q.name}"

@@ -1,4 +1,4 @@
-"""What a live page computes with: the C sources of an FMU and its picture, compiled to a module of WebAssembly."""
+"""The module of WebAssembly of a live page: the C sources of an FMU and its picture, compiled."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ from lag2fmu.live.work import work
 
 PAGES = ("live", "static")
 VARIABLE = "LAG2FMU_PAGE"
-"""The variable of the environment that names the page of FMUs for which none is asked."""
+"""The environment variable with the kind of page of exports that do not ask for one."""
 
 _FUNCTION = re.compile(r"\b(page_\w+)\(")
 
 
 def page_choice(page: str | None) -> str:
-    """The kind of page: the one that is asked for, else what the environment names, else live.
+    """The kind of page: ``page`` if it is given, else that of the environment, else live.
 
-    Without zig there is no compiler for live pages; those that nobody asked for are static then. Raises ExportError.
+    Without zig there is no compiler for live pages; a page is then static unless ``page`` says live. Raises ExportError
+    for an unknown kind.
     """
     choice = page or os.environ.get(VARIABLE) or "live"
     if choice not in PAGES:

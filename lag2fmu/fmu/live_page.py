@@ -17,14 +17,14 @@ from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 
 _SHORT, _LONG, _SHOWN = 3.0, 30.0, 10.0
-"""Experiments between these lengths (s) are shown in real time, others such that they take about the last one."""
+"""Experiments between these lengths (s) are shown in real time; others are sped up or slowed down to the last one."""
 _LINES = 4
 
 
 def live_document(
     context: Mapping[str, object], description: ModelDescription, made: Live, samples: Samples | None
 ) -> str:
-    """The page as HTML; ``context`` is that of the static page; ``samples``: what its trajectory is compared with."""
+    """The page as HTML; ``context`` is that of the static page; it compares its trajectory with ``samples``."""
     notes = context["sketch"][1] if context["sketch"] else ()  # type: ignore[index]
     data = _data(description, made.picture, samples)
     return document({**context, "notes": notes}, data, made.module, spatial=made.spatial)
@@ -53,7 +53,7 @@ def _is_shown(variable: ScalarVariable) -> bool:
 
 
 def _variable(variable: ScalarVariable, mechanism: Mechanism, units: Mapping[str, Unit]) -> dict[str, Any]:
-    """A variable as the script knows it, values in SI units, with the one of ``units`` that it is shown in."""
+    """A variable as data for the script: values in SI units, and the one of ``units`` in which it is shown."""
     kind = _kind(variable, mechanism)
     items = ENUMERATIONS[variable.type].items if variable.type in ENUMERATIONS else {}
     return {

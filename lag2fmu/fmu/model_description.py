@@ -1,4 +1,4 @@
-"""What an FMU says of itself, for every version of FMI: the records that the writers of ``versions`` turn into XML."""
+"""The records of a model description for every version of FMI; the writers of ``versions`` turn them into XML."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lag2fmu.mechanism.record import Mechanism
 
 @dataclass(frozen=True)
 class Interface:
-    """What an FMU of a backend offers: ``capabilities`` {kind of FMU: attributes} beside those that all have.
+    """The capabilities of FMUs of a backend: {kind of FMU: attributes}, beside the attributes that all FMUs have.
 
     ``log_categories`` {name: description}; ``event_indicators``: their number, None where the attribute is left out.
     """
@@ -24,11 +24,10 @@ class Interface:
 
 @dataclass(frozen=True)
 class ModelDescription:
-    """What modelDescription.xml says: the mechanism, its variables in order, the identifier and the GUID.
+    """The content of modelDescription.xml: the mechanism, its variables in order, the identifier and the GUID.
 
-    ``fmi`` is the version of the standard, ``version`` that of lag2fmu.
-    ``source_files`` are the names of the files in sources/ that have to be compiled; ``ports`` are what value
-    references stand for since FMI 3.0.
+    ``fmi`` is the version of the standard, ``version`` that of lag2fmu. ``source_files`` are the names of the files in
+    sources/ that have to be compiled. ``ports`` are the variables of FMI 3.0; a value reference is an index among them.
     """
 
     mechanism: Mechanism
@@ -46,8 +45,9 @@ class ModelDescription:
 def heeds_steps(mechanism: Mechanism) -> bool:
     """Whether an FMU in model exchange has to hear of the importer's steps.
 
-    What drifts off the constraints beyond the importer's tolerance is brought back by an event, and singular positions
-    are passed with what was known at the last step. Ranges that are left and motions without velocities are noticed.
+    There are four reasons. An event brings states back that drift off the constraints beyond the importer's tolerance.
+    Singular positions are passed with the accelerations of the last step. The FMU gives notice of coordinates that
+    leave their ranges, and of motions that are moved without velocities.
     """
     bounded = any(c.minimum is not None or c.maximum is not None for c in mechanism.coordinates)
     return bool(mechanism.constraints or mechanism.motions) or bounded

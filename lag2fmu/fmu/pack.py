@@ -19,9 +19,9 @@ _UNREADABLE = (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, Run
 
 DESCRIPTION = "modelDescription.xml"
 MOST_ENTRIES, MOST_BYTES, MOST_OF_A_TEXT, GREATEST_RATIO = 50_000, 2 << 30, 64 << 20, 500
-"""An archive with more is refused: entries, bytes unpacked, bytes of one text, bytes unpacked from one packed byte.
+"""The limits of an archive: entries, bytes unpacked, bytes of one text, bytes unpacked from one packed byte.
 
-The texts are modelDescription.xml and the mechanism, which are read as a whole.
+Archives beyond a limit are refused. Texts are modelDescription.xml and the mechanism, which are read as a whole.
 """
 
 
@@ -50,7 +50,7 @@ def pack(files: Mapping[str, bytes], path: Path) -> None:
 
 
 def read_text(path: Path, name: str, missing: str = "there is none; is it an FMU of lag2fmu?") -> str:
-    """The text in UTF-8 called ``name`` in the archive ``path``, of any origin; ``missing`` is what is said without it.
+    """The text in UTF-8 called ``name`` in the archive ``path``, of any origin; ``missing`` ends the error without it.
 
     Raises LoadError if there is no such archive, ExportError if no such text that is safe to read is in it.
     """
@@ -124,4 +124,4 @@ def damage(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> str:
 
 
 PAGE = "documentation/index.html"
-"""What people read first, in the archive: where FMI 2.0.5, section 2.3, wants it."""
+"""The page that people read first, by its name in the archive: FMI 2.0.5, section 2.3."""

@@ -26,8 +26,9 @@ def page(
 ) -> str:
     """The live page of ``model``, a mechanism or what ``load`` takes, as HTML that needs nothing else.
 
-    It is the page that an FMU of the same ``solver`` has, and is written to ``path`` if one is given. It compares its
-    trajectory with ``samples`` of a direct integration. Raises LoadError, ExportError, DerivationError or BuildError.
+    It is the page of an FMU with the same ``solver``. It compares its trajectory with ``samples`` of a direct
+    integration, and is written to ``path`` if one is given. Raises LoadError, ExportError, DerivationError or
+    BuildError.
     """
     mechanism = as_mechanism(model)
     if solver is not None and solver not in METHODS:

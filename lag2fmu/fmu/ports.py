@@ -1,8 +1,8 @@
-"""What the value references of FMI 3.0 stand for: scalars with their aliases, and arrays of the coordinates.
+"""The variables of FMI 3.0, called ports: scalars with their aliases, and arrays of the coordinates.
 
-The slots of C stay what they are for FMI 2.0; a port is a range of them. Two ports may be the same slots: no value
-reference stands twice in FMI 3.0. The derivatives of qd, which FMI 2.0 has as variables of their own, are aliases of
-qdd here, and the attribute ``derivative`` is that of qdd.
+The C code has the same slots as for FMI 2.0, and a port is a range of slots. Two ports may have the same slots, because
+no value reference stands twice in FMI 3.0. The derivatives of qd, which are variables of their own in FMI 2.0, are
+aliases of qdd here, and qdd has the attribute ``derivative``.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ class Port:
 
     @property
     def one(self) -> ScalarVariable:
-        """The element that tells what all have in common."""
+        """The first element, which shows what all elements have in common."""
         return self.members[0]
 
 
 @dataclass(frozen=True)
 class _Group:
-    """An array to be: its name, the names of its elements, and what the array of their aliases is called."""
+    """A possible array: its name, the names of its elements, and the name of the array of their aliases."""
 
     name: str
     elements: tuple[str, ...]
@@ -84,7 +84,7 @@ def _with_aliases(table: VariableTable) -> list[Port]:
 
 
 def _groups(mechanism: Mechanism) -> list[list[_Group]]:
-    """The arrays; those of a list are made together or not at all, for one is the derivative of another."""
+    """The possible arrays in lists; those of a list are made all or none, because one is the derivative of another."""
     q = tuple(c.name for c in mechanism.coordinates)
     qd, qdd = tuple(map(names.velocity, q)), tuple(map(names.acceleration, q))
     of_q, of_qd = names.derivative("q"), names.derivative("qd")
@@ -107,10 +107,11 @@ def array_elements(mechanism: Mechanism) -> dict[str, tuple[str, ...]]:
 
 
 def _can_join(group: _Group, ports: Mapping[str, Port]) -> bool:
-    """Whether the elements can be one variable: slots in a row, alike in all that a variable says once.
+    """Whether the elements can be one variable: their slots are consecutive, and their attributes are equal.
 
-    What has no mass is no state, what constraints determine has a guess and no exact start, some accelerations may be
-    outputs: such elements stay scalars, all of them. So do those whose array would take a name that is in use.
+    Attributes may differ: a coordinate without mass is no state, a start that constraints determine is a guess, some
+    accelerations may be outputs. Then all elements of the group stay scalars. They also do if the name of the array is
+    in use.
     """
     others = [port for name, port in ports.items() if name not in group.elements]
     taken = {name for port in others for name in (port.name, *port.aliases)}
@@ -133,9 +134,10 @@ def _joined(group: _Group, elements: Sequence[Port]) -> Port:
 
 
 def port_structure(ports: Sequence[Port]) -> Structure:
-    """ModelStructure by the names of ports: an array depends on all that one of its elements depends on.
+    """ModelStructure by the names of ports; an array has the dependencies of all its elements.
 
-    What depends on everything has all knowns listed, for CasADi 3.8 reads no FMU of FMI 3.0 that leaves a list out.
+    An unknown that depends on everything lists all knowns, because CasADi 3.8 reads no FMU of FMI 3.0 that leaves a
+    list out.
     """
     found = structure([v for port in ports for v in port.members], known_parameters=True)
     clocked = any("time" in (unknown.dependencies or ()) for unknown in found.calculated)
@@ -169,7 +171,7 @@ def _folded(unknowns: Sequence[Unknown], ports: Sequence[Port], everything: Sequ
 
 
 def port_table(ports: Sequence[Port]) -> PortTable:
-    """The ports and what depends on what, for C."""
+    """The ports and their dependencies as a table for the C code."""
     index = {port.name: i for i, port in enumerate(ports)}
     uses = {unknown.name: unknown for unknown in port_structure(ports).calculated}
     dependencies = []

@@ -13,7 +13,7 @@ from lag2fmu.mechanism.record import Mechanism
 
 @dataclass(frozen=True)
 class Fmu:
-    """An FMU that was exported: where it is, what it says, and the mechanism it was made of."""
+    """An FMU that was exported: its path, its model description, and the mechanism it was made of."""
 
     path: Path
     description: ModelDescription
@@ -27,7 +27,7 @@ class Fmu:
         return f"<Fmu {self.path}: {self.mechanism.title}, solver {self.description.solver}>"
 
     def _repr_html_(self) -> str:
-        """The same line, the page of the FMU in a frame, and a table of the variables, for a notebook."""
+        """The line of ``repr``, the page of the FMU in a frame, and a table of the variables, for a notebook."""
         from html import escape
 
         try:

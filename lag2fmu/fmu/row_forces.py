@@ -1,4 +1,4 @@
-"""What contacts, stops, dry frictions and latches bear, as variables of the FMU."""
+"""The forces that contacts, stops, dry frictions and latches bear, as variables of the FMU."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the C code needs of an FMU's variables: the tables of the runtime."""
+"""The tables of the runtime in C, made from the variables of an FMU."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def runtime_tables(
 ) -> RuntimeTables:
     """The tables of the C code of ``mechanism``: ``slots`` in value reference order, starts and nominals in SI units.
 
-    ``variables`` are those of the FMU with their dependencies, of which the colours of the Jacobian follow.
+    ``variables`` are those of the FMU with their dependencies, which determine the colours of the Jacobian.
     """
     unilaterals, frictions = element_names(mechanism)
     states = _states(mechanism)
@@ -44,7 +44,7 @@ def runtime_tables(
         start_parameters=_start_parameters(mechanism, program),
         default_solver_step=min(1e-3, mechanism.experiment.step),
         default_duration=mechanism.experiment.stop_time,
-        # drift decays in about ten communication steps: a much faster decay would make the equations stiff
+        # drift decays in about ten communication steps; a much faster decay would make the equations stiff
         stabilisation=0.1 / mechanism.experiment.step,
     )
 
@@ -58,14 +58,14 @@ def _states(mechanism: Mechanism) -> list[tuple[float, float, bool]]:
 
 
 def _start_inputs(mechanism: Mechanism, program: Program, variables: Sequence[ScalarVariable]) -> tuple[float, ...]:
-    """The starts of all inputs of ``program``: those of ``variables``, of hidden inputs what the mechanism says."""
+    """The starts of all inputs of ``program``, in SI units; those of hidden inputs are from the mechanism."""
     starts = {u.name: u.start for u in mechanism.inputs}
     starts |= {v.name: v.start for v in variables if v.start is not None}
     return tuple(starts.get(name, 0.0) for name in program.inputs)
 
 
 def _constraint_names(mechanism: Mechanism, program: Program) -> tuple[str, ...]:
-    """What messages call the constraints, rows that modes switch included."""
+    """The names of the constraints in messages; rows that modes switch are among them."""
     contacts = mechanism.unilaterals
     rows = [
         *(contact.name for contact in contacts),

@@ -9,9 +9,9 @@ from lag2fmu.language.units import Unit
 
 @dataclass(frozen=True)
 class ScalarVariable:
-    """One ScalarVariable; ``start`` and bounds in SI units; ``dependencies`` by name, None if unlisted.
+    """One ScalarVariable; ``start`` and bounds are in SI units; ``dependencies`` are names, None if not listed.
 
-    ``derivative_of`` names the state a variable is the derivative of; ``state`` marks the continuous states. ``type``
+    ``derivative_of`` names the state whose derivative the variable is; ``state`` marks the continuous states. ``type``
     is Real, Integer or the name of an enumeration, see ``elements``.
     """
 

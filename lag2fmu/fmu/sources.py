@@ -21,11 +21,11 @@ def compiled_files(sources: Mapping[str, str]) -> tuple[str, ...]:
 def source_files(sources: Mapping[str, str], identifier: str, gate: str) -> dict[str, bytes]:
     """{name in the archive: content} of ``sources`` {file name: text} with buildDescription.xml.
 
-    Where FMI's header is included its functions get the prefix IDENTIFIER_, so that several FMUs can be linked into
-    one program; for a shared library, whose functions have plain names, FMI2_OVERRIDE_FUNCTION_PREFIX takes it back
-    (or that of FMI3: ``gate`` is what the names of the functions begin with).
-    All other names that the linker sees have the prefix always, by prefix.h: in a shared library of an importer that
-    hides no symbols they would else give way to those of the same name in the program and its libraries.
+    Where FMI's header is included, its functions get the prefix IDENTIFIER_, so that several FMUs can be linked into
+    one program. The functions of a shared library have plain names: FMI2_OVERRIDE_FUNCTION_PREFIX (or FMI3_...) takes
+    the prefix back. ``gate`` is the beginning of the functions' names, fmi2 or fmi3. All other names that the linker
+    sees always have the prefix, by prefix.h. Without it an importer's shared library that hides no symbols would call
+    functions of the same name in the program and its other libraries.
     """
     header = f'#include "{gate}Functions.h"'
     prefixed = f"#define {gate.upper()}_FUNCTION_PREFIX {identifier}_\n{header}"

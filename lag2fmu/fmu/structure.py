@@ -1,4 +1,4 @@
-"""ModelStructure for every version: the unknowns in order, each with what it depends on by name."""
+"""ModelStructure for every version of FMI: the unknowns in order, each with the names of its dependencies."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 
 KNOWN = frozenset({"input", "parameter", "independent"})
-"""The causalities of what others depend on; states are knowns, too."""
+"""The causalities of variables on which others depend; states are such knowns, too."""
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """An entry of ModelStructure; ``dependencies`` by name, None where they are not listed: it depends on everything.
+    """An entry of ModelStructure; ``dependencies`` are names, None if it depends on everything and lists nothing.
 
     ``constant``: the only dependency enters with a constant factor.
     """
@@ -27,7 +27,7 @@ class Unknown:
 class Structure:
     """The lists of ModelStructure: outputs, derivatives of the states, unknowns at initialization.
 
-    Behind them all that is ``calculated``: what ModelStructure does not list has dependencies likewise.
+    ``calculated`` are further unknowns, which ModelStructure does not list; they have dependencies too.
     """
 
     outputs: tuple[Unknown, ...]
@@ -45,7 +45,7 @@ def structure(variables: Sequence[ScalarVariable], *, known_parameters: bool) ->
     known = KNOWN if known_parameters else KNOWN - {"parameter"}
     continuous = {v.name for v in variables if v.causality in known or v.state}
     exact = {v.name for v in variables if v.causality in ("input", "independent") or v.state or v.initial == "exact"}
-    # states whose starts constraints determine: what depends on them depends on everything, which no list says
+    # states whose starts constraints determine; unknowns that depend on them depend on everything
     solved = {v.name for v in variables if v.initial == "approx" and v.state}
     return Structure(
         tuple(_unknown(v, continuous, set()) for v in variables if v.causality == "output"),
@@ -62,9 +62,9 @@ def _is_initial_unknown(v: ScalarVariable) -> bool:
 
 
 def _unknown(v: ScalarVariable, knowns: set[str], solved: set[str]) -> Unknown:
-    """The entry of ``v``, its dependencies left out where it needs what is ``solved``.
+    """The entry of ``v``; its dependencies are left out if it depends on a state that is ``solved`` for.
 
-    What changes at events may depend on everything then, which no list says.
+    They are left out too for variables that change at events, because at an event these may depend on everything.
     """
     if v.variability == "discrete" or v.dependencies is None or solved & {v.name, *v.dependencies}:
         return Unknown(v.name, None)

@@ -1,9 +1,9 @@
-"""terminalsAndIcons.xml: what belongs together when FMUs are connected (FMI 3.0, section 2.4.9; since FMI 2.0.4).
+"""terminalsAndIcons.xml: variables that belong together when FMUs are connected (FMI 3.0, 2.4.9; since FMI 2.0.4).
 
-Every coordinate is a terminal, as a mechanical flange is: its motion goes out, and a force goes in that is in balance
-with the forces of what is connected. Where coordinates are an array, all of them are one terminal. A prescribed motion
-is the counterpart: its motion goes in, and the force that carries it goes out, if that is an output. The place of a
-port is a terminal of all its variables.
+Every coordinate is a terminal like a mechanical flange: its motion is an output, and the force on it is an input. At a
+connection the forces add up to zero. Where coordinates are an array, all of them are one terminal. A prescribed motion
+is the counterpart: its motion is an input, and the force that carries it is an output, if the FMU has this output. The
+place of a port is a terminal of all its variables.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from lag2fmu.mechanism.record import Mechanism
 _CONNECTED = ("input", "output")
 _FORCES = ("force", "torque")
 _PLACE_MEMBER = re.compile(rf"({'|'.join(sorted({*_FORCES, *QUANTITIES, *TURNING}))})(_([xyz]|[0-3]{{1,2}}))?")
-"""What the variables of a port are called behind PLACE_."""
+"""The endings of the names of a port's variables, behind PLACE_."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def _of_motions(m: Mechanism) -> Iterator[Terminal]:
 
 
 def _of_filtered(m: Mechanism) -> Iterator[Terminal]:
-    """The motion goes in as a target; position and velocity that follow it are no part of the connection."""
+    """Terminals of filtered motions: the target is the input; the states of the filter are no members."""
     docs = {z.name: z.doc for z in m.states}
     for name in m.filtered:
         members = {"coordinate": names.target(name), "force": names.drive(name)}
@@ -114,7 +114,7 @@ def _of_filtered(m: Mechanism) -> Iterator[Terminal]:
 
 
 def _of_places(description: ModelDescription) -> Iterator[Terminal]:
-    """A terminal for each place of the ports; its members are what the variables are called behind PLACE_."""
+    """A terminal for each place of the ports; its members have the names of the variables without PLACE_."""
     places = dict.fromkeys(bare(spot) for spots in description.mechanism.ports.listed().values() for spot in spots)
     for place in places:
         rest = [v.name.removeprefix(f"{place}_") for v in description.variables if v.name.startswith(f"{place}_")]

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 MOST = 60_000
-"""Characters of a unit beyond which no file joins it: several units are compiled side by side."""
+"""No file joins a unit with more characters, so that several units are compiled side by side."""
 
 _NO_CODE = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 _WORD = re.compile(r"[A-Za-z_]\w*")

@@ -54,8 +54,9 @@ _SETTINGS = {
 def build_table(equations: EquationsOfMotion, program: Program, *, events: bool = False) -> VariableTable:
     """The variables of the FMU of ``equations``; ``program.outputs`` are outputs beside q and qd.
 
-    With ``events`` there are event indicators and clocks among them, for which FMI 2.0 has no words.
-    Causality, variability and initial are those that FMI 2.0.5, section 2.2.7, allows together.
+    With ``events`` event indicators and clocks are among them, which FMI 2.0 cannot declare. Starts and bounds are in
+    SI units. Causality, variability and initial are those that the FMI 2.0.5 specification, section 2.2.7, allows
+    together.
     """
     mechanism = equations.mechanism
     builder = Builder()
@@ -83,10 +84,10 @@ def build_table(equations: EquationsOfMotion, program: Program, *, events: bool 
 
 
 def promotable(equations: EquationsOfMotion, wanted: Sequence[str], *, events: bool = False) -> frozenset[str]:
-    """The local variables that ``wanted`` or the ports make outputs: names, or 'all'; outputs may be named once more.
+    """The local variables that become outputs, because ``wanted`` (names, or 'all') or the ports say so.
 
-    With ``events`` clocks may be named, too. They are not among 'all', for fmpy 0.3.32 takes output clocks for unknowns
-    at initialization. Raises ExportError for a name that is neither.
+    ``wanted`` may name outputs too. With ``events`` it may also name clocks. They are not among 'all', because fmpy
+    0.3.32 takes output clocks for unknowns at initialization. Raises ExportError for any other name.
     """
     mechanism, known = equations.mechanism, _local_names(equations)
     states = {name for q in mechanism.coordinates for name in (q.name, names.velocity(q.name))}
@@ -101,7 +102,7 @@ def promotable(equations: EquationsOfMotion, wanted: Sequence[str], *, events: b
 
 
 def _local_names(equations: EquationsOfMotion) -> list[str]:
-    """The names of all that is calculated beside states and outputs, but clocks."""
+    """The names of all calculated variables that are no states, outputs or clocks."""
     mechanism = equations.mechanism
     known = [names.acceleration(q.name) for q in mechanism.coordinates]
     known += [names.multiplier(c.name) for c in mechanism.constraints]
@@ -128,7 +129,7 @@ def _velocity(q: Coordinate, state: bool) -> ScalarVariable:
 def _add_states(builder: Builder, mechanism: Mechanism, outputs: Collection[str]) -> None:
     """Add q, qd and the further states, all of them outputs.
 
-    Those that an equilibrium of a coordinate without mass gives are no states.
+    A coordinate or velocity that follows from an equilibrium, for want of mass, is no state.
     """
     states = set(continuous_states(mechanism))
     for i, q in enumerate(mechanism.coordinates):

@@ -1,4 +1,4 @@
-"""XML elements -> the bytes of a document."""
+"""XML elements as the bytes of a document."""
 
 from __future__ import annotations
 

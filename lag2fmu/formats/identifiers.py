@@ -13,9 +13,9 @@ _GREEK = re.compile(r"GREEK (?P<size>SMALL|CAPITAL) LETTER (?P<letter>[A-Z]+)")
 
 
 def identifier(name: str) -> str:
-    """``name`` with all that no identifier can hold as underscores; backslashes of LaTeX are left out.
+    """``name`` with underscores for all characters that no identifier can hold; backslashes of LaTeX are left out.
 
-    Greek letters are called by their names, and letters with accents, small digits and the like are plain ones.
+    Greek letters become their names. Letters with accents, small digits and the like become plain ones.
     """
     plain = "".join(map(_plain, unicodedata.normalize("NFKD", name)))
     text = re.sub(r"\W", "_", plain.replace("\\", ""), flags=re.ASCII)
@@ -31,7 +31,7 @@ def _plain(letter: str) -> str:
 
 
 def identifiers(names: Iterable[str], where: str, taken: Iterable[str] = ()) -> dict[str, str]:
-    """{name: identifier}; raises LoadError where two come out alike. What is ``taken`` gets an underscore behind."""
+    """{name: identifier}; one that is ``taken`` gets an underscore behind. Raises LoadError if two are equal."""
     found: dict[str, str] = {}
     reserved = {*taken, WORLD}
     for name in names:

@@ -7,15 +7,15 @@ from lag2fmu.description.parts import Constraint
 from lag2fmu.description.record import Description, table_keys
 
 TABLES = {"mechanism": "What the mechanism is."} | {name: of.doc for name, of in table_keys().items()}
-"""Table -> a sentence on it."""
+"""{table: a sentence on it}."""
 
 SINGLE = {"mechanism": keys_of(Description)} | {
     name: keys_of(of.part) for name, of in table_keys().items() if of.form == "single"
 }
-"""Tables that stand once -> their keys."""
+"""{table that stands once: its keys}."""
 
 NAMED = {name: keys_of(of.part) for name, of in table_keys().items() if of.form in ("tables", "lines")}
-"""Tables with one sub-table for each name -> the keys of a sub-table."""
+"""{table with a sub-table for each name: the keys of a sub-table}."""
 
 EXPRESSIONS = tuple(name for name, of in table_keys().items() if of.form == "expressions")
 """Tables of one expression for each name."""

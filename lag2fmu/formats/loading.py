@@ -1,4 +1,4 @@
-"""Loading a mechanism from whatever it is written in, and setting its values."""
+"""Loading a mechanism from its name, its file or an object, and setting its values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from lag2fmu.resources import MODEL_SUFFIXES, bundled
 __all__ = ["as_mechanism", "bundled", "load", "pairs_of", "split_settings", "values_of", "with_settings", "with_values"]
 
 _PROGRAM = ".py:"
-"""What stands between a file and the name of what in it is meant."""
+"""The sign between a file and the name of the thing in it that is meant."""
 
 
 def as_mechanism(model: object) -> record.Mechanism:
@@ -37,11 +37,11 @@ def as_mechanism(model: object) -> record.Mechanism:
 def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
     """The mechanism that ``model`` is or names.
 
-    ``model`` is a bundled name, a .py, .toml, .urdf or .xml (MJCF) file, FILE.py:NAME for what is called NAME in a
+    ``model`` is a bundled name, a .py, .toml, .urdf or .xml (MJCF) file, FILE.py:NAME for the thing called NAME in a
     program, or a LagrangesMethod, KanesMethod or System of SymPy. ``arguments`` are the structural ones of a family
     (``n`` of ``n_pendulum``), those of ``robot``, or the values of all constants of SymPy's mechanics {symbol or name:
-    number}; strings are converted to the type that is declared. Raises LoadError if the model is missing, fails or does
-    not take the arguments, and MechanismError (TextError) for what is wrong in a text.
+    number}. Strings are converted to the declared type. Raises LoadError if the model is missing, fails or does not
+    take the arguments, and MechanismError (TextError) for faults of a text.
     """
     given = {str(name): value for name, value in (arguments or {}).items()}
     if isinstance(model, (str, Path)) and (path := find(model)).suffix == ".toml":
@@ -90,25 +90,34 @@ def find(model: str | Path) -> Path:
         exists = path.is_file()
     except (OSError, ValueError) as error:
         raise LoadError(f"{str(model)[:60]!r} is no model: {error}") from None
-    known = (*MODEL_SUFFIXES, *READERS)
-    if path.suffix not in known:
-        beside = next((f for suffix in known if (f := Path(f"{model}{suffix}")).is_file()), None)
-        if beside is not None:
-            raise LoadError(f"unknown model '{model}'; did you mean the file '{beside}'?")
-        remedy = suggestion(str(model), bundled())
-        raise LoadError(f"unknown model '{model}'; {remedy} (or give a file: {', '.join(known)})")
+    if path.suffix not in (*MODEL_SUFFIXES, *READERS):
+        raise LoadError(_what_else(str(model), path))
     if not exists:
         raise LoadError(f"model file '{path}' {'is not a file' if path.exists() else 'does not exist'}")
     return path
 
 
+def _what_else(model: str, path: Path) -> str:
+    """A sentence on a ``model`` whose ending is none of a model's: what it is, and what it may have meant."""
+    known = (*MODEL_SUFFIXES, *READERS)
+    if path.suffix == ".fmu":
+        return f"'{model}' is an FMU; give the model it is exported from ({', '.join(known)})"
+    beside = next((f for suffix in known if (f := Path(f"{model}{suffix}")).is_file()), None)
+    if beside is not None:
+        return f"unknown model '{model}'; did you mean the file '{beside}'?"
+    if model and path.exists():
+        kind = "a folder" if path.is_dir() else "a file with another ending"
+        return f"'{model}' is {kind}; a model is a file that ends in one of {', '.join(known)}"
+    return f"unknown model '{model}'; {suggestion(model, bundled())} (or give a file: {', '.join(known)})"
+
+
 def structural_arguments(model: str | Path) -> dict[str, inspect.Parameter]:
-    """The keyword arguments of what makes ``model``, empty for a text; raises LoadError as ``load``."""
+    """The keyword arguments of the function that makes ``model``, empty for a text; raises LoadError as ``load``."""
     return {} if find(model).suffix == ".toml" else arguments_of(*_function_of(model))
 
 
 class _Source(NamedTuple):
-    """Where something is from, for messages, and the function that makes a mechanism of it."""
+    """The place of a model, for messages, and the function that makes its mechanism."""
 
     place: Path
     function: Callable[..., object]
@@ -121,7 +130,7 @@ def _split(model: str | Path) -> tuple[str, str]:
 
 
 def _function_of(model: object) -> _Source:
-    """What makes the mechanism of ``model``, which is no text, from structural arguments."""
+    """The function that makes the mechanism of ``model``, which is no text, from structural arguments."""
     if is_mechanics(model):
         name = type(model).__name__
         return _Source(Path(name), function_of_mechanics(model, "mechanism"))
@@ -142,7 +151,7 @@ def _function_of(model: object) -> _Source:
 
 
 def split_settings(model: str | Path, items: Iterable[str]) -> tuple[dict[str, str], dict[str, str]]:
-    """``NAME=VALUE`` items as texts: (structural arguments of ``model``, the values of what its mechanism has).
+    """``NAME=VALUE`` items as two mappings of texts: structural arguments of ``model``, and values of its mechanism.
 
     Raises LoadError for an item of another form and a name given twice.
     """
@@ -165,15 +174,15 @@ def pairs_of(items: Iterable[str]) -> dict[str, str]:
 
 
 def with_settings(mechanism: record.Mechanism, texts: Mapping[str, str]) -> Mechanism:
-    """``mechanism`` with the values in ``texts``, each in the unit that its name is declared in or one of its own.
+    """``mechanism`` with the values in ``texts``, each in the declared unit of its name, or in one of its own.
 
-    Raises as ``with_values`` does, and LoadError for what is no number.
+    Raises LoadError and MechanismError as ``with_values`` does, and LoadError for a text that is no number.
     """
     return with_values(mechanism, values_of(texts, display_units(mechanism)))
 
 
 def values_of(texts: Mapping[str, str], units: Mapping[str, Unit]) -> dict[str, float]:
-    """The values of ``texts`` in SI, finite; raises LoadError for any other."""
+    """The values of ``texts`` in SI units; raises LoadError for a text that is no finite number."""
     return {name: _check_finite(name, value_in_si(name, text, units)) for name, text in texts.items()}
 
 
@@ -247,7 +256,7 @@ def _check_settable(m: record.Mechanism, wanted: Iterable[str]) -> None:
 
 
 def _with_starts(m: record.Mechanism) -> Iterator[str]:
-    """What has a value or a start; a filtered motion has one start, which its target has too."""
+    """The names of everything with a value or a start; a filtered motion has one start, that of its target."""
     followed = {x for name in m.filtered for x in (names.velocity(name), names.target(name))}
     yield from (p.name for p in m.parameters)
     for q in m.coordinates:

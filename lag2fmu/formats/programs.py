@@ -1,6 +1,6 @@
-"""Model files in Python: programs of the user, which are run, and what they have to make a mechanism of.
+"""Model files in Python: programs of the user, which are run.
 
-That is a function that returns a Mechanism, or an object of SymPy's mechanics.
+They make a mechanism by a function that returns a Mechanism, or by an object of SymPy's mechanics.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from lag2fmu.mechanism.completion import Mechanism
 
 
 def model_function(path: Path, name: str = "") -> Callable[..., object]:
-    """What makes the mechanism of the program ``path``: what is called ``name`` there, or its model function.
+    """The function that makes the mechanism of the program ``path``: the thing called ``name``, or its model function.
 
-    That is the public function named like the file, or the only one that is defined there and may return a Mechanism.
-    Raises LoadError if there is none, and with the line for whatever the program ends with.
+    The model function is the public function named like the file, or the only one that is defined there and may return
+    a Mechanism. Raises LoadError if there is none, and, with the line, for any error of the program.
     """
     try:
         source, stamp = path.read_bytes(), path.resolve()
@@ -35,7 +35,7 @@ def model_function(path: Path, name: str = "") -> Callable[..., object]:
 
 
 def _named(path: Path, module: ModuleType, name: str) -> Callable[..., object]:
-    """What is called ``name`` in ``module``, as a function."""
+    """The thing called ``name`` in ``module``, as a function; raises LoadError if it makes no mechanism."""
     if name not in vars(module):
         known = [key for key, item in vars(module).items() if _could_be_meant(item, module)]
         raise LoadError(f"{path}: there is no '{name}'; {suggestion(name, known)}")
@@ -61,7 +61,7 @@ def _could_be_meant(item: object, module: ModuleType) -> bool:
 
 
 def is_mechanics(found: object) -> bool:
-    """Whether ``found`` is an object of SymPy's mechanics; where that was never imported there are none."""
+    """Whether ``found`` is an object of SymPy's mechanics; there is none if this package was never imported."""
     mechanics = sys.modules.get("sympy.physics.mechanics")
     kinds = () if mechanics is None else (mechanics.LagrangesMethod, mechanics.KanesMethod, mechanics.System)
     return isinstance(found, kinds)
@@ -70,7 +70,7 @@ def is_mechanics(found: object) -> bool:
 def function_of_mechanics(found: object, name: str) -> Callable[..., Mechanism]:
     """The function that makes the mechanism ``name`` of an object of SymPy's mechanics; its arguments are constants.
 
-    Raises LoadError.
+    Raises LoadError for an object that cannot be translated.
     """
     from lag2fmu.formats.mechanics import maker  # SymPy's mechanics takes a while to import
 
@@ -111,7 +111,7 @@ def _module(path: Path, source: bytes) -> ModuleType:
 
 
 def guarded(path: Path, action: Callable[[], object]) -> object:
-    """What ``action`` returns; raises LoadError with the line of ``path`` for whatever exception it ends with."""
+    """The result of ``action``; raises LoadError, with the line of ``path``, for any exception in it."""
     try:
         return action()
     except (Exception, SystemExit) as error:

@@ -52,7 +52,7 @@ VALUES: dict[str, Schema] = {
     "columns": {"type": "array", "items": _COLUMN, "minItems": 1},
     "units": _NAMES,
 }
-"""Kind of a ``Key`` -> what may stand there."""
+"""{kind of a ``Key``: the schema of its values}."""
 
 
 def schema() -> Schema:

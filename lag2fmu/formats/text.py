@@ -1,7 +1,7 @@
 """Reading a mechanism from its text format, TOML (https://toml.io/en/v1.0.0), safely: nothing in the text is evaluated.
 
-The tables are the fields of ``Description``, their keys those of its parts, and both say what may stand there. Numbers
-are exact until they are converted to SI, where they are rounded once. ``write.write`` is the inverse.
+The tables are the fields of ``Description``, and the keys are the fields of its parts; both say which values they take.
+Numbers are exact until they are converted to SI units, where they are rounded once. ``write.write`` is the inverse.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ else:
 MAX_BYTES = 1_000_000
 MAX_KEY_PARTS = 32
 MAX_FILES = 8
-"""Files that name each other, one after the other, before it is taken for a circle."""
+"""A longer chain of files that name each other counts as a circle."""
 
 _DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)")
 
@@ -119,13 +119,16 @@ _READ: dict[str, Callable[[TomlTable, str], object]] = {
     "columns": TomlTable.columns,
     "units": TomlTable.units,
 }
-"""Kind of a ``Key`` -> how it is read; numbers need the unit of their table, see ``_values``."""
+"""{kind of a ``Key``: the function that reads it}; numbers need the unit of their table, see ``_values``."""
 
 
 def _description(content: object, around: Surroundings, where: str = "") -> Description:
-    """What the tables ``content``, which stand at ``where`` in a text, describe."""
+    """The description in the tables ``content``, which stand at ``where`` in a text."""
     tables = content.get("tables", {}) if isinstance(content, dict) else {}
     around = around._replace(tables=tuple(tables) if isinstance(tables, dict) else ())
+    for key in content if isinstance(content, dict) and not where else ():
+        if key in SINGLE["mechanism"] and key not in TABLES:
+            raise TextError(f"{key}: stands before the first table; write it below the line [mechanism]")
     root = TomlTable(where, content, TABLES, around)
     root.require("mechanism")
     head = _values(Description, root.table("mechanism", SINGLE["mechanism"]))
@@ -152,7 +155,7 @@ def _expressions(root: TomlTable, name: str, kind: type) -> list[object]:
 
 
 def _constraints(root: TomlTable, name: str, kind: type) -> list[object]:
-    """An expression alone, or a table with its unit, in a table for each kind of constraint."""
+    """The constraints in the tables of their kinds; each is an expression, or a table with its unit."""
     kinds = root.table(name, KINDS)
     found = []
     for of in kinds.content:
@@ -172,16 +175,16 @@ _FORMS: dict[str, Callable[[TomlTable, str, type], object]] = {
     "expressions": _expressions,
     "kinds": _constraints,
 }
-"""Form of a ``TableKey`` -> how it is read."""
+"""{form of a ``TableKey``: the function that reads it}."""
 
 
 def _part(part: type, table: TomlTable, *label: str, **more: str) -> object:
-    """The record of what ``table`` says of the part called ``label``."""
+    """The record of the part called ``label``, from its ``table``."""
     return part(*label, **_values(part, table), **more)
 
 
 def _values(part: type, table: TomlTable) -> dict[str, Any]:
-    """Field -> value of the keys in ``table``, and of those numbers whose default counts in the unit of the part."""
+    """{field: value} of the keys in ``table``, and of absent numbers whose default is in the unit of the part."""
     keys = keys_of(part)
     for name, known in keys.items():
         if known.required:
@@ -204,7 +207,7 @@ def _values(part: type, table: TomlTable) -> dict[str, Any]:
 
 
 def _starts(values: dict[str, Any], where: str) -> dict[str, Any]:
-    """The starts of a coordinate, and which of them are given; before, the fields for that hold the guesses."""
+    """``values`` of a coordinate with starts and flags that they are given; these fields held the guesses before."""
     found: dict[str, Any] = {"nominal_from": "given" if "nominal" in values else ""}
     for start, given, guess in (("start", "given", "guess"), ("velocity", "velocity_given", "guess_velocity")):
         value, found[given] = start_or_guess(values.get(start), values.get(given), where, start, guess)
@@ -234,7 +237,7 @@ def _parts(tables: Mapping[str, TomlTable]) -> list[object]:
 
 
 def _mechanism_of(table: TomlTable, before: Mapping[str, Part]) -> Description | None:
-    """What the part is that ``table`` describes: a file, tables, or the same as a part ``before``."""
+    """The mechanism of the part in ``table``: that of a file, that of its tables, or that of a part ``before``."""
     file, of = table.file("file"), table.content.get("of")
     if table.where.count(".of.") >= MAX_FILES:
         raise TextError(f"{table.where[:60]}...: parts of parts are nested deeper than {MAX_FILES}")
@@ -249,7 +252,7 @@ def _mechanism_of(table: TomlTable, before: Mapping[str, Part]) -> Description |
 
 
 def _setting(settings: TomlTable, name: str, of: Settable | None) -> Any:
-    """A number in the unit of what it is ``of``, in SI; or an expression."""
+    """The SI value of a number in the unit of the parameter or start that it is ``of``; or an expression."""
     if isinstance(settings.content[name], str) or of is None:
         return settings.expression(name)
     return settings.number(name, of.unit.difference_to_si if of.rate else of.unit.to_si)

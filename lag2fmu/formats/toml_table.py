@@ -24,10 +24,10 @@ MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600
 
 
 class Surroundings(NamedTuple):
-    """What a text is read in: the ``folder`` of files that it names, and the ``tables`` that expressions may call.
+    """The surroundings of a text: the ``folder`` of files that it names, and the ``tables`` that expressions may call.
 
-    ``files`` are those of mechanisms that are being read, the first one that of the whole; ``known`` are those that
-    have been read, {file: Description}, each once.
+    ``files`` are those of mechanisms that are being read, the first one being that of the whole. ``known`` {file:
+    Description} are those that have been read already.
     """
 
     folder: Path = Path()
@@ -91,7 +91,7 @@ class TomlTable:
     def number(self, key: str, convert: Callable[[Fraction], float] = float) -> float | None:
         """The number ``key`` passed through ``convert`` (to SI); None if it is not there.
 
-        Raises TextError for what is no number.
+        Raises TextError for a value that is no number.
         """
         return convert(fraction(self.content[key], self.place(key))) if key in self.content else None
 
@@ -246,7 +246,7 @@ def _numbers(value: object, where: str) -> Any:
 
 
 def _speaking_of(word: str, keys: object) -> str:
-    """What the first of the ``keys`` whose sentence has the ``word`` says: of an output, 'point' speaks of a body."""
+    """A phrase with the first of ``keys`` whose sentence has the ``word``, as 'body' is in that of 'point'; or ""."""
     known = keys.values() if isinstance(keys, Mapping) else ()
     said = (key for key in known if isinstance(key, Key) and word.lower() in re.findall(r"\w+", key.doc.lower()))
     return next((f"; '{key.name}' is: {key.doc}" for key in said), "")

@@ -1,4 +1,4 @@
-"""Writing a mechanism as text: the inverse of ``text.read``, in the order in which a mechanism is thought of."""
+"""Writing a mechanism as text: the inverse of ``text.read``, in the order of the tables of a description."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ Values = Mapping[str, str | None]
 
 
 def write(mechanism: Mechanism) -> str:
-    """What is written about ``mechanism`` in TOML: ``read(write(mechanism), ...) == mechanism`` exactly.
+    """The description of ``mechanism`` in TOML: ``read(write(mechanism), ...) == mechanism`` exactly.
 
-    What follows from it, equilibria of what has no mass too, is not part of the text; nor are defaults, but those of
-    numbers. The text needs no other file: tables have their columns and parts their mechanisms in it.
+    Entries that follow from the description are not part of the text, nor are defaults, except those of numbers. The
+    text needs no other file, because it holds the columns of tables and the mechanisms of parts.
     """
     return "\n".join(block for block in _blocks(mechanism.description) if block)
 
@@ -54,7 +54,7 @@ def _sub_tables(name: str, parts: Iterable[Any]) -> list[str]:
 
 
 def _of_parts(name: str, parts: Iterable[Part]) -> list[str]:
-    """Each part and behind it the tables of its mechanism, unless a part before has the same one."""
+    """Each part, and behind it the tables of its mechanism, unless a part before has the same mechanism."""
     blocks, before = [], list[Part]()
     for part in parts:
         same = next((other.name for other in before if other.of == part.of), None)
@@ -94,7 +94,7 @@ _FORMS: dict[str, Callable[[str, list[Any]], list[str]]] = {
     "expressions": _of_expressions,
     "kinds": _of_constraints,
 }
-"""Form of a ``TableKey`` -> how its parts are written."""
+"""{form of a ``TableKey``: the function that writes its parts}."""
 
 
 # ------------------------------------------------------------------------------------------------------------- keys
@@ -136,7 +136,7 @@ def _special(part: Any, unit: Unit) -> Values:
     if isinstance(part, Part):
         return {"file": None, "set": _settings(part) if part.set else None}  # the mechanism follows
     if isinstance(part, Table):
-        return {"file": None}  # what it held stands in the columns, so that the text needs no other file
+        return {"file": None}  # the columns hold its content, so that the text needs no other file
     if isinstance(part, Output) and part.quantity is not None and part.unit == part.own_unit:
         return {"unit": None}
     return {}
@@ -256,4 +256,4 @@ _WRITE: dict[str, Callable[[Any], str]] = {
     "units": lambda units: _strings(unit.name or "1" for unit in units),
     "rotations": lambda turns: f"[{', '.join(f'[{_axis(axis)}, {_expression(angle)}]' for axis, angle in turns)}]",
 }
-"""Kind of a ``Key`` -> how its value is written; numbers depend on the unit of their part, see ``_values``."""
+"""{kind of a ``Key``: the function that writes its value}; numbers need the unit of their part, see ``_values``."""

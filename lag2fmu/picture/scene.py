@@ -1,24 +1,26 @@
-"""The scene: a picture as strokes, discs and labels in the plane, for whoever draws it, and the canvas it grows on.
+"""The scene, a picture as strokes, discs and labels in the plane, and the canvas that collects them.
 
-Pure data without a drawing library: the page in the FMU and the plots show the same scene. Lengths are in units of the
-picture, some 60 of which are as long as the mechanism; y points up.
+A scene is pure data without a drawing library: the page in the FMU and the plots show the same one. Lengths are in
+units of the picture, and about 60 units are as long as the mechanism; y points up.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from lag2fmu.graph.batches import Floats
 from lag2fmu.picture import glyphs
-from lag2fmu.picture.labels import Label, Wish, placed
+from lag2fmu.picture.labels import Label, Wish, half_of, placed
 
 _LARGE, _SMALL, _MANY = 3.2, 2.5, 16
-"""Heights of letters, and how many labels are written with the larger ones."""
+"""The heights of large and small letters; scenes with more labels than this get small ones."""
+_FAR = 8.0
+"""A label that is farther than this from the thing it names is joined to it by a line."""
 _SIDES = np.array([[1.2, 0.0], [-1.2, 0.0], [0.0, 1.2], [0.0, -1.2]])
-"""Where the edges of a rod are beside its middle line."""
+"""The distance of the edges of a rod from its middle line."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +52,13 @@ STYLES: Mapping[str, Style] = {
     "gravity": Style("#5a6b7b", 0.55, "#5a6b7b"),
     "coordinate": Style("#1d7a4c", 0.45, "#1d7a4c"),
     "name": Style("#1b2733", 0.3),
+    "leader": Style("#9aa7b4", 0.2),
 }
 
 
 @dataclass(frozen=True)
 class Stroke:
-    """A polyline of ``part``; it is filled where its style fills and it is closed."""
+    """A polyline (k, 2) of ``part``; it is filled if its style has a filling and it is closed."""
 
     part: str
     style: str
@@ -63,7 +66,7 @@ class Stroke:
 
     @property
     def closed(self) -> bool:
-        """Whether it ends where it begins."""
+        """Whether the polyline ends where it begins."""
         return len(self.points) > 3 and self.points[0] == self.points[-1]
 
 
@@ -79,9 +82,9 @@ class Disc:
 
 @dataclass(frozen=True)
 class Scene:
-    """What is to be drawn, back to front, within ``box`` (left, bottom, right, top); ``notes`` are sentences below.
+    """A picture: its marks, back to front, within ``box`` (left, bottom, right, top), with ``notes`` below.
 
-    ``unit``: metres for one unit of the picture.
+    ``unit`` is the length (m) of one unit of the picture.
     """
 
     title: str
@@ -92,13 +95,13 @@ class Scene:
     unit: float
 
     def parts(self) -> frozenset[str]:
-        """What is drawn, e.g. 'bodies.bob' and 'springs.wall'."""
+        """The names of all parts that are drawn, such as 'bodies.bob' and 'springs.wall'."""
         return frozenset(mark.part for mark in self.marks)
 
 
 @dataclass
 class Canvas:
-    """Marks and wishes for labels, as they come."""
+    """Collects marks, and wishes for labels, in the order in which they are drawn."""
 
     marks: list[Stroke | Disc] = field(default_factory=list)
     wishes: list[Wish] = field(default_factory=list)
@@ -116,7 +119,7 @@ class Canvas:
         self.marks.append(Disc(part, style, (x, y), round(radius, 3)))
 
     def name(self, part: str, style: str, text: str, near: Floats, away: float = 2.0, inside: bool = False) -> None:
-        """Ask for a label ``text`` near the place ``near`` (2,), ``away`` from it, or ``inside`` what is there.
+        """Ask for a label ``text`` at the distance ``away`` from the place ``near`` (2,), or on the thing ``inside``.
 
         Lengths are in units of the picture.
         """
@@ -131,6 +134,7 @@ class Canvas:
         lines += [line + side for line, m in zip(lines, strokes, strict=True) if m.style == "rod" for side in _SIDES]
         lines += [glyphs.circle(np.array(m.center), m.radius, 16) for m in self.marks if isinstance(m, Disc)]
         labels = tuple(placed(wishes, lines))
+        self._lead(labels)
         left, bottom, right, top = bounds(self.marks, labels)
         return Scene(
             title,
@@ -141,9 +145,17 @@ class Canvas:
             unit,
         )
 
+    def _lead(self, labels: Sequence[Label]) -> None:
+        """Add a thin line for each label that is far from the thing it names; ``labels`` are in the wishes' order."""
+        for wish, label in zip(self.wishes, labels, strict=True):
+            near, middle, half = np.array(wish.near), np.array(label.at), half_of(label.text, label.size)
+            edge = middle + np.clip(near - middle, -half, half)
+            if float(np.linalg.norm(near - edge)) > _FAR:
+                self.stroke(label.part, "leader", [np.array([edge, near])])
+
 
 def bounds(marks: Iterable[Stroke | Disc], labels: Iterable[Label] = ()) -> tuple[float, float, float, float]:
-    """Left, bottom, right and top of what is drawn. In units of the picture."""
+    """(left, bottom, right, top) of ``marks`` and ``labels``, in units of the picture."""
     low, high = [], []
     for mark in marks:
         points = np.array(mark.points if isinstance(mark, Stroke) else [mark.center])

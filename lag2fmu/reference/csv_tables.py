@@ -69,11 +69,7 @@ def _parsed(
     lines: list[int] = []
     try:
         header, own = _headings(next(reader, []), f"{where}, line 1", {} if units is None else units)
-        if not header and not first:
-            raise LoadError(f"{where}, line 1: the names of the columns are missing; begin with a line of them")
-        if not header or (first and header[0] != first):
-            found, commas = header[:1] or "missing", "; separate columns by commas" if ";" in text[:1000] else ""
-            raise LoadError(f"{where}, line 1: the first column is {found}, expected 'time' (time,name,...){commas}")
+        _check_first(header, first, text, f"{where}, line 1")
         for row in filter(None, reader):
             rows.append(_numbers(row, header, f"{where}, line {reader.line_num}", gaps=gaps))
             lines.append(reader.line_num)
@@ -85,6 +81,15 @@ def _parsed(
     for column, unit in own.items():
         table[:, column] = unit.array_to_si(table[:, column])
     return header, table, lines
+
+
+def _check_first(header: Sequence[str], first: str, text: str, where: str) -> None:
+    """Raise LoadError unless the ``header`` of ``text`` has names, the first of which is ``first`` if it is given."""
+    if not header and not first:
+        raise LoadError(f"{where}: the names of the columns are missing; begin with a line of them")
+    if not header or (first and header[0] != first):
+        found, commas = header[:1] or "missing", "; separate columns by commas" if ";" in text[:1000] else ""
+        raise LoadError(f"{where}: the first column is {found}, expected 'time' (time,name,...){commas}")
 
 
 def _headings(cells: Sequence[str], where: str, units: Mapping[str, Unit]) -> tuple[list[str], dict[int, Unit]]:

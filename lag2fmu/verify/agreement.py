@@ -1,13 +1,13 @@
-"""Where two right runs have to agree, and how exactly.
+"""At which times two right runs have to agree, and how exactly.
 
-Bars: errors are relative to max(range, nominal) of each coordinate, velocity and further state. Two runs whose starts
-differ by 1e-8 drift apart by the amplification A(t), in units of the motion; an error of the solver grows alike, and a
-long vibration adds one for every radian: ``Reference.growth``. The bar is 100 growth tolerance. The comparison ends
-where that exceeds 1e-2: from there on two right runs may have nothing in common. Chaotic motions come there, and those
-that nothing holds, such as that of an aircraft which tilts.
+Errors are relative to max(range, nominal) of each coordinate, velocity and further state. Two runs whose starts differ
+by 1e-8 drift apart by the amplification A(t), in units of the motion. An error of the solver grows by the same factor,
+and a long vibration adds an error for every radian: ``Reference.growth``. The bar is 100 growth tolerance. The
+comparison ends where the bar exceeds 1e-2, because from there on two right runs may have nothing in common. This
+happens in chaotic motions, and in motions that nothing holds, such as that of an aircraft which tilts.
 
-Around an event two runs of different accuracy do different things for a short while, and impacts lower than the
-tolerance are left out: such times are not compared.
+Around an event two runs of different accuracy are in different modes for a short while, and each run leaves out impacts
+lower than its tolerance. Such times are not compared.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from lag2fmu.verify.task import Floats, Task
 
 SAFETY, CHAOS = 100.0, 1e-2
 LOWER = 10.0
-"""Rebounds up to so many tolerances high may be left out."""
+"""A run may leave out rebounds that are at most so many tolerances high."""
 
 
 def has_rows(mechanism: Mechanism) -> bool:
@@ -50,13 +50,13 @@ def on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:
 
 
 def comparable(task: Task, reference: Reference) -> NDArray[np.bool_]:
-    """At which times of ``reference`` another run must be where it is: (m,)."""
+    """At which times of ``reference`` another run must agree with it: (m,)."""
     time = reference.trajectory.time
     if reference.comparable is None:
         return np.ones(len(time), dtype=bool)
     seen: NDArray[np.bool_] = reference.comparable.copy()
     widths = widths_of(task, reference)
-    for event in reference.events:  # before it, errors are those of that time, not yet those of the event
+    for event in reference.events:  # the bar is that of the time before the event
         width = width_at(reference, widths, event.time)
         seen &= np.abs(time - event.time) > np.minimum(widths, width)
     for begin, end in _cascades(task, reference):
@@ -76,13 +76,13 @@ def widths_of(task: Task, reference: Reference) -> Floats:
 
 
 def width_at(reference: Reference, widths: Floats, t: float) -> float:
-    """That of an event at ``t`` (s), in s; ``widths`` (m,) are those of ``widths_of``."""
+    """By how much (s) an event at ``t`` (s) may be earlier or later; ``widths`` (m,) are those of ``widths_of``."""
     row = min(int(np.searchsorted(reference.trajectory.time, t)), len(widths) - 1)
     return float(widths[row])
 
 
 def _cascades(task: Task, reference: Reference) -> Iterator[tuple[float, float]]:
-    """From where to where impacts follow that rise less than the tolerance, (s, s)."""
+    """(first time, last time), in s, of the intervals in which impacts follow that rise less than the tolerance."""
     low: dict[str, float] = {}
     for event in reference.events:
         if event.kind == "impact" and event.height <= LOWER * task.tolerance:

@@ -1,4 +1,4 @@
-"""What holds along a run whatever the other run does: the constraints, and the balance of energy."""
+"""Checks of a run that need no second run: the constraints, and the balance of energy."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
 _POINTS = 200
-"""At so many points of a run forces are looked at."""
+"""The number of points of a run at which forces are looked at."""
 
 
 def constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Reference) -> Iterator[Check]:
-    """The residuals at all communication points, in units of what a coordinate's nominal value makes there."""
+    """The residuals at all communication points, relative to their change with a coordinate's nominal value."""
     if not task.mechanism.constraints:
         return
     labels = [names.residual(c.name) for c in task.mechanism.constraints]
     equations = Equations(task.mechanism)
     for label, run in runs.items():
-        # co-simulation meets constraints to rounding, whatever the tolerance is, unless they are ill-conditioned
+        # co-simulation meets constraints to rounding at any tolerance, unless they are ill-conditioned
         bar = max(ROUNDING, task.tolerance / SAFETY) if label.startswith("co-simulation") else SAFETY * task.tolerance
         relative = np.abs(run.columns(labels)) / _constraint_scales(task, equations, run)
         row, column = np.unravel_index(np.argmax(relative), relative.shape)
@@ -41,7 +41,8 @@ def constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Ref
 def _constraint_scales(task: Task, equations: Equations, run: Trajectory) -> Floats:
     """How much each residual changes with a coordinate's nominal value at the points of ``run``, (k, m).
 
-    Those of nonholonomic constraints with a velocity's, which is that by 1 s, or what the motion makes of it.
+    Residuals of nonholonomic constraints change with a velocity. Its nominal value is that of the coordinate by 1 s, or
+    the greatest velocity of the motion.
     """
     n, energies = len(task.mechanism.coordinates), equations.energies
     x = run.columns(task.states)
@@ -55,7 +56,10 @@ def _constraint_scales(task: Task, equations: Equations, run: Trajectory) -> Flo
 
 
 def energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Check]:
-    """dh/dt = power at every point, and h - work constant over the run where no motion input drives it."""
+    """Checks that dh/dt is the power at every point, and that h - work is constant if no motion input drives the run.
+
+    h is the generalized energy (J). Source: Goldstein, Classical Mechanics, section 2.7.
+    """
     coordinates = [c.name for c in task.mechanism.coordinates]
     q, qd = run.columns(coordinates), run.columns([names.velocity(c) for c in coordinates])
     qdd = run.columns([names.acceleration(c) for c in coordinates])
@@ -83,9 +87,9 @@ def energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Che
 
 
 def resting_energy(task: Task, run: Trajectory) -> float:
-    """What rounding of the positions along ``run`` is worth (J): that part of the forces times the nominal values.
+    """The energy (J) of rounding errors of the positions along ``run``: forces times nominal values times rounding.
 
-    The drift of what is at rest, on a floor or stuck, has no other energy that it could be measured by.
+    The drift of a body at rest, on a floor or stuck, is measured by it, because there is no other energy.
     """
     equations, n = Equations(task.mechanism), len(task.mechanism.coordinates)
     seen = np.unique(np.linspace(0, len(run) - 1, _POINTS).astype(int))
@@ -98,9 +102,9 @@ def resting_energy(task: Task, run: Trajectory) -> float:
 
 
 def _inputs_at(task: Task, times: Floats) -> dict[str, Floats]:
-    """The inputs as the FMU has them when its accelerations are recorded at the communication points ``times`` (k,).
+    """{input: values (k,)} in the FMU when its accelerations are recorded at the communication points ``times`` (k,).
 
-    Inputs that are held are then still those set before the step that led to the point.
+    Held inputs then still have the values that were set before the step to the point.
     """
     signals = task.driving(times[1] - times[0])
     if signals is None:

@@ -12,16 +12,16 @@ from lag2fmu.verify.instances import Instance
 from lag2fmu.verify.run import Floats, Plan, Run, Scalar, elements_of, size_of
 
 _TYPES = {"Enumeration": "Int64"}
-"""The types that values are got by, where they are not those of the variable."""
+"""{type of a variable: type of the call that gets it}, where the two differ."""
 _PATIENCE = 100_000
-"""So many early returns may end one communication step; accumulating impacts are many, and more are endless."""
+"""The most early returns in one communication step; accumulating impacts make many, but not more than that."""
 
 
 class Reader:
-    """Gets the numbers ``names`` of an FMU of FMI 3.0, those of one type in one call."""
+    """Gets the numbers ``names`` of an FMU of FMI 3.0, with one call for each type."""
 
     def __init__(self, fmu: Any, scalars: Mapping[str, Scalar], names: Sequence[str]) -> None:
-        """Look up where each number is among those of its call."""
+        """Look up the place of each number among those of its call."""
         self._calls: list[tuple[Callable[..., list[float]], list[int], int, list[int], list[int]]] = []
         kinds = {name: _TYPES.get(scalars[name].variable.type, scalars[name].variable.type) for name in names}
         for kind in sorted(set(kinds.values())):
@@ -43,12 +43,12 @@ class Reader:
 
 
 class Writer:
-    """Sets the floating-point numbers ``names`` by FMI 3.0; other elements of arrays are as ``values`` say."""
+    """Sets the floating-point numbers ``names`` by FMI 3.0; other elements of arrays get their ``values``."""
 
     def __init__(
         self, fmu: Any, scalars: Mapping[str, Scalar], names: Sequence[str], values: Mapping[str, float] | None = None
     ) -> None:
-        """Look up where each number is among those of the call."""
+        """Look up the place of each number among those of the call."""
         self._set, self._references, self._values = fmu.setFloat64, [], list[float]()
         offsets: dict[int, int] = {}
         for name in names:
@@ -68,10 +68,10 @@ class Writer:
 
 
 class _Inputs:
-    """What sets the inputs at the beginning of a step and, where the FMU asks for them, in the course of it."""
+    """Sets the inputs at the beginning of a step and, if the FMU asks for them, within the step."""
 
     def __init__(self, instance: Instance, run: Run, plan: Plan) -> None:
-        """Let the FMU ask from now on, if its inputs are not held."""
+        """Let the FMU ask for inputs from now on, unless they are held."""
         self._plan, self._begun = plan, 0.0
         names = plan.pieces.names if plan.pieces is not None else plan.held.names if plan.held is not None else ()
         self._writer = Writer(instance.fmu, plan.scalars, names, run.values)
@@ -80,7 +80,7 @@ class _Inputs:
         instance.asked = self._ask if plan.pieces is not None else None
 
     def begin(self, t: float) -> None:
-        """Set them at the time ``t``, at which a step begins."""
+        """Set the inputs at the time ``t`` (s), at which a step begins."""
         pieces, held = self._plan.pieces, self._plan.held
         if pieces is not None:
             self._begun, self._derivatives = t, pieces.derivatives(t, self._slack)
@@ -89,16 +89,17 @@ class _Inputs:
             self._writer.write(held.values[int(np.searchsorted(held.time, t, "right")) - 1])
 
     def _ask(self, t: float) -> None:
-        """Set them at ``t`` within the step, on the cubic polynomials that hold until its end."""
+        """Set the inputs at ``t`` (s) within the step, by the cubic polynomials that hold until its end."""
         h, d = t - self._begun, self._derivatives
         self._writer.write(d[0] + h * (d[1] + h * (d[2] / 2 + h * d[3] / 6)))
 
 
 def co_simulation(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
-    """Communication step after communication step: the grid (k,) and what is recorded there, (k, outputs).
+    """Make all communication steps; returns the grid (k,), in s, and the values recorded there, (k, outputs).
 
-    The instance has been initialized. Inputs that are not held are given where the FMU asks for them: FMI 3.0 has no
-    derivatives of inputs. Raises SimulationError where the FMU ends the simulation or makes no way.
+    The instance has been initialized. Inputs that are not held are given when the FMU asks for them, because FMI 3.0
+    has no derivatives of inputs. Raises SimulationError if the FMU ends the simulation or makes no progress. Source:
+    FMI 3.0.2 specification, section 4.2.
     """
     fmu, points, row = instance.fmu, plan.points, 0
     if run.events:
@@ -118,7 +119,7 @@ def co_simulation(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Flo
 
 
 def _step(fmu: Any, inputs: _Inputs, begun: float, end: float, events: bool) -> None:
-    """From one communication point to the next; with ``events`` the FMU may stop in between, and they are handled."""
+    """Step from one communication point to the next; with ``events`` the FMU may stop at events, which are handled."""
     t, stops = begun, 0
     while t < end:
         inputs.begin(t)

@@ -1,9 +1,9 @@
 """Runs of the FMU and the direct integration side by side, as long as that means something.
 
-Beyond the horizon, where two right runs may have nothing in common (see ``agreement``), the run is compared in windows
-of half that length: the FMU starts from the state that the direct integration has there, and so does a direct
-integration of the window, which knows how errors grow in it. Contacts and dry friction have modes that no start value
-gives; there the run has to be comparable by itself.
+Beyond the horizon two right runs may have nothing in common, see ``agreement``. There the run is compared in windows of
+half the horizon's length. In a window the FMU starts from a state of the direct integration, and so does a second
+direct integration, which finds how errors grow in the window. Mechanisms with contacts and dry friction have no
+windows, because no start value gives their modes; such a run has to be comparable by itself.
 """
 
 from __future__ import annotations
@@ -23,22 +23,25 @@ from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.task import Floats, Task
 
 Integration = Callable[[Floats, Mapping[str, float]], Reference]
-"""(times in s, states at the first of them) -> the direct integration from there."""
+"""A function (times in s, states at the first of them) -> the direct integration from there."""
 MOST_WINDOWS = 20
-"""Windows that are further apart than they are long make the comparison a sample of the rest of the run."""
+"""The most windows. If they are further apart than they are long, they are a sample of the rest of the run."""
 FEWEST = 0.1
 """The least part of a run that has to be compared."""
 
 
 def own_error(task: Task, reference: Reference) -> float:
-    """The error that the direct integration estimates of itself, amplification taken out, until the horizon."""
+    """The largest error until the horizon, divided by its growth, that the direct integration estimates of itself."""
     weighed = reference.relative_error / reference.growth
     compared = comparable(task, reference) & (reference.trajectory.time <= horizon_of(task, reference))
     return float(weighed[compared].max(initial=0.0))
 
 
 def compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Check:
-    """The largest error of q, qd and further states, amplification taken out, until the horizon."""
+    """The check of the largest error of q, qd and further states until the horizon, divided by its growth.
+
+    Errors are relative to the scales of ``reference``, which is (m, s).
+    """
     rows = on_grid(reference, run.time)
     scales = np.array([reference.scales[name] for name in task.states])
     errors = np.abs(run.columns(task.states) - reference.trajectory.columns(task.states)[rows]) / scales
@@ -61,7 +64,7 @@ def compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Ch
 
 @dataclass(frozen=True)
 class Windows:
-    """The comparisons in windows: ``worst`` of them, how many there are, and the time (s) they cover in all."""
+    """The comparisons in windows: the ``worst`` of them, their number, and the time (s) that they cover in all."""
 
     worst: Check | None = None
     count: int = 0
@@ -71,7 +74,7 @@ class Windows:
 def windows_after(task: Task, reference: Reference, integrated: Integration) -> Windows:
     """The windows of the run beyond the horizon, in co-simulation with the middle communication step.
 
-    They are ``integrated`` from states of the ``reference``.
+    ``integrated`` makes their direct integrations, from states of the ``reference``.
     """
     step, horizon = task.steps[1], horizon_of(task, reference)
     grid = task.grid(step)
@@ -125,7 +128,7 @@ def _window(task: Task, label: str, starts: Mapping[str, float], direct: Referen
 
 
 def extent_check(task: Task, reference: Reference, windows: Windows | None = None) -> Iterator[Check]:
-    """That trajectories were compared at all, for runs of which next to nothing was; and the windows."""
+    """Checks that enough of the trajectories was compared, and that the windows agree."""
     windows = windows or Windows()
     if windows.worst is not None:
         yield windows.worst

@@ -1,4 +1,4 @@
-"""``simulate`` and ``linearize`` for whatever stands for a mechanism: a record, a model, an FMU."""
+"""``simulate`` and ``linearize`` for a mechanism, its name or file, or an FMU."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from lag2fmu.verify.run import Kind, Run
 from lag2fmu.verify.simulate import simulate_fmu
 
 _TOLERANCE = 1e-9
-"""Of the run to the state that is linearized about."""
+"""The relative tolerance of the run to the state about which the equations are linearized."""
 
 
 def simulate(  # noqa: PLR0913 (the fields of Run)
@@ -46,14 +46,14 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
 ) -> Trajectory:
     """Run ``model`` as an FMU by fmpy and return its ``outputs`` every ``step`` (s) until ``stop_time`` (s).
 
-    Behind them come those variables of ``beside`` that the FMU has.
-
-    ``values`` are start values and parameters in SI; ``kind`` is 'co-simulation' or 'model-exchange' (fmpy's CVode).
-    ``inputs`` are signals over time: a Trajectory, the path of a CSV file, a mapping of arrays, a structured array or a
-    DataFrame with a column ``time``, or a function of time that gives a mapping. They are linear between their times
-    (``hold``: constant during a communication step); the derivatives of a motion given by position alone come from a
-    spline. A model that is no FMU yet is exported to a temporary folder first; an FMU that was run before is reset
-    instead of loaded. Raises Lag2FmuError.
+    The trajectory has m times and k columns in SI units, (m, k); behind the outputs stand those variables of ``beside``
+    that the FMU has. ``values`` are start values and parameters in SI units; ``kind`` is 'co-simulation' or
+    'model-exchange' (fmpy's CVode). ``inputs`` are signals over time: a Trajectory, the path of a CSV file, a mapping
+    of arrays, a structured array or a DataFrame with a column ``time``, or a function of time that gives a mapping.
+    They are linear between their times, or with ``hold`` constant during a communication step. The derivatives of a
+    motion that is given by position alone come from a spline. A model that is no FMU yet is exported to a temporary
+    folder first; an FMU that was run before is reset instead of loaded. Raises Lag2FmuError if the model cannot be
+    loaded, exported or run.
     """
     with as_fmu(model) as path:
         signals = trajectory_of(inputs, *times_of(path, stop_time, step))
@@ -68,9 +68,11 @@ def linearize(
     """The linearization of ``model`` ``at`` its "start", the "equilibrium" found from there, or a time (s) of its run.
 
     ``about`` are the other arguments of ``lag2fmu.analysis.linearize``: q=, qd= (n,) and further= (f,) in SI units and
-    t= (s) instead of ``at``, inputs= {name: SI value}, outputs= names of y, by default the outputs of the FMU. Its
-    ``state_space`` gives A, B, C, D as files and other packages take them. Contacts, stops, dry frictions and latches
-    stay in their modes at the state. Raises DerivationError where there is no such state, or M is singular there.
+    t= (s) instead of ``at``; inputs= {name: SI value}; outputs= names of y, by default the outputs of the FMU. The
+    method ``state_space`` of the result gives A (k, k), B (k, r), C (o, k), D (o, r) for files and other packages.
+    Contacts, stops, dry frictions and latches keep the modes that they have at the state. Raises DerivationError if
+    there is no such state, or if M is singular there. Source: J. G. de Jalon, E. Bayo, Kinematic and Dynamic Simulation
+    of Multibody Systems, 1994, section 5.3.
     """
     equations = model if isinstance(model, EquationsOfMotion) else derive(model)
     if about.get("outputs") is None:
@@ -88,8 +90,8 @@ def _outputs(equations: EquationsOfMotion) -> list[str]:
 def state_at(equations: EquationsOfMotion, at: str | float, inputs: Any = None) -> dict[str, Any]:
     """The state called ``at``, see ``linearize``, as the arguments of ``lag2fmu.analysis.linearize``.
 
-    These are q, qd (n,) and further (f,) in SI units, and t (s). Raises DerivationError for what names no state, and
-    where there is no equilibrium.
+    These are q, qd (n,) and further (f,) in SI units, and t (s). Raises DerivationError for a word that names no state,
+    and if there is no equilibrium.
     """
     if at == "start":
         return {}
@@ -132,7 +134,7 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
         return with_values(as_mechanism(model), values or {})
     try:
         mechanism = read_mechanism(fmu_path(model))
-    except (ExportError, TextError):  # of another tool, or a text that this version does not read
+    except (ExportError, TextError):  # an FMU of another tool, or a text that this version cannot read
         return None
     known = {s for q in mechanism.coordinates for s in (q.name, velocity(q.name))}
     known |= {p.name for p in mechanism.parameters} | {u.name for u in mechanism.inputs}

@@ -34,7 +34,8 @@ class Evaluation(Protocol):
 def evaluation(path: Path) -> Iterator[Evaluation]:
     """An ``Evaluation`` of the FMU ``path``; raises SimulationError if it cannot be made.
 
-    In continuous-time mode of model exchange or, where the FMU has none, in initialization mode of co-simulation.
+    The instance is in continuous-time mode of model exchange. If the FMU has no model exchange, it is in initialization
+    mode of co-simulation.
     """
     kind = "ModelExchange" if offers_model_exchange(path) else "CoSimulation"
     with instance_of(path, kind) as instance:
@@ -54,7 +55,7 @@ def evaluation(path: Path) -> Iterator[Evaluation]:
 
 
 class _OfFmi2:
-    """By FMI 2.0, where every state, input and tunable parameter can be set in continuous-time mode."""
+    """An ``Evaluation`` by FMI 2.0: all states, inputs and tunable parameters are set in continuous-time mode."""
 
     def __init__(self, instance: Instance) -> None:
         self._instance = instance
@@ -76,7 +77,7 @@ class _OfFmi2:
 
 
 class _OfFmi3:
-    """By FMI 3.0: inputs and parameters are set in event mode, states in continuous-time mode as one vector."""
+    """An ``Evaluation`` by FMI 3.0: inputs and parameters are set in event mode, states in continuous-time mode."""
 
     def __init__(self, instance: Instance, path: Path) -> None:
         self._instance, self._scalars = instance, scalars_of(instance.description, path)

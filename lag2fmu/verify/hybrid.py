@@ -1,4 +1,4 @@
-"""What validation adds for hybrid mechanisms: the laws of contact along the whole run, which need no second run."""
+"""Checks of hybrid mechanisms: the laws of contact along the whole run, which need no second run."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Floats, Task
 
 POINTS = 200
-"""So many points of a run are checked by the laws of motion."""
+"""The number of points of a run at which accelerations and forces are checked."""
 SAME = 1e-8
-"""Bar of forces and accelerations at single points; forces that dry friction couples lose some digits."""
+"""Bar of forces and accelerations at single points; forces lose some digits where dry friction couples them."""
 
 
 def row_outputs(mechanism: Mechanism) -> list[str]:
-    """The names of what contacts, stops and frictions show."""
+    """The names of the results of contacts, stops and frictions: gaps, forces, modes, impulses, counts."""
     found: list[str] = []
     for c in mechanism.unilaterals:
         of = (names.gap, names.force, names.impulse, names.mode, names.impacts)
@@ -58,7 +58,7 @@ def extent(task: Task, reference: Reference, horizon: float) -> Iterator[Check]:
 def row_checks(
     task: Task, runs: Mapping[str, Trajectory], reference: Reference, rows: Mapping[str, NDArray[np.intp]]
 ) -> Iterator[Check]:
-    """The laws along every run; ``rows`` are those of ``reference`` at the k times of each run, (k,)."""
+    """Checks of the laws of contact along every run; ``rows`` (k,) are those of ``reference`` at the times of a run."""
     if not has_rows(task.mechanism):
         return
     points, seen = Points(task.mechanism), comparable(task, reference)
@@ -73,7 +73,7 @@ def row_checks(
 
 
 def _worst(checks: Iterable[Check]) -> Check:
-    """The one of ``checks`` of all runs that is nearest to its bar, or farthest beyond it."""
+    """The check that is nearest to its bar, or farthest beyond it."""
     return max(checks, key=lambda check: check.value / max(check.bar, 1e-300))
 
 
@@ -85,7 +85,7 @@ def _states(task: Task, run: Trajectory) -> tuple[Floats, Floats]:
 
 
 def _penetration(task: Task, points: Points, label: str, run: Trajectory) -> Check:
-    """How deep any gap closes, in units of what nominal values make of it."""
+    """The check of the deepest penetration of any gap, relative to the nominal size of the gap."""
     q, qd = _states(task, run)
     sizes = points.gap_sizes(0.0, q[0], qd[0])
     gaps = run.columns([names.gap(c.name) for c in task.mechanism.unilaterals]) / sizes
@@ -96,10 +96,10 @@ def _penetration(task: Task, points: Points, label: str, run: Trajectory) -> Che
 
 
 def _laws_of_contact(task: Task, points: Points, label: str, run: Trajectory) -> Check:
-    """Forces that push only, none at open contacts, friction within its cone: the worst violation of all.
+    """The check of the worst violation of a law: forces only push, open contacts bear none, friction is in its cone.
 
-    While the rest of accumulating impacts lasts, a contact shows itself as open with a gap of 0 and the mean force.
-    Forces are measured by the greatest, or by the mean of the impulses over the run, if contacts bear less in between.
+    While the rest of accumulating impacts lasts, a contact counts as open, with a gap of 0 and the mean force.
+    Violations are relative to the greatest force, or to the mean of the impulses over the run if this is more.
     """
     q, qd = _states(task, run)
     friction, static = points.coefficients(0.0, q[0], qd[0])
@@ -126,7 +126,7 @@ def _laws_of_contact(task: Task, points: Points, label: str, run: Trajectory) ->
 def _energy(
     task: Task, label: str, run: Trajectory, reference: Reference, rows: NDArray[np.intp], seen: NDArray[np.bool_]
 ) -> Check:
-    """How much the energy minus the work from outside ever grows; impacts and friction may only take some."""
+    """The check of the growth of energy minus work from outside; impacts and friction may only take energy."""
     external = (reference.work + reference.trajectory[names.DISSIPATED_ENERGY])[rows]
     compared = seen[rows] & np.isfinite(reference.growth[rows])
     held, times = (run["generalized_energy"] - external)[compared], run.time[compared]
@@ -145,11 +145,11 @@ def _energy(
 def _impact_checks(
     task: Task, label: str, run: Trajectory, reference: Reference, rows: NDArray[np.intp]
 ) -> Iterator[Check]:
-    """Counts of impacts, and their times by how far gaps are off behind them.
+    """Checks of the counts of impacts, and of their times, which the gaps behind them tell.
 
-    An element is watched until one of its impacts rebounds, or lifts what it opens, by no more than the tolerance: from
-    there on impacts accumulate, and each path ends them in its own way. Counts are left out where there are more
-    contacts than coordinates: how an impact is shared among them is not unique, so that one of them may bear nothing.
+    An element is watched until one of its impacts rebounds, or lifts another contact, by no more than the tolerance.
+    From there on impacts accumulate, and each path ends them in its own way. Counts are not checked if there are more
+    contacts than coordinates. How an impact is shared among them is then not unique, and one of them may bear nothing.
     """
     seen = comparable(task, reference)[rows] & np.isfinite(reference.growth[rows])
     bar = LOWER * task.tolerance
@@ -162,7 +162,7 @@ def _impact_checks(
         missed += int(np.sum(expected[watched] != run[names.impacts(c.name)][watched]))
         gap = reference.trajectory[names.gap(c.name)]
         slope = np.diff(gap) / np.diff(reference.trajectory.time)
-        rate = np.append(slope, slope[-1])[rows]  # ahead: behind an impact it has its new value
+        rate = np.append(slope, slope[-1])[rows]  # forward difference: the rate behind an impact
         off = np.abs(run[names.gap(c.name)] - gap[rows])
         flies = (reference.trajectory[names.mode(c.name)][rows] == Mode.OPEN) & (rate > 0)
         for event in reference.events:
@@ -170,7 +170,7 @@ def _impact_checks(
             if event.element != c.name or event.kind != "impact" or not len(behind):
                 continue
             at, count = int(behind[0]), count + 1
-            if not flies[at]:  # it closes at once
+            if not flies[at]:  # the contact closes at once
                 continue
             late = float(off[at] / rate[at]) / width_at(reference, widths, event.time)
             if late >= worst:
@@ -183,7 +183,7 @@ def _impact_checks(
 
 
 def _same_motion(task: Task, points: Points, label: str, run: Trajectory) -> Check:
-    """Accelerations and forces at points of a run against those that the independent path finds in these modes."""
+    """The check of accelerations and forces at points of a run against the independent path in the same modes."""
     q, qd = _states(task, run)
     chosen = np.unique(np.linspace(1, len(run) - 1, POINTS).astype(int))
     coordinates = [c.name for c in task.mechanism.coordinates]

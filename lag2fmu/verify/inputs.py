@@ -1,4 +1,4 @@
-"""What users give as inputs of a run, as a Trajectory."""
+"""From the forms in which users give the inputs of a run to a Trajectory."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ SAMPLES = 4
 def trajectory_of(inputs: Inputs | None, stop_time: float, step: float) -> Trajectory | None:
     """``inputs`` in SI units over time in s; None for None.
 
-    A function of time is sampled from 0 to ``stop_time`` (s), four times a ``step`` (s). Raises LoadError for what is
-    nothing of that kind and for columns that do not fit, with their names.
+    A function of time is sampled from 0 to ``stop_time`` (s), four times a ``step`` (s). Raises LoadError for inputs of
+    another form, and for columns whose shapes are not that of the times, (m,); it names them.
     """
     if inputs is None or isinstance(inputs, Trajectory):
         return inputs

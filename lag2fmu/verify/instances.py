@@ -1,7 +1,7 @@
 """FMUs as fmpy loads them: unpacked, instantiated, kept for the next run.
 
-The next run of the same file resets an FMU of lag2fmu instead of unpacking and loading it again; FMUs of other tools
-are loaded anew, for many cannot be reset.
+For the next run of the same file an FMU of lag2fmu is reset instead of loaded again. FMUs of other tools are loaded
+anew, because many of them cannot be reset.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from ctypes import byref
 from pathlib import Path
 from typing import Any
 
@@ -94,12 +95,23 @@ class Instance:
         return str(self.description.generationTool or "").startswith("lag2fmu")
 
     def reset(self) -> None:
-        """Back to where it was instantiated."""
+        """Bring the FMU back to the state after instantiation."""
         self.fmu.reset()
         self.log.clear()
+        if not is_fmi3(self.description):
+            self._listen()
+
+    def _listen(self) -> None:
+        """What the FMU says comes here: fmpy passes it to the logger that was made last, of whatever FMU."""
+        from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+        from fmpy.logging import addLoggerProxy
+
+        self._callbacks = fmi2CallbackFunctions()  # kept as long as the FMU may call
+        self._callbacks.logger = fmi2CallbackLoggerTYPE(self.log)
+        addLoggerProxy(byref(self._callbacks))
 
     def close(self) -> None:
-        """Free it and remove its files."""
+        """Free the instance and remove its files."""
         self.fmu.freeInstance()
         self._files.cleanup()
 
@@ -172,7 +184,7 @@ def description_of(path: Path) -> Any:
 
 
 def _state_of(path: Path) -> tuple[object, ...]:
-    """What tells a file from another one at the same path: its size and times."""
+    """Size and times of the file ``path``, which change if it is replaced; raises LoadError if there is none."""
     if not path.exists():
         raise LoadError(f"'{path}': there is no such file")
     state = path.stat()
@@ -201,7 +213,7 @@ def is_fmi3(description: Any) -> bool:
 
 
 def problems(path: Path) -> list[str]:
-    """What fmpy's own validation finds in the FMU ``path``, a sentence each."""
+    """The problems that fmpy's own validation finds in the FMU ``path``, a sentence for each."""
     from fmpy.validation import validate_fmu
 
     return [str(problem) for problem in validate_fmu(str(path))]

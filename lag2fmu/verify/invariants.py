@@ -1,6 +1,4 @@
-"""What the analysis of a mechanism adds to ``validate``: conserved quantities are watched, Hamilton's equations are
-integrated beside Lagrange's, and the report names the action.
-"""
+"""Checks by the analysis of a mechanism: conserved quantities, Hamilton's equations beside Lagrange's, the action."""
 
 from __future__ import annotations
 
@@ -24,7 +22,8 @@ from lag2fmu.verify.report import Check
 Floats = NDArray[np.float64]
 
 HORIZON, POINTS = 0.1, 40
-"""Hamilton's equations are integrated over the part HORIZON of the run; conserved quantities are seen POINTS times."""
+"""The part of the run over which Hamilton's equations are integrated, and the number of points at which conserved
+quantities are checked."""
 
 
 def drift_checks(
@@ -35,12 +34,13 @@ def drift_checks(
     horizon: float,
     bar: float,
 ) -> Iterator[Check]:
-    """How far each conserved quantity goes from its start in a ``run`` without inputs, until ``horizon`` (s).
+    """Checks of how far each conserved quantity drifts in a ``run`` without inputs, until ``horizon`` (s).
 
-    Relative to its greatest value, or to what changes of q and qd by their scales make of it; growth of errors taken
-    out. ``rows`` (k,) are the rows of ``reference`` at the times of the run. The generalized energy is checked
-    elsewhere. The quantities are conserved where inputs are zero: with starts of inputs that are not, only those are
-    watched that the direct integration keeps.
+    A drift is relative to the greatest value of the quantity, or to its change if q and qd change by their scales, and
+    is divided by the growth of errors. ``rows`` (k,) are the rows of ``reference`` at the times of the run. The
+    generalized energy is checked elsewhere. Quantities are conserved for zero inputs. If inputs start at other values,
+    only those quantities are checked that the direct integration keeps constant. Source: E. Noether, Invariante
+    Variationsprobleme, 1918.
     """
     seen = np.unique(np.linspace(0, np.sum(run.time <= horizon) - 1, POINTS).astype(int))
     driven = any(u.start for u in equations.mechanism.plain_inputs)
@@ -63,7 +63,7 @@ def _drift(
     reference: Reference,
     rows: NDArray[np.intp],
 ) -> Floats:
-    """How far ``item`` is from its start at the rows ``seen`` (k,) of ``run``, relative, growth of errors taken out."""
+    """The relative drift of ``item`` from its start at the rows ``seen`` (k,) of ``run``, divided by its growth."""
     g, v = equations.graph, equations.variables
     scales = [reference.scales[str(g.leaf[node])] for node in (*v.q, *v.qd)]
     nodes = [item.node, *reverse(item.graph, {item.node: g.one}, [*v.q, *v.qd])]
@@ -92,8 +92,8 @@ def hamilton_checks(
 ) -> tuple[list[Check], list[str]]:
     """Hamilton's equations against the direct integration over the first tenth, at most to ``horizon`` (s).
 
-    (checks, notes): the error relative to the scales of q and qd, amplification taken out, must not exceed ``bar``; the
-    notes say why where there is no comparison.
+    Returns checks and notes. The error, relative to the scales of q and qd and divided by the amplification, must not
+    exceed ``bar``. The notes say why if there is no comparison. Source: Goldstein, Classical Mechanics, section 8.1.
     """
     trajectory = reference.trajectory
     if equations.mechanism.states:

@@ -1,4 +1,4 @@
-"""What a live page compares its own trajectory with: samples of a direct integration."""
+"""Samples of a direct integration, with which a live page compares its own trajectory."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lag2fmu.verify.agreement import CHAOS, SAFETY
 def page_samples(mechanism: Mechanism, reference: Reference) -> Samples:
     """Samples of the default experiment of ``mechanism``, whose direct integration is ``reference``.
 
-    Only those times are among them at which two right runs have to agree, see ``agreement``.
+    They are at times at which two right runs have to agree, see ``agreement``.
     """
     trajectory, tolerance = reference.trajectory, mechanism.experiment.tolerance
     columns = [name for q in mechanism.coordinates for name in (q.name, velocity(q.name))]
@@ -33,7 +33,7 @@ def page_samples(mechanism: Mechanism, reference: Reference) -> Samples:
 
 
 def _apart_from_events(mechanism: Mechanism, reference: Reference) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """At which times no event is near: it may come a little earlier or later in another run."""
+    """At which times no event is near, because an event may come a little earlier or later in another run."""
     time = reference.trajectory.time
     apart = np.ones(len(time), dtype=bool)
     for event in reference.events:

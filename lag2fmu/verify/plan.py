@@ -1,4 +1,4 @@
-"""What a run of an FMU is told, and what that means for the FMU: communication points, outputs, inputs."""
+"""From the record of a run to its plan for an FMU: communication points, outputs, inputs, all checked."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.run import Floats, Kind, Plan, Run, Scalar
 
 POINTS = 500
-"""Communication steps of a run for which no usable one is known."""
+"""The number of communication steps of a run if no usable step is known."""
+MOST_POINTS = 20_000_000
+"""Communication points of a run, at most: a gigabyte of memory for six variables."""
 LEAST_TOLERANCE = 2e-15
 """The relative tolerance that rounding allows."""
 
@@ -30,7 +32,10 @@ def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
 
 
 def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:
-    """What ``run`` means for the FMU of this ``description``, whose numbers are ``scalars``; raises LoadError."""
+    """The plan of ``run`` for the FMU of this ``description``, whose numbers are ``scalars``.
+
+    Raises LoadError for names, times and values that the FMU cannot take.
+    """
     if run.kind not in (kinds := get_args(Kind)):
         raise LoadError(f"there is no simulation of kind {run.kind!r}; expected {' or '.join(map(repr, kinds))}")
     stop_time, step = _times(description, run.stop_time, run.step)
@@ -72,7 +77,7 @@ def _times(description: Any, stop_time: float | None, step: float | None) -> tup
 def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:
     """Whether inputs can change between communication points: always in model exchange since FMI 2.0.
 
-    In co-simulation by FMI 3.0 an FMU of lag2fmu asks for them; what others do with them is not known.
+    In co-simulation by FMI 3.0 an FMU of lag2fmu asks for inputs; what FMUs of other tools do is not known.
     """
     if kind == "model-exchange":
         return not description.fmiVersion.startswith("1")
@@ -83,12 +88,15 @@ def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:
 
 
 def check_times(stop_time: float, step: float) -> None:
-    """Raise LoadError unless 0 < ``step`` <= ``stop_time``, in s, are finite."""
+    """Raise LoadError unless 0 < ``step`` <= ``stop_time``, in s, are finite, with no more than MOST_POINTS steps."""
     for label, value in (("stop time", stop_time), ("step", step)):
         if not (math.isfinite(value) and value > 0):
             raise LoadError(f"the {label} {value!r} s is not positive and finite")
     if step > stop_time:
         raise LoadError(f"the step {step!r} s is longer than the stop time {stop_time!r} s")
+    if stop_time / step > MOST_POINTS:
+        count = f"{stop_time / step:.3g} steps of {step:g} s in {stop_time:g} s"
+        raise LoadError(f"{count} are too many, {MOST_POINTS:g} at most; give a longer step, or an earlier stop time")
 
 
 def check_tolerance(tolerance: float) -> float:

@@ -23,15 +23,17 @@ from lag2fmu.verify.task import ROUNDING, Floats, Task
 _SYMPY_LIMIT = 3
 _ROUNDING = 1e-14
 NEARER = (1.0, 0.1, 0.01, 0.0)
-"""By these parts of a distance of 5 % random states are moved away from the motion, until the equations are defined."""
+"""Random states are moved away from the motion by 5 %, times the first of these parts with which the equations are
+defined."""
 
 
 def pointwise_checks(task: Task, reference: Reference) -> list[Check]:
-    """Accelerations and everything calculated, at random states, inputs and parameters around the motion.
+    """Checks of accelerations and of everything calculated, at random states, inputs and parameters around the motion.
 
-    States are near points of ``reference``, on the constraints; values are relative differences. The bar is ROUNDING,
-    or what rounding of the states or of the mass matrix changes where that is more. Up to 3 coordinates without
-    constraints SymPy's Lagrange equations are compared as well. Raises SimulationError if the FMU does not answer.
+    States are near points of ``reference``, on the constraints. The value of a check is a relative difference. The bar
+    is ROUNDING, or the change by rounding of the states or of the mass matrix if this is more. For mechanisms of up to
+    3 coordinates without constraints SymPy's Lagrange equations are compared as well. Raises SimulationError if the FMU
+    does not answer.
     """
     generator = np.random.default_rng(7)
     n = len(task.mechanism.coordinates)
@@ -60,10 +62,10 @@ def pointwise_checks(task: Task, reference: Reference) -> list[Check]:
 
 
 def _rounding_of_accelerations(equations: Equations, reference: Reference) -> float:
-    """The relative change that rounding of a mass matrix makes, at most; 0 under constraints, where M may be singular.
+    """A bound of the relative change of accelerations by rounding of the mass matrix.
 
-    Ten units of rounding by the condition of the scaled matrix. Source: N. Higham, Accuracy and Stability of Numerical
-    Algorithms, second edition, section 7.2.
+    It is ten units of rounding times the condition of the scaled matrix; 0 under constraints, where M may be singular.
+    Source: N. Higham, Accuracy and Stability of Numerical Algorithms, second edition, section 7.2.
     """
     if equations.energies.constraints.m:
         return 0.0
@@ -104,9 +106,9 @@ def _random_states(
 ) -> list[tuple[Floats, Floats, dict[str, float]]]:
     """(q, qd, inputs with further states) near points of the trajectory, q and qd (n,), on the constraints.
 
-    They are within the bounds of the coordinates, outside of which an FMU takes no state though motions go on there.
-    Where constraints lead out of the bounds, or the independent equations have no finite value, a state nearer to the
-    trajectory is taken, or none.
+    They are within the bounds of the coordinates, because an FMU takes no state outside of them. If constraints lead
+    out of the bounds, or if the independent equations have no finite value, a state nearer to the trajectory is taken;
+    if there is none, the state is left out.
     """
     n, energies = len(task.mechanism.coordinates), drives.equations.energies
     moving = {name for m in task.mechanism.motions for name in (m.name, names.velocity(m.name))}
@@ -148,7 +150,7 @@ def _consistent(
 
 
 def _defined(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> bool:
-    """Whether there is such a state, and the independent equations have finite values there."""
+    """Whether q and qd are finite, and the independent equations have finite values there."""
     try:
         return bool(np.isfinite(q).all() and np.isfinite(_calculated(drives, q, qd, inputs)).all())
     except SimulationError:
@@ -156,9 +158,10 @@ def _defined(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str, fl
 
 
 def _input_ranges(task: Task, input_names: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """What inputs are drawn from, name -> (low, high): what drives the run, or around the start, within the bounds.
+    """{input: (low, high)}, the ranges from which random inputs are drawn.
 
-    A motion is moved by half of its start at most: the length of a rope stays one.
+    A range is that of the signal that drives the run, or lies around the start, within the bounds. A motion is moved by
+    half of its start at most, so that the length of a rope, for one, stays positive.
     """
     declared = {u.name: u for u in task.mechanism.inputs}
     found = {}
@@ -180,9 +183,9 @@ def _input_ranges(task: Task, input_names: Sequence[str]) -> dict[str, tuple[flo
 
 
 def _calculated_by_fmu(task: Task, fmu: Evaluation, q: Floats, qd: Floats, values: Mapping[str, float]) -> Floats:
-    """What ``_labels`` names, of the FMU; ``values`` are those of inputs, further states and parameters."""
+    """The quantities of ``_labels`` from the FMU; ``values`` are those of inputs, further states and parameters."""
     x = dict(enumerate([*q, *qd]))
-    states = {task.states[i]: x[i] for i in continuous_states(task.mechanism) if i in x}  # what has no mass follows
+    states = {task.states[i]: x[i] for i in continuous_states(task.mechanism) if i in x}  # the others follow
     return fmu.evaluate({**states, **values}, _labels(task.mechanism))
 
 
@@ -196,7 +199,7 @@ def _labels(mechanism: Mechanism) -> list[str]:
 
 
 def _calculated(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:
-    """The same from the independent path."""
+    """The quantities of ``_labels`` from the independent path."""
     state, equations = (0.0, q, qd, inputs), drives.equations
     energy, outputs = equations.generalized_energy(*state), equations.outputs(*state)
     constraints, bearing = equations.mechanism.constraints, _bearing(equations.mechanism)
@@ -206,7 +209,7 @@ def _calculated(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str,
 
 
 def _bearing(mechanism: Mechanism) -> list[Constraint]:
-    """The constraints that forces belong to: no norms, and no equilibria of what has no mass."""
+    """The constraints that bear forces: all but norms of quaternions and equilibria of coordinates without mass."""
     norms = norm_constraints(mechanism)
     return [c for c in mechanism.constraints if c.name not in norms and not c.massless]
 
@@ -214,7 +217,8 @@ def _bearing(mechanism: Mechanism) -> list[Constraint]:
 def _relative(own: Sequence[Floats], independent: Sequence[Floats]) -> Floats:
     """The largest difference of each quantity over all states, relative to its largest value, (k,).
 
-    What stays below a ten-thousandth of the largest quantity is compared with that: it may be zero but for rounding.
+    A quantity that stays below a ten-thousandth of the largest one may be zero up to rounding; its differences are
+    relative to this ten-thousandth.
     """
     size = np.abs(independent).max(axis=0)
     size = np.maximum(size, 1e-4 * size.max())

@@ -1,7 +1,7 @@
-"""Reference trajectories that travel in an FMU, so that whoever receives it can check it.
+"""Reference trajectories in an FMU, with which its receiver can check it.
 
-In the form of the layered standard FMI-LS-REF 1.0.0-alpha.1 (extra/org.fmi-standard.fmi-ls-ref/) and of the experiments
-format of the Modelica Association, MA-HS-Experiments, that it refers to.
+They have the form of the layered standard FMI-LS-REF 1.0.0-alpha.1 (extra/org.fmi-standard.fmi-ls-ref/), and of the
+experiments format of the Modelica Association, MA-HS-Experiments, to which it refers.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ def reference_of(mechanism: Mechanism, progress: Callable[[float], None] | None 
 def reference_files(
     mechanism: Mechanism, reference: Reference | None = None, *, arrays: bool = False
 ) -> dict[str, bytes]:
-    """{name in the archive: content}: the direct integration of ``mechanism``, and what it is.
+    """{name in the archive: content} of the direct integration of ``mechanism``, its experiment, and remarks on it.
 
-    ``reference`` is that of ``reference_of``, if it is known. ``arrays``: the FMU has arrays, which the remarks refer
-    to. Raises SimulationError if the integration fails.
+    ``reference`` is that of ``reference_of``, if it is known. ``arrays``: the FMU has arrays, to which the remarks
+    refer. Raises SimulationError if the integration fails. Source: FMI-LS-REF 1.0.0-alpha.1 specification.
     """
     reference = reference_of(mechanism) if reference is None else reference
     mechanism = complete(mechanism)
@@ -95,7 +95,7 @@ def _manifest() -> bytes:
 
 
 def _remarks(mechanism: Mechanism, reference: Reference, arrays: bool) -> str:
-    """What the receiver has to know of the reference: how it was made, and how exact it is."""
+    """Remarks for the receiver: how the reference was made, and how exact it is."""
     worst, growth = reference.relative_error.max(), reference.amplification.max()
     return (
         f"{_FOLDER}/{_RESULT}: the motion of {mechanism.title} over {mechanism.experiment.stop_time:g} s.\n"

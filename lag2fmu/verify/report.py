@@ -42,9 +42,11 @@ def _json(value: float) -> float | str:
 class Report:
     """The outcome of ``validate``.
 
-    ``checks`` in order; ``trajectories`` by label, for the plot ('direct integration' and one a run of the FMU);
-    ``notes`` say what the numbers mean; ``coordinates`` names the curves to be plotted over time in s, in
-    ``units``; the ``trajectories`` are in SI units.
+    - ``checks``: the comparisons in order.
+    - ``trajectories``: {label: trajectory in SI units} for the plot, 'direct integration' and one for each run of the
+      FMU.
+    - ``notes``: sentences that say what the numbers mean.
+    - ``coordinates``: the names of the curves that are plotted over time (s), in ``units``.
     """
 
     title: str
@@ -73,7 +75,7 @@ class Report:
             ("", "left"),
             ("detail", "left"),
         ):
-            table.add_column(column, justify=justify)  # type: ignore[arg-type]
+            table.add_column(column, justify=justify, overflow="fold")  # type: ignore[arg-type]
         for check in self.checks:
             mark = "[green]ok[/green]" if check.passed else "[bold red]FAILED[/bold red]"
             table.add_row(escape(check.name), f"{check.value:.2e}", f"{check.bar:.2e}", mark, escape(check.detail))

@@ -1,4 +1,4 @@
-"""The records of a run of an FMU: what it is told, what that means for the FMU, and the numbers in its variables."""
+"""The records of a run of an FMU: the user's choices, the plan that follows for the FMU, and its numbers."""
 
 from __future__ import annotations
 
@@ -20,15 +20,17 @@ Kind = Literal["co-simulation", "model-exchange"]
 
 @dataclass(frozen=True)
 class Run:
-    """What a run is told; what is not given is taken from the FMU's DefaultExperiment.
+    """The user's choices of a run; those that are not given are taken from the FMU's DefaultExperiment.
 
-    ``stop_time``, the communication ``step`` (s), the relative ``tolerance`` of the solver; ``values`` are start values
-    of parameters, states and inputs in SI; ``inputs`` are linear between their times, and a motion given by position
-    alone is a spline; with ``hold`` they keep their value during a communication step. ``outputs`` are recorded
-    (default: all), and behind them those of ``beside`` that the FMU has. ``progress`` is called with the time reached,
-    ``warned`` with each warning of the FMU (default: they are logged). With ``events``, co-simulation by FMI 3.0 uses
-    event mode and early return.
-    The run begins at ``start_time`` (s), where the ``values`` hold.
+    - ``start_time``, ``stop_time``, ``step``: the begin and end of the run, and the communication step, in s.
+    - ``tolerance``: the relative tolerance of the solver.
+    - ``values``: start values of parameters, states and inputs, in SI units.
+    - ``inputs``: signals, linear between their times; a motion that is given by position alone is a spline.
+    - ``hold``: inputs keep their values during a communication step.
+    - ``outputs``: the names that are recorded, by default all outputs; ``beside``: further names, if the FMU has them.
+    - ``progress``: called with the time reached (s).
+    - ``warned``: called with each warning of the FMU, which is logged otherwise.
+    - ``events``: co-simulation by FMI 3.0 uses event mode and early return.
     """
 
     stop_time: float | None = None
@@ -48,10 +50,10 @@ class Run:
 
 @dataclass(frozen=True)
 class Plan:
-    """A run that was checked: ``grid`` of communication points (k,) in s, the ``names`` recorded, the inputs.
+    """A run that was checked: the ``grid`` of communication points (k,), in s, the ``names`` recorded, the inputs.
 
-    ``scalars`` are all numbers of the FMU by name. ``pieces`` are the inputs between communication points, None where
-    there are none or they are held.
+    ``scalars`` are all numbers of the FMU by name. ``pieces`` are the inputs between communication points; None without
+    inputs, and for held ones.
     """
 
     grid: Floats

@@ -1,7 +1,7 @@
-"""Variables of an FMU by the names of their numbers: those of an array of FMI 3.0 one by one.
+"""The numbers in the variables of an FMU by name; an array of FMI 3.0 has several.
 
-An FMU of lag2fmu tells what the elements of its arrays are; those of another tool are called NAME[1], NAME[2], as the
-structured naming convention has it.
+An FMU of lag2fmu tells the names of the elements of its arrays. Those of other tools are called NAME[1], NAME[2], by
+the structured naming convention.
 """
 
 from __future__ import annotations

@@ -22,7 +22,9 @@ from lag2fmu.verify.scalars import scalars_of
 _FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
 _INTEGERS = ("Integer", "Enumeration")
 _LOGGER = logging.getLogger("lag2fmu")
-"""Gets what an FMU warns of; without a handler of the user's it goes to standard error."""
+"""Gets the warnings of FMUs; without a handler of the user they go to standard error."""
+MOVED = 1e-6
+"""A guess that constraints move by less than this part of it, or of 1 in SI units, is where it was set."""
 MOST_STEPS = 20_000
 """The steps that CVode may take from one communication point to the next; its own bound, 500, is for slow motions."""
 
@@ -30,9 +32,9 @@ MOST_STEPS = 20_000
 def simulate_fmu(path: Path, run: Run) -> Trajectory:
     """Run the FMU ``path`` from its start time to the stop time and record the outputs every step, in SI units.
 
-    Between communication points inputs go on by their derivatives, in co-simulation, or as functions of time; an FMU
-    that does not take derivatives gets them held. Raises LoadError for unknown names and SimulationError with the FMU's
-    own words if the run fails.
+    Between communication points inputs are continued by their derivatives in co-simulation, and are functions of time
+    in model exchange. An FMU that takes no derivatives gets held inputs. The trajectory is (m, outputs). Raises
+    LoadError for unknown names, and SimulationError with the FMU's own words if the run fails.
     """
     description = description_of(path)
     plan = planned(description, scalars_of(description, path), run)
@@ -45,7 +47,7 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
             time, values = _loop(description, run, plan)(instance, run, plan)
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
-        for sentence in instance.log.warnings:
+        for sentence in (*instance.log.warnings, *_moved(description, run, plan, values[0])):
             warned(sentence)
         reached, stop = float(time[-1]), float(plan.grid[-1])
         if reached < stop - 1e-9 * max(stop / len(plan.grid), stop):
@@ -55,8 +57,27 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     return Trajectory(time, tuple(plan.names), values)
 
 
+def _moved(description: Any, run: Run, plan: Plan, start: Floats) -> list[str]:
+    """A sentence on the values that were set and are not those of the ``start`` (outputs,): starts that are guesses."""
+    guesses = {v.name for v in description.modelVariables if v.initial == "approx"}
+    found = []
+    for name in guesses & (run.values or {}).keys() & set(plan.names):
+        wanted, reached = float((run.values or {})[name]), float(start[list(plan.names).index(name)])
+        if abs(reached - wanted) > MOVED * max(1.0, abs(wanted)):
+            found.append(f"{name} from {wanted:.6g} to {reached:.6g}")
+    if not found:
+        return []
+    return [
+        f"constraints move what was set as a guess: {', '.join(sorted(found))}; what the mechanism gives as 'start' or "
+        "'velocity' is kept as it is set"
+    ]
+
+
 def _loop(description: Any, run: Run, plan: Plan) -> Callable[[Instance, Run, Plan], tuple[Floats, Floats]]:
-    """Who makes the steps: we, in co-simulation by FMI 2.0 of numbers and by FMI 3.0; in other runs fmpy."""
+    """The function that makes the steps: one of this package in co-simulation, fmpy's loop in other runs.
+
+    fmpy's loop also runs co-simulation by FMI 2.0 with outputs that are no numbers.
+    """
     kinds = {plan.scalars[name].variable.type for name in plan.names}
     if run.kind == "co-simulation" and is_fmi3(description):
         return _steps3
@@ -68,7 +89,7 @@ def _loop(description: Any, run: Run, plan: Plan) -> Callable[[Instance, Run, Pl
 
 
 def _steps(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
-    """Communication step after communication step: the grid (k,) and what is recorded there, (k, outputs)."""
+    """Make all communication steps; returns the grid (k,), in s, and the values recorded there, (k, outputs)."""
     fmu, component = instance.fmu, instance.fmu.component
     _initialize(instance, run, plan)
     references = {v.name: v.valueReference for v in instance.description.modelVariables}
@@ -89,7 +110,7 @@ def _steps(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
 
 
 def _steps3(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
-    """The same by FMI 3.0."""
+    """The grid (k,), in s, and the values recorded there, (k, outputs), by FMI 3.0."""
     from fmpy.simulation import apply_start_values, settable_in_instantiated
 
     fmu, description = instance.fmu, instance.description
@@ -102,13 +123,13 @@ def _steps3(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
 
 
 def _followed(plan: Plan) -> tuple[int, ...]:
-    """The value references of the inputs that go on within a communication step."""
+    """The value references of the inputs that change within a communication step."""
     names = plan.pieces.names if plan.pieces is not None else ()
     return tuple(sorted({plan.scalars[name].reference for name in names}))
 
 
 def _tolerance(instance: Instance, run: Run) -> float | None:
-    """That of the run, or else of the default experiment, None if there is none."""
+    """The relative tolerance of the run, or else of the default experiment; None if neither has one."""
     experiment = instance.description.defaultExperiment
     if run.tolerance is not None or experiment is None:
         return run.tolerance
@@ -116,7 +137,7 @@ def _tolerance(instance: Instance, run: Run) -> float | None:
 
 
 def _recorder(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[Floats], None]:
-    """What writes the present values of what is recorded, enumerations as numbers, into a row (outputs,)."""
+    """A function that writes the present values of the recorded variables into a row (outputs,)."""
     fmu, component = instance.fmu, instance.fmu.component
     kinds = {v.name: v.type for v in instance.description.modelVariables}
     reals = [i for i, name in enumerate(plan.names) if kinds[name] == "Real"]
@@ -135,7 +156,7 @@ def _recorder(instance: Instance, plan: Plan, references: Mapping[str, int]) -> 
 
 
 def _initialize(instance: Instance, run: Run, plan: Plan) -> None:
-    """Start values, first what comes before the initialization mode."""
+    """Set start values, the ones before initialization mode first, and initialize the FMU."""
     from fmpy.simulation import apply_start_values, settable_in_initialization_mode, settable_in_instantiated
 
     fmu, description = instance.fmu, instance.description
@@ -150,7 +171,7 @@ def _initialize(instance: Instance, run: Run, plan: Plan) -> None:
 
 
 def _setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[float], None]:
-    """What sets the inputs, and their derivatives if they are not held, at the beginning of a step."""
+    """A function of t (s) that sets the inputs at the beginning of a step, and their derivatives unless held."""
     fmu, component, held = instance.fmu, instance.fmu.component, plan.held
     names = plan.pieces.names if plan.pieces is not None else held.names if held is not None else ()
     k = len(names)
@@ -177,7 +198,10 @@ def _setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Ca
 
 
 def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
-    """The same by fmpy's own loop: model exchange, other versions of FMI, outputs that are no numbers."""
+    """The grid (k,), in s, and the values recorded there, (k, outputs), by fmpy's own loop.
+
+    It serves model exchange, other versions of FMI, and outputs that are no numbers.
+    """
     import fmpy
     from fmpy import sundials
 
@@ -214,7 +238,7 @@ def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
 
 
 def _driven(instance: Instance, run: Run, plan: Plan) -> Callable[[float], None]:
-    """fmpy's setTime that sets the inputs too: its CVode would hold them between communication points."""
+    """fmpy's setTime, which now sets the inputs too, because fmpy's CVode holds them between communication points."""
     fmu, pieces = instance.fmu, plan.pieces
     set_time, names = fmu.setTime, pieces.names  # type: ignore[union-attr]
     if is_fmi3(instance.description):
@@ -230,7 +254,7 @@ def _driven(instance: Instance, run: Run, plan: Plan) -> Callable[[float], None]
 
 
 def _constant_inputs(run: Run, plan: Plan) -> dict[str, float]:
-    """The inputs without a signal, with their values: fmpy prints a warning for each that it is not given."""
+    """{input without a signal: its value}, for fmpy prints a warning for each input that it is not given."""
     given, values = plan.held or (), run.values or {}
     inputs = [s for s in plan.scalars.values() if s.variable.causality == "input" and s.name not in given]
     return {s.name: float(values.get(s.name, s.start or 0.0)) for s in inputs}
@@ -239,8 +263,8 @@ def _constant_inputs(run: Run, plan: Plan) -> dict[str, float]:
 def _signals(plan: Plan, constants: Mapping[str, float], kind: Kind) -> Any:
     """The structured array fmpy wants for the inputs that are held, at the communication points.
 
-    fmpy's CVode does not see inputs change between communication points, so that it gets stairs: two rows at each
-    point, where fmpy starts it anew. Raises LoadError for inputs of different sizes, which fmpy cannot take.
+    fmpy's CVode does not see inputs change between communication points. So it gets stairs: two rows at each point,
+    where fmpy restarts the solver. Raises LoadError for inputs of different sizes, which fmpy cannot take.
     """
     held = plan.held
     times, columns = held.time, dict(zip(held.names, held.values.T, strict=True))  # type: ignore[union-attr]

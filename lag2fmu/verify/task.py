@@ -1,4 +1,4 @@
-"""What is validated: the record ``Task``, and the bar of what needs no integration."""
+"""The record ``Task`` of what is validated, and the bar of comparisons without integration."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FINE, _COARSE = 5, 10  # communication steps: step / 5, step, 10 step
 
 @dataclass(frozen=True)
 class Task:
-    """What is validated: the FMU ``path`` of ``mechanism`` to ``stop_time`` (s), with the relative ``tolerance``.
+    """The FMU ``path`` of ``mechanism``, to be validated until ``stop_time`` (s) with the relative ``tolerance``.
 
     ``inputs`` (SI units over time in s) drive both sides; None: all inputs keep their start values. With ``hold`` they
     are constant during a communication step.
@@ -42,9 +42,9 @@ class Task:
         return self.inputs is not None and self.hold
 
     def driving(self, step: float) -> Signals | None:
-        """The inputs as the FMU meets them with a communication ``step`` (s).
+        """The inputs that the FMU gets with a communication ``step`` (s), as signals over time.
 
-        Raises LoadError where a motion has one of its derivatives only.
+        Raises LoadError if a motion has only one of its derivatives.
         """
         if self.inputs is None:
             return None
@@ -69,7 +69,7 @@ class Task:
 
     @property
     def settable(self) -> list[str]:
-        """Those of ``states`` that have a start value in the FMU: what has no mass follows from the others."""
+        """The ``states`` that have a start value in the FMU: all but coordinates without mass and their velocities."""
         follows = {c.coordinate for c in self.mechanism.constraints if c.massless}
         return [name for name in self.states if name not in follows | {names.velocity(str(q)) for q in follows}]
 
@@ -84,9 +84,9 @@ class Task:
 
 
 def moves_a_target(mechanism: Mechanism, inputs: Trajectory | None) -> bool:
-    """Whether ``inputs`` move what a filtered motion of ``mechanism`` follows.
+    """Whether ``inputs`` move the target of a filtered motion of ``mechanism``.
 
-    They are held then, since co-simulation alone would know the derivatives that lead the filter.
+    Such inputs are held, because only co-simulation knows the derivatives that a filter uses.
     """
     targets = [name for name in map(names.target, mechanism.filtered) if inputs is not None and name in inputs]
     return any(np.ptp(inputs[name]) > 0 for name in targets)  # type: ignore[index]

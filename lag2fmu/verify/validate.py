@@ -1,6 +1,6 @@
 """The FMU against the direct integration of the same mechanism, on paths that share nothing but the record.
 
-What the bars are stands in ``agreement``, how the rest of a chaotic run is compared in ``comparison``.
+``agreement`` explains the bars, ``comparison`` how the rest of a chaotic run is compared.
 """
 
 from __future__ import annotations
@@ -60,15 +60,17 @@ def validate(
 ) -> Report:
     """Compare the FMU of ``model`` with the direct integration of its mechanism until ``stop_time`` (s).
 
-    ``values`` are parameters and start values (SI) for a model that is no FMU yet, ``solver`` and ``fmi`` choices of
-    its export. An FMU of lag2fmu carries its mechanism inside. ``inputs`` and ``hold`` are those of ``simulate``;
-    ``progress`` is told the share that is done, 0 to 1. Raises Lag2FmuError; differences are in the Report.
+    An FMU of lag2fmu carries its mechanism inside. For a model that is no FMU yet, ``values`` are parameters and start
+    values in SI units, and ``solver`` and ``fmi`` are choices of its export. ``tolerance`` is the relative one of the
+    FMU's solver. ``inputs`` and ``hold`` are those of ``simulate``. ``progress`` is told the share that is done, 0 to
+    1. Raises Lag2FmuError if one side cannot be run; differences are reported, not raised. Source: E. Hairer, S. P.
+    Norsett, G. Wanner, Solving Ordinary Differential Equations I, section I.14.
     """
     source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})
     with ExitStack() as folders:
         with ThreadPoolExecutor(max_workers=1) as beside:
             if isinstance(source, Mechanism):  # the compilers of both sides work at the same time
-                beside.submit(lambda: prepare(complete(source)))  # what fails here fails again where it is needed
+                beside.submit(lambda: prepare(complete(source)))  # an error here comes again where the result is needed
             path = folders.enter_context(as_fmu(source, solver, fmi))
         mechanism = read_mechanism(path)
         signals = trajectory_of(inputs, *times_of(path, stop_time, None))
@@ -83,7 +85,7 @@ def validate(
         )
 
 
-@np.errstate(all="ignore")  # what is not finite is looked for, and said in a row or an error
+@np.errstate(all="ignore")  # values that are not finite are reported in a row or an error
 def validate_fmu(
     mechanism: Mechanism,
     path: Path,
@@ -96,11 +98,11 @@ def validate_fmu(
 ) -> Report:
     """Compare the FMU ``path`` with the direct integration of ``mechanism`` from 0 to ``stop_time`` (s).
 
-    ``inputs`` drives both, linear between its times, or held during a step with ``hold`` or where ``moves_a_target``;
-    ``tolerance`` is the relative one of the FMU's solver; ``progress`` is told the share that is done. The module says
-    what the bars are. Raises SimulationError if either side fails; differences are reported, not raised. Source: E.
-    Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section I.14, for how neighbouring
-    solutions, and hence errors, grow apart.
+    ``inputs`` (SI units) drive both sides. They are linear between their times; they are held during a step with
+    ``hold``, or if they move a target (``moves_a_target``). ``tolerance`` is the relative one of the FMU's solver;
+    ``progress`` is told the share that is done. Raises SimulationError if either side fails; differences are reported,
+    not raised. Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section I.14,
+    for how neighbouring solutions, and hence errors, grow apart.
     """
     mechanism, experiment = complete(mechanism), mechanism.experiment
     hold = hold or not takes_derivatives(description_of(path)) or moves_a_target(mechanism, inputs)
@@ -116,7 +118,7 @@ def validate_fmu(
     for label, kind, step, events in _plan(task):
         reference = references.of(step)
         runs[label] = run = _run(task, kind, step, events, warnings.setdefault(label, []).append)
-        if step <= horizon_of(task, reference) * (1 + 1e-9):  # else only the start could be compared
+        if step <= horizon_of(task, reference) * (1 + 1e-9):  # beyond that only the start could be compared
             checks.append(compare(task, label, run, reference))
         if (kind, step, events) == ("co-simulation", task.steps[1], False):
             energy = energy_checks(task, run, reference)
@@ -166,7 +168,7 @@ class _References:
         self._rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
 
     def of(self, step: float) -> Reference:
-        """The one for a communication ``step`` (s)."""
+        """The direct integration for a communication ``step`` (s)."""
         task = self._task
         step = step if task.holds else task.steps[-1]
         if step not in self._found:
@@ -180,7 +182,7 @@ class _References:
         return self._found[step]
 
     def window(self, times: Floats, starts: Mapping[str, float]) -> Reference:
-        """The one at ``times`` (k,) in s, with these values of the states at the first of them."""
+        """The direct integration at ``times`` (k,), in s, with the states ``starts`` {name: SI value} at the first."""
         task = self._task
         driving = task.driving(task.steps[1])
         return integrate(task.mechanism, times, starts=starts, inputs=driving, rtol=self._rtol, whole=task.stop_time)
@@ -217,7 +219,7 @@ def _run(task: Task, kind: Kind, step: float, events: bool, warned: Callable[[st
 
 
 def _laws_checks(task: Task, runs: dict[str, Trajectory], references: _References) -> list[Check]:
-    """The rows on the laws of contacts and dry friction, of the runs that one direct integration belongs to."""
+    """The checks of the laws of contacts and dry friction, of the runs that share one direct integration."""
     if not has_rows(task.mechanism):
         return []
     reference = references.of(task.steps[1])
@@ -228,7 +230,7 @@ def _laws_checks(task: Task, runs: dict[str, Trajectory], references: _Reference
 
 
 def _analysis(task: Task, run: Trajectory, reference: Reference) -> tuple[list[Check], list[str]]:
-    """Conserved quantities and Hamilton's equations, of a run without inputs, and notes."""
+    """Checks of conserved quantities and of Hamilton's equations, for a run without inputs, and notes."""
     if has_rows(task.mechanism):
         return [], [
             "Conserved quantities and Hamilton's equations are for mechanisms without contacts and dry friction."
@@ -243,7 +245,7 @@ def _analysis(task: Task, run: Trajectory, reference: Reference) -> tuple[list[C
 
 
 def _solver_notes(task: Task, warnings: Mapping[str, Sequence[str]]) -> list[str]:
-    """Sentences: which solver is the default of such a mechanism, and what the FMU said of itself in each run."""
+    """Sentences: which solver is the default of such a mechanism, and the warnings of the FMU in each run."""
     solver, reason = suited_solver(derive(task.mechanism), METHODS)
     suited = [f"Where no solver is asked for, the export takes {solver}: {reason}."] if reason else []
     return suited + [f"The FMU warned, {label}: {text}" for label, texts in warnings.items() for text in texts]

@@ -36,6 +36,9 @@ function element(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** The pieces of a name or unit, which may go on in another line behind an underscore or a slash. */
+const pieces = (text) => text.split(/(?<=[_/])/).flatMap((piece) => [piece, element("wbr")]);
+
 /** The rows of sliders; `change(variable, value)` is called with SI values. */
 export class Settings {
   constructor(host, groups, swings, change) {
@@ -74,8 +77,8 @@ export class Settings {
       if (!bad) put(value);
     });
     this.rows.set(variable.index, { variable, slider, field });
-    const unit = element("span", { class: "unit" }, variable.unit);
-    const name = element("span", { class: "name", title: variable.doc }, variable.name);
+    const unit = element("span", { class: "unit" }, ...pieces(variable.unit ?? ""));
+    const name = element("span", { class: "name", title: variable.doc }, ...pieces(variable.name));
     return element("label", { class: "row", title: variable.doc }, name, slider, field, unit);
   }
 

@@ -226,6 +226,18 @@ def test_other_faults(fault: Fault, rule: str, good: Path, tmp_path: Path) -> No
         assert all((finding.place, finding.problem, finding.remedy))
 
 
+def test_every_parameter_that_is_continuous_is_named(good: Path, tmp_path: Path) -> None:
+    """Also beside another fault: fmpy stops at the first one, as in the Integers that PythonFMU writes by default."""
+
+    def fault(root: ET.Element) -> None:
+        put("m", value=True, max="0.5")(root)
+        for name in ("m", "l"):
+            put(name, variability=None)(root)
+
+    found = check_fmu(spoiled(good, tmp_path / "spoiled.fmu", fault), run=False).findings
+    assert [f.place.split()[-1] for f in found if f.rule == "combination"] == ["'m'", "'l'"]
+
+
 def test_a_finding_names_its_line(good: Path, tmp_path: Path) -> None:
     path = spoiled(good, tmp_path / "spoiled.fmu", put("m", value=True, max="0.5"))
     (finding,) = check_fmu(path, run=False).findings

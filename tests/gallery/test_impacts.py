@@ -300,6 +300,9 @@ def test_stiff_legs_leave_the_ground(foot: float, motion) -> None:
 
 @pytest.mark.parametrize("restitution", [-0.1, 1.25, 2.0])
 def test_a_restitution_without_meaning_is_refused(restitution: float, motion) -> None:
+    """The reason is told, too, where the FMU is taken up again after another one was loaded."""
+    motion("bouncing_ball", 1.0)
+    motion("hopper_leg", 0.1)
     with pytest.raises(SimulationError, match=rf"restitution of floor is {restitution:g}; expected 0 to 1"):
         motion("bouncing_ball", 1.0, e=restitution)
 

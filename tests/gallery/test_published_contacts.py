@@ -11,6 +11,8 @@ from lag2fmu.formats.text import read
 
 pytestmark = pytest.mark.fmu
 
+G = 9.81
+
 INCLINE = """
 [mechanism]
 name = "incline"
@@ -81,6 +83,50 @@ friction = 0.3
 w = { frame = "top", quantity = "angular_velocity", axes = "frame" }
 """
 
+BOX = """
+[mechanism]
+name = "box_on_feet"
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m", start = 0.5 }
+turn = { unit = "rad" }
+[points]
+rear = { position = ["x - 0.5*cos(turn) + 0.5*sin(turn)", "y - 0.5*cos(turn) - 0.5*sin(turn)"] }
+front = { position = ["x + 0.5*cos(turn) + 0.5*sin(turn)", "y - 0.5*cos(turn) + 0.5*sin(turn)"] }
+[gravity]
+acceleration = 10
+[bodies.box]
+mass = 1
+inertia = 0.2
+position = ["x", "y"]
+angle = "turn"
+[forces]
+x = "t"
+[contacts]
+rear = { kind = "point_line", between = ["rear", "world"], normal = "y", friction = 0.3 }
+front = { kind = "point_line", between = ["front", "world"], normal = "y", friction = 0.3 }
+"""
+
+LADDER = """
+[mechanism]
+name = "ladder"
+[parameters]
+l = { value = 2, unit = "m" }
+s = { value = 0.1, unit = "m/s" }
+[coordinates]
+x = { unit = "m", start = 0.5646424733950354 }
+y = { unit = "m", start = 0.8253356149096783 }
+a = { unit = "rad", start = 0.6 }
+[gravity]
+acceleration = 9.81
+[bodies]
+ladder = { mass = 3, inertia = 1, position = ["x", "y"], angle = "a" }
+man = { mass = 30, position = ["x + (l/2 - s*t)*sin(a)", "y - (l/2 - s*t)*cos(a)"] }
+[contacts]
+wall = { gap = "x - l/2*sin(a)", slip = "y_dot - l/2*sin(a)*a_dot", friction = 0.4 }
+floor = { gap = "y - l/2*cos(a)", slip = "x_dot + l/2*cos(a)*a_dot", friction = 0.4 }
+"""
+
 
 def test_across_an_incline_at_the_angle_of_friction_half_the_speed_is_left(exported: Callable[..., Fmu]) -> None:
     """Friction and weight are equal along the plane, so the speed and its part downhill have one sum.
@@ -117,3 +163,41 @@ def test_a_tippe_top_keeps_jelletts_invariant_while_it_slides_and_rolls(exported
         across = 2.5e-6 * (run["w_x"] * up[0] + run["w_y"] * up[1])
         along = 2.8e-6 * run["w_z"] * (0.006 - 0.02 * np.cos(run["theta"]))
         assert along - 0.02 * across == pytest.approx(np.full(len(run), along[0]), rel=100 * tolerance)
+
+
+def test_a_box_on_two_feet_slips_when_all_friction_is_used_up(exported: Callable[..., Fmu]) -> None:
+    """At mu m g, though the feet share it in many ways and the load moves from one to the other (Amontons, 1699).
+
+    Of these ways the forces are those of least norm that stay in their cones: half of the pull each, as long as
+    0.5 t <= 0.3 (5 - 0.5 t), and the most that the rear one can bear after that.
+    """
+    box = exported(read(BOX, "box.toml"))
+    names = ("x", "x_dot", "rear_mode", "rear_force", "rear_friction", "front_force", "front_friction")
+    for kind in ("co-simulation", "model-exchange"):
+        run = simulate(box, stop_time=5.0, step=0.1, tolerance=1e-9, kind=kind, outputs=names)
+        rests = run.time < 2.95
+        assert (run["rear_mode"][rests] == 2).all()
+        assert run["x_dot"] == pytest.approx(np.maximum(run.time - 3, 0) ** 2 / 2, abs=1e-7)
+        pull, rear = run.time[rests], 5 - run.time[rests] / 2
+        assert run["rear_force"][rests] == pytest.approx(rear, rel=1e-9)
+        assert -run["rear_friction"][rests] == pytest.approx(np.minimum(pull / 2, 0.3 * rear), abs=1e-8)
+        assert -(run["rear_friction"] + run["front_friction"])[rests] == pytest.approx(pull, abs=1e-8)
+
+
+def test_a_ladder_between_rough_floor_and_wall_slips_under_who_climbs_it(exported: Callable[..., Fmu]) -> None:
+    """When wall and floor both bear all the friction they can: S. L. Loney, Elements of Statics, chapter on friction.
+
+    Then N_floor = W/(1 + mu^2) and N_wall = mu N_floor; moments about the foot give the place of the man.
+    """
+    length, mu, a, own, man = 2.0, 0.4, 0.6, 3 * G, 30 * G
+    wall = mu * (own + man) / (1 + mu**2)
+    slips = (wall * length * (np.cos(a) + mu * np.sin(a)) / np.sin(a) - own * length / 2) / man / 0.1
+    names = ("a", "wall_force", "wall_friction", "floor_force", "floor_friction", "wall_mode")
+    run = simulate(
+        exported(read(LADDER, "ladder.toml")), stop_time=slips + 0.3, step=0.01, tolerance=1e-9, outputs=names
+    )
+    moved = int(np.argmax(run["a"] > 0.6 + 1e-9))
+    assert 0 < run.time[moved] - slips < 0.03
+    for contact in ("wall", "floor"):
+        friction, force = np.abs(run[f"{contact}_friction"]), run[f"{contact}_force"]
+        assert (friction <= 0.4 * force + 1e-8 * own).all()

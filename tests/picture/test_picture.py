@@ -40,6 +40,31 @@ def center(scene: Scene, body: str) -> np.ndarray:
 # ------------------------------------------------------------------------------------------------ positions
 
 
+def test_what_only_falls_is_round_and_what_is_held_is_a_block() -> None:
+    (ball,) = marks_of(draw(layout("bouncing_ball")), "bodies.ball")
+    assert isinstance(ball, Disc)
+    assert all(isinstance(mark, Stroke) for mark in marks_of(draw(layout("hopper_leg")), "bodies.foot"))
+
+
+def test_a_name_far_from_its_thing_is_led_there() -> None:
+    scene = draw(layout("two_armed_robot"))
+    leaders = {mark.part: mark for mark in scene.marks if isinstance(mark, Stroke) and mark.style == "leader"}
+    assert "coordinates.left_shoulder" in leaders
+    for label in scene.labels:
+        start = np.array(leaders[label.part].points[0]) if label.part in leaders else np.array(label.at)
+        assert (np.abs(start - label.at) < [0.3 * len(label.text) * label.size + 1e-3, 0.51 * label.size + 1e-3]).all()
+    assert not any(mark.style == "leader" for mark in draw(layout("double_pendulum")).marks)
+
+
+def test_time_is_no_coordinate_and_axes_stand_free() -> None:
+    scene = draw(layout("moving_frame"))
+    assert {label.text for label in scene.labels if label.style == "coordinate"} == {"x, y"}
+    sleigh = draw(layout("chaplygin_sleigh"))
+    axes = [mark for mark in sleigh.marks if mark.part == "world" and isinstance(mark, Stroke)]
+    left = min(x for mark in marks_of(sleigh, "bodies.sleigh") if isinstance(mark, Stroke) for x, _ in mark.points)
+    assert max(x for mark in axes for x, _ in mark.points) < left - 1.0
+
+
 def test_a_double_pendulum_stands_where_its_angles_say() -> None:
     scene = draw(layout("double_pendulum"))
     upper = np.array([np.sin(0.5), -np.cos(0.5)])

@@ -106,6 +106,20 @@ def test_a_ball_bounces_as_its_closed_form() -> None:
 
 
 @pytest.mark.slow
+def test_an_impact_at_the_start_moves_with_the_start() -> None:
+    """A ball is thrown at the floor that it touches: from y it comes at tau = y/v, and leaves with e (v + g tau)."""
+    e, g, v, t = 0.8, 9.81, 2.0, 0.1
+    start = {"y": 0.0, "y_dot": -v}
+    found = lag2fmu.sensitivities(
+        "bouncing_ball", over=["e", "y_dot", "y"], outputs=["y", "y_dot"], times=[0.0, t], values=start
+    )
+    by_y = e * g / v
+    expected = [[v * t, -e * t, by_y * t - e + g * t / v], [v, -e, by_y + g / v]]
+    np.testing.assert_allclose(found.derivatives[1], expected, rtol=1e-9)
+    np.testing.assert_allclose(found.derivatives[0], [[0, 0, -e], expected[1]], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "over", "stop", "accuracy"),
     [

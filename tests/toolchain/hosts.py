@@ -67,7 +67,8 @@ def unpack_sources(fmu: Fmu, folder: Path) -> list[Path]:
 
 def unpack_units(fmu: Fmu, folder: Path) -> list[Path]:
     """The same in fewer files, which are compiled sooner."""
-    joined = units({path.name: path.read_text("utf-8") for path in unpack_sources(fmu, folder)})
+    unpack_sources(fmu, folder)
+    joined = units({path.name: path.read_text("utf-8") for path in (folder / "sources").glob("*.[ch]")})
     for name, text in joined.items():
         (folder / "sources" / name).write_text(text, "utf-8")
     return [folder / "sources" / name for name in joined]

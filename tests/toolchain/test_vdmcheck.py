@@ -10,7 +10,9 @@ import re
 import shutil
 import subprocess
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
+from threading import Timer
 
 import pytest
 from hosts import REPRESENTATIVE, representative
@@ -32,6 +34,19 @@ ARTIFACTS = {
 """Maven coordinates -> the names that the checker expects beside itself."""
 COPY = "org.apache.maven.plugins:maven-dependency-plugin:3.6.1:copy"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "lag2fmu-tests" / "vdmcheck-1.1.3"
+
+CLASSES = os.pathsep.join(("vdmj.jar", "annotations.jar", "xsd2vdm.jar", "fmuReader.jar"))
+PROPERTIES = (
+    *("-Dvdmj.parser.merge_comments=true", "-Dfmureader.noschema=true"),
+    "-Dfmureader.xsd=fmi2schema/fmi2.xsd",
+)
+QUESTION = "isValidFMIConfigurations(modelDescription, buildDescription, terminalsAndIcons)"
+"""What vdmcheck2.jar asks VDMJ, and how it starts it."""
+QUICK_START = ("-XX:TieredStopAtLevel=1", "-XX:+UseSerialGC", "-Xmx1g")
+LONGEST = 300.0
+"""s"""
+ASIDE = re.compile(r"Executed in |Running .* for |\[p\]ause|\[q\]uit")
+"""What the interpreter says beside its answers."""
 
 OTHERS = [pytest.param(name, marks=pytest.mark.all_models) for name in bundled() if name not in REPRESENTATIVE]
 
@@ -55,35 +70,86 @@ def jars() -> Path:
     return CACHE
 
 
+class Checker:
+    """One of the checker's models, in a folder with all jars; of two models the checker would take the rule model.
+
+    ``findings`` asks an interpreter that goes on from FMU to FMU, with the files and the question of the command.
+    """
+
+    def __init__(self, folder: Path, model: str, jars: Path) -> None:
+        self._folder, self._model = folder, f"fmi2-{model}"
+        for name in ARTIFACTS.values():
+            shutil.copy(jars / name, folder / name)
+        for name in ("vdmcheck2.jar", f"{model}.jar"):
+            with zipfile.ZipFile(jars / name) as archive:
+                archive.extractall(folder, [n for n in archive.namelist() if n.startswith(("fmi2schema/", "fmi2-"))])
+        rules = sorted(folder.glob(f"{self._model}/Rules/*.adoc"))
+        self._files = [self._model, *(str(rule.relative_to(folder)) for rule in rules)]
+        self._interpreter: subprocess.Popen[bytes] | None = None
+
+    def command(self, fmu: Path) -> str:
+        """What the checker's command says of ``fmu``, nothing if it found no errors."""
+        line = ["java", "-jar", "vdmcheck2.jar", str(fmu)]
+        done = subprocess.run(line, cwd=self._folder, capture_output=True, text=True, timeout=LONGEST, check=False)
+        said = (done.stdout + done.stderr).strip()
+        return "" if said == "No errors found." and done.returncode == 0 else said or f"exit code {done.returncode}"
+
+    def findings(self, fmu: Path) -> str:
+        """What its interpreter says of ``fmu``, nothing if that is true and no more."""
+        if self._interpreter is None:
+            line = ["java", *QUICK_START, *PROPERTIES, "-cp", CLASSES, "com.fujitsu.vdmj.VDMJ", "-vdmsl", "-q"]
+            line += ["-annotations", "-i", *self._files, str(fmu)]
+            pipe = subprocess.PIPE
+            self._interpreter = subprocess.Popen(
+                line, cwd=self._folder, bufsize=0, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT
+            )
+            self._heard(self._interpreter)
+        said = "".join(
+            self._heard(self._interpreter, command)
+            for command in (f"load {' '.join([*self._files, str(fmu)])}", f"print {QUESTION}")
+        )
+        told = [line for line in said.splitlines() if line and not ASIDE.match(line)]
+        return "" if told == ["= true"] else "\n".join(told) or "nothing is said"
+
+    def _heard(self, interpreter: subprocess.Popen[bytes], command: str | None = None) -> str:
+        """What the interpreter says to ``command``, before it asks for the next one.
+
+        What stood in the pipe while something is computed would be taken for the key that interrupts it.
+        """
+        to, out = interpreter.stdin, interpreter.stdout
+        assert to is not None
+        assert out is not None
+        watch = Timer(LONGEST, interpreter.kill)
+        watch.start()
+        try:
+            if command is not None:
+                to.write(f"{command}\n".encode())
+            said = b"\n"
+            while not said.endswith(b"\n> "):
+                letter = out.read(1)
+                assert letter, f"the interpreter has ended: {said.decode()}"
+                said += letter
+        finally:
+            watch.cancel()
+        return said.removesuffix(b"> ").decode()
+
+    def end(self) -> None:
+        """Let the interpreter go."""
+        if self._interpreter is not None:
+            self._interpreter.communicate(b"quit\n", timeout=LONGEST)
+
+
 @pytest.fixture(scope="session", params=["rule-model", "static-model"])
-def checker(request, jars: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the checker and one of its models; it takes the rule model where it finds one."""
-    folder = tmp_path_factory.mktemp(request.param)
-    for name in ARTIFACTS.values():
-        shutil.copy(jars / name, folder / name)
-    for name in ("vdmcheck2.jar", f"{request.param}.jar"):
-        with zipfile.ZipFile(jars / name) as archive:
-            archive.extractall(folder, [n for n in archive.namelist() if n.startswith(("fmi2schema/", "fmi2-"))])
-    return folder
-
-
-def findings(checker: Path, fmu: Path) -> str:
-    """What the checker says of ``fmu``, nothing if it found no errors."""
-    done = subprocess.run(
-        ["java", "-jar", "vdmcheck2.jar", str(fmu)],
-        cwd=checker,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    said = (done.stdout + done.stderr).strip()
-    return "" if said == "No errors found." and done.returncode == 0 else said or f"exit code {done.returncode}"
+def checker(request, jars: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Checker]:
+    """The checker with one of its models."""
+    found = Checker(tmp_path_factory.mktemp(request.param), request.param, jars)
+    yield found
+    found.end()
 
 
 @pytest.mark.parametrize("model", [*REPRESENTATIVE, *OTHERS])
-def test_nothing_is_found(model: str, checker: Path, exported) -> None:
-    assert findings(checker, exported(representative(model)).path) == ""
+def test_nothing_is_found(model: str, checker: Checker, exported) -> None:
+    assert checker.findings(exported(representative(model)).path) == ""
 
 
 @pytest.fixture(scope="module")
@@ -95,16 +161,17 @@ def fullest(tmp_path_factory: pytest.TempPathFactory) -> Fmu:
     return export(mechanism, path, outputs=("all",), extra=reference_files(mechanism))
 
 
-def test_nothing_is_found_in_the_fullest_fmu(checker: Path, fullest: Fmu) -> None:
-    assert findings(checker, fullest.path) == ""
+def test_nothing_is_found_in_the_fullest_fmu(checker: Checker, fullest: Fmu) -> None:
+    """Nor when the checker is called as its users call it."""
+    assert checker.findings(fullest.path) == checker.command(fullest.path) == ""
 
 
-def test_nothing_is_found_in_an_fmu_of_the_python_backend(checker: Path, tmp_path: Path) -> None:
+def test_nothing_is_found_in_an_fmu_of_the_python_backend(checker: Checker, tmp_path: Path) -> None:
     fmu = export(load("double_pendulum"), tmp_path / "python.fmu", backend="python", outputs=("kinetic_energy",))
-    assert findings(checker, fmu.path) == ""
+    assert checker.findings(fmu.path) == ""
 
 
-def test_a_fault_is_found(checker: Path, exported, tmp_path: Path) -> None:
+def test_a_fault_is_found(checker: Checker, exported, tmp_path: Path) -> None:
     """So that silence means something: a stop time before the start time, which both models know."""
     fmu: Fmu = exported("pendulum")
     broken = tmp_path / "broken.fmu"
@@ -114,4 +181,6 @@ def test_a_fault_is_found(checker: Path, exported, tmp_path: Path) -> None:
             if name == "modelDescription.xml":
                 data = re.sub(rb'stopTime="[^"]*"', b'stopTime="-1.0"', data)
             target.writestr(name, data)
-    assert "stopTime" in findings(checker, broken) or "stop time" in findings(checker, broken)
+    for found in (checker.findings(broken), checker.command(broken)):
+        assert "stopTime" in found or "stop time" in found
+    assert checker.findings(fmu.path) == "", "the next one is another one"

@@ -51,7 +51,6 @@ _FUNCTIONS = {kind: frozenset(f"fmi2{name}" for name in f"{_COMMON} {own}".split
 
 _SENTENCES = (
     (r"^ERROR \(line", "schema", "follow the schema fmi2ModelDescription.xsd"),
-    (r"The combination causality", "combination", "see the table in section 2.2.7 of the standard"),
     (r"has no start value", "start-missing", "give it a start value"),
     (r"must have variability != \"continuous\"", "variability", "only Reals are continuous; say 'discrete'"),
     (r"but provides a start value", "start-forbidden", "remove the start value"),

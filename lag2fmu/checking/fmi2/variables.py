@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from lag2fmu.checking.description import number
 from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.checking.fmi2.description import Description2, ScalarVariable
-from lag2fmu.checking.variables import common_findings, rate_findings
+from lag2fmu.checking.variables import combination_findings, common_findings, rate_findings
 
 
 def variable_findings(description: Description2) -> Iterator[Finding]:
@@ -18,6 +18,7 @@ def variable_findings(description: Description2) -> Iterator[Finding]:
     """
     for variable in description.variables:
         yield from common_findings(description, variable)
+        yield from combination_findings(variable, "2.2.7")
         yield from _initial(variable)
         if variable.derivative:
             yield from _derivative(description, variable)

@@ -10,21 +10,8 @@ from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.arrays import array_findings
 from lag2fmu.checking.fmi3.clocks import clock_findings
 from lag2fmu.checking.fmi3.description import FLOATS, Description3, Variable3
-from lag2fmu.checking.variables import common_findings, rate_findings
+from lag2fmu.checking.variables import combination_findings, common_findings, rate_findings
 from lag2fmu.fmu.pack import DESCRIPTION
-
-_FREE = "exact approx calculated"
-_ALLOWED = {
-    **dict.fromkeys([(c, v) for c in ("structuralParameter", "parameter") for v in ("fixed", "tunable")], "exact"),
-    **dict.fromkeys([("input", "discrete"), ("input", "continuous")], "exact"),
-    **dict.fromkeys([("output", "constant"), ("local", "constant")], "exact"),
-    **dict.fromkeys([(c, v) for c in ("output", "local") for v in ("discrete", "continuous")], _FREE),
-    **dict.fromkeys(
-        [(c, v) for c in ("calculatedParameter", "local") for v in ("fixed", "tunable")], "approx calculated"
-    ),
-    ("independent", "continuous"): "",
-}
-"""(causality, variability) -> what 'initial' may be (FMI 3.0.2, tables of section 2.4.7)."""
 
 _HEX = re.compile(r"([0-9a-fA-F]{2})*")
 
@@ -36,7 +23,7 @@ def variable_findings(description: Description3) -> Iterator[Finding]:
     """
     for variable in description.variables:
         yield from common_findings(description, variable)
-        yield from _combination(variable)
+        yield from _kind(variable)
         yield from _start(variable)
         yield from array_findings(description, variable)
         yield from clock_findings(description, variable)
@@ -48,17 +35,11 @@ def variable_findings(description: Description3) -> Iterator[Finding]:
     yield from _independent(description)
 
 
-def _combination(variable: Variable3) -> Iterator[Finding]:
+def _kind(variable: Variable3) -> Iterator[Finding]:
     """Causality, variability and initial."""
-    pair = variable.causality, variable.variability
-    remedy = "see the tables in section 2.4.7 of the standard"
-    if pair not in _ALLOWED:
-        problem = f"causality='{pair[0]}' with variability='{pair[1]}'"
-        yield Finding("combination", variable.place, problem, remedy)
-    elif variable.initial and variable.initial not in _ALLOWED[pair]:
-        problem = f"initial='{variable.initial}' for a {pair[1]} {pair[0]}"
-        yield Finding("combination", variable.place, problem, remedy)
-    elif variable.causality == "independent" and "initial" in variable.element.attributes:
+    found = list(combination_findings(variable, "2.4.7"))
+    yield from found
+    if not found and variable.causality == "independent" and "initial" in variable.element.attributes:
         problem = "initial for the independent variable"
         yield Finding("initial-given", variable.place, problem, "leave 'initial' away there")
     if variable.variability == "continuous" and variable.type not in FLOATS:

@@ -18,15 +18,15 @@ from lag2fmu.live.page import Live
 from lag2fmu.mechanism.record import Mechanism
 
 Maker = Callable[[EquationsOfMotion, Program, Sequence[ScalarVariable], Mapping[str, str]], Live]
-"""Makes what a live page has of the equations, their program, the variables and the C sources of an FMU."""
+"""A function from equations, program, variables and C sources of an FMU to the content of a live page."""
 
 
 @dataclass(frozen=True)
 class Choices:
-    """What the user chose of an export: ``solver`` and ``platform`` by name, ``compiler`` 'zig' or 'host'.
+    """The user's choices for an export: ``solver`` and ``platform`` by name, ``compiler`` 'zig' or 'host'.
 
-    ``progress`` is told how a compiler gets on, ``version`` is that of FMI; ``arrays`` are asked for. ``live`` makes
-    what a live page has, None for a static one. ``without`` names what is left out, of WITHOUT.
+    ``progress`` is told how a compiler gets on. ``version`` is that of FMI. ``arrays``: coordinates are to be arrays.
+    ``live`` makes the content of a live page; None for a static one. ``without`` names what is left out, of WITHOUT.
     """
 
     solver: str
@@ -55,9 +55,9 @@ class Content:
 
 
 Build = Callable[[Mechanism, EquationsOfMotion, Program, str, Vibrations], Content]
-"""Builds the content of an FMU of a mechanism with its equations, their program and the name of a solver.
+"""A function from mechanism, equations, program, name of a solver and vibrations to the content of an FMU.
 
-Last come the vibrations that this solver gets wrong if its steps do not resolve them.
+The vibrations are those that this solver gets wrong if its steps do not resolve them.
 """
 
 

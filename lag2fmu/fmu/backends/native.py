@@ -92,8 +92,8 @@ def describe(
 ) -> tuple[ModelDescription, Mapping[str, str]]:
     """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both.
 
-    ``vibrations`` are those that the FMU warns of where its steps do not resolve them.
-    ``arrays``: coordinates and what belongs to them are arrays, which FMI 2.0 does not have.
+    ``vibrations`` are those of which the FMU warns if its steps do not resolve them. ``arrays``: coordinates and the
+    variables that belong to them are arrays, which FMI 2.0 does not have. Values are in SI units.
     """
     table = build_table(equations, program, events=version.has_ports)
     tables = replace(table.tables, vibrations=vibrations)

@@ -35,7 +35,7 @@ LIBRARIES = {
     "linux64": ("linux64", "libpythonfmu-export.so", ".so"),
     "win64": ("win64", "pythonfmu-export.dll", ".dll"),
 }
-"""Platform -> folder and file of PythonFMU's library, suffix in the FMU."""
+"""{platform: folder and file of PythonFMU's library, and the library's suffix in the FMU}."""
 SOLVERS = tuple(TABLEAUS)
 """The methods that the runtime in Python can run: explicit."""
 
@@ -96,7 +96,7 @@ PYTHON = _Python()
 
 
 def check_choices(solver: str, platform: str, compiler: str) -> tuple[str, ...]:
-    """The platforms that the FMU gets a library for; raises ExportError for what this backend does not have."""
+    """The platforms for which the FMU gets a library; raises ExportError for choices that this backend lacks."""
     if solver not in SOLVERS:
         raise ExportError(f"--solver {solver}: the python backend has {', '.join(SOLVERS)} only; or use --backend c")
     if compiler != "zig":
@@ -116,7 +116,7 @@ def check_choices(solver: str, platform: str, compiler: str) -> tuple[str, ...]:
 
 
 def binaries_of_pythonfmu(platforms: Sequence[str]) -> str:
-    """Which libraries there are and what they need, as a phrase."""
+    """A phrase on the libraries for ``platforms`` and what they need."""
     return f"{', '.join(platforms)}; the library of PythonFMU, which runs the Python in resources/"
 
 
@@ -181,7 +181,7 @@ def _unit(variable: ScalarVariable) -> str:
 
 
 def _runtime() -> dict[str, bytes]:
-    """lag2fmu's part in Python, in a package whose name tells its content."""
+    """The files of the runtime in Python, {name in the archive: content}, in a package of their own."""
     package, files = runtime_files()
     return {f"resources/{package}/{name}": text.encode() for name, text in files.items()}
 
@@ -189,7 +189,7 @@ def _runtime() -> dict[str, bytes]:
 def _installed() -> dict[str, Path]:
     """The files of the installed PythonFMU by their path in it; raises BuildError if there is none.
 
-    Found without an import, which could meet the copy inside an FMU that runs in the same process.
+    They are found without an import, which could find the copy inside an FMU that runs in the same process.
     """
     try:
         files = importlib.metadata.files("pythonfmu") or []

@@ -42,7 +42,7 @@ INTERFACE = Interface(
 _TYPES = {"Real": "Float64", "Integer": "Int32", CLOCK: "Clock"}
 """The elements of variables by the type of the variable table; those of other types are enumerations."""
 _INTERMEDIATE = ("input", "output", "local")
-"""The causalities of what can be read or set in intermediate update mode, if it is continuous."""
+"""The causalities of variables that can be read or set in intermediate update mode, if they are continuous."""
 
 
 def to_xml(description: ModelDescription) -> bytes:
@@ -134,7 +134,7 @@ def _array_doc(port: Port) -> str:
 
 
 def _real(port: Port, references: Mapping[str, str]) -> dict[str, str]:
-    """The attributes of <Float64>: what elements differ in is left out, bounds of an array hold for all of them."""
+    """The attributes of <Float64>. Those in which elements differ are left out; bounds of an array hold for all."""
     units = {v.unit for v in port.members}
     real = unit_attributes(units.pop()) if len(units) == 1 else {}
     low, high = _hull(port)

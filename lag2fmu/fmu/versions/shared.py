@@ -1,4 +1,4 @@
-"""What the writers of modelDescription.xml have in common: head, units, log categories, experiment, bounds."""
+"""The parts that both writers of modelDescription.xml share: head, units, log categories, experiment, bounds."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def add_units(root: ET.Element, variables: Iterable[ScalarVariable]) -> None:
     definitions = ET.SubElement(root, "UnitDefinitions")
     for name in sorted(units):
         element = ET.SubElement(definitions, "Unit", {"name": name})
-        if units[name].is_whole:  # the standard has no others
+        if units[name].is_whole:  # the standard has whole exponents only
             exponents = _base_exponents(name, units[name].exponents)
             ET.SubElement(element, "BaseUnit", {b: str(e) for b, e in zip(BASE_UNITS, exponents, strict=True) if e})
         for shown in sorted(displays.get(name, {}).values(), key=lambda u: u.name):
@@ -91,7 +91,7 @@ def _base_exponents(name: str, exponents: Exponents) -> Exponents:
 
 
 def display_unit(unit: Unit) -> Unit | None:
-    """What a variable is shown in: the user's unit if it is not SI, degrees for angles."""
+    """The unit in which a variable is shown: the user's unit if it is not SI, degrees for angles; None for others."""
     if unit.si_name != unit.name:
         return unit
     if unit.exponents == RADIAN.exponents:

@@ -1,4 +1,4 @@
-"""The record ``Version``: what tells FMUs of one version of FMI from those of another; the physics is the same."""
+"""The record ``Version``: everything in which FMUs of two versions of FMI differ; the physics is the same."""
 
 from __future__ import annotations
 
@@ -22,11 +22,13 @@ CATEGORIES = {
 class Version:
     """A version of FMI by its ``name``, as ``--fmi`` and the attribute fmiVersion have it.
 
-    ``gate`` is the folder of its functions in templates/runtime, and what their names begin with. ``interface`` says
-    what its FMUs offer, ``to_xml`` writes modelDescription.xml, ``folders`` are those of a platform in binaries/.
-    ``icon`` is where the FMU's picture stands in the archive. ``has_ports``: value references are those of ``ports``,
-    and event indicators and clocks are variables.
-    ``has_adjoints``: its functions ask for adjoint derivatives.
+    - ``gate``: the folder of its functions in templates/runtime, and the beginning of their names.
+    - ``interface``: the capabilities of its FMUs.
+    - ``to_xml``: writes modelDescription.xml.
+    - ``folders``: the folders of a platform in binaries/.
+    - ``icon``: the name of the FMU's picture in the archive.
+    - ``has_ports``: value references are those of ``ports``, and event indicators and clocks are variables.
+    - ``has_adjoints``: its functions ask for adjoint derivatives.
     """
 
     name: str

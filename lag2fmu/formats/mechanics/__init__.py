@@ -15,8 +15,8 @@ from lag2fmu.mechanism.completion import Mechanism
 def maker(found: object, name: str) -> Callable[..., Mechanism]:
     """The function that makes the mechanism ``name`` of ``found``, an object of SymPy's.
 
-    Its keyword arguments are the values of all symbols that are constant, in one system of units. Raises LoadError for
-    what is missing in ``found`` or cannot be a mechanism, and MechanismError.
+    Its keyword arguments are the values of all symbols that are constant, in one system of units. Raises LoadError if
+    something is missing in ``found`` or cannot be translated, and MechanismError if the mechanism is not complete.
     """
     read = next(f for kind, f in _READERS.items() if isinstance(found, kind))
     translation = Translation(read(found, name), name)
@@ -26,8 +26,8 @@ def maker(found: object, name: str) -> Callable[..., Mechanism]:
 
     keywords = [Parameter(p, Parameter.KEYWORD_ONLY, annotation=float) for p in translation.parameters]
     make.__name__ = name
-    make.__signature__ = Signature(keywords)  # type: ignore[attr-defined]  # what inspect.signature reads
-    make.spelled = translation.spelled  # type: ignore[attr-defined]  # what ``load`` takes for the keywords
+    make.__signature__ = Signature(keywords)  # type: ignore[attr-defined]  # inspect.signature reads it
+    make.spelled = translation.spelled  # type: ignore[attr-defined]  # ``load`` finds the keywords by it
     make.moving = translation.moving  # type: ignore[attr-defined]  # what has a start instead of being a keyword
     return make
 

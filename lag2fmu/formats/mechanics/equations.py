@@ -1,7 +1,7 @@
-"""What SymPy's objects hold, as energies, generalized forces and constraints in q and qd.
+"""SymPy's objects as energies, generalized forces and constraints in q and qd.
 
-Kane's generalized speeds u are linear in the velocities, u = U(t, q) qd + w(t, q); they are replaced by that. A body
-brings its kinetic energy and a load the generalized forces F . dv/dqd. Source: T. R. Kane, D. A. Levinson, Dynamics,
+Kane's generalized speeds u are linear in the velocities, u = U(t, q) qd + w(t, q), and are replaced by this. A body has
+its kinetic energy, a load has the generalized forces F . dv/dqd. Source: T. R. Kane, D. A. Levinson, Dynamics,
 McGraw-Hill 1985, sections 2.9 and 4.4; J. Moore, SymPy's documentation of physics.mechanics.
 """
 
@@ -25,8 +25,9 @@ T = dynamicsymbols._t
 class Problem:
     """A mechanical system in SymPy's dynamic symbols: ``coordinates`` q(t) and, by the name, their velocities q'(t).
 
-    ``lagrangian`` or ``kinetic`` energy; ``forces`` Q (n,); ``holonomic`` constraints; ``nonholonomic`` ones, all of
-    which are 0; those that ``repeat`` may follow from the holonomic ones. ``speeds`` {u: in q, q'}.
+    It has a ``lagrangian`` or the ``kinetic`` energy, the generalized ``forces`` Q (n,), and expressions that are 0:
+    the ``holonomic`` and the ``nonholonomic`` constraints, and those that ``repeat``, which may follow from the
+    holonomic ones. ``speeds`` are {u: its expression in q and q'}.
     """
 
     coordinates: tuple[sp.Expr, ...]
@@ -91,9 +92,10 @@ def _in_velocities(
     constraints: tuple[Iterable[sp.Expr], Iterable[sp.Expr]],
     auxiliary: Mapping[sp.Expr, sp.Expr],
 ) -> Problem:
-    """The problem with the generalized speeds replaced by what they are in velocities.
+    """The problem with the generalized speeds replaced by their expressions in velocities.
 
-    A speed without a kinematic equation, as of a wheel whose angle does not matter, is that of a coordinate of its own.
+    A speed without a kinematic equation is the velocity of a coordinate of its own. A wheel has one if its angle does
+    not matter.
     """
     q, u = tuple(states[0]), tuple(states[1])
     kinematic = [sp.sympify(e).xreplace(auxiliary) for e in kinematic]
@@ -122,10 +124,10 @@ def _in_velocities(
 def _speeds(
     name: str, kinematic: Sequence[sp.Expr], u: Sequence[sp.Expr]
 ) -> tuple[dict[sp.Expr, sp.Expr], tuple[sp.Expr, ...]]:
-    """{u: in q, q'} from the ``kinematic`` equations, and those that are left and tie velocities."""
+    """{u: its expression in q, q'} from the ``kinematic`` equations, and the equations left, which tie velocities."""
     left = [sp.sympify(e).doit() for e in kinematic]
     found: dict[sp.Expr, sp.Expr] = {}
-    for speed in u:  # one after the other: each equation that is used gives one of them
+    for speed in u:  # one after the other, because each equation gives one speed
         usable = [e for e in left if e.has(speed) and not sp.diff(e, speed).has(speed)]
         if not usable:
             raise LoadError(f"'{name}': no kinematic differential equation says what {speed} is; give kd_eqs")

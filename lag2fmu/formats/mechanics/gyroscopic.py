@@ -1,12 +1,13 @@
 """Forces that appear where nonholonomic constraints are eliminated before energies are formed.
 
-Kane's equations hold for velocities v = A(t, q) q' + b in which rolling contacts are eliminated; Lagrange's do so only
-if A is the Jacobian of a position. Else what is missing in them are forces without power,
+Kane's equations hold for velocities v = A(t, q) q' + b in which rolling contacts are eliminated. Lagrange's equations
+hold only if A is the Jacobian of a position. Otherwise forces without power have to be added. The velocity of a mass m
+has
 
-    D_i = m v . (d/dt dv/dq'_i - dv/dq_i),
+    D_i = m v . (d/dt dv/dq'_i - dv/dq_i).
 
-and likewise I w . (d/dt dw/dq'_i - dw/dq_i) - (I (u x w) + w x I w) . dw/dq'_i of an angular velocity w in axes that
-turn with u, those in which the tensor I is given.
+An angular velocity w has I w . (d/dt dw/dq'_i - dw/dq_i) - (I (u x w) + w x I w) . dw/dq'_i, in the axes in which the
+tensor I is given, which turn with u.
 Source: Neimark, Fufaev, Dynamics of Nonholonomic Systems, chapter III (equations of Chaplygin and Voronets).
 """
 
@@ -25,13 +26,13 @@ Floats = NDArray[np.float64]
 
 _T = dynamicsymbols._t
 _STEP, _NOTHING = 1e-5, 1e-6
-"""Step of differences with which D is looked for, and what counts as no D, in terms of order 1."""
+"""The step of the differences that tell whether D is 0, and the size below which it is 0; terms are of order 1."""
 
 
 class Moving(NamedTuple):
     """A velocity (3,) whose square, weighted by the matrix ``inertia`` (3, 3), is 2 T.
 
-    Of an angular velocity ``turning`` (3,) is that of the axes; None: it is the velocity of a point.
+    For an angular velocity, ``turning`` (3,) is that of its axes; None stands for the velocity of a point.
     """
 
     velocity: sp.Matrix
@@ -40,7 +41,7 @@ class Moving(NamedTuple):
 
 
 def moving(body: Any, frame: ReferenceFrame, put: Mapping[sp.Expr, sp.Expr]) -> tuple[Moving, ...]:
-    """The velocities of a ``body`` with what ``put`` says of its speeds."""
+    """The velocities of a ``body``, where ``put`` {speed: expression} replaces its speeds."""
     put = dict(put)
     center = body.masscenter if isinstance(body, RigidBody) else body.point
     found = [Moving(center.vel(frame).to_matrix(frame).xreplace(put), body.mass * sp.eye(3))]
@@ -53,7 +54,10 @@ def moving(body: Any, frame: ReferenceFrame, put: Mapping[sp.Expr, sp.Expr]) -> 
 
 
 def gyroscopic_forces(bodies: Sequence[Sequence[Moving]], q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """D (n,), each 0 where velocities are those of positions, which is seen from numbers first."""
+    """D (n,), 0 for velocities that are derivatives of positions; numbers tell first whether they are.
+
+    Source: Neimark, Fufaev, Dynamics of Nonholonomic Systems, chapter III.
+    """
     total = [sp.S.Zero for _ in q]
     for part in (part for body in bodies for part in body):
         if _is_eliminated(part, q):
@@ -73,7 +77,7 @@ def _force(part: Moving, x: sp.Expr) -> sp.Expr:
 
 
 def _is_eliminated(part: Moving, q: Sequence[sp.Expr]) -> bool:
-    """Whether D of a velocity is anything but 0 at a random state, by differences."""
+    """Whether D of a velocity is different from 0 at a random state, by differences."""
     n, rng = len(q), np.random.default_rng(0)
     velocity, inertia, turning = _numerical(part, q, rng)
     place, rate = rng.uniform(-0.6, 0.6, n), rng.uniform(-1, 1, n)

@@ -27,9 +27,9 @@ _TRIALS, _STEPS, _RANK, _MET, _NEARLY_MET = 5, 50, 1e-9, 1e-14, 1e-10
 
 
 class Translation:
-    """A ``Problem`` and the names that its symbols get: ``parameters``, those of all constants, in order.
+    """A ``Problem`` and the names that its symbols get.
 
-    ``spelled`` {how a constant is called in SymPy: its name here}.
+    ``parameters`` are the names of all constants, in order; ``spelled`` are {name of a constant in SymPy: name here}.
     """
 
     def __init__(self, problem: Problem, name: str) -> None:
@@ -130,8 +130,8 @@ class Translation:
     def _independent(self, values: Mapping[str, float], place: Floats | None) -> list[sp.Expr]:
         """The constraints of velocities that do not follow from the others.
 
-        Kane's velocity constraints repeat the derivatives of the configuration's. Which do is seen from ranks at a
-        ``place`` that meets these.
+        Some of Kane's velocity constraints repeat the derivatives of configuration constraints. Ranks at a ``place``
+        (n,) that meets the configuration constraints tell which.
         """
         problem = self._problem
         if place is None or not (problem.repeat and problem.nonholonomic):
@@ -152,7 +152,7 @@ class Translation:
         return [symbol(self._names[q]) for q in self._problem.coordinates]
 
     def _functions(self, values: Mapping[str, float], *matrices: sp.Matrix) -> list[Callable[[Floats], Floats]]:
-        """The ``matrices`` (k, l) as functions of q (n,) at ``values``; all else, the time too, is 0."""
+        """The ``matrices`` (k, l) as functions of q (n,) at ``values``; the time and everything else is 0."""
         fixed = {symbol(p): value for p, value in values.items()}
         free = {s for matrix in matrices for s in matrix.free_symbols} - {*self._q, *fixed}
         found = (sp.lambdify([self._q], m.xreplace({**fixed, **dict.fromkeys(free, 0.0)}), "numpy") for m in matrices)

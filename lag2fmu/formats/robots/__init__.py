@@ -11,14 +11,15 @@ from lag2fmu.formats.robots.mjcf import read_mjcf
 from lag2fmu.formats.robots.urdf import read_urdf
 
 READERS = {".urdf": read_urdf, ".xml": read_mjcf}
-"""What reads a file of this ending."""
+"""{ending of a file: the function that reads it}."""
 
 
 def robot(path: Path, *, base: str = "fixed", stops: bool = False) -> Description:
-    """The robot in the file ``path`` as a mechanism is described.
+    """The robot in the file ``path`` as the description of a mechanism, in SI units.
 
     Its ``base`` is "fixed", "floating" or "planar"; with ``stops`` the limits of joints are hard stops. Raises
-    LoadError with file, line and remedy for what cannot be read, MechanismError for what no description can be.
+    LoadError, with file, line and remedy, for a file that cannot be read, and MechanismError for a robot that cannot be
+    described. Source: the specifications at http://wiki.ros.org/urdf/XML and https://mujoco.readthedocs.io.
     """
     if path.suffix == ".xml" and base != "fixed":
         raise LoadError(f"{path}: a MJCF file says itself what moves freely; leave base = {base} out")

@@ -1,6 +1,6 @@
-"""From a tree of links to a description: a frame for each link that moves, a body in it, and what acts on its joint.
+"""From a tree of links to a description: a frame and a body for each link that moves, and the forces of its joint.
 
-Links on fixed joints are lumped with the one that carries them: their inertia goes into its body, and their origins
+Links on fixed joints are lumped with the link that carries them: their inertia goes into its body, and their origins
 become points of its frame. Frames and bodies have the names of links, coordinates those of joints.
 """
 
@@ -35,8 +35,9 @@ def description_of(robot: Robot, source: str, *, base: str = "fixed", stops: boo
     """``robot`` as a description; ``source`` says where it is from.
 
     The ``base`` stands in the world ("fixed"), moves freely ("floating", by 3 coordinates and a quaternion) or in the
-    plane z = 0 ("planar", by x, y and an angle). Limits of joints are bounds of the coordinates, with ``stops`` hard
-    stops too. Raises LoadError for names that cannot be told apart, and MechanismError.
+    plane z = 0 ("planar", by x, y and an angle). Limits of joints are bounds of the coordinates, and with ``stops``
+    also hard stops. Raises LoadError for names that become equal, and MechanismError for a robot that cannot be
+    described.
     """
     if base not in BASES:
         raise LoadError(f"{source}: base = '{base}' is unknown; give one of {', '.join(BASES)}")
@@ -128,7 +129,7 @@ class _Assembly:
             turning = turn(joint.axis, self._path(joint, name))
             self._parts.frames.append(Frame(frame, parent, origin, [*turns, turning]))
             return
-        if any(origin) or turns:  # what slides does so along the axes of the joint
+        if any(origin) or turns:  # sliding is along the axes of the joint
             mount = f"{frame}_mount"
             self._parts.frames.append(Frame(mount, parent, origin, turns))
             parent = mount
@@ -166,7 +167,7 @@ class _Assembly:
         act_on_all(joint, name, self._parts)
 
     def _path(self, joint: Joint, name: str) -> sp.Expr:
-        """What the ``joint`` turns or moves by: its coordinate, or what follows from the joint that it mimics."""
+        """The angle or way of ``joint``: its coordinate, or an expression in that of the joint that it mimics."""
         if joint.mimic is not None:
             return self._follow(joint, joint.mimic)
         q = self._parts.coordinate(joint, name)
@@ -186,7 +187,7 @@ class _Assembly:
         return factor * q + offset
 
     def _body(self, frame: str, inertias: Sequence[Inertia]) -> Body:
-        """All that ``frame`` carries as one body."""
+        """One body with all ``inertias`` that ``frame`` carries."""
         whole = sum(inertias[1:], inertias[0])
         mass = self._parts.parameter(f"mass_{frame}", whole.mass, "kg")
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = whole.tensor

@@ -24,7 +24,7 @@ _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _NAMELESS = ("", "MuJoCo Model")
 _MOST_BYTES = 64 << 20
 _READ = ("body_", "jnt_", "dof_", "tendon_", "actuator_", "eq_", "qpos")
-"""What the names of the lists begin with that are read."""
+"""The beginnings of the names of the lists that are read."""
 
 
 def read_mjcf(path: Path) -> Robot:
@@ -61,7 +61,7 @@ def _check_finite(model: Any, path: Path) -> None:
 
 
 class _Reader:
-    """What a compiled model holds, as a robot."""
+    """Reads a compiled model as a robot."""
 
     def __init__(self, compiled: Compiled, path: Path) -> None:
         self._compiled, self._mujoco, self._m, self._path = compiled, compiled.mujoco, compiled.model, path
@@ -171,7 +171,7 @@ class _Reader:
     # -------------------------------------------------------------------------------------------------- equalities
 
     def _equalities(self) -> tuple[tuple[Closure, ...], tuple[Coupling, ...]]:
-        """The active ones of the kinds connect, weld and joint."""
+        """The active equalities of the kinds connect, weld and joint."""
         m, kinds, objects = self._m, self._mujoco.mjtEq, self._mujoco.mjtObj
         closures, couplings = [], []
         for k in (k for k in range(m.neq) if m.eq_active0[k]):
@@ -195,7 +195,7 @@ class _Reader:
         return Coupling(name, end(first), end(second) if second >= 0 else None, tuple(map(float, data[:5])))
 
     def _list_ignored(self) -> None:
-        """Note what is in the model besides and would act on the motion."""
+        """Note everything else in the model that would act on the motion."""
         m = self._m
         touching = int(np.count_nonzero((m.geom_contype != 0) | (m.geom_conaffinity != 0)))
         kinds = {
@@ -209,9 +209,9 @@ class _Reader:
 
 
 def _started(joints: Iterable[Joint], couplings: Sequence[Coupling]) -> tuple[Joint, ...]:
-    """``joints`` where the first one of a coupling starts as the second one says: MuJoCo's start need not meet it."""
+    """``joints`` with starts that meet the ``couplings``, which MuJoCo's starts need not do."""
     starts = {joint.name: joint.start for joint in joints}
-    for _ in couplings:  # one may lead the next
+    for _ in couplings:  # the first joint of one coupling may be the second one of the next
         for coupling in couplings:
             first, zero = coupling.first
             away = starts[coupling.second[0]][0] - coupling.second[1] if coupling.second is not None else 0.0

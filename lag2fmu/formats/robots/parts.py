@@ -1,4 +1,4 @@
-"""What is collected of a robot, joint after joint, until it is a mechanism."""
+"""The parts of a robot, collected joint after joint until they are a mechanism."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lag2fmu.description.symbols import Declared, coordinate, parameter
 from lag2fmu.formats.robots.tree import Floats, Joint, Pose
 
 UNITS = {"revolute": "rad", "prismatic": "m"}
-"""Of the coordinates of joints that have one."""
+"""The units of the coordinates of joints that have one coordinate."""
 
 DAMPINGS = {"rad": "N.m.s/rad", "m": "N.s/m"}
 _FORCES = {"rad": "N.m", "m": "N"}
@@ -46,7 +46,7 @@ class Parts:
     constraints: list[Constraint] = field(default_factory=list)
 
     def parameter(self, name: str, value: float, unit: str | None) -> Declared:
-        """A parameter; the same one where it was made before, as by a joint that two others mimic."""
+        """A parameter; it is made once, even if it is asked for twice, as for a joint that two others mimic."""
         found = next((p for p in self.parameters if p.name == name), None)
         if found is None:
             found = parameter(name, value, unit, name.replace("_", " "))
@@ -64,7 +64,7 @@ class Parts:
         return q
 
     def act(self, joint: Joint, q: Declared, *, stops: bool) -> None:
-        """What acts on the coordinate ``q`` of ``joint``: damper, dry friction, spring, armature, and ``stops``."""
+        """Add damper, dry friction, spring, armature and, with ``stops``, stops along the coordinate ``q``."""
         name, unit = str(q), UNITS[joint.kind]
         if joint.damping:
             c = self.parameter(f"damping_{name}", joint.damping, DAMPINGS[unit])

@@ -1,4 +1,4 @@
-"""What all descriptions of robots come down to: links with their inertia, and joints that carry one link on another.
+"""The records that all formats of robots are read into: links with their inertia, and joints that carry links.
 
 Lengths are in m, angles in rad, masses in kg, inertias in kg.m2; vectors (3,) and matrices (3, 3) are NumPy arrays.
 """
@@ -28,11 +28,11 @@ class Inertia:
     tensor: Floats
 
     def moved(self, turn: Floats, place: Floats) -> Inertia:
-        """The same in the axes of a frame in which the link stands at ``place`` (3,), turned by ``turn`` (3, 3)."""
+        """The inertia in the axes of a frame in which the link is at ``place`` (3,), turned by ``turn`` (3, 3)."""
         return Inertia(self.mass, place + turn @ self.center, turn @ self.tensor @ turn.T)
 
     def __add__(self, other: Inertia) -> Inertia:
-        """Both as one body; Huygens, Steiner."""
+        """Both as one body, by the parallel axis theorem: Goldstein, Classical Mechanics, section 5.3."""
         mass = self.mass + other.mass
         if not mass:
             return Inertia(0.0, self.center, self.tensor + other.tensor)
@@ -146,9 +146,12 @@ Spot = tuple[str, tuple[float, ...]]
 
 @dataclass(frozen=True)
 class Span:
-    """A length: the distance between two spots, times the ``gear``."""
+    """A length: the way along ``spots``, straight from each to the next, times the ``gear``.
 
-    ends: tuple[Spot, Spot]
+    Only a force that depends on neither length nor rate acts along more than two.
+    """
+
+    spots: tuple[Spot, ...]
     gear: float = 1.0
 
 
@@ -200,7 +203,7 @@ class Closure:
 
 @dataclass(frozen=True)
 class Coupling:
-    """The coordinate of ``first`` is the polynomial of that of ``second``, both less their references, or constant."""
+    """The coordinate of ``first`` is a polynomial of that of ``second``, both less their references; or a constant."""
 
     name: str
     first: tuple[str, float]
@@ -212,7 +215,7 @@ class Coupling:
 class Robot:
     """A tree: ``links`` by name with their inertia, None without, the ``root`` among them, ``joints`` parents first.
 
-    ``gravity`` (3,) in m/s2. ``ignored`` lists what the file says besides and nothing is made of.
+    ``gravity`` (3,) is in m/s2. ``ignored`` lists everything in the file that is not used.
     """
 
     name: str
@@ -228,7 +231,7 @@ class Robot:
 
 
 def in_order(root: str, joints: Iterable[Joint]) -> tuple[Joint, ...]:
-    """``joints`` that can be reached from the link ``root``, each behind that of its parent, else as they stand."""
+    """``joints`` that can be reached from the link ``root``, in their order, but each behind that of its parent."""
     below: dict[str, list[Joint]] = {}
     for joint in joints:
         below.setdefault(joint.parent, []).append(joint)

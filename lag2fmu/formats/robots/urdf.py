@@ -1,7 +1,7 @@
 """Reading URDF, the XML in which ROS describes robots: http://wiki.ros.org/urdf/XML.
 
-Read are links with their inertia, and joints with origin, axis, limit, dynamics and mimic. What is only seen (visual,
-collision, material, sensor) or drives (transmission, gazebo) is left out.
+Links with their inertia, and joints with origin, axis, limit, dynamics and mimic are read. Elements for pictures
+(visual, collision, material, sensor) and drives (transmission, gazebo) are left out.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _KINDS = {
     "floating": "floating",
 }
 _DUST = 1e-15
-"""m2; smaller moments of a unit mass are rounding errors of the tool that wrote the file, and may be negative."""
+"""Moments of a unit mass (m2) below this are rounding errors of the tool that wrote the file; they may be negative."""
 _READ = {"link", "joint"}
 _SEEN = {"material", "transmission", "gazebo", "sensor", "visual", "collision"}
 
@@ -221,7 +221,7 @@ class _Reader:
     # ----------------------------------------------------------------------------------------------------- numbers
 
     def _pose(self, element: Element) -> Pose:
-        """That of its <origin>: turned by roll, pitch, yaw about fixed axes, which is by z, y, x about moving ones."""
+        """The pose by <origin>: roll, pitch, yaw about fixed axes, which are turns about z, y, x of the moving axes."""
         origin = element.child("origin")
         if origin is None:
             return Pose(np.zeros(3))

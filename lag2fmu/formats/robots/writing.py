@@ -16,12 +16,12 @@ Turn = tuple["str | tuple[sp.Expr, ...]", sp.Expr]
 
 
 def number(x: float) -> sp.Expr:
-    """``x`` as the decimal that it is shown as, exactly."""
+    """The decimal by which ``x`` is shown, as an exact number."""
     return sp.Rational(repr(float(x))) if x else sp.S.Zero
 
 
 def numbers(vector: Iterable[float]) -> tuple[sp.Expr, ...]:
-    """The entries of ``vector``, which was computed, without the dust of rounding beside the greatest one."""
+    """The entries of ``vector``; those that are rounding errors relative to the greatest one become 0."""
     entries = [float(x) for x in vector]
     size = max(map(abs, entries), default=0.0)
     return tuple(number(without_dust(x, size)) for x in entries)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.hybrid.loads import shared
 from lag2fmu.reference.hybrid.modes import Mode, Modes
 from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, InputValues, State
@@ -44,7 +45,8 @@ class Points:
             return None
         offsets = (0.0,) * len(held)
         found = Modes(contacts, frictions, held, sides, directions, offsets)
-        answer = self.system.answer(self.system.point(state), found)
+        point = self.system.point(state)
+        answer = shared(self.system, point, found, self.system.answer(point, found))
         return answer.qdd, answer.forces
 
     def _sides(self, state: State) -> tuple[tuple[int, ...], tuple[bool, ...]]:

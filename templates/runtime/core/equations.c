@@ -109,12 +109,22 @@ void equations_remember(Instance *instance) {
     }
 }
 
+bool equations_multipliers(Instance *instance) {
+    Cache *cache = &instance->cache;
+    const bool known = equations_accelerations(instance);
+    if (known && !cache->shown_valid) {
+        memcpy(cache->shown, cache->reported, sizeof cache->shown);
+        contacts_share(instance, &cache->system, cache->shown);
+        cache->shown_valid = true;
+    }
+    return known;
+}
+
 bool equations_locals(Instance *instance) {
     Cache *cache = &instance->cache;
     const State *state = &instance->state;
-    if (!cache->locals_valid && equations_accelerations(instance)) {
-        mechanism_locals(state->time, state->states, state->inputs, state->parameters, cache->reported,
-                         cache->locals);
+    if (!cache->locals_valid && equations_multipliers(instance)) {
+        mechanism_locals(state->time, state->states, state->inputs, state->parameters, cache->shown, cache->locals);
         cache->locals_valid = true;
     }
     return cache->locals_valid;

@@ -21,6 +21,7 @@ bool equations_massless(Instance *instance);
 /* These bring one part of the cache up to date with the State. */
 void equations_dependent(Instance *instance);
 bool equations_accelerations(Instance *instance);
+bool equations_multipliers(Instance *instance); /* as they are shown */
 bool equations_locals(Instance *instance);
 bool equations_indicators(Instance *instance);
 bool equations_factorize(Instance *instance); /* the system behind the accelerations, for all seeds */

@@ -61,6 +61,7 @@ void instance_forget_cache(Instance *instance) {
 
 void instance_forget_motion(Instance *instance) {
     instance->cache.accelerations_valid = false;
+    instance->cache.shown_valid = false;
     instance->cache.locals_valid = false;
     instance->cache.system_valid = false;
     instance->cache.indicators_valid = false;

@@ -54,9 +54,11 @@ typedef struct {
 typedef struct {
     bool states_behind; /* the states in the State are of an earlier time; integrator_catch_up brings them on */
     bool dependent_valid, least_pivots_valid, accelerations_valid, locals_valid, system_valid, indicators_valid;
+    bool shown_valid;
     double dependent[SIZE_DEPENDENT];
     double accelerations[N_UNKNOWNS]; /* with the multipliers behind them, those of redundant constraints being 0 */
     double reported[N_UNKNOWNS];      /* accelerations, with the multipliers of least norm behind them */
+    double shown[N_UNKNOWNS];         /* the same with multipliers that obey the laws of contacts; read from outside */
     double further[SIZE_FURTHER];     /* derivatives of further states; valid with the accelerations */
     double locals[SIZE_LOCALS];
     double indicators[SIZE_EVENTS];     /* of events, see events.h */

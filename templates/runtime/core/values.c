@@ -38,7 +38,7 @@ double *value_slot(Instance *instance, const Variable *variable) {
     case VARIABLE_SETTING:         return &state->settings[variable->index];
     case VARIABLE_ACCELERATION:    return &cache->accelerations[variable->index];
     case VARIABLE_FURTHER_RATE:    return &cache->further[variable->index];
-    case VARIABLE_MULTIPLIER:      return &cache->reported[N_COORDINATES + variable->index];
+    case VARIABLE_MULTIPLIER:      return &cache->shown[N_COORDINATES + variable->index];
     case VARIABLE_DEPENDENT:       return &cache->dependent[variable->index];
     case VARIABLE_LOCAL:           return &cache->locals[variable->index];
     case VARIABLE_IMPULSE:         return &state->impulses[variable->index];
@@ -59,8 +59,11 @@ bool value_update(Instance *instance, VariableKind kind) {
     if (kind == VARIABLE_MASSLESS) {
         return equations_massless(instance);
     }
-    if (kind == VARIABLE_ACCELERATION || kind == VARIABLE_FURTHER_RATE || kind == VARIABLE_MULTIPLIER) {
+    if (kind == VARIABLE_ACCELERATION || kind == VARIABLE_FURTHER_RATE) {
         return equations_accelerations(instance);
+    }
+    if (kind == VARIABLE_MULTIPLIER) {
+        return equations_multipliers(instance);
     }
     if (kind == VARIABLE_INDICATOR) {
         return equations_indicators(instance);

@@ -34,7 +34,7 @@ bool run_evaluate(Run *run) {
         return false;
     }
     memcpy(values, instance->state.states, sizeof instance->state.states);
-    memcpy(values + AT_UNKNOWNS, instance->cache.reported, sizeof instance->cache.reported);
+    memcpy(values + AT_UNKNOWNS, instance->cache.shown, sizeof instance->cache.shown);
     memcpy(values + AT_FURTHER_RATES, instance->cache.further, N_FURTHER * sizeof(double));
     memcpy(values + AT_LOCALS, instance->cache.locals, N_LOCALS * sizeof(double));
     memcpy(values + AT_INPUTS, instance->state.inputs, N_INPUTS * sizeof(double));

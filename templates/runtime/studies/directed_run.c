@@ -34,25 +34,26 @@ void study_seed(void *study, int direction, int reference, double change, double
     varied->scale = scale;
 }
 
-/* The start and how it answers to the directions, on the constraints; then the modes that hold there. */
+bool directions_stand(Variations *variations, Instance *instance) {
+    for (int d = 0; d < variations->count; d++) {
+        Direction *direction = &variations->directions[d];
+        if (!equations_settle_seed(instance, &direction->seed)) {
+            return study_explain(&variations->study);
+        }
+        memcpy(direction->states, direction->seed.states, sizeof direction->states);
+    }
+    return true;
+}
+
+/* The start and how it answers to the directions; then the modes that hold there. */
 static bool begin(Variations *variations, const Request *request) {
     Study *study = &variations->study;
     if (!study_solve_start(study, request)) {
         return false;
     }
-    for (int d = 0; d < variations->count; d++) {
-        Direction *direction = &variations->directions[d];
-        if (!equations_settle_seed(&study->instance, &direction->seed)) {
-            return study_explain(study);
-        }
-        memcpy(direction->states, direction->seed.states, sizeof direction->states);
-    }
-    if (!study_settle(study)) {
-        return false;
-    }
     variations->probe.policy = study->instance.policy;
     variations->probe.listener = study->instance.listener;
-    return true;
+    return directions_start(variations);
 }
 
 /* Stretches between knots up to the last time; *next is the sample that comes. */

@@ -40,6 +40,12 @@ bool directions_project(Variations *variations, double time, const double states
 /* S and its slope at the present point become those in the seeds, on the constraints. */
 bool directions_settle(Variations *variations);
 
+/* S at the solved start of an instance, on its constraints, from what is varied. */
+bool directions_stand(Variations *variations, Instance *instance);
+
+/* S at the solved start, and the modes that hold there; S jumps at impacts (jumps.c). */
+bool directions_start(Variations *variations);
+
 /* Passes the event at the present point: S jumps (jumps.c). */
 bool directions_pass(Variations *variations);
 

@@ -29,6 +29,7 @@ static const double DIFFERENT = 1e-5; /* two derivatives that should agree diffe
 static const double ROUGH = 1e-3;     /* a motion is not smooth if differences of two widths are apart by this part;
                                          where modes hold they agree to about 1e-8 */
 static const double STILL = 1e-9;     /* states that move by less nominal values than that do not jump */
+static const double CLOSED = 1e-6;    /* a gap of up to so many nominal values is closed at the start */
 static const double NOTHING = 1e-12;  /* rounding leaves up to this part of a derivative that is 0 */
 
 /* A way to move away from the point before an event. */
@@ -234,4 +235,83 @@ bool directions_pass(Variations *variations) {
         }
     }
     return directions_settle(variations);
+}
+
+/* Which gaps that are closed at the start close further: their impacts are due. *first: one of them, -1 if there are
+   none; *others: something else touches or rubs there, so that the motion before the start is not known. */
+static bool find_due(Variations *variations, int *first, bool *others) {
+    State *state = &variations->before.state;
+    double gaps[SIZE_EVENTS], falls[SIZE_EVENTS], apart[SIZE_EVENTS];
+    Way along = {.time = 1.0, .scale = experiment_duration(state)};
+    memcpy(along.states, state->first_stage, sizeof along.states);
+    *first = -1;
+    *others = N_FRICTIONS > 0;
+    memset(state->due, 0, sizeof state->due);
+    if (!events_evaluate(&variations->before, state->time, state->states, gaps) ||
+        !differentiate(variations, &along, look, N_EVENTS, falls, apart)) {
+        return false;
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const int k = N_SWITCHES + 2 * i;
+        if (fabs(gaps[k]) <= CLOSED * EVENT_NOMINALS[k]) {
+            state->due[k] = falls[k] < 0.0;
+            *others = *others || !state->due[k];
+            *first = state->due[k] && *first < 0 ? k : *first;
+        }
+    }
+    return true;
+}
+
+/* Does the event, passed from before the start, lead to the states after it? */
+static bool passes_alike(Variations *variations) {
+    const State *after = &variations->study.instance.state;
+    const Way still = {.scale = 1.0};
+    double passed[N_JUMPING];
+    bool alike = pass_beside(variations, &still, 0.0, passed);
+    for (int i = 0; i < N_STATES && alike; i++) {
+        alike = fabs(passed[i] - after->states[i]) <= STILL * (fabs(after->states[i]) + NOMINAL_STATES[i]);
+    }
+    return alike;
+}
+
+/* The instance before the impacts of its start, which it has passed, with the directions on its constraints. */
+static bool stand_before(Variations *variations) {
+    Instance *before = &variations->before;
+    before->state.modes_settled = 1;
+    before->state.first_stage_valid = 0;
+    instance_forget_cache(before);
+    if (!directions_stand(variations, before)) {
+        return false;
+    }
+    before->state.phase = PHASE_RUNNING;
+    return update_first_stage(before);
+}
+
+bool directions_start(Variations *variations) {
+    Study *study = &variations->study;
+    int first = -1;
+    bool jumped, others;
+    variations->before = study->instance;
+    if (!events_refresh(&study->instance, &jumped)) {
+        return study_explain(study);
+    }
+    if (jumped && (!stand_before(variations) || !find_due(variations, &first, &others))) {
+        return refuse(variations, 0, "the motion before it is not known");
+    }
+    if (first < 0) { /* what jumped is rounding, taken off what touches or rests */
+        return directions_stand(variations, &study->instance) && study_settle(study);
+    }
+    if (!study_settle(study) || !update_first_stage(&study->instance) || !find_shifts(variations)) {
+        return false;
+    }
+    for (int d = 0; d < variations->count; d++) {
+        if ((others && fabs(variations->directions[d].shift) > 0.0) || !passes_alike(variations)) {
+            return refuse(variations, first, "an impact at the start is not alone there; begin a little earlier");
+        }
+        if (!jump(variations, &variations->directions[d], first)) {
+            return false;
+        }
+        memcpy(variations->directions[d].states, variations->directions[d].seed.states, N_STATES * sizeof(double));
+    }
+    return true;
 }

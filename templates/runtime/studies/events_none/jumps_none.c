@@ -5,3 +5,7 @@ bool directions_pass(Variations *variations) {
     (void)variations;
     return true;
 }
+
+bool directions_start(Variations *variations) {
+    return directions_stand(variations, &variations->study.instance) && study_settle(&variations->study);
+}

@@ -8,6 +8,7 @@
 #include "contact_modes.h"
 #include "contacts.h"
 #include "inputs.h"
+#include "shared_loads.h"
 
 /* What the event functions are made of. */
 typedef struct {
@@ -72,6 +73,39 @@ static double evaluate_friction(const State *state, const Point *point, int fric
                                             : row_direction(state, row) * point->slips[row - FIRST_SLIP];
 }
 
+static void find_limits(const Instance *instance, double time, const double states[], Point *point) {
+    const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
+    mechanism_contacts(time, states, inputs, parameters, point->restitution, point->friction, point->holding);
+    mechanism_friction(time, states, inputs, parameters, point->unknowns, point->sliding, point->force,
+                       point->capacity);
+}
+
+static Sharing sharing_at(const Instance *instance, const System *system, const Point *point) {
+    return (Sharing){&instance->state, &system->constraints, point->holding, point->capacity};
+}
+
+void contacts_share(const Instance *instance, const System *system, double unknowns[]) {
+    const State *state = &instance->state;
+    Point point;
+    if (multipliers_unique(instance)) {
+        return;
+    }
+    memcpy(point.unknowns, unknowns, sizeof point.unknowns);
+    find_limits(instance, state->time, state->states, &point);
+    const Sharing sharing = sharing_at(instance, system, &point);
+    loads_obey(&sharing, unknowns + N_COORDINATES);
+}
+
+/* What holds ends where no loads obey the laws: the functions are those of the loads that are farthest from it. */
+static void centre_loads(const Instance *instance, double time, const double states[], Point *point) {
+    find_limits(instance, time, states, point);
+    if (!multipliers_unique(instance)) {
+        const Sharing sharing = sharing_at(instance, &instance->scratch.system, point);
+        loads_centre(&sharing, point->unknowns + N_COORDINATES);
+        find_limits(instance, time, states, point);
+    }
+}
+
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]) {
     const State *state = &instance->state;
     const double *inputs = inputs_at(instance, time), *parameters = state->parameters;
@@ -81,9 +115,7 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
         if (!accelerations_at(instance, time, states, inputs, point.unknowns)) {
             return false;
         }
-        mechanism_contacts(time, states, inputs, parameters, point.restitution, point.friction, point.holding);
-        mechanism_friction(time, states, inputs, parameters, point.unknowns, point.sliding, point.force,
-                           point.capacity);
+        centre_loads(instance, time, states, &point);
     }
     mechanism_slips(time, states, inputs, parameters, point.gaps, point.slips);
     for (int i = 0; i < N_UNILATERALS; i++) {

@@ -175,6 +175,19 @@ static void lift_off(Settling *settling, int contact) {
     contact_open(state, contact);
 }
 
+/* In space a slip begins against the friction, as Coulomb's law says. Where it has just begun w[count] is small and the
+   friction is not, so that the friction tells the direction better. */
+static void against_friction(const Settling *settling, int first, int count, double w[]) {
+    if (count < 2 || settling->row[ROW_PLACES[first]].law != ROW_TANGENTIAL) {
+        return;
+    }
+    const double x = settling->lambda[ROW_PLACES[first]], y = settling->lambda[ROW_PLACES[first + 1]];
+    if (x != 0.0 || y != 0.0) {
+        w[0] = -x;
+        w[1] = -y;
+    }
+}
+
 static void carry_out_contact(Settling *settling, int contact) {
     State *state = &settling->instance->state;
     const int k = ROW_PLACES[contact], first = SLIP_ROWS[contact];
@@ -191,6 +204,7 @@ static void carry_out_contact(Settling *settling, int contact) {
         w[i] = settling->row[place].law == ROW_SLIDING ? settling->velocity[place] : settling->w[place];
     }
     if (w[0] != 0.0 || w[1] != 0.0) {
+        against_friction(settling, first, SLIP_ROWS[contact + 1] - first, w);
         contact_slide(state, contact, w);
     } else {
         contact_stick(state, contact);

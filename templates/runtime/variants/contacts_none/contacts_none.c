@@ -43,6 +43,12 @@ bool contacts_slide(Instance *instance, const System *system, double time, const
     return true;
 }
 
+void contacts_share(const Instance *instance, const System *system, double unknowns[]) {
+    (void)instance;
+    (void)system;
+    (void)unknowns;
+}
+
 bool contacts_rub(Instance *instance, double time, const double states[], double forces[]) {
     (void)instance;
     (void)time;

@@ -1,0 +1,24 @@
+/* Contacts that touch or stick more firmly than the motion needs share their load in many ways. Which one is shown, and
+   when no way is left that obeys the laws. */
+#ifndef SHARED_LOADS_H
+#define SHARED_LOADS_H
+
+#include "contact_modes.h"
+
+/* What may be shared: holding[N_UNILATERALS] are the coefficients of sticking, capacity[N_FRICTIONS] the greatest
+   forces of dry friction that sticks. The margin of a contact that sticks is holding N - |T|, of another one N, and
+   that of dry friction its capacity less its force. Margins and norms are in units of the scaled rows. */
+typedef struct {
+    const State *state;
+    const ConstraintFactorization *constraints;
+    const double *holding, *capacity;
+} Sharing;
+
+/* Of all multipliers[m] with the forces G^T multipliers of the given ones those of least norm whose margins are not
+   negative. Nothing is changed where there are none, and where a contact slides whose friction would change. */
+void loads_obey(const Sharing *sharing, double multipliers[]);
+
+/* Likewise those whose least margin is greatest. It is negative where no multipliers obey the laws. */
+void loads_centre(const Sharing *sharing, double multipliers[]);
+
+#endif
