@@ -96,6 +96,8 @@ class _Search:
     def nearest(self, seed: Floats) -> Equilibrium | None:
         """The equilibrium reached from ``seed`` (n,); of a family of equilibria the member next to the start."""
         found = self.solve(seed)
+        if found is None and seed is self.start:
+            found = self.solve(seed, carried=True)
         if found is None or seed is self.start:
             return found
         for _ in range(_RETURNS):
@@ -107,10 +109,13 @@ class _Search:
             found = closer
         return found
 
-    def solve(self, q: Floats) -> Equilibrium | None:
-        """The equilibrium reached from q (n,) and z; None if there is none, or if it lasts for an instant only."""
-        n, m = len(q), len(self.equations.constraints)
-        x = np.concatenate([q, np.zeros(m)])
+    def solve(self, q: Floats, carried: bool = False) -> Equilibrium | None:
+        """The equilibrium reached from q (n,) and z; None if there is none, or if it lasts for an instant only.
+
+        Multipliers begin at 0, or are those that carry the forces at q best.
+        """
+        n = len(q)
+        x = np.concatenate([q, self._carrying(q) if carried else np.zeros(len(self.equations.constraints))])
         r, slopes = self._measure(x)
         size = 0.0
         for _ in range(_ITERATIONS):
@@ -140,6 +145,12 @@ class _Search:
         place = np.where(np.abs(place) < _ROUNDING * self.nominal, 0.0, place)
         place, own = self._nice(place), len(self.equations.forcing)
         return Equilibrium(place[:own], x[n:], place[own:])
+
+    def _carrying(self, q: Floats) -> Floats:
+        """The multipliers (m,) that balance the forces at q (n,) and z best."""
+        r, slopes = self._measure(np.concatenate([q, np.zeros(len(self.equations.constraints))]))
+        found: Floats = np.linalg.lstsq(slopes[:, len(q) :], -r, rcond=1e-10)[0]
+        return found
 
     def _nice(self, q: Floats) -> Floats:
         """``q`` with angles made exact that are, up to rounding, multiples of a quarter turn."""
