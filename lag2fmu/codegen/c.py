@@ -1,8 +1,8 @@
-"""Program -> C99: straight-line functions, one statement an operation, temporaries in depth-first order.
+"""Program -> C99: straight-line functions, one statement for each operation, temporaries in depth-first order.
 
-Numbers are printed as the shortest decimals that read back exactly. The user's names stand in comments only, so that
+Numbers are printed as the shortest decimals that read back exactly. The user's names occur in comments only, so that
 a coordinate may be called ``int``. Long functions are cut into parts, because the time of C compilers grows faster than
-the length of a function. The parts hand values on in an array.
+the length of a function. The parts pass values on in an array.
 """
 
 from __future__ import annotations
@@ -20,16 +20,18 @@ from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.operations import CONSTANT, OPERATIONS
 
 MAX_STATEMENTS = 1500
-"""Statements in one C function; compilers are near linear up to a few thousand."""
+"""The most statements in one C function; the time of compilers is nearly linear up to a few thousand."""
 MANY_ZEROS = 2000
-"""So many entries of an array that are 0 are put to 0 in a loop over the array, and not one by one."""
+"""From so many zeros on, an array is cleared by a loop instead of one statement for each zero."""
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """How values are written: their ``type`` in C, the format of a ``constant``, ``patterns`` {operation: format}.
+    """How values are written in C.
 
-    Operations that are not among the patterns are written as OPERATIONS has them.
+    - ``type``: the C type of a value.
+    - ``constant``: the format string of a constant.
+    - ``patterns``: {operation: format string}; other operations are written as OPERATIONS has them.
     """
 
     type: str
@@ -38,7 +40,7 @@ class Dialect:
 
 
 SCALAR = Dialect("double", "{}", {})
-"""Numbers of type double, as FMUs have them."""
+"""The dialect of FMUs: numbers of type double."""
 
 
 def c_number(value: float) -> str:
@@ -49,7 +51,7 @@ def c_number(value: float) -> str:
 
 
 def c_combination(weights: Sequence[Fraction], vectors: str = "k", begin: str = " " * 21) -> str:
-    """Entry i of sum_j weights[j] vectors[j] as C, a term a line; vectors of weight 0 do not take part."""
+    """Entry i of sum_j weights[j] vectors[j] as C, one term on each line, without the terms of weight 0."""
     terms = [f"{c_number(float(w))} * {vectors}[{j}][i]" for j, w in enumerate(weights) if w]
     return f" +\n{begin}".join(terms) or "0.0"
 
@@ -82,7 +84,7 @@ def c_prototype(function: Function, dialect: Dialect = SCALAR) -> str:
 
 
 def c_function(program: Program, function: Function, dialect: Dialect = SCALAR) -> str:
-    """The definition of ``function``, of several parts if it is long."""
+    """The C definition of ``function``, cut into several parts if it is long."""
     return _Printer(program, function, dialect).text()
 
 
@@ -94,8 +96,8 @@ def _parameters(function: Function, kind: str) -> str:
 class _Printer:
     """Prints one function; statements are numbered t0, t1, ... in the order of the schedule.
 
-    ``names`` {node: text} says how a node is written once its statement is printed: as a variable, and in later parts
-    of the function as an entry of the array s.
+    ``names`` {node: text} says how a node is written after its statement: as a variable, or in later parts of the
+    function as an entry of the array s.
     """
 
     def __init__(self, program: Program, function: Function, dialect: Dialect) -> None:
@@ -122,13 +124,13 @@ class _Printer:
         return self.constant.format(c_number(value))
 
     def _cleared(self) -> dict[str, int]:
-        """The arrays with so many zeros that a loop writes them: {name: length}."""
+        """{name: length} of the arrays that a loop clears because they have many zeros."""
         zeros = Counter(array for array, _, node in self.function.results if node == self.graph.zero)
         many = {array for array, count in zeros.items() if count > MANY_ZEROS}
         return {array: 1 + max(i for a, i, _ in self.function.results if a == array) for array in sorted(many)}
 
     def _written(self) -> list[tuple[str, int, Node]]:
-        """The results that are written one by one."""
+        """(array, index, node) of the results that have a statement of their own."""
         zero = self.graph.zero
         return [result for result in self.function.results if result[0] not in self.cleared or result[2] != zero]
 
@@ -156,7 +158,7 @@ class _Printer:
         return "\n".join([*parts, head + "{\n" + "\n".join(calls) + "\n}\n"])
 
     def _body(self, number: int) -> str:
-        """The statements of a part. Casts stand before them, which silence the warning of an unused parameter."""
+        """The statements of a part, after casts that silence the warning of an unused parameter."""
         lines = self._loops() if number == 0 else []
         lines += self._statements(number)
         if number == len(self.parts) - 1:
@@ -167,7 +169,7 @@ class _Printer:
         return "".join(f"{line}\n" for line in lines)
 
     def _statements(self, number: int) -> list[str]:
-        """The statements of a part; a result is stored right after the statement that computes it."""
+        """The statements of a part that compute; a result is stored right after the statement that computes it."""
         names, lines = self.names, []
         for node in self.parts[number]:
             expression = self._expression(node)

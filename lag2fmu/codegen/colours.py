@@ -1,4 +1,4 @@
-"""Coloured seeds: one directional derivative gives several columns of a sparse Jacobian if they share no row.
+"""Coloured seeds: one directional derivative yields several columns of a sparse Jacobian if they share no row.
 
 Source: A. R. Curtis, M. J. D. Powell, J. K. Reid, On the estimation of sparse Jacobian matrices, IMA Journal of Applied
 Mathematics 13 (1974) 117-119; as a colouring: T. F. Coleman, J. J. More, SIAM J. Numer. Anal. 20 (1983) 187-209.
@@ -17,8 +17,8 @@ Colouring = tuple[tuple[int, ...], ...]
 def coloured(rows: Sequence[Collection[int]]) -> Colouring:
     """The columns of a matrix in groups that share no row; ``rows`` has the columns with an entry in each row.
 
-    Each column, in order, joins the first group that it shares no row with. Columns without entries join none. One
-    directional derivative then gives all columns of a group. Source: A. Curtis, M. Powell, J. Reid, On the estimation
+    Each column, in order, joins the first group with which it shares no row; columns without entries join none. One
+    directional derivative then yields all columns of a group. Source: A. Curtis, M. Powell, J. Reid, On the estimation
     of sparse Jacobian matrices, J. Inst. Maths Applics 13 (1974), pp. 117-119.
     """
     below: dict[int, list[int]] = {column: [] for column in sorted(set().union(*rows))}

@@ -1,4 +1,4 @@
-"""Program -> C on vectors of doubles: the same statements as ``c`` prints, each for all lanes of a group at once."""
+"""Program -> C on vectors of doubles: the statements that ``c`` prints, each for all lanes of a group at once."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from lag2fmu.solvers.methods import Method
 from lag2fmu.solvers.tableaus import Tableau
 
 LaneMethod = Tableau | Collocation
-"""The methods that are written out for lanes; of collocation the variational ones."""
+"""The types of the methods that are written for lanes; of the collocation methods only the variational ones are."""
 
 _LIBRARY = ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
 """Functions that the C library computes lane by lane."""
 
 FEW_ANGLES = 4
-"""Fewer sines and cosines are left to the C library."""
+"""With fewer angles than this, the C library computes the sines and cosines."""
 
 LANES = Dialect(
     "Lanes",
@@ -48,9 +48,9 @@ LANES = Dialect(
 
 
 def runs_in_lanes(program: Program, method: Method, motions: int) -> TypeGuard[LaneMethod]:
-    """Whether the motion is smooth and has a formula, and the method is written out for lanes.
+    """Whether the motion is smooth, its accelerations have a formula, and the method is written for lanes.
 
-    Variational methods are for mechanisms without constraints, and without the ``motions`` that may strike.
+    Variational methods run in lanes if there are no constraints and no prescribed ``motions`` whose velocity may jump.
     """
     free = not program.constraints and not motions
     written = isinstance(method, Tableau) or (isinstance(method, Collocation) and method.variational and free)
@@ -95,7 +95,7 @@ def render_scalar(program: Program, tables: RuntimeTables, method: Method) -> Ma
 
 
 def lane_functions(program: Program) -> tuple[Function, ...]:
-    """The functions of ``program`` that motions take, all of one form whether there are constraints or not."""
+    """The functions of ``program`` that the integration needs, of the same form with and without constraints."""
     by_name = {function.name.removeprefix("mechanism_"): function for function in program.functions}
     accelerations, locals_, dynamics = (by_name[name] for name in ("accelerations", "locals", "dynamics"))
     state = dynamics.arguments
@@ -158,10 +158,10 @@ def render_external(functions: PlainFunctions, name: str, vectors: Mapping[str, 
 
 
 def with_angles(program: Program) -> tuple[Program, int]:
-    """``program`` with a function ``angles`` before those that are given the sines and cosines of these angles.
+    """(program, number of angles): ``program`` with a first function ``angles``, whose sines the others are given.
 
-    The angles, as many as the number says, are those that depend on no other sine or cosine; fewer than FEW_ANGLES stay
-    where they are.
+    The angles are those that depend on no other sine or cosine. If there are fewer than FEW_ANGLES, the program is
+    unchanged and the number is 0.
     """
     g, known = program.graph, program.functions[0].arguments
     circular = (SINE, COSINE)
@@ -183,7 +183,7 @@ def with_angles(program: Program) -> tuple[Program, int]:
 
 
 def _pattern(rows: int, columns: int, places: Sequence[tuple[int, int]]) -> list[int]:
-    """A sparsity pattern as CasADi has it: sizes, where each column begins, and the row of each entry."""
+    """A sparsity pattern in CasADi's format: the sizes, the beginning of each column, and the row of each entry."""
     counts = Counter(j for _, j in places)
     return [rows, columns, *accumulate((counts[j] for j in range(columns)), initial=0), *(i for i, _ in places)]
 
@@ -200,7 +200,7 @@ def _sizes(functions: PlainFunctions) -> dict[str, object]:
 
 
 def _printing(program: Program, functions: tuple[Function, ...]) -> dict[str, object]:
-    """What the templates of equations in lanes print with."""
+    """The context of the templates that print equations in lanes."""
     return {
         "functions": functions,
         "lookups": lookups_of(replace(program, functions=functions)),

@@ -1,7 +1,7 @@
-"""Program -> Python text that is meant to be read: the mechanism's names, nested expressions, few temporaries.
+"""Program -> Python text for readers: the mechanism's names, nested expressions, few temporaries.
 
-What is used once stands where it is used; what is used again, or would make a line too long, gets a name. Evaluated
-from left to right with the precedences of Python, every expression rounds as the graph says.
+A value that is used once is written where it is used. A value that is used again, or that would make a line too long,
+gets a name. Python evaluates every expression in the order of the graph, so it rounds alike.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ from lag2fmu.graph.operations import ADD, CONSTANT, DIVIDE, MULTIPLY, NEGATE, OP
 WIDTH = 96
 """The longest expression, in characters."""
 ARGUMENTS = {"t": "t", "x": "states", "u": "inputs", "p": "parameters", "qdd": "accelerations"}
-"""How the arrays of a Function are called in Python."""
+"""The names in Python of the arrays of a Function."""
 RESULTS = {"M": "mass_matrix", "f": "forcing", "c": "dependent", "y": "local_variables", "dz": "rates"}
 ORDINARY = {"sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "atan2"}
-"""Functions taken from the module math. It raises for some arguments of the others, so the runtime has those."""
+"""The functions that are taken from the module math. The others it would refuse for some arguments, so that the
+runtime defines them."""
 BUILT_IN = {"abs", "min", "max"}
 
 _SUM, _PRODUCT, _ATOM = 0, 1, 2
@@ -39,7 +40,7 @@ _Text = tuple[str, int]
 
 
 def python_number(value: Fraction | float) -> str:
-    """``value`` as Python: exact fractions as such where their decimals do not end, else the shortest decimal."""
+    """``value`` as Python text: the shortest decimal, or a fraction if its decimals do not end."""
     if isinstance(value, Fraction):
         decimal = Fraction(repr(float(value)))
         if decimal != value and float(value) == value.numerator / value.denominator and value.denominator < 1000:
@@ -49,7 +50,7 @@ def python_number(value: Fraction | float) -> str:
 
 
 def python_text(text: str) -> str:
-    """``text`` such that it can stand in a docstring."""
+    """``text`` with escapes, so that it can stand in a docstring."""
     return text.replace("\\", "\\\\").replace('"""', "'''")
 
 
@@ -95,7 +96,7 @@ class _Printer:
         self.uses.update(node for *_, node in function.results)
 
     def lines(self, n: int) -> Iterator[str]:
-        """Arguments taken apart, temporaries, results."""
+        """The lines of the body: arguments are unpacked, then temporaries and results are computed."""
         for argument in self.function.arguments:
             if argument.entries and not argument.scalar:
                 yield from self._unpacking(argument.entries, ARGUMENTS[argument.name])
@@ -119,7 +120,7 @@ class _Printer:
         yield f") = {source}"
 
     def _temporaries(self) -> Iterator[str]:
-        """An assignment for each value that gets a name; fills ``text`` on the way."""
+        """An assignment for each value that gets a name; also fills ``text``."""
         for node in self.order:
             if self.graph.code[node] == CONSTANT:
                 text = python_number(self.graph.value(node))
@@ -172,7 +173,7 @@ class _Printer:
         return text if strength >= least else f"({text})"
 
     def _result(self, array: str, entries: Mapping[int, Node], n: int) -> Iterator[str]:
-        """A list with one entry a line (of M: one row of its lower triangle); a comment behind it says what it is."""
+        """A list with one entry on each line, of M one row of the lower triangle, and a comment that names it."""
         if not entries:
             yield f"{RESULTS[array]}: list[float] = []"
             return

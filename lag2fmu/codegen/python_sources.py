@@ -20,7 +20,7 @@ PRINTED = {
     "mechanism_further": (("t", "x", "u", "p", "qdd"), ("dz",)),
     "mechanism_dependent": (("p",), ("c",)),
 }
-"""The functions of a Program that this backend prints, with their arguments and results; others it does not need.
+"""The functions of a Program that the python backend prints, with their arguments and results.
 
 A mechanism without further states has no ``mechanism_further``.
 """
@@ -95,7 +95,7 @@ def _labels_of(function: Function, labels: Mapping[str, Sequence[str]]) -> dict[
 
 
 def _fractions(weights: Sequence[Fraction]) -> list[str]:
-    """Exact coefficients as divisions of whole numbers, which Python rounds once."""
+    """Exact coefficients as text: divisions of whole numbers, which Python rounds once."""
     return [f"{w.numerator} / {w.denominator}" if w.denominator > 1 else str(w.numerator) for w in weights]
 
 

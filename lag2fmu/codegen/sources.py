@@ -17,7 +17,7 @@ from lag2fmu.solvers.methods import Method
 
 GENERATED = ("mechanism.h", "mechanism.c", "tables.c")
 PORTS = ("ports_size.h", "ports.c")
-"""The generated files that say what value references stand for, where they are no slots."""
+"""The generated files that map value references to slots, for mechanisms whose ports differ from the slots."""
 
 _HELPERS = {
     "sign": "static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }",
@@ -43,8 +43,8 @@ def render_sources(
 ) -> Mapping[str, str]:
     """{file name: text} of all C sources and headers, sorted; the headers of FMI are not among them.
 
-    The runtime's files stand as they are in templates/runtime; ``guid`` is what the generated ones carry. ``gate`` is
-    the folder of the functions of a version of FMI.
+    The files of the runtime are copied from templates/runtime; the generated ones contain the ``guid``. ``gate`` is
+    the folder with the functions of one version of FMI.
     """
     context = {
         "program": program,
@@ -70,9 +70,10 @@ def render_sources(
 
 
 def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -> Mapping[str, str]:
-    """{file name: text} of the live page's C code: the ``sources`` of an FMU with another gate, and its own functions.
+    """{file name: text} of the live page's C code: the ``sources`` of an FMU with another gate, and ``functions``.
 
-    ``functions`` {file: program} are the picture, which fills its spots, and the work; each program has one function.
+    ``functions`` {file: program} has one program that computes the spots of the picture, and one that computes the
+    power of work; each has one function.
     """
     gates = {path.name for folder in ("gate", "fmi2", "fmi3", "adjoints") for path in _paths(folder)}
     files = {name: text for name, text in sources.items() if name not in {*gates, *PORTS}} | _texts("page")
@@ -95,7 +96,7 @@ def helpers_of(program: Program) -> list[str]:
 
 
 def _paths(folder: str) -> list[Path]:
-    """The C files in a ``folder`` of the runtime and in those below."""
+    """The C files in a ``folder`` of the runtime and in its subfolders."""
     return sorted((resource_folder("templates") / "runtime" / folder).rglob("*.[ch]"))
 
 
@@ -106,14 +107,15 @@ def runtime_files(
     gate: str = "fmi2",
     adjoints: bool = False,
 ) -> dict[str, str]:
-    """{file name: text} of the runtime, as far as a solver and a kind of mechanism need it; folders are left out.
+    """{file name: text} of the runtime files that a solver and a kind of mechanism need; names are without folders.
 
-    ``kind`` says of each variant whether the mechanism has it; ``further`` names files that generated code needs,
-    ``adjoints`` says whether this code has functions for adjoint derivatives.
+    - ``kind``: {variant: whether the mechanism has it}.
+    - ``further``: the files that generated code needs.
+    - ``adjoints``: whether generated code has functions for adjoint derivatives.
 
-    The gate (of FMI, or of studies), the folders of the chosen variants and the folder of the solver's family are taken
-    as a whole, gate and family with their own folders for these variants. Any other file is taken if an #include asks
-    for it; NAME.h brings NAME.c along.
+    The folders of the gate (of FMI, or of studies), of the chosen variants and of the solver's family are taken as a
+    whole. Gate and family also bring their subfolders for these variants. Any other file is taken if an #include names
+    it; NAME.h brings NAME.c along.
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
     family = f"solvers/{method.family}"
@@ -132,6 +134,6 @@ def runtime_files(
 
 
 def _texts(*folders: str) -> dict[str, str]:
-    """{file name: text} of the C files that stand in these folders of the runtime, not of those in folders below."""
+    """{file name: text} of the C files in these folders of the runtime, without their subfolders."""
     runtime = resource_folder("templates") / "runtime"
     return {path.name: path.read_text("utf-8") for folder in folders for path in (runtime / folder).glob("*.[ch]")}

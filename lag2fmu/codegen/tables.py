@@ -9,14 +9,14 @@ from itertools import accumulate
 from lag2fmu.codegen.colours import Colouring
 
 Vibrations = tuple[tuple[float, int], ...]
-"""(frequency in rad/s, number of the coordinate that moves most) of vibrations, the fastest first."""
+"""(angular frequency in rad/s, index of the coordinate that moves most) of each vibration, the fastest first."""
 
 
 @dataclass(frozen=True)
 class Slot:
-    """What a value reference stands for: ``index`` in the vector of ``kind`` (a VariableKind of the runtime).
+    """The variable of a value reference: entry ``index`` of the vector of ``kind`` (a VariableKind of the runtime).
 
-    ``minimum`` and ``maximum`` in SI units; ``output``: its time derivatives can be asked for.
+    ``minimum`` and ``maximum`` are in SI units. The time derivatives of an ``output`` can be asked for.
     """
 
     name: str
@@ -29,10 +29,10 @@ class Slot:
 
 @dataclass(frozen=True)
 class PortTable:
-    """What value references stand for: (name, first slot, number of slots, whether these have a port before) of each.
+    """The ports of a mechanism, in the order of their value references.
 
-    ``dependencies`` has for each of them the (index of the known, whether it enters with a constant factor) that it
-    depends on.
+    Each port is (name, first slot, number of slots, whether an earlier port has the same slots). ``dependencies`` has,
+    for each port, the pairs (index of a known that it depends on, whether the known enters with a constant factor).
     """
 
     ports: tuple[tuple[str, int, int, bool], ...]
@@ -40,7 +40,7 @@ class PortTable:
 
     @property
     def first_dependencies(self) -> tuple[int, ...]:
-        """Where the dependencies of each port begin in the list of all, and the end of the list."""
+        """The index at which the dependencies of each port begin in the list of all, and the length of this list."""
         return tuple(accumulate(map(len, self.dependencies), initial=0))
 
 
@@ -48,17 +48,20 @@ class PortTable:
 class RuntimeTables:
     """The numbers and names of one mechanism; values in SI units, states are (q, qd), slots in value reference order.
 
-    ``holonomic`` is the number of holonomic constraints. ``continuous_states`` are the indices of those entries of
-    (q, qd) that are states of the FMU. ``massless`` has a pair (index of a constraint, index of the coordinate) for
-    each coordinate without mass: the constraint determines the coordinate; holonomic ones come first. ``colours`` are
-    those of the Jacobian of the accelerations by the states. ``vibrations`` are those that the solver gets wrong if its
-    steps do not resolve them. ``motions`` says for each motion input whether the equations contain one of its
-    derivatives; motion inputs are the last inputs. ``default_solver_step`` (s) is the step of methods of fixed step,
-    ``default_duration`` (s) the stop time of the experiment. ``stabilisation`` (1/s) is the rate at which the drift of
-    constraints decays.
-    ``unilateral_names`` are those of contacts and stops, ``friction_names`` those of dry frictions.
-    ``further_names`` are the further states, which stand behind (q, qd). ``ports`` is None where value references are
-    the slots.
+    - ``holonomic``: the number of holonomic constraints.
+    - ``continuous_states``: the indices of the entries of (q, qd) that are states of the FMU.
+    - ``massless``: (index of a constraint, index of the coordinate that it determines) for each coordinate without
+      mass; holonomic constraints come first.
+    - ``colours``: of the Jacobian of the accelerations by the states.
+    - ``vibrations``: those that the solver gets wrong if its steps do not resolve them.
+    - ``motions``: for each motion input, whether the equations contain one of its derivatives; motion inputs are the
+      last inputs.
+    - ``default_solver_step`` (s): the step of methods of fixed step.
+    - ``default_duration`` (s): the stop time of the experiment.
+    - ``stabilisation`` (1/s): the rate at which the drift of constraints decays.
+    - ``unilateral_names``: of contacts and stops; ``friction_names``: of dry frictions.
+    - ``further_names``: of the further states, which follow (q, qd).
+    - ``ports``: None if the value references are the slots.
     """
 
     model_name: str
@@ -86,7 +89,7 @@ class RuntimeTables:
 
     @property
     def element_names(self) -> tuple[str, ...]:
-        """What has a mode: contacts and stops, then dry frictions."""
+        """The names of all elements with a mode: contacts and stops, then dry frictions."""
         return self.unilateral_names + self.friction_names
 
     @property

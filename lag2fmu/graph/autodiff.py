@@ -15,9 +15,10 @@ FUNCTIONS = frozenset(code for code, row in enumerate(OPERATIONS) if row.arity =
 
 
 def forward(graph: Graph, outputs: Sequence[Node], seeds: Mapping[Node, Node]) -> list[Node]:
-    """Directional derivatives of ``outputs``, (k,) nodes, in the direction ``seeds`` {variable: its rate}: (k,) nodes.
+    """Directional derivatives (k,) of the nodes ``outputs`` (k,) in the direction ``seeds`` {variable: its rate}.
 
-    Variables without a rate stand still. Source: Griewank, Walther, section 3.1 (propagation of tangents).
+    A variable that is not in ``seeds`` has the rate 0. Source: Griewank, Walther, section 3.1 (propagation of
+    tangents).
     """
     return Forward(graph, seeds)(outputs)
 
@@ -25,16 +26,17 @@ def forward(graph: Graph, outputs: Sequence[Node], seeds: Mapping[Node, Node]) -
 class Forward:
     """Directional derivatives in the direction ``seeds`` {variable: its rate}; each node is differentiated once.
 
-    For outputs that are asked for one after the other along the same direction; see ``forward``.
+    The object is for outputs that are asked for one after the other along the same direction. For outputs that are
+    known together see ``forward``.
     """
 
     def __init__(self, graph: Graph, seeds: Mapping[Node, Node]) -> None:
         self.graph = graph
-        self.rates = dict(seeds)  # of the nodes that have one
+        self.rates = dict(seeds)  # {node: its rate}, without the nodes whose rate is 0
         self.done = set(seeds)
 
     def __call__(self, outputs: Sequence[Node]) -> list[Node]:
-        """The derivatives of ``outputs``, (k,) nodes"""
+        """The derivatives (k,) of the nodes ``outputs`` (k,)."""
         graph, rates = self.graph, self.rates
         cone = graph.cone(outputs, self.done)
         for node in cone:
@@ -53,7 +55,7 @@ class Forward:
         if g.code[node] in (ADD, SUBTRACT):
             a, b = (rates.get(operand, g.zero) for operand in operands)
             return g.add(a, b) if g.code[node] == ADD else g.subtract(a, b)
-        if g.code[node] == CHOICE:  # what is not chosen may have no value
+        if g.code[node] == CHOICE:  # the operand that is not chosen may have no value
             return g.choose(operands[0], *(rates.get(operand, g.zero) for operand in operands[1:]))
         return g.total(
             g.multiply(partial, rates[below]) for below, partial in _partials(g, node, rates) if below in rates
@@ -63,8 +65,8 @@ class Forward:
 def reverse(graph: Graph, seeds: Mapping[Node, Node], variables: Iterable[Node]) -> list[Node]:
     """Gradient by ``variables``, (n,) nodes, of the sum of adjoint * output over ``seeds`` {output: adjoint}.
 
-    The adjoints in ``seeds`` are taken as they stand, not differentiated. The cost is a small multiple of that of the
-    outputs, whatever n is. Source: Griewank, Walther, section 3.2 (propagation of adjoints).
+    The adjoints in ``seeds`` are not differentiated themselves. The gradient costs a small multiple of what the
+    outputs cost, whatever n is. Source: Griewank, Walther, section 3.2 (propagation of adjoints).
     """
     variables, zero = list(variables), graph.zero
     adjoint: dict[Node, Node] = {}
@@ -94,10 +96,10 @@ def _dependent(graph: Graph, outputs: Iterable[Node], variables: Iterable[Node])
 
 
 def _partials(graph: Graph, node: Node, varying: Collection[Node]) -> Iterable[tuple[Node, Node]]:
-    """(operand, partial derivative) of ``node``; an operand that stands twice (a square) is met once.
+    """(operand, partial derivative) of ``node``; an operand that occurs twice, as in a square, comes once.
 
-    Of l * sin(x) with an l that does not vary, x counts as the operand: l * cos(x) is what velocities are made of, so
-    that it is there already.
+    In l * sin(x), where l does not vary, x counts as the operand. Its derivative l * cos(x) occurs in the velocities,
+    so the graph has that node already.
     """
     code, operands = graph.code[node], graph.operands[node]
     if code == MULTIPLY:

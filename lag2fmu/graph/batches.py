@@ -1,4 +1,4 @@
-"""Nodes in numbers at batches of states, by NumPy; ``Graph.evaluate`` is for one state."""
+"""The values of nodes at batches of states, by NumPy; ``Graph.evaluate`` is for one state."""
 
 from __future__ import annotations
 
@@ -36,7 +36,10 @@ _NUMPY: dict[str, Callable[..., Any]] = {
 
 
 def evaluate(graph: Graph, nodes: Sequence[Node], values: Values) -> Floats:
-    """``nodes`` (k,) at a batch of ``values`` {variable: () or what broadcasts}: (k, *batch); nan without a value."""
+    """The values (k, *batch) of ``nodes`` (k,), in SI units; nan where a node has no value.
+
+    ``values`` is {variable: number or array}; all arrays broadcast to the shape of the batch.
+    """
     found: dict[Node, Floats | float] = {}
     with np.errstate(all="ignore"):
         for node in graph.cone(nodes):
@@ -60,5 +63,5 @@ def evaluate(graph: Graph, nodes: Sequence[Node], values: Values) -> Floats:
 
 
 def matrix(graph: Graph, rows: Sequence[Sequence[Node]], values: Values, columns: int) -> Floats:
-    """A matrix of nodes (r, ``columns``) at the state ``values`` (SI units): as numbers, of the same shape."""
+    """The values (r, ``columns``) of a matrix of nodes of this shape at the state ``values`` (SI units)."""
     return evaluate(graph, [entry for row in rows for entry in row], values).reshape(len(rows), columns)

@@ -14,13 +14,16 @@ Point = tuple[int, int]
 
 
 class Circle:
-    """The points of the circle for the angles of a graph: sums, differences, opposites by the addition theorems."""
+    """The points of the circle for the angles of a graph.
+
+    The points of sums, differences and opposites of angles follow from those of the parts by the addition theorems.
+    """
 
     def __init__(self) -> None:
         self.known: dict[Node, Point] = {}
 
     def copy(self) -> Circle:
-        """The same points, for a copy of the graph"""
+        """The same points, for a copy of the graph."""
         other = Circle()
         other.known = self.known.copy()
         return other

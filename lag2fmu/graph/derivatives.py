@@ -1,8 +1,8 @@
 """The derivatives of the operations: one entry an operation that has operands.
 
-A derivative is a function of the graph, the operands and the result, and returns the partial derivatives with respect
-to the operands as nodes. Sources: Abramowitz and Stegun, sections 4.2-4.6; for min and max the mean of both one-sided
-derivatives where the operands are equal.
+A derivative is a function of the graph, the operands and the result. It returns the partial derivatives with respect
+to the operands as nodes. Where the operands of min or max are equal, it is the mean of both one-sided derivatives.
+Source: Abramowitz and Stegun, sections 4.2-4.6.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""SymPy expressions of a record, put on the graph."""
+"""The SymPy expressions of a description, translated to nodes of the graph."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ FUNCTIONS = {
 
 
 def _located(code: int) -> range:
-    """Which operands of an operation say where its kinks are."""
+    """The indices of the operands of the operation ``code`` that say where its kinks are."""
     if code in (LOOKUP, LOOKUP_2):
         return range(2, 3) if code == LOOKUP else range(3, 5)
     return range(KINKS.get(OPERATIONS[code].name, 0))
@@ -102,12 +102,12 @@ class Translator:
         if name is None:
             raise DerivationError(f"'{e}' uses the operation {e.func.__name__}, which the equations cannot be made of")
         arguments = [self(a) for a in (e.args[:1] if name == "heaviside" else e.args)]
-        if name in ("min", "max"):  # of any number of arguments
+        if name in ("min", "max"):  # they take any number of arguments
             return reduce(partial(g.apply, name), arguments)
         return g.apply(name, *arguments)
 
     def _smooth(self, node: Node) -> Node:
-        """``node`` with kinks that may be passed, those of definitions in it included."""
+        """``node`` with all its kinks marked as passed without an event, also the kinks of definitions in it."""
         g = self.graph
         new: dict[Node, Node] = {}
         for below in g.cone([node]):
@@ -131,7 +131,7 @@ class Translator:
         return self.graph.total(self(term) for term in order)
 
     def _core(self, term: sp.Expr) -> sp.Expr:
-        """``term`` without its numerical factor; one object for equal ones, so that SymPy need not compare them."""
+        """``term`` without its numerical factor. Equal results are one object, so that SymPy need not compare them."""
         core = self._cores.get(term)
         if core is None:
             core = term.as_coeff_Mul()[1]

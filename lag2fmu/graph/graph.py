@@ -1,10 +1,11 @@
 """A hash-consed graph of scalar expressions: every distinct subexpression stands once.
 
-What is derived is distinct in value: nodes are compared by a fingerprint, so that sin(x)^2 + cos(x)^2 is the node 1.
-What is written is distinct in its operations, see ``Graph.as_written``: of two formulas of one value the user may have
-chosen the one that rounds less, or that is defined where the other one is not.
+Derived expressions of equal value are one node: nodes are compared by a fingerprint, so that sin(x)^2 + cos(x)^2 is
+the node 1. Expressions that the user wrote are one node only if their operations are equal, see ``Graph.as_written``:
+of two formulas of one value the user may have chosen the one that rounds less, or that is defined where the other one
+is not.
 
-Nodes are integers; a node's operands have smaller numbers, so ascending order is an order of evaluation. Building a
+Nodes are integers. A node's operands have smaller numbers, so ascending order is an order of evaluation. Building a
 node applies cheap local rewrites (neutral elements, signs, constants folded as exact fractions). The same input
 builds the same graph, whatever the hash seed.
 
@@ -44,9 +45,9 @@ __all__ = ["Graph", "Node", "Number"]
 class Graph(Store):
     """The nodes, and how new ones are made.
 
-    An operation first asks whether there is a node of its operands, and if it is derived whether there is one of
-    its value, or of the opposite one, that holds no other groups of variables; rewrites are for what is new. Raises
-    DerivationError where constants, taken together, go beyond the range of doubles.
+    An operation first looks for a node with the same operands. If the operation is derived, it also looks for a node
+    of the same or the opposite value that holds no other groups of variables. Rewrites are tried only if there is
+    none. Raises DerivationError where a combination of constants goes beyond the range of doubles.
     """
 
     def __init__(self) -> None:
@@ -111,7 +112,7 @@ class Graph(Store):
         return self._new(SUBTRACT, (a, b), mark)
 
     def multiply(self, a: Node, b: Node) -> Node:
-        """a * b; constants are gathered in front, signs are pulled out"""
+        """a * b, with constants gathered in front and signs pulled out."""
         if self.code[b] == CONSTANT:
             a, b = b, a
         if self.code[a] == CONSTANT:
@@ -180,9 +181,9 @@ class Graph(Store):
         return self._new(DIVIDE, (a, b), mark)
 
     def power(self, base: Node, exponent: Node) -> Node:
-        """base ** exponent; whole powers by repeated squaring, half ones up to 1 with a square root
+        """base ** exponent: whole powers by repeated squaring, multiples of 1/2 up to 1 with a square root.
 
-        Broken powers above 1 have derivatives that are 0 where the base is 0, see ``operations``. Source: D. Knuth,
+        The derivatives of other powers above 1 are 0 where the base is 0, see ``operations``. Source: D. Knuth,
         The Art of Computer Programming, volume 2, section 4.6.3 (the binary method).
         """
         if not self.is_constant(exponent):
@@ -208,7 +209,7 @@ class Graph(Store):
         return result
 
     def apply(self, name: str, *operands: Node) -> Node:
-        """A function of OPERATIONS by ``name``; of constants, its value (exact for the trivial arguments)"""
+        """The function ``name`` of OPERATIONS of ``operands``; a constant if all operands are constants."""
         code = CODE[name]
         node = self._by_structure.get((code, operands))
         if node is not None:
@@ -219,7 +220,7 @@ class Graph(Store):
             return self.one
         if all(self.is_constant(operand) for operand in operands):
             value = value_of(OPERATIONS[code].value, [float(self.value(o)) for o in operands])
-            if math.isfinite(value):  # else it is left to the checks of numbers, which name the expression
+            if math.isfinite(value):  # else the checks of numbers refuse it, which can name the expression
                 return self.constant(value)
         return self._function(code, operands)
 
@@ -232,9 +233,9 @@ class Graph(Store):
         return self.apply("choice", margin, a, b)
 
     def lookup(self, table: Node, orders: Sequence[Node], arguments: Sequence[Node]) -> Node:
-        """The derivative of ``orders`` of a table at ``arguments``; ``table`` and ``orders`` are constant nodes.
+        """The partial derivative of a table at ``arguments``, with an order in ``orders`` for each argument.
 
-        ``table`` is a number in ``tables``.
+        ``table``, the index in ``tables``, and ``orders`` are constant nodes.
         """
         highest = max(int(self.value(order)) for order in orders)
         if highest > self.tables[int(self.value(table))].degree:
@@ -267,7 +268,7 @@ class Graph(Store):
     # --------------------------------------------------------------------------------------------------- rebuilding
 
     def substitute(self, outputs: Sequence[Node], replacement: Mapping[Node, Node]) -> list[Node]:
-        """``outputs``, (k,) nodes, with nodes replaced {old: new}, rebuilt through the rewrites: (k,) nodes"""
+        """The nodes ``outputs`` (k,) with nodes replaced {old: new}: (k,) nodes, rebuilt by the same rewrites."""
         new: dict[Node, Node] = dict(replacement)
         for node in self.cone(outputs):
             if node not in new:
@@ -275,7 +276,7 @@ class Graph(Store):
         return [new[output] for output in outputs]
 
     def rebuild(self, node: Node, operands: Sequence[Node]) -> Node:
-        """The operation of ``node`` on other ``operands``"""
+        """The operation of ``node`` applied to other ``operands``."""
         code = self.code[node]
         if code in (CONSTANT, SYMBOL):
             return node

@@ -1,7 +1,8 @@
 """Tables of numbers as piecewise polynomials of one or two arguments, with exact derivatives of any order.
 
-Between two knots an interpolant is a polynomial of ``degree`` in the distance from the lower one, of two arguments a
-tensor product. Source: C. de Boor, A Practical Guide to Splines, chapters VII and XVII.
+Between two knots an interpolant of one argument is a polynomial of ``degree`` in the distance from the lower knot. An
+interpolant of two arguments is a tensor product of such polynomials. Source: C. de Boor, A Practical Guide to Splines,
+chapters VII and XVII.
 """
 
 from __future__ import annotations
@@ -18,11 +19,13 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Interpolant:
-    """The table ``name``: ``knots`` of each argument, increasing, and ``coefficients`` of ascending powers.
+    """The table ``name``, in SI units.
 
-    ``coefficients`` are (n - 1, d + 1) for one argument of n knots, (n - 1, m - 1, d + 1, d + 1) for two, in SI units,
-    d being the ``degree``. ``outside`` the knots: "hold" the value at the nearest one, "extrapolate" by the polynomial
-    there, or "error", no value.
+    - ``knots``: one increasing sequence for each argument.
+    - ``coefficients``: of ascending powers, (n - 1, d + 1) for one argument of n knots and ``degree`` d, and
+      (n - 1, m - 1, d + 1, d + 1) for two arguments.
+    - ``outside``: what holds beyond the knots: "hold" (the value at the nearest knot), "extrapolate" (the polynomial of
+      the nearest interval) or "error" (no value).
     """
 
     name: str
@@ -45,15 +48,18 @@ class Interpolant:
         return [knots.tolist() for knots in self.knots], self.coefficients.tolist()
 
     def kinks(self, axis: int = 0) -> Floats:
-        """The knots (k,) of an argument where the slope jumps: of "linear" those inside, of "hold" both ends too."""
+        """The knots (k,) of the argument ``axis`` where the slope jumps.
+
+        These are the inner knots of a linear table, and both ends if the value is held outside.
+        """
         inside = self.knots[axis][1:-1] if self.degree == 1 else np.empty(0)
         ends = self.knots[axis][[0, -1]] if self.outside == "hold" else np.empty(0)
         return np.sort(np.concatenate([inside, ends]))
 
     def __call__(self, orders: Sequence[int], *arguments: ArrayLike) -> Floats:
-        """The derivative of ``orders`` (one for each argument) at ``arguments``, which broadcast; nan without a value.
+        """The partial derivative (*batch) at ``arguments``, which broadcast to (*batch); nan where there is no value.
 
-        Knots belong to the interval above them.
+        ``orders`` has the order of the derivative by each argument. A knot belongs to the interval above it.
         """
         given = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in arguments))
         cells, powers, lost = [], [], np.zeros(given[0].shape, dtype=bool)

@@ -1,4 +1,4 @@
-"""The nodes of an expression graph, for reading: what they need, in which order, and their values."""
+"""Reading an expression graph: which nodes an output needs, in which order, and the values of nodes."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from lag2fmu.graph.interpolants import Floats, Interpolant
 from lag2fmu.graph.operations import ADD, CONSTANT, LOOKUP, LOOKUP_2, MULTIPLY, OPERATIONS, SUBTRACT, SYMBOL
 
 Node = NewType("Node", int)
-"""The number of a node of a graph; it says nothing by itself and nothing in another graph."""
+"""The number of a node; it has a meaning only together with its graph."""
 
 Number = Fraction | float
 
 
 class Nodes:
-    """Four tables by node number: ``code`` of the operation, ``operands``, ``marks`` (fingerprints), and ``leaf``.
+    """The nodes of a graph; a node's operands have smaller numbers than the node itself.
 
-    ``leaf`` has the constants and variables only: {node: value of a constant, name of a symbol}. A node's operands have
-    smaller numbers than the node itself. ``tables`` are those of measured data, to which lookups refer by number.
+    - ``code``, ``operands``, ``marks``: the operation, the operands and the fingerprint of each node, by its number.
+    - ``leaf``: {node: value of a constant or name of a variable}, for constants and variables only.
+    - ``tables``: the tables of measured data, which lookups refer to by index.
     """
 
     def __init__(self) -> None:
@@ -46,7 +47,7 @@ class Nodes:
         return value
 
     def cone(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> list[Node]:
-        """All nodes that ``outputs`` need, ascending; what is below ``given`` nodes is not needed"""
+        """All nodes that ``outputs`` need, ascending; operands of ``given`` nodes are not needed."""
         return sorted(self._reached(outputs, given))
 
     def _reached(self, outputs: Iterable[Node], given: Collection[Node]) -> set[Node]:
@@ -75,7 +76,7 @@ class Nodes:
             stack: list[int] = [output]
             while stack:
                 node = stack.pop()
-                if node < 0:  # the complement of a node whose operands are there
+                if node < 0:  # the bitwise complement marks a node whose operands are in the list already
                     order.append(Node(~node))
                 elif node not in done:
                     done.add(node)
@@ -89,7 +90,10 @@ class Nodes:
         return sum(code[node] > SYMBOL for node in reached.difference(given))
 
     def frontier(self, outputs: Sequence[Node], variables: Collection[Node]) -> list[Node]:
-        """What ``outputs`` need of nodes that do not depend on ``variables``: the operands between both, ascending"""
+        """The nodes that do not depend on ``variables``, but are operands of nodes that do or are ``outputs``.
+
+        They are ascending and without constants.
+        """
         moving = set(variables)
         border: set[Node] = {output for output in outputs if output not in moving}
         for node in self.cone(outputs):
@@ -100,7 +104,7 @@ class Nodes:
         return sorted(node for node in border if node not in moving and not self.is_constant(node))
 
     def looked_up(self, node: Node, arguments: Sequence[ArrayLike]) -> Floats:
-        """The values (*batch) of the lookup ``node`` at ``arguments``, one or two of this shape, in SI units."""
+        """The values (*batch) of the lookup ``node`` at one or two ``arguments`` (*batch), in SI units."""
         table, *rest = self.operands[node]
         orders = [int(self.value(order)) for order in rest[: len(arguments)]]
         return self.tables[int(self.value(table))](orders, *arguments)
@@ -108,7 +112,8 @@ class Nodes:
     def evaluate(self, outputs: Sequence[Node], values: Mapping[str, float]) -> list[float]:
         """The values of ``outputs``, (k,) nodes, in double precision; nan where a function has none.
 
-        ``values`` {variable: SI value} has all that they depend on. For many states at once see ``batches.evaluate``.
+        ``values`` {variable: SI value} has every variable that ``outputs`` depend on. For many states at once see
+        ``batches.evaluate``.
         """
         result: dict[Node, float] = {}
         for node in self.cone(outputs):

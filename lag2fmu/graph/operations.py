@@ -1,10 +1,14 @@
 """The operations of the expression graph: one row an operation, with its value and its spelling in C.
 
-``power_or_zero`` is a broken power above 1 and what its derivatives are made of: where the base rests at 0, as that of
-max(0, -x)**(5/2) does, all of them are 0, not infinity times 0. ``choice`` is its second operand where the first is
-positive, else the third. ``passed`` is its operand: kinks whose margins are made of it are not to be located. A lookup
-has constants in front: the number of its table, and an order of derivatives for each argument. The derivatives stand
-in ``derivatives``.
+Some operations are not those of C:
+
+- ``power_or_zero``: a power above 1 whose exponent is not whole, and the operation of its derivatives. Where the base
+  stays at 0, as in max(0, -x)**(5/2), all derivatives are 0 instead of infinity times 0.
+- ``choice``: the second operand where the first is positive, else the third.
+- ``passed``: its operand, unchanged; kinks whose margins use it are not located.
+- lookups: constants come first, namely the index of the table and the order of the derivative by each argument.
+
+The derivatives of the operations are in ``derivatives``.
 """
 
 from __future__ import annotations
@@ -16,7 +20,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Operation:
-    """``value`` computes with floats, ``arity`` of them; ``c`` is a format of the operands."""
+    """An operation: ``value`` computes it with ``arity`` floats, ``c`` is its format string in C."""
 
     name: str
     arity: int
@@ -81,6 +85,6 @@ CODE = {row.name: code for code, row in enumerate(OPERATIONS)}
 ARITY = tuple(row.arity for row in OPERATIONS)
 CONSTANT, SYMBOL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = range(7)
 KINKS = {"sign": 1, "abs": 1, "heaviside": 1, "min": 2, "max": 2, "choice": 1}
-"""The operations with a kink; {name: how many operands, from the first on, it depends on where the kink is}."""
+"""The operations with a kink: {name: how many of the first operands say where the kink is}."""
 SINE, COSINE, CHOICE = CODE["sin"], CODE["cos"], CODE["choice"]
 LOOKUP, LOOKUP_2 = CODE["lookup"], CODE["lookup_2"]

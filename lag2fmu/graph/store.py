@@ -1,4 +1,4 @@
-"""The nodes of a graph, by what they are made of and by what they are worth.
+"""The nodes of a graph, found by their operation and operands or by their value.
 
 Source: J.-C. Filliatre, S. Conchon, Type-safe modular hash-consing, ML Workshop 2006.
 """
@@ -24,7 +24,7 @@ Same = TypeVar("Same", bound="Store")
 
 
 class Store(Nodes):
-    """The nodes that there are: found again by operation and operands, or by value, and added where there is none."""
+    """The nodes of a graph: a node is found by its operation and operands, or by its value, or else it is added."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -41,19 +41,19 @@ class Store(Nodes):
         self.constant_half: Node = self.constant(Fraction(1, 2))
 
     def copy(self: Same) -> Same:
-        """The same nodes, to go on from in another way; it can grow, also where the original is sealed."""
+        """A copy to which nodes can be added, even if the original is sealed."""
         other = type(self)()
         for name, content in vars(self).items():
             setattr(other, name, content if isinstance(content, int) else content.copy())
         return other
 
     def seal(self) -> None:
-        """From here on a new node is a TypeError: those who need further ones add them to a copy."""
+        """From now on a new node raises TypeError; whoever needs further nodes adds them to a copy."""
         self._by_structure = MappingProxyType(self._by_structure)  # type: ignore[assignment]  # it refuses to be written to
 
     @contextmanager
     def as_written(self) -> Iterator[None]:
-        """What is built in this context has the operations that it is built by, not a formula of equal value"""
+        """A context in which new expressions keep their operations, instead of becoming another node of equal value."""
         before, self._algebra = self._algebra, False
         try:
             yield
@@ -61,7 +61,7 @@ class Store(Nodes):
             self._algebra = before
 
     def adopt(self, copy: Store) -> None:
-        """Take over the nodes of a copy that has gone on"""
+        """Take over the nodes of a ``copy`` that has grown."""
         vars(self).update(vars(copy))
 
     def _new(self, code: int, operands: tuple[Node, ...], mark: int) -> Node:
@@ -75,21 +75,24 @@ class Store(Nodes):
         return node
 
     def _serves(self, code: int, operands: tuple[Node, ...]) -> bool:
-        """Whether a new node may stand for all of its value: what is derived, and written products of what may"""
+        """Whether a new node may stand for all nodes of its value.
+
+        A derived node may; a node as written may if it is a product of nodes that may.
+        """
         if self._algebra:
             return True
         marks, by_mark = self.marks, self._by_mark
         return code not in (ADD, SUBTRACT, DIVIDE) and all(by_mark.get(marks[o]) == o for o in operands)
 
     def _support(self, operands: Iterable[Node]) -> int:
-        """The groups of variables that ``operands`` hold, a bit for each"""
+        """The groups of variables that ``operands`` hold, one bit for each group."""
         support = 0
         for operand in operands:
             support |= self._supports[operand]
         return support
 
     def _known(self, code: int, operands: tuple[Node, ...], mark: int) -> Node | None:
-        """The node of this operation; of what is derived also one of its value"""
+        """The node of this operation on ``operands``; for a derived expression also a node of equal value."""
         node = self._by_structure.get((code, operands))
         return self._equal(operands, mark) if node is None and self._algebra else node
 
@@ -127,7 +130,7 @@ class Store(Nodes):
         return node
 
     def symbol(self, name: str, group: str | None = None) -> Node:
-        """The node of the variable ``name``; those of one ``group`` are given together, wherever one of them is."""
+        """The node of the variable ``name``; where one variable of a ``group`` is known, all of the group are known."""
         node = self._leaves.get(name)
         if node is None:
             node = self._leaves[name] = self._new(SYMBOL, (), random_mark("symbol", name))

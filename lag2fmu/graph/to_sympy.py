@@ -1,7 +1,7 @@
 """From nodes of the graph back to SymPy expressions, as one would write them on paper.
 
-The graph shares subexpressions; a reader wants them written out. Hence expressions are multiplied out and products of
-sines and cosines are taken together by the addition theorems; nothing else is simplified.
+The graph shares subexpressions, but a reader wants them written out. Therefore expressions are multiplied out, and
+products of sines and cosines are combined by the addition theorems. Nothing else is simplified.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def written_operations(graph: Graph, nodes: Iterable[Node]) -> int:
 
 
 def written(graph: Graph, nodes: Sequence[Node]) -> list[sp.Expr]:
-    """``nodes``, (k,), as SymPy expressions in symbols that are real; what stands in functions is tidied."""
+    """``nodes`` (k,) as SymPy expressions in real symbols; the arguments of functions are tidied, see ``tidy``."""
     found: dict[Node, sp.Expr] = {}
     for node in graph.cone(nodes):
         code = graph.code[node]
@@ -54,7 +54,7 @@ def written(graph: Graph, nodes: Sequence[Node]) -> list[sp.Expr]:
             found[node] = _call(graph, node, found)
         else:
             operands = [found[o] for o in graph.operands[node]]
-            if code > NEGATE:  # what stands below a root or in a function is not reached by tidying the whole
+            if code > NEGATE:  # tidying the whole does not reach into the arguments of roots and functions
                 operands = [tidy(operand) for operand in operands]
             found[node] = _SYMPY[OPERATIONS[code].name](*operands)
     return [found[node] for node in nodes]
@@ -70,7 +70,7 @@ def _call(graph: Graph, node: Node, found: Mapping[Node, sp.Expr]) -> sp.Expr:
 
 
 def tidy(expression: sp.Expr) -> sp.Expr:
-    """``expression`` multiplied out, with sin a sin b + cos a cos b and the like taken together.
+    """``expression`` multiplied out, with sums such as sin a sin b + cos a cos b combined to one cosine or sine.
 
     Source: Abramowitz, Stegun, formulas 4.3.16 and 4.3.17.
     """
@@ -84,7 +84,7 @@ def tidy(expression: sp.Expr) -> sp.Expr:
 
 
 def _addition_theorem(terms: Mapping[sp.Expr, sp.Expr]) -> tuple[sp.Expr, sp.Expr, sp.Expr] | None:
-    """Two of ``terms`` {product: coefficient} and what both are together by an addition theorem; None without such two.
+    """Two of ``terms`` {product: coefficient} and their sum by an addition theorem; None if no two terms fit.
 
     cos(a - b) = cos a cos b + sin a sin b, sin(a + b) = sin a cos b + cos a sin b; Abramowitz and Stegun, 4.3.16-17.
     """
@@ -108,7 +108,7 @@ def _addition_theorem(terms: Mapping[sp.Expr, sp.Expr]) -> tuple[sp.Expr, sp.Exp
 
 
 def _circular_factors(core: sp.Expr) -> list[sp.Expr]:
-    """The sines and cosines that ``core`` is a product of, squares twice."""
+    """The sines and cosines in the product ``core``; a square counts as two factors."""
     found: list[sp.Expr] = []
     for factor in sp.Mul.make_args(core):
         base, exponent = factor.as_base_exp()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from lag2fmu.graph.graph import Graph, Node
 
 Vector = tuple[Node, ...]
-"""(3,) nodes, or as many as the positions of a mechanism have entries."""
+"""The nodes (d,) of a vector; d is 3, or 2 for the positions of a planar mechanism."""
 
 
 def plus(g: Graph, a: Vector, b: Vector) -> Vector:
@@ -32,7 +32,7 @@ def cross(g: Graph, a: Vector, b: Vector) -> Vector:
 
 
 def apply(g: Graph, matrix: Sequence[Vector], a: Vector) -> Vector:
-    """matrix a, the matrix (k, d) by rows: (k,)"""
+    """The product (k,) of a ``matrix`` (k, d), given by rows, and a vector ``a`` (d,)."""
     return tuple(g.dot(row, a) for row in matrix)
 
 
@@ -44,10 +44,11 @@ class Turn:
     angle: Node
 
     def turn(self, g: Graph, a: Vector, back: bool = False) -> Vector:
-        """R a, from the turned axes to the old ones; with ``back`` R^T a, from the old axes to the turned ones.
+        """R a (3,), from the turned axes to the old ones; with ``back`` R^T a, from the old axes to the turned ones.
 
-        Rodrigues' formula, R a = a cos + n x a sin + n (n.a)(1 - cos) for the axis n; about a coordinate axis a plane
-        rotation. ``a`` is (3,). Source: Goldstein, Classical Mechanics, section 4.7 (finite rotations).
+        ``a`` is (3,). Rodrigues' formula is R a = a cos + n x a sin + n (n.a)(1 - cos) for the axis n; about a
+        coordinate axis it becomes a plane rotation. Source: Goldstein, Classical Mechanics, section 4.7 (finite
+        rotations).
         """
         sine, cosine = g.apply("sin", self.angle), g.apply("cos", self.angle)
         sine = g.negate(sine) if back else sine
@@ -63,7 +64,10 @@ class Turn:
         return plus(g, in_plane, times(g, along, self.axis))
 
     def angular_velocity(self, g: Graph, rate: Node) -> Vector:
-        """The angular velocity (3,) of the turned axes against the old ones, the same in both; ``rate`` in rad/s."""
+        """The angular velocity (3,) in rad/s of the turned axes relative to the old ones, for a ``rate`` in rad/s.
+
+        Its components are the same in both systems of axes.
+        """
         return times(g, rate, self.axis)
 
     def quaternion(self, g: Graph) -> Vector:
@@ -84,7 +88,7 @@ def turn_by_quaternion(g: Graph, e: Vector, a: Vector, back: bool = False) -> Ve
 
 
 def quaternion_product(g: Graph, a: Vector, b: Vector) -> Vector:
-    """The product a b of quaternions (4,), scalar first, by Hamilton's rule: first the rotation b, then a"""
+    """The product a b (4,) of quaternions (4,), scalar first: the rotation b followed by the rotation a."""
     scalar = g.subtract(g.multiply(a[0], b[0]), g.dot(a[1:], b[1:]))
     vector = plus(g, times(g, a[0], b[1:]), times(g, b[0], a[1:]))
     return (scalar, *plus(g, vector, cross(g, a[1:], b[1:])))

@@ -1,4 +1,4 @@
-"""Conditions: trees of ``Choice`` whose leaves are 1 and 0, and expressions that are put in the place of the leaves."""
+"""Conditions: trees of ``Choice`` whose leaves are 1 and 0, and the expressions that replace these leaves."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import sympy as sp
 from lag2fmu.language.vocabulary import Choice
 
 MAX_CHOICES, MAX_WRITTEN = 30, 5_000
-"""How deep choices may be nested, and how many nodes an expression with a condition may have when written out."""
+"""How deep choices may be nested, and how many nodes a written-out expression with a condition may have."""
 
 
 def is_condition(value: sp.Expr) -> bool:
-    """Whether ``value`` is 1 or 0 always, as a comparison."""
+    """Whether ``value`` is always 1 or 0, as a comparison is."""
     return value in (0, 1) or (isinstance(value, Choice) and value.is_condition)
 
 
@@ -24,13 +24,13 @@ def put(condition: sp.Expr, a: sp.Expr, b: sp.Expr) -> sp.Expr:
 
 
 def is_writable(expression: sp.Expr) -> bool:
-    """Whether ``expression`` is within the bounds when it is written out, so that its text can be read."""
+    """Whether ``expression``, written out, is within the bounds that the parser sets."""
     nodes, nested = _extent(expression, {})
     return nodes <= MAX_WRITTEN and nested <= MAX_CHOICES
 
 
 def _extent(expression: sp.Expr, memory: dict[sp.Expr, tuple[int, int]]) -> tuple[int, int]:
-    """The number of nodes of ``expression`` when it is written out, and how deep its choices are nested."""
+    """(number of nodes of ``expression`` when it is written out, depth of its nested choices)."""
     if expression not in memory:
         found = [_extent(part, memory) for part in expression.args]
         nodes, nested = 1 + sum(n for n, _ in found), max((d for _, d in found), default=0)

@@ -1,8 +1,8 @@
-"""Definitions written out, without growing: a long one stays a function of its symbols that knows its meaning.
+"""Definitions written out without exponential growth: a long definition stays a call that knows its meaning.
 
-Where each of k definitions uses the one before twice, writing all of them out takes 2**k operations. A definition that
-is long or deep therefore becomes a call of ``Defined``. SymPy differentiates it by the chain rule: a derivative is a
-call of another function, whose meaning is short again.
+If each of k definitions uses the one before twice, writing all of them out takes 2**k operations. A definition that is
+long or deep therefore becomes a call of ``Defined``. SymPy differentiates the call by the chain rule: its derivative is
+a call of another function, whose meaning is short again.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from sympy.printing.str import StrPrinter
 from lag2fmu.language.vocabulary import Own, symbol, value_of
 
 LONG = 400
-"""A definition with more symbols, numbers and operations than this, all others written out, is a call."""
+"""A definition with more symbols, numbers and operations than this becomes a call."""
 DEEP = 40
-"""A definition with a deeper tree than this, all others written out, is a call: SymPy walks trees by recursion."""
+"""A definition with a deeper tree than this becomes a call, because SymPy walks trees by recursion."""
 
 _NUMBERS = count()
 
@@ -42,7 +42,7 @@ class Defined(Own):
 
     @property
     def meaning(self) -> sp.Expr:
-        """What the call stands for, with calls of other definitions in it."""
+        """The expression that the call stands for; it may contain calls of other definitions."""
         if self.args == self.parameters:
             return self.body
         return self.body.xreplace(dict(zip(self.parameters, self.args, strict=True)))
@@ -50,7 +50,7 @@ class Defined(Own):
     def fdiff(self, argindex: int = 1) -> sp.Expr:
         """The partial derivative by the argument ``argindex``, from 1 on."""
         k = argindex - 1
-        if k not in self._partial:  # from the innermost on, so that none waits for a long chain of others
+        if k not in self._partial:  # from the innermost definition on, so that the recursion stays shallow
             for call in calls([self.body]):
                 for inner, argument in enumerate(call.args):
                     if self.parameters[k] in argument.free_symbols:
@@ -59,7 +59,7 @@ class Defined(Own):
 
     @classmethod
     def partial(cls, k: int) -> sp.Expr:
-        """The derivative of the body by the parameter ``k``, from 0 on: a call, or what is as short as that."""
+        """The derivative of the body by the parameter ``k`` (from 0 on): a call, or an expression as short as one."""
         if k not in cls._partial:
             derivative = cls.body.diff(cls.parameters[k])
             simple = not derivative.args or isinstance(derivative, Defined)
@@ -67,7 +67,7 @@ class Defined(Own):
         return cls._partial[k]
 
     def value(self, values: Mapping[str, float]) -> float:
-        """Its value, each definition evaluated once."""
+        """The value of the call at ``values`` {symbol: SI value}; each definition is evaluated once."""
         steps, (last,) = separated([self])
         known = dict(values)
         for name, meaning in steps:
@@ -97,7 +97,7 @@ def define(name: str, body: sp.Expr, by: tuple[sp.Symbol, ...] = ()) -> Defined:
     """The call that stands for ``body``, the meaning of the definition ``name`` or of its derivative ``by`` symbols."""
     parameters = tuple(sorted(body.free_symbols, key=lambda s: s.name))
     members = {"definition": name, "by": by, "parameters": parameters, "body": body, "_partial": {}}
-    # printers and SymPy's order go by names: it is that of no other function
+    # SymPy prints and sorts functions by their names, so no other function may have this name
     made = type(f"definition {next(_NUMBERS)}", (Defined,), {**members, "nargs": (len(parameters),)})
     call: Defined = made(*parameters)
     return call
@@ -120,7 +120,7 @@ def written_out(definitions: Mapping[str, sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
 
 
 def _extent(expression: sp.Expr, known: Mapping[sp.Expr, tuple[int, int]]) -> tuple[int, int]:
-    """Length and depth of ``expression``, its symbols having those that are ``known``."""
+    """(length, depth) of ``expression``; ``known`` has those of its symbols."""
     if not expression.args:
         return known.get(expression, (1, 1))
     below = [_extent(a, known) for a in expression.args]
@@ -128,7 +128,7 @@ def _extent(expression: sp.Expr, known: Mapping[sp.Expr, tuple[int, int]]) -> tu
 
 
 def calls(expressions: Iterable[sp.Expr]) -> list[Defined]:
-    """All definitions that stand as calls in ``expressions`` and in what these mean, each after those it uses."""
+    """All calls of definitions in ``expressions`` and in their meanings; each comes after those it uses."""
     waiting, done = _own_calls(expressions)[::-1], dict[Defined, None]()
     opened: set[Defined] = set()
     while waiting:
@@ -149,9 +149,9 @@ def _own_calls(expressions: Iterable[sp.Expr]) -> list[Defined]:
 def separated(
     expressions: Sequence[sp.Expr], prefix: str = "definition "
 ) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[sp.Expr]]:
-    """``expressions`` with a symbol for each call of a definition, and before them (symbol, meaning) in an order.
+    """Replaces each call of a definition in ``expressions`` by a symbol; returns ([(symbol, meaning)], expressions).
 
-    The symbols are called ``prefix`` and a number. Each meaning uses symbols that stand before it.
+    A symbol is called ``prefix`` and a number. Each meaning uses only symbols that come before it in the list.
     """
     named: dict[sp.Expr, sp.Expr] = {}
     steps: list[tuple[sp.Symbol, sp.Expr]] = []

@@ -1,7 +1,7 @@
 """Dimensions of expressions, inferred from the units of the names in them.
 
-A dimension is a tuple of the exponents of kg, m, s, A, K, mol, cd (fractions under roots); None is unknown. Unknown
-dimensions are let pass: only what is known can mismatch. The radian counts as 1.
+A dimension is a tuple of the exponents of kg, m, s, A, K, mol, cd; exponents are fractions under roots. None stands
+for an unknown dimension, which matches every other. The radian counts as 1.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ _SAME = (sp.Min, sp.Max, sp.Abs, Smooth)
 
 
 def dimension(exponents: Exponents) -> Dimension:
-    """The dimension of a unit with ``exponents`` (of BASE_UNITS)."""
+    """The dimension of a unit with the ``exponents`` of BASE_UNITS."""
     return tuple(Fraction(e) for e in exponents[: len(ONE)])
 
 
 def describe(d: Dimension) -> str:
-    """``d`` as a unit name, e.g. ``N.m``-like text for a message."""
+    """The dimension ``d`` as the name of a unit such as ``N.m``, for messages."""
     return si_name((*(int(e) if e.denominator == 1 else e for e in d), 0)) or "1"
 
 
@@ -72,7 +72,7 @@ class DimensionOf:
         return ONE if isinstance(e, (sp.sign, sp.Heaviside)) else self._of_function(e, argument)
 
     def _of_function(self, e: sp.Expr, argument: Dimension | None) -> Dimension:
-        """That of a function of a pure number; raises UnitError for another ``argument``."""
+        """The dimension of a function of a pure number; raises UnitError for an ``argument`` with a dimension."""
         if argument not in (None, ONE):
             raise UnitError(
                 f"the argument of '{to_text(e)}' has the dimension {describe(argument)}; "
@@ -104,7 +104,7 @@ class DimensionOf:
         return tuple(b * Fraction(int(e.exp.p), int(e.exp.q)) for b in base)
 
     def _common(self, terms: tuple[sp.Expr, ...]) -> Dimension | None:
-        """The one dimension of all ``terms`` of a sum; zero fits everywhere."""
+        """The one dimension of all ``terms`` of a sum; the number 0 fits every dimension."""
         found: tuple[sp.Expr, Dimension] | None = None
         unknown = False
         for a in terms:
@@ -119,7 +119,7 @@ class DimensionOf:
 
 
 def _not_alike(term: sp.Expr, d: Dimension, other: sp.Expr, its: Dimension) -> str:
-    """Why two terms have no sum, and what to do about a plain number."""
+    """The message that two terms cannot be added, with the remedy where one of them is a plain number."""
     remedy = "; a number has no unit: make it a parameter that has one" if term.is_number or other.is_number else ""
     sides = f"'{_typed(term)}' is in {describe(d)} but '{_typed(other)}' is in {describe(its)}"
     return f"{sides}; they cannot be added{remedy}"

@@ -1,6 +1,6 @@
-"""What a name may look like, and which one a misspelt name may mean.
+"""The rules for names, and suggestions for misspelt ones.
 
-SymPy is not imported, so that a start file is written at once.
+This module does without SymPy, so that ``new`` writes a start file without delay.
 """
 
 from __future__ import annotations
@@ -14,11 +14,14 @@ from lag2fmu.errors import MechanismError
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 MAX_NAME = 128
 SCHEMA_NAME = "mechanism.schema.json"
-"""The file of the schema, beside a text whose first line names it."""
+"""The name of the schema's file, which stands beside a model; the model's first line names it."""
 
 
 def check_identifier(name: object, where: str) -> None:
-    """Raise MechanismError, its message starting with ``where``, unless ``name`` is a letter or _, then digits too."""
+    """Raise MechanismError, with a message that starts with ``where``, unless ``name`` is an identifier.
+
+    An identifier is a letter or underscore, followed by letters, underscores and digits.
+    """
     if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or len(name) > MAX_NAME:
         raise MechanismError(
             f"{where}: {str(name)[:60]!r} is no name; use letters, digits and underscores, not starting with a digit"
@@ -26,7 +29,7 @@ def check_identifier(name: object, where: str) -> None:
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """The remedy for an unknown ``word``: the names in ``known`` that are near to it, or else what is known."""
+    """The remedy for an unknown ``word``: similar names in ``known``, or else all of ``known``."""
     known = list(known)
     near = get_close_matches(word[:MAX_NAME], known, n=2)
     if near:

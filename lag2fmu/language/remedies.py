@@ -1,4 +1,4 @@
-"""What to write instead of a text that is no expression, for the messages of the parser."""
+"""Remedies in the messages of the parser: how to correct a text that is no expression."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _CHARACTERS = {
 
 
 def of_character(character: str) -> str:
-    """What to write instead of a ``character`` that stands in no expression; '' if nothing is known."""
+    """The remedy for a ``character`` that no expression contains; '' if none is known."""
     letter = character.isalpha() and not character.isascii()
     return _CHARACTERS.get(character, "names are of the letters A to Z, a to z, digits and _" if letter else "")
 
 
 def of_rest(kind: str, token: str, before: str) -> str:
-    """What is missing where ``token`` follows a complete expression, ``before`` being the text up to there."""
+    """The remedy for a ``token`` that follows a complete expression; ``before`` is the text in front of the token."""
     behind_number = before[-1:].isdigit() or before.endswith(".")
     if token == "," and behind_number:
         return "the decimal sign is '.'"
@@ -36,13 +36,13 @@ def of_rest(kind: str, token: str, before: str) -> str:
 
 
 def of_call(name: str, functions: Iterable[str]) -> str:
-    """What to write instead of a call of ``name``, which is none of the ``functions``."""
+    """The remedy for a call of ``name``, which is none of the ``functions``."""
     remedy = suggestion(name, functions)
     return f"{remedy}; a product is written {name}*(...)" if remedy.startswith("known") else remedy
 
 
 def of_name(name: str, tables: Collection[str], is_function: bool) -> tuple[str, str]:
-    """What is wrong with a ``name`` without brackets behind it that means nothing, and what to write instead."""
+    """(message, remedy) for an unknown ``name`` that is not followed by parentheses."""
     if not is_function:
         return f"unknown name '{name}'", ""
     what = f"the table '{name}'" if name in tables else f"the function '{name}'"

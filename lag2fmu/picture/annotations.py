@@ -1,4 +1,4 @@
-"""What is written into the picture beside the mechanism: coordinates, axes, gravity, constraints."""
+"""Annotations of the picture: coordinates, axes, gravity, constraints."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from lag2fmu.picture.layout import BOX, Layout
 from lag2fmu.picture.scene import Canvas, bounds
 
 _ARCS, _TRIADS, _NAMED, _LETTERS = 8, 8, 8, 9
-"""Hinges with an arrow, frames with axes, constraints with a name, letters of gravity, at most."""
+"""The largest numbers of hinges with an arrow, frames with axes, constraints with a name, and letters of gravity."""
 _MOVING = 12
-"""Coordinates and motions with a name, at most."""
+"""The largest number of coordinates and motions with a name."""
 _SEEN = 0.15
-"""How long a unit vector has to look for an arrow."""
+"""A unit vector gets an arrow if its image is at least so long."""
 
 
 def annotate(canvas: Canvas, layout: Layout) -> None:
-    """All of them; last, what stands beside the rest."""
+    """Draw all annotations; the world's axes and gravity come last, because they stand beside everything else."""
     _coordinates(canvas, layout)
     _frames(canvas, layout)
     _beside(canvas, layout)
@@ -31,7 +31,7 @@ def annotate(canvas: Canvas, layout: Layout) -> None:
 
 
 def _coordinates(canvas: Canvas, layout: Layout) -> None:
-    """Names at the hinges and arrows along the rails, also of prescribed motions."""
+    """Names at the hinges and arrows along the rails, for coordinates and prescribed motions."""
     s, m = layout.skeleton, layout.mechanism
     names = {c.name for c in m.coordinates} | {*m.driven}
     if len(names) > _MOVING:
@@ -53,7 +53,7 @@ def _coordinates(canvas: Canvas, layout: Layout) -> None:
 
 
 def _turning(canvas: Canvas, layout: Layout, spot: int, group: Sequence[str], arrow: bool) -> None:
-    """The coordinates that turn something about one spot."""
+    """The names of the coordinates ``group`` that turn something about one ``spot``."""
     part, text, place, away = f"coordinates.{group[0]}", pretty(", ".join(group)), layout.at_start[spot], 1.5
     if arrow:
         lines = glyphs.arc(place, 9.5 if layout.half(spot) else 5.0, *_swing(layout, spot))
@@ -63,7 +63,7 @@ def _turning(canvas: Canvas, layout: Layout, spot: int, group: Sequence[str], ar
 
 
 def _swing(layout: Layout, spot: int) -> tuple[float, float]:
-    """The angles (rad) between which the arrow about a hinge runs: beside the link that turns there."""
+    """The angles (rad) between which the arrow about a hinge runs, beside the link that turns about it."""
     for link in layout.skeleton.links:
         if link.ends[0] == spot:
             along = layout.at_start[link.ends[1]] - layout.at_start[spot]
@@ -73,7 +73,7 @@ def _swing(layout: Layout, spot: int) -> tuple[float, float]:
 
 
 def _sliding(canvas: Canvas, layout: Layout, spot: int, name: str) -> None:
-    """An arrow beside what a coordinate, or a motion, shifts."""
+    """An arrow beside the place that a coordinate or a motion shifts."""
     round_ = layout.half(spot) if layout.falls(spot) else layout.radius(spot)
     beside, forward = max(BOX[1], round_) + 3.0, _forward(layout, spot, name)
     across = layout.across(spot) if spot in layout.rails else np.array([-forward[1], forward[0]])
@@ -111,7 +111,7 @@ def _frames(canvas: Canvas, layout: Layout) -> None:
 
 
 def _axes(canvas: Canvas, layout: Layout, part: str, origin: Floats, axes: Floats, size: float = 5.0) -> list[Floats]:
-    """Arrows along the ``axes`` (3, 3), its rows, as far as they are seen; returns their tips, (2,) each."""
+    """Draws arrows along the rows of ``axes`` (3, 3), as far as they can be seen; returns their tips, (2,) each."""
     tips = [origin + size * layout.view.flat(axis) for axis in axes]
     for tip in tips:
         if float(np.linalg.norm(tip - origin)) > _SEEN * size:
@@ -136,7 +136,7 @@ def _beside(canvas: Canvas, layout: Layout) -> None:
 
 
 def _constraints(canvas: Canvas, layout: Layout) -> None:
-    """Their names, below."""
+    """The names of the constraints, below the picture."""
     names = [c.name for c in layout.mechanism.constraints]
     if names:
         rest = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""

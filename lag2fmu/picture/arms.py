@@ -1,8 +1,8 @@
-"""What a written position tells of the links that carry it: a sum of arms, one at the end of the other.
+"""The links that carry a place, read from its position: a sum of arms, one at the end of the other.
 
 A transformation equation as textbooks write it, r = (x + l sin(a), -l cos(a)), is a constant, plus a shift along
-coordinates, plus arms that turn by their angles. The sums of the first parts are joints. Nothing is known beside the
-expression: it is a reading for pictures, which no equation depends on.
+coordinates, plus arms that turn by their angles. Each partial sum, from the origin outwards, is a joint. The expression
+alone is interpreted, for pictures only: no equation depends on it.
 """
 
 from __future__ import annotations
@@ -19,10 +19,12 @@ CONSTANT, SHIFT, ARM = "constant", "shift", "arm"
 
 @dataclass(frozen=True)
 class Step:
-    """A part of a position: from ``start`` to ``end``, both (2,) or (3,) in m; ``names``, in order, move it.
+    """A part of a position, from ``start`` to ``end``, both (2,) or (3,) in m.
 
-    ``kind``: CONSTANT, SHIFT (free of angles) or ARM. ``angles`` are the arguments of an arm's sines and cosines,
-    ``lengths`` the names in it beside those in its angles.
+    - ``kind``: CONSTANT, SHIFT (free of angles) or ARM.
+    - ``names``: the coordinates and motions that move it, in order.
+    - ``angles``: the arguments of an arm's sines and cosines.
+    - ``lengths``: the other names in an arm.
     """
 
     kind: str
@@ -83,9 +85,9 @@ def _moving(expression: sp.Expr, order: Mapping[str, int]) -> set[str]:
 
 
 def _angles(term: sp.Expr, order: Mapping[str, int]) -> frozenset[sp.Expr]:
-    """The arguments of the functions in ``term`` that move, without constants in them.
+    """The moving arguments of the functions in ``term``, without the constants in them.
 
-    A sign aside, which a sine's argument may have lost.
+    Arguments of opposite sign count as the same, because sin(-x) is written -sin(x).
     """
     moving = (f.args[0] for f in term.atoms(sp.Function) if _moving(f.args[0], order))
     turns = (sp.Add(*(x for x in sp.Add.make_args(sp.expand_mul(a)) if _moving(x, order))) for a in moving)
@@ -95,7 +97,7 @@ def _angles(term: sp.Expr, order: Mapping[str, int]) -> frozenset[sp.Expr]:
 def _joined(
     groups: dict[frozenset[sp.Expr], list[list[sp.Expr]]], angles: frozenset[sp.Expr], size: int
 ) -> list[list[sp.Expr]]:
-    """The entries of the arm that ``angles`` belong to; arms that they have in common become one."""
+    """The entries of the arm that turns by ``angles``; arms that share an angle with it are joined to it."""
     whole, entries = angles, [[sp.S.Zero] for _ in range(size)]
     for key in [key for key in groups if key & angles]:
         whole |= key
@@ -105,6 +107,6 @@ def _joined(
 
 
 def _rank(angles: frozenset[sp.Expr], order: Mapping[str, int]) -> tuple[int, int, str]:
-    """By the newest coordinate in the angles, those with fewer first."""
+    """The key by which arms are sorted: by the newest coordinate in their ``angles``, then by how many there are."""
     names = {name for angle in angles for name in _moving(angle, order)}
     return max(order[name] for name in names), len(names), str(sorted(map(str, angles)))

@@ -1,7 +1,7 @@
-"""Where springs and dampers act that are written as an elongation or a rate, found from their derivatives by q.
+"""The places where springs and dampers act, found from the derivatives of their elongations or rates by q.
 
-An elongation e(q) of a spring along an axis d between the places A and B has de/dq = d.(drB/dq - drA/dq); where A is
-at rest it is a wall. One that turns has de/dq = +-1 for an angle: a torsion spring at that hinge.
+A spring along an axis d between the places A and B has an elongation e(q) with de/dq = d.(drB/dq - drA/dq). If A is at
+rest, it is a wall. A torsion spring has de/dq = +-1 for an angle, and acts at the hinge of that angle.
 """
 
 from __future__ import annotations
@@ -21,9 +21,11 @@ _NEAR = 1e-9
 
 @dataclass(frozen=True)
 class Attachment:
-    """Spring or damper ``part`` between spots; ``wall``: the second end is a wall in the direction (3,) ``along``.
+    """The place of the spring or damper ``part``, between two spots.
 
-    ``share``: the first end is that far along the link from the first spot (1: at its end). ``hinge``: it turns there.
+    - ``wall``: the second end is a wall, in the direction ``along`` (3,).
+    - ``share``: how far along the link from the first spot the first end is, from 0 to 1 at the link's end.
+    - ``hinge``: the part is a torsion spring or damper at this place.
     """
 
     part: Spring | Damper
@@ -35,7 +37,7 @@ class Attachment:
 
 
 def attach(skeleton: Skeleton, part: Spring | Damper, places: dict[int, Floats]) -> Attachment | None:
-    """Where ``part`` acts, ``places`` being those of ``slopes_of_places``; None if that cannot be told."""
+    """The place where ``part`` acts, None if it cannot be found; ``places`` are the result of ``slopes_of_places``."""
     if part.between is not None:
         a, b = (skeleton.place[str(end)] for end in part.between)
         return Attachment(part, (a, b))
@@ -52,7 +54,10 @@ def attach(skeleton: Skeleton, part: Spring | Damper, places: dict[int, Floats])
 
 
 def slopes_of_places(skeleton: Skeleton) -> dict[int, Floats]:
-    """{spot of a body, point or joint: (3, n, samples)}, bodies first; those without a slope left out."""
+    """{spot of a body, point or joint: the derivatives of its position by q, (3, n, samples)}, bodies first.
+
+    Spots without finite derivatives are left out.
+    """
     numbers = [*skeleton.place.values(), *(i for link in skeleton.links for i in link.ends)]
     return {i: skeleton.spot_slopes[i] for i in dict.fromkeys(numbers) if np.isfinite(skeleton.spot_slopes[i]).all()}
 
@@ -75,7 +80,7 @@ def _between(part: Spring | Damper, slope: Floats, places: dict[int, Floats]) ->
 
 
 def _at_link(part: Spring | Damper, slope: Floats, skeleton: Skeleton, places: dict[int, Floats]) -> Attachment | None:
-    """A wall that holds a point of a link, or of its continuation."""
+    """The attachment between a wall and a point of a link or of its continuation."""
     for link in skeleton.links:
         if not set(link.ends) <= places.keys():
             continue
@@ -110,7 +115,7 @@ def _unit(axis: int, sign: float) -> tuple[float, float, float]:
 
 
 def attachments(skeleton: Skeleton) -> Iterator[tuple[Spring | Damper, Attachment | None]]:
-    """Every spring and damper with its place, without those that contacts bring."""
+    """Every spring and damper with its place, but for those of compliant contacts."""
     m = skeleton.mechanism
     dampers = [d for d in m.dampers if not m.origins.get(f"dampers.{d.name}", "").startswith("contacts.")]
     parts: tuple[Spring | Damper, ...] = (*m.springs, *dampers)
@@ -121,7 +126,7 @@ def attachments(skeleton: Skeleton) -> Iterator[tuple[Spring | Damper, Attachmen
 
 
 def ropes(skeleton: Skeleton) -> Iterator[tuple[str, tuple[int, int]]]:
-    """(part, spots) of contacts whose gap is a length less the distance of two places: ropes that can be slack."""
+    """(part, spots) of ropes that can be slack: contacts whose gap is a length minus the distance of two places."""
     unilaterals = skeleton.mechanism.unilaterals if skeleton.reads else ()
     gaps = [(u.where, skeleton.slopes([skeleton.put(u.gap)])[0]) for u in unilaterals]
     places = slopes_of_places(skeleton) if gaps else {}

@@ -1,4 +1,4 @@
-"""The mechanism drawn on a canvas: ground, links, bodies, points, and with forces and annotations the whole scene."""
+"""The mechanism drawn on a canvas: ground, links, bodies and points; with forces and annotations, the whole scene."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from lag2fmu.picture.shapes import BALL, DISC, PARTICLE, ROD, Shape
 from lag2fmu.picture.walls import draw_walls
 
 _NAMED = 8
-"""Bodies beyond which their names are left out; points likewise."""
+"""If there are more bodies than this, their names are left out. The same holds for the points."""
 
 
 def draw(layout: Layout) -> Scene:
@@ -32,7 +32,7 @@ def draw(layout: Layout) -> Scene:
 
 
 def posture(layout: Layout, values: Values) -> tuple[Stroke | Disc, ...]:
-    """Links and bodies alone at another state, to be drawn over the scene."""
+    """Links and bodies alone at the state ``values``, to be drawn over the scene."""
     positions = layout.skeleton.positions(values)
     canvas, flat = Canvas(), layout.at(positions)
     _links(canvas, layout, flat)
@@ -41,12 +41,12 @@ def posture(layout: Layout, values: Values) -> tuple[Stroke | Disc, ...]:
 
 
 def frame(layout: Layout, values: Mapping[str, float]) -> tuple[Stroke | Disc, ...]:
-    """The whole scene but for what is written, at another state, back to front: a picture of an animation."""
+    """The whole scene without text at the state ``values``, back to front: one picture of an animation."""
     return tuple(_things(layout, layout.moved(values)).marks)
 
 
 def _things(start: Layout, layout: Layout) -> Canvas:
-    """What is there: ropes, ground and walls as at the ``start``, links, bodies, points, springs and loads."""
+    """All things without text: ropes, ground and walls as at the ``start``; links, bodies, points, springs, loads."""
     canvas, flat = Canvas(), layout.at_start
     if layout.pulley is not None:
         canvas.notes.append("Ropes and pulleys are drawn as the bodies move; they have no mass.")
@@ -65,7 +65,7 @@ def _things(start: Layout, layout: Layout) -> Canvas:
 
 
 def _grounds(canvas: Canvas, layout: Layout) -> None:
-    """A support where a link or a spring ends that does not move, a cross where something only refers to, rails."""
+    """Supports at fixed ends of links and springs, crosses at places that are only referred to, and rails."""
     s, flat = layout.skeleton, layout.at_start
     pivots, crosses = supports(layout)
     for i in pivots:
@@ -77,7 +77,7 @@ def _grounds(canvas: Canvas, layout: Layout) -> None:
 
 
 def _rail(canvas: Canvas, layout: Layout, coordinate: str, spot: int) -> None:
-    """The ground under what slides or rolls."""
+    """The ground under a body that slides or rolls."""
     rail = rail_of(layout, spot)
     if rail is not None:
         middle, along, reach = rail
@@ -86,7 +86,7 @@ def _rail(canvas: Canvas, layout: Layout, coordinate: str, spot: int) -> None:
 
 
 def _links(canvas: Canvas, layout: Layout, flat: Floats) -> None:
-    """Every link once; a spring between its ends takes its place."""
+    """Every link once, but for those that a spring or damper between the same ends replaces."""
     seen: set[tuple[tuple[float, float], ...]] = set()
     sprung = [set(a.ends) for _, a in layout.attached if a is not None]
     for link in layout.skeleton.links:
@@ -98,7 +98,7 @@ def _links(canvas: Canvas, layout: Layout, flat: Floats) -> None:
 
 
 def _bodies(canvas: Canvas, layout: Layout, flat: Floats, shapes: Mapping[str, Shape]) -> None:
-    """All bodies at one state; the radius of a particle without a size tells of its mass."""
+    """All bodies at one state; a particle without a size gets a radius that shows its mass."""
     s, bodies = layout.skeleton, layout.mechanism.placed_bodies
     heaviest, room = max(s.masses.values(), default=0.0) or 1.0, layout.room
     for name in sorted(s.masses, key=lambda name: BACK_TO_FRONT.index(shapes[name].kind)):

@@ -14,15 +14,15 @@ from lag2fmu.picture.layout import GAP, Layout
 from lag2fmu.picture.scene import Canvas
 
 _FEW = 4
-"""Springs and dampers that are drawn large, with a letter, in a hinge."""
+"""With at most so many springs and dampers, those in hinges are drawn large and with a letter."""
 _LETTERS = 9
-"""A longer stiffness is not written beside its spring."""
+"""The stiffness is written beside its spring if its text has at most so many characters."""
 _SOON, _SEEN = 0.37, 0.2
-"""A time (s) at which loads that start at zero have a direction; how long a unit vector has to look for an arrow."""
+"""A time (s) at which loads that start at zero have a direction; the least length at which a load gets an arrow."""
 
 
 def draw_forces(canvas: Canvas, layout: Layout) -> None:
-    """All springs, dampers and loads; what cannot be placed gets a note."""
+    """Draw all springs, dampers and loads; a note names those whose place is unknown."""
     for part, attachment in layout.attached:
         _attached(canvas, layout, part, attachment)
     for load in layout.mechanism.loads:
@@ -56,7 +56,7 @@ def _at_hinge(canvas: Canvas, layout: Layout, label: str, kind: str, text: str, 
 
 
 def _ends(canvas: Canvas, layout: Layout, attachment: Attachment) -> tuple[Floats, Floats]:
-    """Both ends in the picture, with parallel parts beside each other."""
+    """Both ends (2,) in the picture; parts between the same ends are shifted to stand beside each other."""
     aside = beside(layout, attachment)
     if attachment.along is not None:
         return _to_wall(canvas, layout, attachment, aside)
@@ -67,7 +67,7 @@ def _ends(canvas: Canvas, layout: Layout, attachment: Attachment) -> tuple[Float
 
 
 def _to_wall(canvas: Canvas, layout: Layout, attachment: Attachment, aside: float) -> tuple[Floats, Floats]:
-    """From a body, or a point of a link, to a wall that is drawn at a distance."""
+    """Both ends (2,): at a body or a point of a link, and at a wall that is drawn at a distance."""
     along, across = glyphs.axes(np.zeros(2), layout.view.flat(np.array(attachment.along)))
     if attachment.link is not None:
         a, b = layout.at_start[list(attachment.link)]
@@ -83,7 +83,7 @@ def _to_wall(canvas: Canvas, layout: Layout, attachment: Attachment, aside: floa
 
 
 def beside(layout: Layout, attachment: Attachment) -> float:
-    """Across the line, for a spring and a damper between the same ends."""
+    """The shift across the line, in units of the picture, of a spring or damper with a partner between its ends."""
     lines = [a for _, a in layout.attached if a is not None and a.hinge is None]
     same = [a for a in lines if (a.ends, a.along, a.link) == (attachment.ends, attachment.along, attachment.link)]
     return 4.6 * (next(k for k, a in enumerate(same) if a is attachment) - (len(same) - 1) / 2)
@@ -108,7 +108,7 @@ def _load(canvas: Canvas, layout: Layout, load: Load) -> None:
 
 
 def _direction_of(layout: Layout, load: Load, target: str) -> Floats:
-    """The direction (2,) in which a load pulls when its inputs are positive, at the start or soon after."""
+    """The direction (2,) in which a load pulls if its inputs are positive, at the start or shortly afterwards."""
     given = load.force if load.force is not None else load.torque
     entries = tuple(given) if isinstance(given, tuple) else ()
     frame, _ = layout.mechanism.location(target)

@@ -18,11 +18,11 @@ from lag2fmu.picture.scene import Canvas
 _SHOE, _LINING, _PAD = 0.5, 0.5, 1.6
 """Half the angle (rad) of a brake shoe, half the thickness of a lining, half the length of a pad."""
 _REACH, _HALF_STOP = 0.6, 4.0
-"""Where along an arm its stop stands, and half the length of that."""
+"""How far along an arm the line of its stop stands, and half the length of this line."""
 
 
 def draw_frictions(canvas: Canvas, layout: Layout) -> None:
-    """All dry frictions: shoes about a hinge, a lining under what slides, pads between two bodies."""
+    """Draw all dry frictions: shoes about a hinge, a lining under a sliding body, pads between two bodies."""
     frictions = layout.mechanism.frictions
     places = slopes_of_places(layout.skeleton) if frictions and layout.skeleton.reads else {}
     for friction in frictions if layout.planar else ():
@@ -53,7 +53,7 @@ def _friction(canvas: Canvas, layout: Layout, friction: Friction, at: Attachment
 
 
 def _floor(canvas: Canvas, layout: Layout, part: str, spot: int) -> Floats:
-    """A lining beside what slides along it, below where there is a below; returns its middle (2,)."""
+    """Draws a lining beside a body that slides along it, below the body if possible; returns its middle (2,)."""
     along, across = layout.direction(spot), layout.across(spot)
     if across[1] < 0:
         along, across = -along, -across
@@ -64,7 +64,7 @@ def _floor(canvas: Canvas, layout: Layout, part: str, spot: int) -> Floats:
 
 
 def draw_hinge_stops(canvas: Canvas, layout: Layout) -> None:
-    """A hatched line across the arm of every coordinate that is a limited angle, where the arm would touch it."""
+    """Draw a hatched line for every stop of an angle, across the arm of that angle where the arm would touch it."""
     links = {link.ends[0]: link for link in reversed(layout.skeleton.links) if link.arm}
     for stop in layout.mechanism.stops if layout.planar else ():
         name = str(stop.of)
@@ -78,7 +78,7 @@ def draw_hinge_stops(canvas: Canvas, layout: Layout) -> None:
 def _hinge_stop(
     canvas: Canvas, layout: Layout, stop: Stop, side: str, sign: float, ends: tuple[int, int], limit: object
 ) -> None:
-    """The stop of the arm between the spots ``ends`` at a ``limit`` of its angle; its hatched side is away from it."""
+    """The stop of the arm between the spots ``ends`` at a ``limit`` of its angle; the hatching points away from it."""
     value = layout.skeleton.number(limit, layout.values)
     there = layout.moved({str(stop.of): value}).at_start[list(ends)]
     later = layout.moved({str(stop.of): value + 1e-3 * sign}).at_start[ends[1]]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Points = NDArray[np.float64]
 
 TURNS, WIDTH = 6, 2.2
-"""The zigzag's turns and half its width."""
+"""The number of the zigzag's turns, and half its width in units of the picture."""
 
 
 def zigzag(a: Points, b: Points) -> list[Points]:
@@ -24,9 +24,9 @@ def zigzag(a: Points, b: Points) -> list[Points]:
 
 
 def pot(a: Points, b: Points) -> list[Points]:
-    """A damper from ``a`` to ``b``, (2,) each: a cylinder that is open at one end, a rod with its piston.
+    """A damper from ``a`` to ``b``, (2,) each: a cylinder that is open at one end, and a rod with its piston.
 
-    As polylines (k, 2).
+    The result are polylines (k, 2).
     """
     along, across = axes(a, b)
     middle, half, width = (a + b) / 2, min(3.0, 0.2 * float(np.linalg.norm(b - a))), 1.8
@@ -67,7 +67,7 @@ def shoes(center: Points, reach: float, half: float) -> list[Points]:
 
 
 def cross(center: Points) -> list[Points]:
-    """A place (2,) that something refers to: polylines (k, 2)."""
+    """A cross at a place (2,): polylines (k, 2)."""
     return [center + np.array([[-1.2, 0.0], [1.2, 0.0]]), center + np.array([[0.0, -1.2], [0.0, 1.2]])]
 
 
@@ -99,7 +99,7 @@ def circle(center: Points, radius: float, count: int = 40) -> Points:
 
 
 def axes(a: Points, b: Points) -> tuple[Points, Points]:
-    """The unit vectors (2,) from ``a`` to ``b`` and across, to the left."""
+    """The unit vectors (2,) from ``a`` to ``b`` and, a quarter turn to the left, across."""
     length = float(np.linalg.norm(b - a))
     along = (b - a) / length if length > 0 else np.array([1.0, 0.0])
     return along, np.array([-along[1], along[0]])

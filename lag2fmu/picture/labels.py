@@ -1,4 +1,4 @@
-"""Labels put where there is room, and the way names are written in a picture."""
+"""The places of labels where there is room, and how names are written in a picture."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 _DIRECTIONS = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
 _RINGS = (1.0, 1.7, 2.6, 4.0, 6.0, 9.0)
 _WIDTH, _HEIGHT = 0.58, 1.0
-"""Of a character, in heights of the letters."""
+"""The width of a character, as a multiple of its height."""
 
 
 @dataclass(frozen=True)
 class Label:
-    """``text`` in the middle of ``at`` (2,), ``size`` high; ``style`` as of strokes; ``part`` is what it names."""
+    """A ``text`` centred at ``at`` (2,), of letters ``size`` high, in a ``style`` of strokes; it names the ``part``."""
 
     part: str
     style: str
@@ -72,7 +72,7 @@ class Label:
 
 @dataclass(frozen=True)
 class Wish:
-    """A label for the point ``near`` (2,), at least ``away`` from it, or over it if ``inside`` and there is room."""
+    """A label for the point ``near`` (2,), at least ``away`` from it; with ``inside`` over it, if there is room."""
 
     part: str
     style: str
@@ -101,7 +101,7 @@ def _name(word: str) -> str:
 
 
 def placed(wishes: Iterable[Wish], obstacles: Sequence[Floats]) -> list[Label]:
-    """The labels, each where it covers least of what is drawn (polylines (k, 2)) and none of the other labels."""
+    """The labels, each where it covers least of the ``obstacles`` (polylines (k, 2)) and no other label."""
     crowd = np.vstack([_filled(line) for line in obstacles]) if obstacles else np.zeros((0, 2))
     labels: list[Label] = []
     taken = np.zeros((0, 4))
@@ -128,14 +128,14 @@ def half_of(text: str, size: float) -> Floats:
 
 
 def _covered(center: Floats, half: Floats, crowd: Floats, taken: Floats) -> float:
-    """What a label there would cost: 3 for each point of a line below it, 1000 for another label (center, half)."""
+    """The cost of a label at ``center``: 3 for each point of a line under it, 1000 for each label under it."""
     inside = (np.abs(crowd - center) < half + 0.5).all(axis=1).sum()
     over = (np.abs(taken[:, :2] - center) < taken[:, 2:] + half + 0.4).all(axis=1).sum()
     return float(3 * inside + 1000 * over)
 
 
 def _filled(line: Floats) -> Floats:
-    """Points along a polyline, one a unit."""
+    """Points along a polyline, one in each unit of length."""
     pieces = [line[:1]]
     for a, b in pairwise(line):
         count = max(2, int(np.ceil(float(np.linalg.norm(b - a)))) + 1)

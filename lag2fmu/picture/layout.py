@@ -1,4 +1,4 @@
-"""Where everything is in the picture: the view, the scale, the shapes, and which way things can slide."""
+"""The layout of the picture: the view, the scale, the shapes, and the directions in which things can slide."""
 
 from __future__ import annotations
 
@@ -20,19 +20,23 @@ from lag2fmu.picture.skeleton import Skeleton
 from lag2fmu.picture.view import view_of
 
 SIZE, DISPLACED = 60.0, 8.0
-"""The length of the mechanism in units of the picture; that of displacements where bodies are drawn side by side."""
+"""The length of the mechanism, and that of displacements where bodies stand side by side; in units of the picture."""
 _FEW, _LARGE = 3, 0.4
-"""Bodies up to which each is drawn as large as it is, and what part of the whole a body may be else."""
+"""Up to so many bodies are drawn at their own size; among more, a body is at most this part of the whole picture."""
 GAP, BOX, HUNG = 28.0, (6.2, 3.6), 22.0
-"""Between bodies drawn side by side and to walls; half the edges of what slides; between masses on ropes."""
+"""Distances in units of the picture: between bodies side by side and to walls; half the edges of sliders; between
+masses on ropes."""
 
 
 class Layout:
-    """The geometry of a picture; view, unit and shifts are those of the start for other postures too.
+    """The geometry of a picture; view, unit and shifts are those of the start, also in other postures.
 
-    ``at_start`` (spots, 2): the spots of the skeleton in the picture; ``rails``: {spot: direction (2,)} of what can
-    move along a line only; ``shapes``: {body: its shape}; ``unit``: metres for a unit of the picture; ``shift``:
-    {spot: (2,)} of bodies that are drawn beside where they are; ``pulley``: that on which all of them hang, if they do.
+    - ``at_start`` (spots, 2): the spots of the skeleton in the picture.
+    - ``rails``: {spot: direction (2,)} of places that move along a line only.
+    - ``shapes``: {body: its shape}.
+    - ``unit``: metres for a unit of the picture.
+    - ``shift``: {spot: (2,)} of bodies that are drawn beside their true place.
+    - ``pulley``: the fixed pulley on which all bodies hang, None if they hang on none.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -52,7 +56,7 @@ class Layout:
         self.at_start = self.at(self.positions)
 
     def moved(self, values: Mapping[str, float]) -> Layout:
-        """The same with everything at another state; view, unit and shifts stay."""
+        """The layout at the state ``values``, with the same view, unit and shifts."""
         other = copy(self)
         other.values = {**self.values, **values}
         other.positions = self.skeleton.positions(other.values)
@@ -63,7 +67,8 @@ class Layout:
     def shapes_at(self, values: Values, positions: Floats) -> dict[str, Shape]:
         """{body: its shape} at a state, with the skeleton's ``positions`` (spots, 3) there.
 
-        Among many, one that is nearly as large as the whole is a particle: its inertia is that of gears, or of no body.
+        Among many bodies, one that seems nearly as large as the whole picture is drawn as a particle: its inertia
+        includes gears, or is that of no real body.
         """
         plane, bodies = self.view.plane, self.mechanism.placed_bodies
         found = {b.name: shape_of(self.skeleton, b, values, positions, plane) for b in bodies}
@@ -72,12 +77,12 @@ class Layout:
 
     @cached_property
     def _most(self) -> float:
-        """How large a body may be among many, m."""
+        """The largest size (m) of a body that is drawn at its own size."""
         spots = sorted({*self.skeleton.place.values(), *self.skeleton.origins.values()})
         return _LARGE * float(np.ptp(self.positions[spots], axis=0).max())
 
     def _unit(self) -> float:
-        """Metres for one unit."""
+        """The length (m) of one unit of the picture."""
         s = self.skeleton
         numbers = {*s.place.values(), *s.origins.values(), *(i for link in s.links for i in link.ends)}
         outlines = [self.positions[sorted(numbers)], *(x for shape in self.shapes.values() for x in shape.outline())]
@@ -88,7 +93,7 @@ class Layout:
         return (extent / (DISPLACED if self._crowded() else SIZE)) or self._travel(sorted(numbers)) / DISPLACED or 1.0
 
     def _travel(self, spots: list[int]) -> float:
-        """How far the spots go in the picture, m: at states around the start, and from there to where q is 0."""
+        """The longest displacement (m) of the ``spots`` in the picture, over states around the start and at q = 0."""
         rest = {**self.values, **{c.name: 0.0 for c in self.mechanism.coordinates}}
         moved = [self.skeleton.positions(self.skeleton.samples), self.skeleton.positions(rest)[..., None]]
         flat = self.view.flat(np.moveaxis(np.concatenate(moved, axis=2)[spots], 1, -1))
@@ -96,9 +101,9 @@ class Layout:
         return float(np.ptp(known, axis=0).max()) if len(known) else 0.0
 
     def _crowded(self) -> bool:
-        """Whether all there is are bodies on lines whose coordinates seem to be displacements from where they rest.
+        """Whether all bodies move along lines, with coordinates that seem to be displacements from rest.
 
-        They start close to each other, or the difference of two coordinates is an elongation.
+        Coordinates seem so if the bodies start close to each other, or if the difference of two is an elongation.
         """
         s, spots = self.skeleton, self._moving()
         if s.links or s.origins or len(spots) < 2 or not set(spots) <= set(self.rails):
@@ -115,7 +120,7 @@ class Layout:
         return [i for name, i in s.place.items() if name in bodies or np.any(s.spot_slopes[i])]
 
     def _side_by_side(self) -> dict[int, Floats]:
-        """{spot: shift (2,)} of bodies that would be drawn over each other: along what joins them, else across."""
+        """{spot: shift (2,)} of bodies that would cover each other: along the springs that join them, else across."""
         if not self._crowded():
             return {}
         if self.pulley is not None:
@@ -127,7 +132,7 @@ class Layout:
         return {i: GAP * k * step for k, i in enumerate(self._in_order(spots))}
 
     def _in_order(self, spots: list[int]) -> list[int]:
-        """The spots with that which a spring's elongation counts forward behind the other, else as they are."""
+        """The spots in the order in which the elongations of springs count them, else in the given order."""
         behind: dict[int, set[int]] = {i: set() for i in spots}
         for part, a in self.attached:
             if isinstance(part, Spring) and part.between is None and a is not None and len(a.ends) == 2:
@@ -139,7 +144,7 @@ class Layout:
         return found
 
     def _pulley(self) -> Pulley | None:
-        """The fixed pulley where bodies that go up and down move as if on ropes."""
+        """The fixed pulley, if bodies that go up and down move as if they hung on ropes."""
         spots = list(dict.fromkeys(self._moving()))
         if not self._crowded() or self.attached or not all(self.upright(i) for i in spots):
             return None
@@ -147,13 +152,13 @@ class Layout:
         return hung({i: np.asarray(down) @ self.skeleton.spot_slopes[i][:, :, 0] for i in spots})
 
     def direction(self, spot: int) -> Floats:
-        """In which direction (2,) of the picture the spot can move."""
+        """The direction (2,) in the picture in which the spot can move."""
         moved = self.rails.get(spot, np.array([1.0, 0.0]))
         length = float(np.linalg.norm(moved))
         return moved / length if length > 0 else np.array([1.0, 0.0])
 
     def at(self, positions: Floats) -> Floats:
-        """The spots ``positions`` (spots, 3) in m, in the picture: (spots, 2) in its units."""
+        """The ``positions`` (spots, 3) in m as places in the picture, (spots, 2) in its units."""
         flat: Floats = self.view.flat(positions) / self.unit
         for spot, shift in self.shift.items():
             flat[spot] += shift
@@ -161,13 +166,13 @@ class Layout:
 
     @cached_property
     def room(self) -> float:
-        """1, or less where links are so short that particles would cover them."""
+        """The factor for the size of particles: 1, or less where they would cover short links."""
         ends = (self.at_start[list(link.ends)] for link in self.skeleton.links if link.arm)
         lengths = [float(np.linalg.norm(b - a)) for a, b in ends]
         return float(np.clip(max(lengths, default=SIZE) / 12.0, 0.2, 1.0))
 
     def across(self, spot: int) -> Floats:
-        """To the left of ``direction``, (2,)."""
+        """The unit vector (2,) to the left of ``direction``."""
         along = self.direction(spot)
         return np.array([-along[1], along[0]])
 
@@ -200,7 +205,7 @@ class Layout:
 
 
 BACK_TO_FRONT = (BALL, CUBOID, DISC, ROD, PARTICLE)
-"""Which bodies lie behind which."""
+"""The order in which shapes are drawn, from back to front."""
 
 
 def drawable(mechanism: Mechanism) -> bool:
@@ -222,7 +227,7 @@ def layout_of(mechanism: Mechanism) -> Layout:
 
 
 def supports(layout: Layout) -> tuple[list[int], list[int]]:
-    """The spots where a link or a spring ends that does not move, and those that something only refers to."""
+    """(fixed spots at which a link or a spring ends, fixed spots that something only refers to)."""
     s = layout.skeleton
     still = s.still()
     turning = set(s.hinges.values()) & set(s.origins.values())
@@ -233,9 +238,9 @@ def supports(layout: Layout) -> tuple[list[int], list[int]]:
 
 
 def rail_of(layout: Layout, spot: int) -> tuple[Floats, Floats, float] | None:
-    """The middle (2,) of the ground under a spot at the start, its direction (2,) and half its length.
+    """(middle (2,), direction (2,), half the length) of the ground under a spot at the start; None if it has none.
 
-    None: there is no ground under it.
+    Lengths are in units of the picture.
     """
     depth = layout.radius(spot) or (BOX[1] + 0.2 if layout.half(spot) else 0.0)
     if not depth or not layout.planar or layout.upright(spot):

@@ -1,8 +1,8 @@
-"""The links that closed loops tell of: two holonomic constraints are the entries of a polygon of arms that closes.
+"""Links read from closed loops: two holonomic constraints are the entries of a closed polygon of arms.
 
-A bar without a mass, or the rest of one beyond its mass centre, stands in no position of a body but in a constraint
-such as l1 cos(a) + l2 cos(b) - d = 0, l1 sin(a) + l2 sin(b) = 0. Its place is where the body's arm with the same
-angles begins.
+A bar without mass, or the part of a bar beyond its mass centre, is in no position of a body. It is in a pair of
+constraints such as l1 cos(a) + l2 cos(b) - d = 0, l1 sin(a) + l2 sin(b) = 0. It begins where the arm of a body with
+the same angles begins.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def add_loops(skeleton: Skeleton) -> None:
 
 
 def _add_loop(skeleton: Skeleton, pair: Sequence[Constraint]) -> None:
-    """Every arm of the loop that turns as an arm of a body does."""
+    """Add every arm of the loop that turns as an arm of a body does."""
     s = skeleton
     turning = [x for x in steps(tuple(s.written(c.expression) for c in pair), s.order) if x.kind == ARM]
     vectors = [s.put.vector(_vector(step)) for step in turning]

@@ -1,6 +1,6 @@
-"""Masses that hang on ropes over pulleys, known by how they move: two on one rope go half as far as their pulley twice.
+"""Masses that hang on ropes over pulleys, recognised by how they move.
 
-The ends of a rope over a pulley at p move by dx1 + dx2 = 2 dp. The pulley of all, which is fixed, does not move.
+The ends x1, x2 of a rope over a pulley at p move by dx1 + dx2 = 2 dp. The uppermost pulley is fixed.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from lag2fmu.picture import glyphs
 from lag2fmu.picture.scene import Canvas
 
 _MOST = 5
-"""Masses that are tried in all orders."""
+"""Up to so many masses are tried in all orders."""
 _CLEAR = 3.0
-"""Between a pulley and what hangs on it."""
+"""The distance between a pulley and a mass or pulley that hangs on it, in units of the picture."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class Pulley:
 
 
 def hung(slopes: Mapping[int, Floats]) -> Pulley | None:
-    """The fixed pulley on which all of the spots hang, their heights having the ``slopes`` {spot: (n,)} by q.
+    """The fixed pulley on which all spots hang, None if they do not move as if they hung on ropes.
 
-    None if they do not move as if on ropes.
+    ``slopes`` {spot: (n,)} are the derivatives of their heights by q.
     """
     if not 1 < len(slopes) <= _MOST:
         return None
@@ -67,7 +67,7 @@ def draw_pulley(canvas: Canvas, pulley: Pulley, flat: Floats, height: float) -> 
 
 
 def _draw(canvas: Canvas, pulley: Pulley, flat: Floats, height: float) -> tuple[Floats, float]:
-    """Its centre (2,) and radius."""
+    """Draws ``pulley`` and all that hangs on it; returns its centre (2,) and radius."""
     tops = []
     for end in pulley.ends:
         if isinstance(end, Pulley):

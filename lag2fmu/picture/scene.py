@@ -1,7 +1,7 @@
-"""The scene: a picture as strokes, discs and labels in the plane, for whoever draws it, and the canvas it grows on.
+"""The scene, a picture as strokes, discs and labels in the plane, and the canvas that collects them.
 
-Pure data without a drawing library: the page in the FMU and the plots show the same scene. Lengths are in units of the
-picture, some 60 of which are as long as the mechanism; y points up.
+A scene is pure data without a drawing library: the page in the FMU and the plots show the same one. Lengths are in
+units of the picture, and about 60 units are as long as the mechanism; y points up.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from lag2fmu.picture import glyphs
 from lag2fmu.picture.labels import Label, Wish, half_of, placed
 
 _LARGE, _SMALL, _MANY = 3.2, 2.5, 16
-"""Heights of letters, and how many labels are written with the larger ones."""
+"""The heights of large and small letters; scenes with more labels than this get small ones."""
 _FAR = 8.0
-"""Units between a label and its thing from which on a line joins them."""
+"""A label that is farther than this from the thing it names is joined to it by a line."""
 _SIDES = np.array([[1.2, 0.0], [-1.2, 0.0], [0.0, 1.2], [0.0, -1.2]])
-"""Where the edges of a rod are beside its middle line."""
+"""The distance of the edges of a rod from its middle line."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ STYLES: Mapping[str, Style] = {
 
 @dataclass(frozen=True)
 class Stroke:
-    """A polyline of ``part``; it is filled where its style fills and it is closed."""
+    """A polyline (k, 2) of ``part``; it is filled if its style has a filling and it is closed."""
 
     part: str
     style: str
@@ -66,7 +66,7 @@ class Stroke:
 
     @property
     def closed(self) -> bool:
-        """Whether it ends where it begins."""
+        """Whether the polyline ends where it begins."""
         return len(self.points) > 3 and self.points[0] == self.points[-1]
 
 
@@ -82,9 +82,9 @@ class Disc:
 
 @dataclass(frozen=True)
 class Scene:
-    """What is to be drawn, back to front, within ``box`` (left, bottom, right, top); ``notes`` are sentences below.
+    """A picture: its marks, back to front, within ``box`` (left, bottom, right, top), with ``notes`` below.
 
-    ``unit``: metres for one unit of the picture.
+    ``unit`` is the length (m) of one unit of the picture.
     """
 
     title: str
@@ -95,13 +95,13 @@ class Scene:
     unit: float
 
     def parts(self) -> frozenset[str]:
-        """What is drawn, e.g. 'bodies.bob' and 'springs.wall'."""
+        """The names of all parts that are drawn, such as 'bodies.bob' and 'springs.wall'."""
         return frozenset(mark.part for mark in self.marks)
 
 
 @dataclass
 class Canvas:
-    """Marks and wishes for labels, as they come."""
+    """Collects marks, and wishes for labels, in the order in which they are drawn."""
 
     marks: list[Stroke | Disc] = field(default_factory=list)
     wishes: list[Wish] = field(default_factory=list)
@@ -119,7 +119,7 @@ class Canvas:
         self.marks.append(Disc(part, style, (x, y), round(radius, 3)))
 
     def name(self, part: str, style: str, text: str, near: Floats, away: float = 2.0, inside: bool = False) -> None:
-        """Ask for a label ``text`` near the place ``near`` (2,), ``away`` from it, or ``inside`` what is there.
+        """Ask for a label ``text`` at the distance ``away`` from the place ``near`` (2,), or on the thing ``inside``.
 
         Lengths are in units of the picture.
         """
@@ -146,7 +146,7 @@ class Canvas:
         )
 
     def _lead(self, labels: Sequence[Label]) -> None:
-        """Add a thin line from each of the ``labels``, in the order of the wishes, that is far from what it names."""
+        """Add a thin line for each label that is far from the thing it names; ``labels`` are in the wishes' order."""
         for wish, label in zip(self.wishes, labels, strict=True):
             near, middle, half = np.array(wish.near), np.array(label.at), half_of(label.text, label.size)
             edge = middle + np.clip(near - middle, -half, half)
@@ -155,7 +155,7 @@ class Canvas:
 
 
 def bounds(marks: Iterable[Stroke | Disc], labels: Iterable[Label] = ()) -> tuple[float, float, float, float]:
-    """Left, bottom, right and top of what is drawn. In units of the picture."""
+    """(left, bottom, right, top) of ``marks`` and ``labels``, in units of the picture."""
     low, high = [], []
     for mark in marks:
         points = np.array(mark.points if isinstance(mark, Stroke) else [mark.center])

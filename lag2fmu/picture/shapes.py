@@ -1,6 +1,6 @@
-"""What a body looks like, guessed from its mass and inertia: a rod, a disc, a ball or a box of the same moments.
+"""The shape of a body, guessed from its mass and inertia: a rod, a disc, a ball or a box of the same moments.
 
-What rolls is a disc of the radius on which it does, about the place that moves in proportion to the angle.
+A body that rolls is a disc of its rolling radius, about the place that moves in proportion to the angle.
 
 A uniform rod of length 2 h has I = m h^2/3 across, a disc m r^2/2 about its axis, a ball 2/5 m r^2, a box of half edges
 a, b, c m (b^2 + c^2)/3 about the edge a. Source: Landau, Lifshitz, Mechanics, section 32, problem 2.
@@ -22,9 +22,10 @@ PARTICLE, ROD, DISC, BALL, CUBOID = "particle", "rod", "disc", "ball", "cuboid"
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A ``kind`` with the ``center`` (3,), half edges or radii ``size`` (3,) along the ``axes`` (3, 3), its rows; m.
+    """A ``kind`` of shape with its ``center`` (3,) and its half edges or radii ``size`` (3,), in m.
 
-    A rod lies along the first axis, a disc turns about it. A particle has a size where it touches others with one.
+    The rows of ``axes`` (3, 3) are the directions of the edges. A rod lies along the first axis, a disc turns about
+    it. A particle has a size only if a contact gives it one.
     """
 
     kind: str
@@ -65,7 +66,7 @@ def shape_of(skeleton: Skeleton, body: Body, values: Values, positions: Floats, 
 
 
 def _planar(skeleton: Skeleton, body: Body, center: Floats, mass: float, values: Values, positions: Floats) -> Shape:
-    """A rod along the arm that turns with the body, else a disc; of one that rolls the axis is the place that rolls."""
+    """A rod along the arm that turns with the body, else a disc; a rolling disc is centred at the place that rolls."""
     gyration = np.sqrt(max(skeleton.number(body.inertia, values), 0.0) / mass)
     link, place = own_link(skeleton, body), skeleton.place[body.name]
     base, end = (place, place) if link is None else link.ends
@@ -89,7 +90,7 @@ def _touching_radius(skeleton: Skeleton, body: Body, values: Values) -> float:
 
 
 def own_link(skeleton: Skeleton, body: Body) -> Link | None:
-    """The arm that ends at the body's mass centre and turns as the body does."""
+    """The arm that ends at the mass centre of ``body`` and turns as the body does; None without such an arm."""
     angle = skeleton.written(body.angle)
     for link in skeleton.links:
         if link.ends[1] != skeleton.place[body.name] or len(link.angles) != 1:
@@ -101,7 +102,7 @@ def own_link(skeleton: Skeleton, body: Body) -> Link | None:
 
 
 def _rolling_radius(skeleton: Skeleton, body: Body, spot: int) -> float | None:
-    """The radius (m) on which the body rolls straight on; None unless ``spot`` moves in proportion to its angle."""
+    """The radius (m) on which the body rolls along a line; None unless ``spot`` moves in proportion to its angle."""
     moved, turned = skeleton.spot_slopes[spot], skeleton.slopes([skeleton.put(body.angle)])[0]
     if not np.isfinite(moved).all() or np.ptp(moved, axis=2).max() > 0 or np.ptp(turned, axis=1).max() > 0:
         return None

@@ -1,7 +1,7 @@
-"""The mechanism as places and what joins them, evaluated on the graph at any state: pure geometry, nothing drawn.
+"""The mechanism as places and the links between them, evaluated on the graph at any state; nothing is drawn here.
 
-Positions come from the record by the same composition of frames that the equations are made of; joints between them
-from reading transformation equations, see ``arms``.
+Positions come from the description by the composition of frames that the equations use as well. The joints between
+them are read from transformation equations, see ``arms``.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from lag2fmu.picture.arms import ARM, SHIFT, Step, steps
 
 _SAMPLES = 5
 MOST_PARTS = 40
-"""Beyond this many bodies a position is not read for arms, which takes time and would be drawn as a tangle."""
+"""Positions are read for arms up to so many bodies; more would take long, and their picture would be a tangle."""
 
 
 @dataclass(frozen=True)
 class Link:
-    """A straight part of ``part`` (a body, point, frame or constraint) between the spots ``ends``.
+    """A straight line of ``part`` (a body, point, frame or constraint) between the spots ``ends``.
 
-    ``arm``: whether it turns about its first end; ``angles``: by which.
+    An ``arm`` turns about its first end by ``angles``.
     """
 
     part: str
@@ -47,9 +47,9 @@ class Link:
 class Skeleton:
     """Spots (positions in world axes) by number, and what lies between them.
 
-    ``place``: {body or point: spot}; ``links``; ``hinges``: {coordinate: spot} about which it turns something;
-    ``sliders``: {coordinate: spot} of what it shifts by itself; ``floating``: {coordinates: spot} likewise of several;
-    ``stretches``: {coordinate: spots} between which it is a distance; ``axes``: {frame: numbers of three vectors};
+    ``place``: {body or point: spot}; ``hinges``: {coordinate: the spot about which it turns something}; ``sliders``:
+    {coordinate: the spot that it alone shifts}; ``floating``: {coordinates: the spot that they shift together};
+    ``stretches``: {coordinate: the two spots whose distance it is}; ``axes``: {frame: numbers of its three vectors};
     ``origins``: {frame: spot}.
     """
 
@@ -66,7 +66,7 @@ class Skeleton:
     _numbered: dict[Vector, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Put everything on a graph of its own, so that drawing cannot change what is emitted."""
+        """Put everything on a graph of its own, so that drawing cannot change the generated equations."""
         m = self.mechanism
         self.graph = Graph()
         self.variables = declare(self.graph, m)
@@ -84,7 +84,7 @@ class Skeleton:
     # ------------------------------------------------------------------------------------------------ putting together
 
     def spot(self, nodes: Sequence[Node]) -> int:
-        """The number of the position or vector with the (2,) or (3,) ``nodes``; equal ones have one number."""
+        """The number of the position or vector with the entries ``nodes`` (2,) or (3,); equal ones share a number."""
         padded = (*nodes, *(self.graph.zero,) * (3 - len(nodes)))
         number = self._numbered.setdefault(padded, len(self._nodes))
         if number == len(self._nodes):
@@ -115,7 +115,7 @@ class Skeleton:
             self._hinge(angle, self.place[name])
 
     def _hinge(self, angle: sp.Expr, spot: int) -> None:
-        """What moves in ``angle`` turns something about ``spot``, unless it turned something before."""
+        """Record that the coordinates in ``angle`` turn something about ``spot``; the first record counts."""
         for name in sorted(s.name for s in self.written(angle).free_symbols if s.name in self.order):
             self.hinges.setdefault(name, spot)
 
@@ -146,9 +146,9 @@ class Skeleton:
         return self._apart(*(self.spot(self.put.vector(x)) for x in (step.start, step.end)))
 
     def _carriers(self, here: int) -> list[int]:
-        """The places that move and from which ``here`` stays as far as it is, as a load from a trolley.
+        """The moving places that keep their distance from the spot ``here``, as a trolley from its load.
 
-        Of those that keep their distance from each other the first one: more rods would carry nothing.
+        Among places that also keep their distance from each other only the first: one rod to them is enough.
         """
         still = self.still() if self.place else set()
         found: list[int] = []
@@ -159,7 +159,7 @@ class Skeleton:
         return found
 
     def _apart(self, one: int, other: int) -> bool:
-        """Whether two spots keep their distance whatever the coordinates are, motions being held."""
+        """Whether two spots keep their distance whatever the coordinates are, while motions are held."""
         g = self.graph
         vector = [g.subtract(y, x) for x, y in zip(self._nodes[one], self._nodes[other], strict=True)]
         slopes, length = self.slopes([g.dot(vector, vector)]), evaluate(g, [g.dot(vector, vector)], self.samples)
@@ -188,7 +188,7 @@ class Skeleton:
         arm: bool,
         angles: frozenset[sp.Expr] = frozenset(),
     ) -> None:
-        """A link of ``part`` between two spots, unless there is one."""
+        """Add a link of ``part`` between two spots, unless there is one."""
         if start is not None and start != end and not any(link.ends == (start, end) for link in self.links):
             self.links.append(Link(part, (start, end), arm, angles))
 
@@ -200,9 +200,9 @@ class Skeleton:
 
     @cached_property
     def samples(self) -> dict[str, Floats | float]:
-        """Values at the start and at states all around it where all spots have a place; constraints are not heeded.
+        """{variable: SI values} at the start and at states around it at which all positions are finite.
 
-        In SI units.
+        These states need not meet the constraints.
         """
         generator = np.random.default_rng(5)
         values: dict[str, Floats | float] = dict(self.start())
@@ -235,9 +235,9 @@ class Skeleton:
         return self._numbers(self.put.vector(tuple(expressions)), values)
 
     def slopes(self, nodes: Sequence[Node], by_velocity: bool = False) -> Floats:
-        """The derivatives of ``nodes`` (k,) by the coordinates (or velocities) at the samples, (k, n, samples).
+        """The derivatives (k, n, samples) of ``nodes`` (k,) by the coordinates, or velocities, at the samples.
 
-        nan where one has no value.
+        They are nan where a node has no value.
         """
         v, g = self.variables, self.graph
         variables = v.qd if by_velocity else v.q
@@ -247,12 +247,12 @@ class Skeleton:
 
     @cached_property
     def spot_slopes(self) -> Floats:
-        """Those of all spots, (spots, 3, n, samples)."""
+        """The derivatives of all spots by the coordinates at the samples, (spots, 3, n, samples)."""
         flat = self.slopes([x for nodes in self._nodes for x in nodes])
         return flat.reshape(len(self._nodes), 3, *flat.shape[1:])
 
     def rails(self) -> dict[int, Floats]:
-        """{place or slider: direction (3,)} of those that can only move along a line."""
+        """{spot: direction (3,)} of the places and sliders that can only move along a line."""
         spots = sorted({*self.place.values(), *self.sliders.values()}) if self.reads else []
         found = {i: _line(self.spot_slopes[i]) for i in spots}
         return {i: along for i, along in found.items() if along is not None}
@@ -267,7 +267,7 @@ class Skeleton:
         return self._nodes[spot]
 
     def rigid(self, link: Link) -> bool:
-        """Whether the ends keep their distance whatever the coordinates are."""
+        """Whether the ends of ``link`` keep their distance whatever the coordinates are."""
         a, b = (self._nodes[i] for i in link.ends)
         return self.keeps_length([self.graph.subtract(y, x) for x, y in zip(a, b, strict=True)])
 
@@ -290,7 +290,7 @@ class Skeleton:
 
 
 def _line(slopes: Floats) -> Floats | None:
-    """The direction (3,) of a spot's ``slopes`` (3, n, samples), None if it rests, or not always moves that way."""
+    """The one direction (3,) of a spot's ``slopes`` (3, n, samples); None if it rests or moves in several."""
     if not np.isfinite(slopes).all() or np.ptp(slopes, axis=2).max() > 1e-9 * np.abs(slopes).max():
         return None
     left, singular, _ = np.linalg.svd(slopes[:, :, 0], full_matrices=False)

@@ -15,9 +15,10 @@ _FLAT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """``right`` and ``up`` (3,) are the picture's axes in world axes, ``normal`` points at the viewer.
+    """A view; ``right`` and ``up`` (3,) are the axes of the picture in world axes.
 
-    ``plane`` is the normal's axis of a planar mechanism (0, 1, 2), None in space; ``down`` (3,): where gravity pulls.
+    - ``plane``: the world axis (0, 1, 2) that is normal to a planar mechanism, None for a spatial one.
+    - ``down`` (3,): the direction of gravity.
     """
 
     right: Floats
@@ -31,7 +32,7 @@ class View:
         return np.cross(self.right, self.up)
 
     def flat(self, points: Floats) -> Floats:
-        """World vectors (..., 3) in the picture, (..., 2), in m."""
+        """The vectors ``points`` (..., 3) in m, projected on the picture: (..., 2) in m."""
         return np.stack([points @ self.right, points @ self.up], axis=-1)
 
 
@@ -55,7 +56,7 @@ def view_of(skeleton: Skeleton) -> View:
 
 
 def _square(wanted: Floats, to: Floats, otherwise: Floats) -> Floats:
-    """The unit vector next to ``wanted`` that is at a right angle ``to``."""
+    """The unit vector nearest to ``wanted`` at a right angle to ``to``; ``otherwise`` if both are parallel."""
     for candidate in (wanted, otherwise):
         rest = candidate - (candidate @ to) * to
         length = float(np.linalg.norm(rest))
@@ -79,7 +80,7 @@ def _down(skeleton: Skeleton) -> Floats | None:
 
 
 def _plane(skeleton: Skeleton) -> int | None:
-    """The axis along which nothing is and nothing turns out of the plane."""
+    """The normal axis of a planar mechanism, along which nothing lies or moves; None for a spatial mechanism."""
     positions = skeleton.positions(skeleton.samples)
     used = sorted({*skeleton.place.values(), *skeleton.origins.values(), *(i for x in skeleton.links for i in x.ends)})
     extent = np.ptp(positions[used], axis=(0, 2))

@@ -1,6 +1,6 @@
-"""Walls, floors and stops in the picture: what a body touches along a direction that does not change.
+"""Walls, floors and stops in the picture: a body touches them along a direction that does not change.
 
-The gap to a wall has the slope dgap/dq = n.dr/dq, r being the place of the body and n the normal out of the wall.
+The gap to a wall has the slope dgap/dq = n.dr/dq, where r is the place of the body and n the normal out of the wall.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ _HALF_WALL, _PARTICLE = 9.0, 2.2
 
 
 def draw_walls(canvas: Canvas, layout: Layout, farthest: float = GAP) -> None:
-    """A hatched line for every contact and stop between a body and something that rests, where it is at the start.
+    """Draw a hatched line for every contact and stop between a body and something at rest.
 
-    Walls that are farther from the body than ``farthest`` (units of the picture) are drawn there.
+    A wall stands where it is at the start, or ``farthest`` (units of the picture) from the body if it is farther away.
     """
     gaps = list(_gaps(layout))
     places = slopes_of_places(layout.skeleton) if gaps and layout.planar else {}
@@ -53,7 +53,7 @@ def _gaps(layout: Layout) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _touching(slope: Floats, places: dict[int, Floats]) -> tuple[int, Floats] | None:
-    """The spot whose motion along a unit vector (3,) changes a gap of the ``slope`` (n, samples), and that vector."""
+    """(spot, unit vector (3,)): the gap with the ``slope`` (n, samples) changes as the spot moves along the vector."""
     if not np.isfinite(slope).all():
         return None
     for spot, found in places.items():
@@ -67,7 +67,7 @@ def _touching(slope: Floats, places: dict[int, Floats]) -> tuple[int, Floats] | 
 
 
 def _reach(layout: Layout, spot: int, along: Floats) -> float:
-    """How far what is drawn at the spot reaches in the direction ``along`` (2,), in units of the picture."""
+    """How far the shape at the spot reaches in the direction ``along`` (2,), in units of the picture."""
     if layout.half(spot):
         return BOX[0] if abs(float(layout.direction(spot) @ along)) > 0.5 else BOX[1]
     return layout.radius(spot) or _PARTICLE * layout.room

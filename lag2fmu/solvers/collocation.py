@@ -1,7 +1,8 @@
 """Implicit Runge-Kutta methods by collocation: coefficients from their abscissae, by exact integration of polynomials.
 
-A method is one entry of COLLOCATIONS. Its orders are derived from the coefficients; an entry whose claim is false
-cannot be built. Abscissae with roots are fractions with 50 digits, rounded to double precision once, when printed.
+A method is one entry of COLLOCATIONS. Its orders are derived from the coefficients, and an entry that claims another
+order raises ValueError. Abscissae with roots are fractions of 50 digits; they are rounded to double precision once,
+when they are printed.
 """
 
 from __future__ import annotations
@@ -23,9 +24,10 @@ Number = TypeVar("Number", float, complex)
 class Collocation:
     """A method of s stages: ``a`` (s, s), ``b`` (s,), ``c`` (s,), and ``hat`` (s, s), the ``a`` of the velocities.
 
-    A ``variational`` method comes from a discrete action; it works on momenta, with steps of fixed length. Its
-    constraints hold at ``nodes`` (k,), from 0 to 1. For the others ``error_order`` is the order of the error estimate.
-    ``solver`` is the name on the command line, ``source`` where the method comes from.
+    - ``variational``: the method comes from a discrete action; it works on momenta, with steps of fixed length.
+    - ``nodes`` (k,): the times from 0 to 1 in a step at which the constraints of a variational method hold.
+    - ``error_order``: the order of the error estimate of any other method.
+    - ``solver``: the name on the command line; ``source``: the publication of the method.
     """
 
     solver: str
@@ -59,7 +61,7 @@ class Collocation:
 
     @property
     def variational(self) -> bool:
-        """Whether it comes from a discrete action."""
+        """Whether the method comes from a discrete action."""
         return bool(self.nodes)
 
     @property
@@ -69,12 +71,12 @@ class Collocation:
 
     @property
     def all_stages(self) -> int:
-        """The number of stages, those of dense output included; collocation needs none of its own for that."""
+        """The number of all stages; dense output needs none beside those of the method."""
         return self.stages
 
     @property
     def dense_order(self) -> int:
-        """The order of the velocities in Hermite's quintic of the coordinates; 0 for fixed steps: no dense output."""
+        """The order of the velocities in Hermite's quintic of the coordinates; 0 (no dense output) for fixed steps."""
         return 0 if self.variational else 4
 
     @property
@@ -89,7 +91,7 @@ class Collocation:
 
     @property
     def node_a(self) -> tuple[Row, ...]:
-        """The positions at the nodes by the velocities at the stages, (k, s)."""
+        """The matrix (k, s) that gives the positions at the nodes by the velocities at the stages."""
         return _integrals(self.c, self.nodes)
 
     @property
@@ -99,7 +101,7 @@ class Collocation:
 
     @property
     def node_hat(self) -> tuple[Row, ...]:
-        """The momenta at the stages by forces at the nodes, (s, k), such that the method is symplectic."""
+        """The matrix (s, k), of a symplectic method, that gives the momenta at the stages by forces at the nodes."""
         return tuple(
             tuple(d - d * row[i] / b for d, row in zip(self.node_b, self.node_a, strict=True))
             for i, b in enumerate(self.b)
@@ -107,7 +109,7 @@ class Collocation:
 
     @property
     def node_weights(self) -> tuple[Row, ...]:
-        """The inverse of how positions at nodes 2 ... k depend on forces at nodes 1 ... k - 1, (k - 1, k - 1).
+        """The inverse (k - 1, k - 1) of the matrix from forces at nodes 1 ... k - 1 to positions at nodes 2 ... k.
 
         Source: L. O. Jay, SIAM J. Numer. Anal. 33 (1996), pp. 368-387 (Lobatto IIIA-IIIB) and 45 (2007), pp. 1814-1842
         (Gauss-Lobatto).
@@ -117,13 +119,13 @@ class Collocation:
 
     @property
     def squared(self) -> tuple[Row, ...]:
-        """The matrix a a, (s, s): how positions at the stages depend on accelerations at the stages."""
+        """The matrix a a (s, s), from the accelerations to the positions at the stages."""
         columns = list(zip(*self.a, strict=True))
         return tuple(tuple(_row_product(row, column) for column in columns) for row in self.a)
 
     @property
     def modes(self) -> Modes | None:
-        """What decouples the stages of radau5, see ``modes_of``; None for variational methods."""
+        """The matrices that decouple the stages of radau5, see ``modes_of``; None for variational methods."""
         return None if self.variational else modes_of(self.a)
 
     @property
@@ -148,8 +150,8 @@ class Modes:
 def modes_of(a: Sequence[Row]) -> Modes:
     """The modes of ``a`` (3, 3), which has one real eigenvalue and a complex pair, with real and imaginary parts apart.
 
-    Written out in elementary operations, so that the digits are the same on every machine. Hairer, Wanner, Solving
-    Ordinary Differential Equations II, 2nd edition, section IV.8.
+    The computation uses elementary operations only, so that the digits are the same on every machine. Source: Hairer,
+    Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.8.
     """
     rows = [[float(x) for x in row] for row in a]
     trace = sum(rows[i][i] for i in range(3))
@@ -190,7 +192,7 @@ def _row_product(row: Sequence[Fraction], column: Sequence[Fraction]) -> Fractio
 
 
 def _inverse(matrix: Sequence[Sequence[Fraction]]) -> tuple[Row, ...]:
-    """By Gauss and Jordan, exactly; the leading minors are not 0."""
+    """The exact inverse of ``matrix`` by Gauss-Jordan elimination; its leading minors must not be 0."""
     size = len(matrix)
     rows = [[*row, *(Fraction(i == j) for j in range(size))] for i, row in enumerate(matrix)]
     for k, pivot in enumerate(rows):
@@ -217,7 +219,7 @@ def _integral(nodes: Sequence[Fraction], j: int, end: Fraction) -> Fraction:
 
 
 def _integrals(nodes: Sequence[Fraction], ends: Sequence[Fraction]) -> tuple[Row, ...]:
-    """The weights (ends, nodes) of integrals from 0 to the ``ends`` of what is known at the ``nodes``."""
+    """The weights (ends, nodes) of the integrals, from 0 to each of ``ends``, of a function known at the ``nodes``."""
     return tuple(tuple(_integral(nodes, j, end) for j in range(len(nodes))) for end in ends)
 
 
@@ -227,7 +229,7 @@ def _collocation(nodes: Sequence[Fraction]) -> tuple[tuple[Row, ...], Row]:
 
 
 def _conjugate(a: tuple[Row, ...], b: Row) -> tuple[Row, ...]:
-    """hat_ij = b_j - b_j a_ji / b_i, which makes a symplectic pair with a."""
+    """The matrix hat_ij = b_j - b_j a_ji / b_i, which forms a symplectic pair with a."""
     size = range(len(b))
     return tuple(tuple(b[j] - b[j] * a[j][i] / b[i] for j in size) for i in size)
 
@@ -236,7 +238,7 @@ _ACTION = "J. E. Marsden, M. West, Discrete mechanics and variational integrator
 
 
 def _variational(solver: str, title: str, order: int, nodes: Sequence[Fraction]) -> Collocation:
-    """A method with stages at the ``nodes``; constraints hold there or, where the ends are none, at Lobatto's nodes."""
+    """A method with stages at ``nodes``. Constraints hold there, or at Lobatto's nodes if 0 and 1 are no nodes."""
     a, b = _collocation(nodes)
     hat = _conjugate(a, b)
     ends = tuple(nodes) if nodes[0] == 0 else _LOBATTO[len(nodes) + 1]

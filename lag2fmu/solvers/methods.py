@@ -66,17 +66,22 @@ METHODS: dict[str, Method] = {
 """The solvers of co-simulation, by name."""
 
 SMOOTH_METHODS = tuple(name for name, method in METHODS.items() if not isinstance(method, TimeStepping))
-"""The names of those that take mechanisms without contacts, stops and dry friction."""
+"""The names of the solvers that take mechanisms without contacts, stops and dry friction."""
 
 
 def takes(method: Method, kind: str) -> bool:
-    """Whether ``method`` takes constraints of this ``kind``. Momenta do not tell the velocities of what has no mass."""
+    """Whether ``method`` takes constraints of this ``kind``.
+
+    Methods on momenta take no coordinates without mass, because a momentum does not determine their velocities.
+    """
     return not (isinstance(method, Collocation) and method.variational) or not kind.endswith("equilibrium")
 
 
 STIFF_SOLVER = "radau5"
 """The solver of mechanisms that are stiff at their start, if the user names none."""
 DEFAULT_SOLVER = "dopri5"
-"""The solver of all other mechanisms, if the user names none. dop853 takes less time in long communication steps, as
-benchmarks/integrators.py measures. But where inputs change in each step, as in most co-simulations, it takes 12
-evaluations a step and dopri5 takes 6."""
+"""The solver of all other mechanisms, if the user names none.
+
+dop853 takes less time in long communication steps, as benchmarks/integrators.py measures. But if inputs change in each
+step, as in most co-simulations, dop853 needs 12 evaluations for a step and dopri5 needs 6.
+"""

@@ -16,14 +16,14 @@ from itertools import count
 Row = Sequence[Fraction]
 Tree = tuple["Tree", ...]
 Fixed = list[int]
-"""Numbers in units of 10**-DIGITS; as coefficients of a polynomial the constant one is first."""
+"""Numbers in units of 10**-DIGITS. In a polynomial the constant coefficient comes first."""
 Holds = Callable[[Fixed, int, int], bool]
-"""Whether the coefficients of sum b_i(theta) Phi_i(tree) are right for 1 / density(tree) and the size of the tree."""
+"""(coefficients of sum b_i(theta) Phi_i(tree), 1 / density(tree), size of the tree) -> whether the condition holds."""
 
 DIGITS = 50
 UNIT: int = 10**DIGITS
 MET: int = 10**26
-"""A condition holds if it is met to within 10**-24: published coefficients of 28 digits meet it, wrong ones do not."""
+"""The tolerance, 10**-24, within which a condition holds; published coefficients of 28 digits are within it."""
 
 
 def order_of(a: Sequence[Row], b: Row, limit: int) -> int:
@@ -38,8 +38,8 @@ def order_of(a: Sequence[Row], b: Row, limit: int) -> int:
 def dense_order_of(a: Sequence[Row], b: Row, rows: Sequence[Row], limit: int) -> int:
     """The order, at most ``limit``, of the interpolant that continues Hermite's cubic by ``rows`` (r, s).
 
-    The last row of ``a`` (s, s) that has b is the stage at the end of the step. With theta = 0 ... 1 in a step of
-    length h the interpolant is, nested ever deeper,
+    The last row of ``a`` (s, s) that equals b is the stage at the end of the step. With theta = 0 ... 1 in a step of
+    length h the interpolant is the nested expression
 
         x + theta (F_0 + (1 - theta) (F_1 + theta (F_2 + (1 - theta) (F_3 + theta (F_4 + ...)))))
 
@@ -106,7 +106,7 @@ def _interpolant(a: Sequence[Row], b: Row, rows: Sequence[Row]) -> list[Fixed]:
 
 
 def _highest_order(a: Sequence[Row], polynomials: Sequence[Fixed], limit: int, holds: Holds) -> int:
-    """The highest order whose trees, and those of all lower ones, satisfy ``holds``."""
+    """The highest order, at most ``limit``, such that all trees up to this order satisfy ``holds``."""
     stages = _Stages(a)
     powers = range(len(polynomials[0]))
     for order in range(1, limit + 1):

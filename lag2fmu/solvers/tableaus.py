@@ -1,7 +1,7 @@
 """Explicit Runge-Kutta methods as Butcher tableaus: coefficients that check themselves.
 
-A method is one entry of TABLEAUS. Its orders are derived from the coefficients by the conditions of rooted trees; an
-entry whose claim is false cannot be built.
+A method is one entry of TABLEAUS. Its orders are derived from the coefficients by the conditions of rooted trees, and
+an entry that claims another order raises ValueError.
 """
 
 from __future__ import annotations
@@ -18,12 +18,15 @@ Row = tuple[Fraction, ...]
 class Tableau:
     """An explicit method of s ``stages``: ``a`` (s, s) strictly lower triangular, ``b`` (s,), ``c`` = row sums of a.
 
-    ``embedded`` (s,) are the weights of the method for the error estimate, of ``embedded_order``; None for a fixed
-    step. With weights ``second`` (s,) of lower ``second_order`` the estimate is E^2 / sqrt(E^2 + (E_second / 10)^2),
-    where E and E_second are the differences from both. Dense output takes further stages, the rows of ``extra``
-    (e, s + e), and continues Hermite's cubic by ``dense`` (r, s + e) to ``dense_order``, see dense_order_of; 0: none.
-    ``safety`` is the next step as a part of the step that would just meet the tolerance.
-    ``solver`` is the name on the command line, ``source`` where the coefficients come from.
+    - ``embedded`` (s,), ``embedded_order``: weights and order of the method for the error estimate; None for a fixed
+      step.
+    - ``second`` (s,), ``second_order``: weights of a second, lower estimate. The error is then
+      E^2 / sqrt(E^2 + (E_second / 10)^2), where E and E_second are the differences from both methods.
+    - ``extra`` (e, s + e): the rows of the further stages of dense output.
+    - ``dense`` (r, s + e): continues Hermite's cubic to ``dense_order``, see ``dense_order_of``; 0 without dense
+      output.
+    - ``safety``: the next step, as a part of the step that would just meet the tolerance.
+    - ``solver``: the name on the command line; ``source``: the publication of the coefficients.
     """
 
     solver: str
@@ -75,12 +78,12 @@ class Tableau:
 
     @property
     def all_stages(self) -> int:
-        """The number of stages, those of dense output included."""
+        """The number of stages, including those of dense output."""
         return len(self.all_rows)
 
     @property
     def all_rows(self) -> tuple[Row, ...]:
-        """The rows of a and, behind them, those of the further stages of dense output, (s + e, s + e)."""
+        """The rows of ``a``, then the rows of the further stages of dense output: (s + e, s + e)."""
         padding = (Fraction(0),) * len(self.extra)
         return tuple(row + padding for row in self.a) + self.extra
 
@@ -116,13 +119,13 @@ class Tableau:
 
     @property
     def twin(self) -> int:
-        """The last stage at the same time as the one before it, 0 if there is none."""
+        """The index of the last stage that is at the same time as the stage before it, 0 if there is none."""
         times = [float(c) for c in self.c]
         return max((i for i in range(1, self.stages) if times[i] == times[i - 1]), default=0)
 
     @property
     def twin_weights(self) -> Row:
-        """The row of a of the twin minus that of the stage before, (s,)."""
+        """The row of ``a`` of the stage ``twin`` minus the row of the stage before it, (s,)."""
         return tuple(x - y for x, y in zip(self.a[self.twin], self.a[self.twin - 1], strict=True))
 
     @property
