@@ -179,6 +179,7 @@ def test_the_command_line(tmp_path: Path) -> None:
     for bad, said in (
         (["--vary", "l=0.5:2"], "only --sample takes A:B"),
         (["--vary", "l=0.5:2:x"], "'x' is no number of values"),
+        (["--vary", "l=0.5:2:1000000000"], "1000000000 runs are asked for; give at most 10000000"),
         (["--vary", f"phi=@{table}"], "has no column 'phi'"),
         (["--vary", "q=1,2"], "'q' is no parameter, start or input of 'pendulum'"),
         (["--vary", "l=1", "--output", "nothing"], "nothing"),
