@@ -293,7 +293,7 @@ def test_a_bad_model_file_gets_one_sentence(run, name: str, text: str, sentence:
         (["validate", "nowhere.fmu"], "nowhere.fmu"),
         (["validate", MODEL, "--report", "r.docx"], "its ending must be one of"),
         (["show"], "Missing argument"),
-        (["show", "."], "unknown model '.'"),
+        (["show", "."], "'.' is a folder"),
         (["show", ""], "unknown model ''"),
         (["show", MODEL, "--plot", "x.jpg"], "its ending must be one of"),
         (["simulate", MODEL, "-o", ""], "is a folder; name a file"),

@@ -36,6 +36,9 @@ def numbers_of(kind: str, wanted: Sequence[str], table: VariableTable) -> Intege
     """The indices (k,) of the quantities ``wanted``; raises LoadError, which calls an unknown name a ``kind``."""
     known = columns_of(table)
     for name in wanted:
+        if name not in known and any(v.name == name for v in table.variables):
+            why = "it is a parameter, or events alone change it"
+            raise LoadError(f"the {kind} '{name}' has no values in a batch: {why}; ask for events, or run the FMU")
         if name not in known:
             raise unknown(kind, name, known)
     return np.array([known[name] for name in wanted], dtype=np.int64)

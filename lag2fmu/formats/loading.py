@@ -90,16 +90,25 @@ def find(model: str | Path) -> Path:
         exists = path.is_file()
     except (OSError, ValueError) as error:
         raise LoadError(f"{str(model)[:60]!r} is no model: {error}") from None
-    known = (*MODEL_SUFFIXES, *READERS)
-    if path.suffix not in known:
-        beside = next((f for suffix in known if (f := Path(f"{model}{suffix}")).is_file()), None)
-        if beside is not None:
-            raise LoadError(f"unknown model '{model}'; did you mean the file '{beside}'?")
-        remedy = suggestion(str(model), bundled())
-        raise LoadError(f"unknown model '{model}'; {remedy} (or give a file: {', '.join(known)})")
+    if path.suffix not in (*MODEL_SUFFIXES, *READERS):
+        raise LoadError(_what_else(str(model), path))
     if not exists:
         raise LoadError(f"model file '{path}' {'is not a file' if path.exists() else 'does not exist'}")
     return path
+
+
+def _what_else(model: str, path: Path) -> str:
+    """A sentence on a ``model`` whose ending is none of a model's: what it is, and what it may have meant."""
+    known = (*MODEL_SUFFIXES, *READERS)
+    if path.suffix == ".fmu":
+        return f"'{model}' is an FMU; give the model it is exported from ({', '.join(known)})"
+    beside = next((f for suffix in known if (f := Path(f"{model}{suffix}")).is_file()), None)
+    if beside is not None:
+        return f"unknown model '{model}'; did you mean the file '{beside}'?"
+    if model and path.exists():
+        kind = "a folder" if path.is_dir() else "a file with another ending"
+        return f"'{model}' is {kind}; a model is a file that ends in one of {', '.join(known)}"
+    return f"unknown model '{model}'; {suggestion(model, bundled())} (or give a file: {', '.join(known)})"
 
 
 def structural_arguments(model: str | Path) -> dict[str, inspect.Parameter]:

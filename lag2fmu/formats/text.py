@@ -126,6 +126,9 @@ def _description(content: object, around: Surroundings, where: str = "") -> Desc
     """The description in the tables ``content``, which stand at ``where`` in a text."""
     tables = content.get("tables", {}) if isinstance(content, dict) else {}
     around = around._replace(tables=tuple(tables) if isinstance(tables, dict) else ())
+    for key in content if isinstance(content, dict) and not where else ():
+        if key in SINGLE["mechanism"] and key not in TABLES:
+            raise TextError(f"{key}: stands before the first table; write it below the line [mechanism]")
     root = TomlTable(where, content, TABLES, around)
     root.require("mechanism")
     head = _values(Description, root.table("mechanism", SINGLE["mechanism"]))

@@ -129,9 +129,12 @@ def interpolated(inputs: Trajectory, motions: Sequence[str], stop_time: float) -
     """``inputs`` from 0 to ``stop_time`` (s): linear between their times, constant beyond their ends.
 
     A motion among ``motions`` whose two derivatives are not given gets them by a cubic spline, whose second derivative
-    is continuous. Raises LoadError where one derivative is given without the other, or where a position alone ends
-    before the stop time. Source: C. de Boor, A Practical Guide to Splines, chapter IV (not-a-knot).
+    is continuous. Raises LoadError where there is no signal, where one derivative is given without the other, or where
+    a position alone ends before the stop time. Source: C. de Boor, A Practical Guide to Splines, chapter IV
+    (not-a-knot).
     """
+    if not inputs.names:
+        raise LoadError("the inputs have no signal beside the time; give a column for each input that is to move")
     inside = inputs.time[(inputs.time > 0) & (inputs.time < stop_time)]
     breaks = np.concatenate([[0.0], inside, [stop_time]])
     length = np.diff(breaks)

@@ -12,6 +12,8 @@ import numpy as np
 from lag2fmu.errors import LoadError
 from lag2fmu.reference.trajectory import Floats
 
+MOST_RUNS = 10_000_000
+"""Runs of a sweep, at most: with ten numbers of each they take a gigabyte."""
 SAMPLINGS = ("random", "sobol", "halton", "latin")
 
 
@@ -80,6 +82,12 @@ def _axis(key: Any, values: Any) -> Axis:
     return Axis(names, table)
 
 
+def check_count(count: int) -> None:
+    """Raise LoadError for a ``count`` of runs that no memory holds."""
+    if count > MOST_RUNS:
+        raise LoadError(f"{count} runs are asked for; give at most {MOST_RUNS}, or sample some of them")
+
+
 def grid(axes: Sequence[Axis]) -> Design:
     """All combinations, the last axis varying fastest; raises LoadError for a range without a number of values."""
     tables = []
@@ -91,6 +99,7 @@ def grid(axes: Sequence[Axis]) -> Design:
             )
         tables.append(axis.values)
     shape = tuple(map(len, tables))
+    check_count(prod(shape))
     places = np.unravel_index(np.arange(prod(shape)), shape)
     columns = [table[place] for table, place in zip(tables, places, strict=True)]
     return Design(_names(axes), np.concatenate(columns, axis=1), tuple(axes), shape)
@@ -107,6 +116,7 @@ def sampled(axes: Sequence[Axis], count: int, sampling: str = "random", seed: in
         raise LoadError(f"unknown sampling '{sampling}'; known are {', '.join(SAMPLINGS)}")
     if count < 1:
         raise LoadError(f"{count} runs are to be sampled; give at least 1")
+    check_count(count)
     columns = []
     for axis, u in zip(axes, _unit_points(len(axes), count, sampling, seed).T, strict=True):
         if axis.values is None:

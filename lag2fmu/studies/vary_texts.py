@@ -12,7 +12,7 @@ from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import value_in_si
 from lag2fmu.reference.csv_tables import csv_text, parse_columns
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.design import Axis
+from lag2fmu.studies.design import Axis, check_count
 
 
 def axes_of_texts(texts: Mapping[str, str], units: Mapping[str, Unit], *, sampled: bool) -> list[Axis]:
@@ -44,6 +44,7 @@ def _range(name: str, text: str, units: Mapping[str, Unit], *, sampled: bool) ->
         return Axis((name,), None, low, high)
     if not parts[2].isdigit() or int(parts[2]) < 1:
         raise LoadError(f"{usage}; '{parts[2]}' is no number of values")
+    check_count(int(parts[2]))
     return Axis((name,), np.linspace(low, high, int(parts[2]))[:, None])
 
 

@@ -18,6 +18,8 @@ from lag2fmu.verify.run import Floats, Kind, Plan, Run, Scalar
 
 POINTS = 500
 """The number of communication steps of a run if no usable step is known."""
+MOST_POINTS = 20_000_000
+"""Communication points of a run, at most: a gigabyte of memory for six variables."""
 LEAST_TOLERANCE = 2e-15
 """The relative tolerance that rounding allows."""
 
@@ -86,12 +88,15 @@ def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:
 
 
 def check_times(stop_time: float, step: float) -> None:
-    """Raise LoadError unless 0 < ``step`` <= ``stop_time``, in s, are finite."""
+    """Raise LoadError unless 0 < ``step`` <= ``stop_time``, in s, are finite, with no more than MOST_POINTS steps."""
     for label, value in (("stop time", stop_time), ("step", step)):
         if not (math.isfinite(value) and value > 0):
             raise LoadError(f"the {label} {value!r} s is not positive and finite")
     if step > stop_time:
         raise LoadError(f"the step {step!r} s is longer than the stop time {stop_time!r} s")
+    if stop_time / step > MOST_POINTS:
+        count = f"{stop_time / step:.3g} steps of {step:g} s in {stop_time:g} s"
+        raise LoadError(f"{count} are too many, {MOST_POINTS:g} at most; give a longer step, or an earlier stop time")
 
 
 def check_tolerance(tolerance: float) -> float:

@@ -81,9 +81,11 @@ FREE = """<mujoco model="free"><option gravity="0.1 0 -9.81"><flag contact="disa
 </body></worldbody>
 <tendon>
   <spatial name="rope" stiffness="30" damping="0.2" springlength="0.4"><site site="nail"/><site site="hook"/></spatial>
-  <spatial name="muscle"><site site="hook"/><site site="toe"/></spatial></tendon>
+  <spatial name="muscle"><site site="hook"/><site site="toe"/></spatial>
+  <spatial name="winch"><site site="nail"/><site site="hook"/><site site="toe"/></spatial></tendon>
 <actuator><general name="jet" site="jet" gear="1 0 2 0.3 0.1 -1" gainprm="2" biastype="affine" biasprm="0.5 0 0"/>
   <position name="muscle" tendon="muscle" kp="50" kv="2" gear="0.5"/><motor name="rope" tendon="rope" gear="2"/>
+  <motor name="winch" tendon="winch" gear="-3"/>
   <motor name="hip" joint="hip" gear="0.5 0 1"/><motor name="hip_in_hull" jointinparent="hip" gear="0.5 0 1"/>
   <general name="brake" joint="hull" gear="1 0 0 0 0 1" biastype="affine" biasprm="0.1 0 -0.4"/></actuator></mujoco>"""
 
@@ -102,15 +104,16 @@ def test_what_turns_freely_moves_as_in_mujoco(robot: Robot, side: int) -> None:
     mechanism, model = robot(FREE), mujoco.MjModel.from_xml_string(FREE)
     assert "not taken" not in mechanism.source
     state, rng = mujoco.MjData(model), np.random.default_rng(3)
-    state.qpos[:], state.qvel[:], state.ctrl[:] = rng.normal(size=11), rng.normal(size=9), rng.normal(size=6)
+    state.qpos[:], state.qvel[:], state.ctrl[:] = rng.normal(size=11), rng.normal(size=9), rng.normal(size=7)
     quaternions = {"hull": state.qpos[3:7], "hip": state.qpos[7:]}
     for q in quaternions.values():
         q[:] *= side / np.linalg.norm(q)
     mujoco.mj_forward(model, state)
     values = {
-        f"u_{name}": u for name, u in zip(("jet", "muscle", "rope", "hip", "hip_in_hull"), state.ctrl, strict=False)
+        f"u_{name}": u
+        for name, u in zip(("jet", "muscle", "rope", "winch", "hip", "hip_in_hull"), state.ctrl, strict=False)
     }
-    values["u_brake"] = state.ctrl[5]
+    values["u_brake"] = state.ctrl[6]
     for k, axis in enumerate("xyz"):
         values |= {f"hull_{axis}": state.qpos[k], f"hull_{axis}_dot": state.qvel[k]}
     for (name, q), at in zip(quaternions.items(), (3, 6), strict=True):
@@ -219,11 +222,16 @@ def test_a_coupling_is_met_from_the_start(robot: Robot) -> None:
 def test_what_is_not_taken_is_listed(robot: Robot) -> None:
     geoms = '<joint type="ball" range="0 40" limited="true"/><geom size="1"/><geom size="2"/>'
     slow = '<actuator><general name="slow" joint="hinge" dyntype="integrator"/>'
-    slow += '<motor name="weak" joint="hinge" forcerange="-1 1"/></actuator>'
+    slow += '<motor name="weak" joint="hinge" forcerange="-1 1"/><position name="far" tendon="long"/></actuator>'
+    slow += (
+        '<tendon><spatial name="long" damping="1"><site site="s"/><site site="t"/><site site="s"/></spatial></tendon>'
+    )
+    geoms += '<site name="s"/><site name="t" pos="0 0 1"/>'
     text = body(geoms, slow).replace('type="ball"', 'type="ball" name="ball"')
     text = text.replace("</body>", '<body><joint name="hinge"/><geom size="1"/></body></body>')
     assert robot(text).source.partition("not taken: ")[2] == (
-        "limits of the joint ball, the actuator slow, limits of the force of the actuator weak, contacts of 3 geoms"
+        "limits of the joint ball, the actuator slow, limits of the force of the actuator weak, the actuator far, "
+        "the tendon long, contacts of 3 geoms"
     )
 
 

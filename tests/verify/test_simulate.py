@@ -161,6 +161,17 @@ def test_inputs_that_end_early_keep_their_last_value(kind, exported) -> None:
 # ------------------------------------------------------------------------------------------------- warnings, errors
 
 
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_a_run_ends_at_the_stop_time_that_is_no_multiple_of_the_step(exported, kind) -> None:
+    run = lag2fmu.simulate(
+        exported("pendulum"), stop_time=1.03, step=0.05, tolerance=1e-9, outputs=["theta"], kind=kind
+    )
+    whole = lag2fmu.simulate(exported("pendulum"), stop_time=1.03, step=1.03, tolerance=1e-9, outputs=["theta"])
+    assert run.time[-1] == pytest.approx(1.03, abs=1e-12)
+    assert len(run) == 22
+    assert run["theta"][-1] == pytest.approx(whole["theta"][-1], abs=1e-6)
+
+
 def test_a_guess_that_was_set_and_is_moved_is_said(exported, caplog) -> None:
     run = lag2fmu.simulate(exported("four_bar_linkage"), stop_time=0.01, values={"b": 2.0, "a_dot": 3.0})
     assert run["a_dot"][0] == 3.0
@@ -197,6 +208,9 @@ def test_what_the_fmu_warns_of_is_said(exported, caplog) -> None:
         ({"step": math.nan}, "step nan s is not positive"),
         ({"tolerance": 2.0}, "tolerance 2.0 is no relative tolerance; give one of at least 2e-15 and below 1"),
         ({"tolerance": math.nan}, "tolerance nan is no relative tolerance"),
+        ({"step": 1e-12}, "steps of 1e-12 s in 10 s are too many"),
+        ({"stop_time": 1e12}, "steps of 0.01 s in 1e\\+12 s are too many"),
+        ({"inputs": Trajectory.of([0.0, 1.0], {})}, "no signal beside the time"),
         ({"stop_time": 1.0, "step": 2.0}, "step 2.0 s is longer than the stop time 1.0 s"),
     ],
 )
@@ -205,9 +219,9 @@ def test_wrong_settings(settings: dict, sentence: str, exported) -> None:
         lag2fmu.simulate(exported("pendulum"), **settings)
 
 
-@pytest.mark.parametrize("stop_time", [0.0, -1.0, math.nan, math.inf])
+@pytest.mark.parametrize("stop_time", [0.0, -1.0, 1e12, math.nan, math.inf])
 def test_a_validation_takes_no_other_stop_times(stop_time: float, exported) -> None:
-    with pytest.raises(LoadError, match="is not positive and finite"):
+    with pytest.raises(LoadError, match=r"is not positive and finite|are too many"):
         lag2fmu.validate(exported("pendulum"), stop_time=stop_time)
 
 

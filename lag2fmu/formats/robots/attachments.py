@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import reduce
+from itertools import pairwise
 
 import sympy as sp
 
@@ -91,11 +92,13 @@ def _drive(actuator: Actuator, parts: Parts) -> None:
     if isinstance(along, Wrench):
         _push(along, name, force, parts)
     elif isinstance(along, Span):
-        gear, ends = _gear(name, along.gear, parts), _ends(along, name, parts)
+        gear, spots = _gear(name, along.gear, parts), _spots(along, name, parts)
         force = gear * (force + by_rate * gear * symbol("rate"))
-        parts.dampers.append(Damper(f"actuator_{name}", force=-force, between=ends))
+        for k, ends in enumerate(pairwise(spots), 1):
+            suffix = name if len(spots) == 2 else f"{name}_{k}"
+            parts.dampers.append(Damper(f"actuator_{suffix}", force=-force, between=ends))
         if by_length:  # a force that grows with the length is that of a spring of negative stiffness
-            parts.springs.append(Spring(f"position_{name}", -by_length * gear**2, between=ends, length=0))
+            parts.springs.append(Spring(f"position_{name}", -by_length * gear**2, between=spots, length=0))
     else:
         at, rate = _turning(along, name, parts) if isinstance(along, Turning) else _sum(along, name, parts)
         force += by_length * at + by_rate * rate
@@ -115,9 +118,9 @@ def _push(along: Wrench, name: str, size: sp.Expr, parts: Parts) -> None:
         parts.loads.append(Load(f"torque_of_{name}", body=place, torque=torque, axes="frame"))
 
 
-def _ends(along: Span, name: str, parts: Parts) -> list[str]:
-    """The names of two points."""
-    return [_spot(link, place, f"{name}_{end}", parts) for end, (link, place) in zip("ab", along.ends, strict=True)]
+def _spots(along: Span, name: str, parts: Parts) -> list[str]:
+    """The names of its points."""
+    return [_spot(link, place, f"{name}_site_{k}", parts) for k, (link, place) in enumerate(along.spots, 1)]
 
 
 def _spot(link: str, place: Sequence[float], name: str, parts: Parts) -> str:
@@ -133,7 +136,7 @@ def _stretch(tendon: Tendon, parts: Parts) -> None:
     at = rate = length = None
     units: tuple[str | None, ...] = (None, None, None)
     if isinstance(along, Span):
-        between, units = _ends(along, name, parts), (STIFFNESSES["m"], "m", DAMPINGS["m"])
+        between, units = _spots(along, name, parts), (STIFFNESSES["m"], "m", DAMPINGS["m"])
     else:
         at, rate = _sum(along, name, parts)
     if tendon.stiffness:

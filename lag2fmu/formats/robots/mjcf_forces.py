@@ -20,8 +20,7 @@ def actuators(compiled: Compiled) -> Iterator[Actuator]:
         affine = m.actuator_biastype[k] == own.mjtBias.mjBIAS_AFFINE
         b0, b1, b2 = tuple(float(x) if affine else 0.0 for x in m.actuator_biasprm[k][:3])
         through = _transmission(compiled, k) if _is_plain(compiled, k) else None
-        unknown = {Turning: bool(b1), Wrench: bool(b1 or b2)}.get(type(through), False)  # length, rate that it needs
-        if through is None or unknown:
+        if through is None or (b1 and not _has_length(through)) or (b2 and not _has_rate(through)):
             compiled.ignored.append(f"the actuator {name}")
             continue
         compiled.note(
@@ -39,6 +38,16 @@ def actuators(compiled: Compiled) -> Iterator[Actuator]:
         low, high = map(float, m.actuator_ctrlrange[control])
         limits = (low, high) if m.actuator_ctrllimited[control] else (None, None)
         yield Actuator(name, through, float(m.actuator_gainprm[k][0]), (b0, b1, b2), *limits)
+
+
+def _has_length(through: Transmission) -> bool:
+    """Whether a force can follow the length, which in space springs and dampers know between two places only."""
+    return not isinstance(through, (Turning, Wrench)) and not (isinstance(through, Span) and len(through.spots) > 2)
+
+
+def _has_rate(through: Transmission) -> bool:
+    """Whether a force can follow the rate of the length."""
+    return isinstance(through, Turning) or _has_length(through)
 
 
 def _is_plain(compiled: Compiled, k: int) -> bool:
@@ -64,7 +73,7 @@ def _transmission(compiled: Compiled, k: int) -> Transmission | None:
     if kind == kinds.mjTRN_TENDON:
         length = _tendon(compiled, target)
         if isinstance(length, Span):
-            return Span(length.ends, gear[0])
+            return Span(length.spots, gear[0])
         return None if length is None else tuple((joint, gear[0] * factor) for joint, factor in length)
     if kind in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
         name, joint = compiled.name("joint", target), int(m.jnt_type[target])
@@ -86,15 +95,14 @@ def _site(compiled: Compiled, site: int) -> tuple[str, tuple[float, ...]]:
 
 
 def _tendon(compiled: Compiled, index: int) -> Sum | Span | None:
-    """The joints of a fixed tendon with their factors, or the two sites of a spatial one; None for others."""
+    """The joints of a fixed tendon with their factors, or the sites of a spatial one without wraps; None for others."""
     m, kinds, first = compiled.model, compiled.mujoco.mjtWrap, compiled.model.tendon_adr[index]
     wraps = range(first, first + m.tendon_num[index])
     if all(m.wrap_type[w] == kinds.mjWRAP_JOINT for w in wraps):
         return tuple((compiled.name("joint", int(m.wrap_objid[w])), float(m.wrap_prm[w])) for w in wraps)
-    if len(wraps) != 2 or any(m.wrap_type[w] != kinds.mjWRAP_SITE for w in wraps):
+    if any(m.wrap_type[w] != kinds.mjWRAP_SITE for w in wraps):
         return None
-    start, end = (_site(compiled, int(m.wrap_objid[w])) for w in wraps)
-    return Span((start, end))
+    return Span(tuple(_site(compiled, int(m.wrap_objid[w])) for w in wraps))
 
 
 def tendons(compiled: Compiled) -> Iterator[Tendon]:
@@ -104,7 +112,8 @@ def tendons(compiled: Compiled) -> Iterator[Tendon]:
         name, length = compiled.name("tendon", k), _tendon(compiled, k)
         stiffness, damping = float(np.ravel(m.tendon_stiffness[k])[0]), float(np.ravel(m.tendon_damping[k])[0])
         low, high = map(float, m.tendon_lengthspring[k])
-        if length is None or (stiffness and low != high):  # slack between two lengths
+        slack = bool(stiffness) and low != high  # between two lengths
+        if length is None or slack or (isinstance(length, Span) and len(length.spots) > 2):
             if stiffness or damping:
                 compiled.ignored.append(f"the tendon {name}")
         elif stiffness or damping:

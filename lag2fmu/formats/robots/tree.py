@@ -146,9 +146,12 @@ Spot = tuple[str, tuple[float, ...]]
 
 @dataclass(frozen=True)
 class Span:
-    """A length: the distance between two spots, times the ``gear``."""
+    """A length: the way along ``spots``, straight from each to the next, times the ``gear``.
 
-    ends: tuple[Spot, Spot]
+    Only a force that depends on neither length nor rate acts along more than two.
+    """
+
+    spots: tuple[Spot, ...]
     gear: float = 1.0
 
 
