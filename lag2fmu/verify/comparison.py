@@ -117,7 +117,7 @@ def _window(task: Task, label: str, starts: Mapping[str, float], direct: Referen
         options = Run(
             start_time=float(times[0]),
             stop_time=float(times[-1]),
-            step=min(task.steps[1], float(times[-1] - times[0])),  # of one step rounding may leave a little less
+            step=task.steps[1],
             tolerance=task.tolerance,
             values={name: starts[name] for name in task.settable},
             inputs=task.inputs,
