@@ -78,6 +78,7 @@ class _Search:
         coordinates, further = equations.mechanism.coordinates, equations.mechanism.states
         self.nominal = np.array([*(q.nominal for q in coordinates), *(z.nominal for z in further)])
         self.start = np.array([*(q.start for q in coordinates), *(z.start for z in further)])
+        self.unloaded = np.zeros(len(equations.constraints))
         turning = [q.unit is not None and q.unit.si_name == "rad" for q in coordinates]
         self.angle = np.array([*turning, *(False for _ in further)])
 
@@ -95,22 +96,30 @@ class _Search:
 
     def nearest(self, seed: Floats) -> Equilibrium | None:
         """The equilibrium reached from ``seed`` (n,); of a family of equilibria the member next to the start."""
-        found = self.solve(seed)
+        found = self.solve(seed, self.unloaded)
+        if found is None and seed is self.start:
+            found = self.solve(seed, self._carrying(seed))
         if found is None or seed is self.start:
             return found
         for _ in range(_RETURNS):
             neutral = self._neutral(found.place)
             away = self.nominal * (neutral @ (neutral.T @ ((found.place - self.start) / self.nominal)))
-            closer = self.solve(found.place - away) if np.abs(away / self.nominal).max() > _CONVERGED else None
+            closer = (
+                self.solve(found.place - away, self.unloaded)
+                if np.abs(away / self.nominal).max() > _CONVERGED
+                else None
+            )
             if closer is None or not self.same(closer.place, found.place):
                 break
             found = closer
         return found
 
-    def solve(self, q: Floats) -> Equilibrium | None:
-        """The equilibrium reached from q (n,) and z; None if there is none, or if it lasts for an instant only."""
-        n, m = len(q), len(self.equations.constraints)
-        x = np.concatenate([q, np.zeros(m)])
+    def solve(self, q: Floats, multipliers: Floats) -> Equilibrium | None:
+        """The equilibrium reached from q (n,), z and ``multipliers`` (m,), which Newton's method begins with.
+
+        None if there is none, or if it lasts for an instant only.
+        """
+        n, x = len(q), np.concatenate([q, multipliers])
         r, slopes = self._measure(x)
         size = 0.0
         for _ in range(_ITERATIONS):
@@ -140,6 +149,11 @@ class _Search:
         place = np.where(np.abs(place) < _ROUNDING * self.nominal, 0.0, place)
         place, own = self._nice(place), len(self.equations.forcing)
         return Equilibrium(place[:own], x[n:], place[own:])
+
+    def _carrying(self, q: Floats) -> Floats:
+        """The multipliers (m,) that balance the forces at q (n,) and z best."""
+        r, slopes = self._measure(np.concatenate([q, self.unloaded]))
+        return np.asarray(np.linalg.lstsq(slopes[:, len(q) :], -r, rcond=1e-10)[0], dtype=np.float64)
 
     def _nice(self, q: Floats) -> Floats:
         """``q`` with angles made exact that are, up to rounding, multiples of a quarter turn."""

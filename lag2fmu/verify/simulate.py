@@ -197,10 +197,17 @@ def _setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Ca
 # ------------------------------------------------------------------------------------------------------------ by fmpy
 
 
+def _interval(grid: Floats) -> float:
+    """The step (s) of the ``grid`` (k,); where its last step is shorter, the step by which as many reach its end."""
+    step, steps, span = float(grid[1] - grid[0]), len(grid) - 1, float(grid[-1] - grid[0])
+    return step if np.isclose(steps * step, span, rtol=1e-9) else span / steps
+
+
 def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     """The grid (k,), in s, and the values recorded there, (k, outputs), by fmpy's own loop.
 
-    It serves model exchange, other versions of FMI, and outputs that are no numbers.
+    It serves model exchange, other versions of FMI, and outputs that are no numbers. The loop makes equal steps only:
+    where the last one of the plan is shorter, all are made a little shorter.
     """
     import fmpy
     from fmpy import sundials
@@ -219,7 +226,7 @@ def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
             validate=False,
             start_time=float(plan.grid[0]),
             stop_time=float(plan.grid[-1]),
-            output_interval=float(plan.grid[1] - plan.grid[0]),
+            output_interval=_interval(plan.grid),
             relative_tolerance=run.tolerance,
             fmi_type=_FMI_TYPES[run.kind],
             start_values=whole(start, plan.scalars),

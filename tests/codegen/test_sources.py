@@ -191,7 +191,7 @@ def test_compilers_have_nothing_to_say(compiler: str, solver: str, tmp_path) -> 
         folder.mkdir()
         # clang finds what it warns of before it optimises, gcc on the way
         options = ("-O0",) if compiler == "zig" else ()
-        compiled(folder, sources_of(mechanism, solver)[1], compiler, options=options)
+        compiled(folder, sources_of(mechanism, solver)[1], compiler, options=options, apart=True)
 
 
 @pytest.mark.fmu

@@ -127,6 +127,38 @@ wall = { gap = "x - l/2*sin(a)", slip = "y_dot - l/2*sin(a)*a_dot", friction = 0
 floor = { gap = "y - l/2*cos(a)", slip = "x_dot + l/2*cos(a)*a_dot", friction = 0.4 }
 """
 
+BILLIARD = """
+[mechanism]
+name = "billiard"
+[coordinates]
+x = { unit = "m", start = 0.3, velocity = 1 }
+y = { unit = "m", start = 0.1, velocity = 0.77 }
+[bodies.ball]
+mass = 1
+position = ["x", "y"]
+[contacts.cushion]
+gap = "1 - (x/2)**2 - y**2"
+restitution = 1
+"""
+
+TABLE = """
+[mechanism]
+name = "shaken_table"
+[parameters]
+A = { value = 0.01, unit = "m" }
+w = { value = 35, unit = "rad/s" }
+[coordinates]
+y = { unit = "m", start = 0.02 }
+[gravity]
+acceleration = 9.81
+[bodies.ball]
+mass = 1
+position = [0, "y"]
+[contacts.table]
+gap = "y - A*sin(w*t)"
+restitution = 0.5
+"""
+
 
 def test_across_an_incline_at_the_angle_of_friction_half_the_speed_is_left(exported: Callable[..., Fmu]) -> None:
     """Friction and weight are equal along the plane, so the speed and its part downhill have one sum.
@@ -201,3 +233,59 @@ def test_a_ladder_between_rough_floor_and_wall_slips_under_who_climbs_it(exporte
     for contact in ("wall", "floor"):
         friction, force = np.abs(run[f"{contact}_friction"]), run[f"{contact}_force"]
         assert (friction <= 0.4 * force + 1e-8 * own).all()
+
+
+def test_thirty_feet_under_one_body_stick_and_share_its_weight(exported: Callable[..., Fmu]) -> None:
+    """Rounding errors of so many redundant rows start no slip. Each force is measured by the acceleration it causes.
+
+    Of forces f at the distances p from the centre of mass the least sum of f^2 (1/m + p^2/I) is that of forces
+    inversely to that factor.
+    """
+    m, inertia, feet = 2.0, 0.1, 30
+    p = (np.arange(feet) - 14.5) / feet
+    text = ['[mechanism]\nname = "feet"\n[coordinates]\nx = {}\nz = {}\na = { unit = "rad" }']
+    text += [f'[bodies.plate]\nmass = {m}\ninertia = {inertia}\nposition = ["x", "z"]\nangle = "a"']
+    text += [f"[gravity]\nacceleration = {G}"]
+    text += [f'[contacts.f{k}]\ngap = "z + {p[k]}*sin(a)"\nslip = "x_dot"\nfriction = 0.5' for k in range(feet)]
+    names = ("x", *(f"f{k}_force" for k in range(feet)), *(f"f{k}_mode" for k in range(feet)))
+    run = simulate(exported(read("\n".join(text), "feet.toml")), stop_time=1.0, step=0.5, outputs=names)
+    parts = 1 / (1 / m + p**2 / inertia)
+    assert (run["x"] == 0).all()
+    for k in range(feet):
+        assert (run[f"f{k}_mode"] == 2).all()
+        assert run[f"f{k}_force"] == pytest.approx(m * G * parts[k] / parts.sum(), rel=1e-9)
+
+
+def test_a_ball_in_an_elliptic_billiard_keeps_the_product_of_its_momenta_about_the_foci(
+    exported: Callable[..., Fmu],
+) -> None:
+    """G. D. Birkhoff, Dynamical Systems, 1927, chapter 8."""
+    run = simulate(
+        exported(read(BILLIARD, "billiard.toml")),
+        stop_time=100.0,
+        step=1.0,
+        tolerance=1e-9,
+        beside=("cushion_impacts",),
+    )
+    x, y, u, v = (run[name] for name in ("x", "y", "x_dot", "y_dot"))
+    product = ((x - np.sqrt(3)) * v - y * u) * ((x + np.sqrt(3)) * v - y * u)
+    assert run["cushion_impacts"][-1] == 61
+    assert product == pytest.approx(np.full(len(run), product[0]), rel=1e-11)
+
+
+def test_a_ball_bounces_in_step_with_a_shaken_table(exported: Callable[..., Fmu]) -> None:
+    """Once a period, at the phase whose cosine is pi g (1 - e)/(A w^2 (1 + e)): P. J. Holmes, 1982."""
+    e, amplitude, w = 0.5, 0.01, 35.0
+    phase, launched, period = (
+        np.arccos(np.pi * G * (1 - e) / (amplitude * w**2 * (1 + e))),
+        np.pi * G / w,
+        2 * np.pi / w,
+    )
+    flown = (2 * np.pi - phase) / w
+    y, v = amplitude * np.sin(phase) + launched * flown - G * flown**2 / 2, launched - G * flown
+    table = exported(read(TABLE, "table.toml"))
+    for kind in ("co-simulation", "model-exchange"):
+        run = simulate(
+            table, stop_time=30 * period, step=period, tolerance=1e-10, kind=kind, values={"y": y, "y_dot": v}
+        )
+        assert run["y"] == pytest.approx(np.full(31, y), abs=1e-6)

@@ -96,6 +96,19 @@ position = ["x", "y"]
 gap = "1 - sqrt(x**2 + y**2)"
 """
 
+SWINGING_ATWOOD = """
+[mechanism]
+name = "swinging_atwood"
+[coordinates]
+r = { unit = "m", start = 1, velocity = 0.3 }
+theta = { unit = "rad", start = 2, velocity = 0.4 }
+[gravity]
+acceleration = 9.81
+[bodies]
+swing = { mass = 1, position = ["r*sin(theta)", "-r*cos(theta)"] }
+weight = { mass = 3, position = [5, "r - 10"] }
+"""
+
 
 def test_the_pleiades_are_where_the_test_set_has_them(exported: Exported) -> None:
     """Seven stars, some of which pass each other closely: E. Hairer, S. P. Norsett, G. Wanner, section II.10.
@@ -172,3 +185,13 @@ def test_a_string_goes_slack_and_taut_again(exported: Exported) -> None:
     velocity = np.array([-speed * height, speed * along - G * flight])
     assert np.hypot(*place) == pytest.approx(1, abs=1e-12)
     assert run["string_impulse"][-1] == pytest.approx(0.1 * velocity @ place, rel=1e-8)
+
+
+def test_a_swinging_atwood_machine_of_ratio_three_is_integrable(exported: Exported) -> None:
+    """Its second invariant: N. B. Tufillaro, Integrable motion of a swinging Atwood's machine, AJP 54, 1986."""
+    run = simulate(exported(read(SWINGING_ATWOOD, "swing.toml")), stop_time=8.0, step=0.1, tolerance=1e-10)
+    r, half, turn = run["r"], run["theta"] / 2, run["theta_dot"]
+    invariant = r**2 * turn * (run["r_dot"] * np.cos(half) - r * turn / 2 * np.sin(half))
+    invariant += G * r**2 * np.sin(half) * np.cos(half) ** 2
+    assert invariant == pytest.approx(np.full(len(run), invariant[0]), rel=1e-8)
+    assert np.ptp(run["theta"]) > 1

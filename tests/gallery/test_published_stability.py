@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from lag2fmu import linearize
+from lag2fmu import equilibria, linearize
 from lag2fmu.analysis.state_space import StateSpace
 from lag2fmu.formats.text import read
 
@@ -83,6 +83,47 @@ rate = "y_dot - x_dot"
 x = "F"
 """
 
+DAMPED = """
+[mechanism]
+name = "damped_follower"
+[parameters]
+P = { value = 1, unit = "N" }
+[coordinates]
+a = { unit = "rad" }
+b = { unit = "rad" }
+[bodies]
+lower = { mass = 2, position = ["sin(a)", "cos(a)"] }
+upper = { mass = 1, position = ["sin(a) + sin(b)", "cos(a) + cos(b)"] }
+[springs]
+foot = { stiffness = 1, elongation = "a" }
+knee = { stiffness = 1, elongation = "b - a" }
+[dampers]
+foot = { damping = 1e-4, rate = "a_dot" }
+knee = { damping = 1e-4, rate = "b_dot - a_dot" }
+[loads.follower]
+body = "upper"
+force = ["-P*sin(b)", "-P*cos(b)"]
+"""
+
+DISC = """
+[mechanism]
+name = "disc_on_a_shaft"
+[parameters]
+spin = { value = 10, unit = "rad/s" }
+[coordinates]
+a = { unit = "rad" }
+b = { unit = "rad" }
+turn = { unit = "rad" }
+[frames.disc]
+rotations = [["x", "a"], ["y", "b"], ["z", "turn + spin*t"]]
+[bodies.disc]
+frame = "disc"
+mass = 1
+inertia = [0.5, 0.5, 0.9, 0, 0, 0]
+[energy]
+potential = "200*(a**2 + b**2)/2"
+"""
+
 
 def small_motions(text: str, name: str, value: float) -> StateSpace:
     """The linearization at the start, where the parameter ``name`` is ``value``."""
@@ -128,3 +169,35 @@ def test_an_absorber_has_two_points_that_no_damping_moves(damping: float) -> Non
         w = np.sqrt((1 + side * np.sqrt(mu / (2 + mu))) / (1 + mu))
         answer = system.C @ np.linalg.solve(1j * w * np.eye(4) - system.A, system.B) + system.D
         assert abs(answer[row, column]) == pytest.approx(np.sqrt(1 + 2 / mu), rel=1e-10)
+
+
+def test_little_damping_lowers_the_load_at_which_a_follower_force_makes_rods_flutter() -> None:
+    """To 41/28 k/l, from 7/2 - sqrt(2) without any: G. Herrmann, I.-C. Jong, J. Applied Mechanics 32, 1965."""
+    critical = 41 / 28
+    assert growth(DAMPED, "P", 0.9999 * critical) < 0 < growth(DAMPED, "P", 1.0001 * critical)
+
+
+@pytest.mark.parametrize("spin", [0.0, 10.0, 80.0])
+def test_a_disc_on_a_shaft_whirls_forward_faster_than_backward(spin: float) -> None:
+    """A w^2 -+ C spin w - k = 0: A. Stodola, 1918; as in Campbell's diagram."""
+    values = np.linalg.eigvals(small_motions(DISC, "spin", spin).A)
+    found = np.sort(np.abs(values.imag[values.imag > 1e-3]))
+    half = 0.9 * spin / (2 * 0.5)
+    whirl = np.sqrt(half**2 + 200 / 0.5)
+    assert found == pytest.approx([whirl - half, whirl + half], rel=1e-6)
+
+
+def test_a_chain_hangs_with_slopes_in_equal_steps() -> None:
+    """Links of one weight: the tangents of their angles are an arithmetic progression. P. Varignon, 1725."""
+    n = 6
+    ends = [
+        (" + ".join(f"cos(a{k})" for k in range(i + 1)), " + ".join(f"sin(a{k})" for k in range(i + 1)))
+        for i in range(n)
+    ]
+    lines = ["[mechanism]", 'name = "chain"', "[gravity]", "acceleration = 9.81", "[coordinates]"]
+    lines += [f'a{i} = {{ unit = "rad", guess = {0.4 * (i - 2.5)} }}' for i in range(n)]
+    lines += ["[bodies]", *(f'b{i} = {{ mass = 1, position = ["{x}", "{y}"] }}' for i, (x, y) in enumerate(ends[:-1]))]
+    lines += ["[constraints.holonomic]", f'x = "{ends[-1][0]} - 4.5"', f'y = "{ends[-1][1]}"']
+    slopes = np.tan(equilibria(read("\n".join(lines), "chain.toml"))[0].q)
+    assert np.diff(slopes) == pytest.approx(np.full(n - 1, slopes[1] - slopes[0]), abs=1e-9)
+    assert slopes[1] - slopes[0] > 0.1

@@ -20,6 +20,7 @@ from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.fmu.advice import suited_solver
 from lag2fmu.fmu.backends.native import describe, fmi_headers
+from lag2fmu.fmu.units import units
 from lag2fmu.fmu.variables import promotable
 from lag2fmu.formats.loading import load
 from lag2fmu.solvers.methods import METHODS
@@ -47,11 +48,12 @@ class Probe:
         name = self.description.model_identifier
         library = folder / "binaries" / fmpy.platform / f"{name}{fmpy.sharedLibraryExtension}"
         library.parent.mkdir(parents=True)
-        for file, text in {**sources, PROBE.name: PROBE.read_text("utf-8")}.items():
+        sources = {**sources, PROBE.name: PROBE.read_text("utf-8")}
+        joined = units(sources)
+        for file, text in {**sources, **joined}.items():
             (folder / file).write_text(text, "utf-8")
-        units = [file for file in (*sources, PROBE.name) if file.endswith(".c")]
         compiler = COMPILERS.get("gcc", COMPILERS["zig"])
-        command = [*compiler, *STRICT, "-fPIC", "-shared", f"-I{fmi_headers()}", "-o", str(library), *units, "-lm"]
+        command = [*compiler, *STRICT, "-fPIC", "-shared", f"-I{fmi_headers()}", "-o", str(library), *joined, "-lm"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         self.folder, self.library = folder, ctypes.CDLL(str(library))

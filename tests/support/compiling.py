@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from lag2fmu.fmu.backends.native import fmi_headers
+from lag2fmu.fmu.units import units as joined
 
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-fPIC"]
 COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc"]}
@@ -23,11 +24,16 @@ def compiled(
     compiler: str = "zig",
     units: tuple[str, ...] = (),
     options: tuple[str, ...] = (),
+    apart: bool = False,
 ) -> ctypes.CDLL:
-    """The shared library of ``units`` (default: all .c files) of ``sources``, compiled in ``folder``."""
-    for name, text in sources.items():
+    """The shared library of ``units`` (default: all .c files) of ``sources``, compiled in ``folder``.
+
+    All files are joined as an export joins them; ``apart``: each is compiled alone.
+    """
+    together = {} if units or apart else joined(sources)
+    for name, text in {**sources, **together}.items():
         (folder / name).write_text(text, "utf-8")
-    chosen = units or tuple(sorted(name for name in sources if name.endswith(".c")))
+    chosen = units or tuple(together or sorted(name for name in sources if name.endswith(".c")))
     library = folder / f"{compiler}.so"
     command = [
         *COMPILERS[compiler],

@@ -161,6 +161,17 @@ def test_inputs_that_end_early_keep_their_last_value(kind, exported) -> None:
 # ------------------------------------------------------------------------------------------------- warnings, errors
 
 
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_a_run_ends_at_the_stop_time_that_is_no_multiple_of_the_step(exported, kind) -> None:
+    run = lag2fmu.simulate(
+        exported("pendulum"), stop_time=1.03, step=0.05, tolerance=1e-9, outputs=["theta"], kind=kind
+    )
+    whole = lag2fmu.simulate(exported("pendulum"), stop_time=1.03, step=1.03, tolerance=1e-9, outputs=["theta"])
+    assert run.time[-1] == pytest.approx(1.03, abs=1e-12)
+    assert len(run) == 22
+    assert run["theta"][-1] == pytest.approx(whole["theta"][-1], abs=1e-6)
+
+
 def test_a_guess_that_was_set_and_is_moved_is_said(exported, caplog) -> None:
     run = lag2fmu.simulate(exported("four_bar_linkage"), stop_time=0.01, values={"b": 2.0, "a_dot": 3.0})
     assert run["a_dot"][0] == 3.0

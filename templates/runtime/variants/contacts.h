@@ -29,7 +29,7 @@ bool contacts_slide(Instance *instance, const System *system, double time, const
 /* Changes the multipliers behind the accelerations in unknowns[n + m] at the present point, where rows are redundant:
    into those of least norm among all with the same forces that obey the laws of contacts and dry friction. These are
    shown. Nothing changes where there are none. The system is factorised at the point. */
-void contacts_share(const Instance *instance, const System *system, double unknowns[]);
+void contacts_share(Instance *instance, const System *system, double unknowns[]);
 
 /* Adds to forces[n] those of the rows that slide at the states. Returns false, with instance->failure, if there are no
    accelerations there. The system in scratch is then another. */

@@ -71,7 +71,7 @@ static double evaluate_friction(const State *state, const Point *point, int fric
                                             : row_direction(state, row) * point->slips[row - FIRST_SLIP];
 }
 
-static void find_limits(const Instance *instance, double time, const double states[], Point *point) {
+static void find_limits(Instance *instance, double time, const double states[], Point *point) {
     const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
     mechanism_contacts(time, states, inputs, parameters, point->restitution, point->friction, point->holding);
     mechanism_friction(time, states, inputs, parameters, point->unknowns, point->sliding, point->force,
@@ -82,7 +82,7 @@ static Sharing sharing_at(const Instance *instance, const System *system, const 
     return (Sharing){&instance->state, &system->constraints, point->holding, point->capacity};
 }
 
-void contacts_share(const Instance *instance, const System *system, double unknowns[]) {
+void contacts_share(Instance *instance, const System *system, double unknowns[]) {
     const State *state = &instance->state;
     Point point;
     if (multipliers_unique(instance)) {
@@ -95,7 +95,7 @@ void contacts_share(const Instance *instance, const System *system, double unkno
 }
 
 /* What holds ends where no loads obey the laws: the functions are those of the loads that are farthest from it. */
-static void centre_loads(const Instance *instance, double time, const double states[], Point *point) {
+static void centre_loads(Instance *instance, double time, const double states[], Point *point) {
     find_limits(instance, time, states, point);
     if (!multipliers_unique(instance)) {
         const Sharing sharing = sharing_at(instance, &instance->scratch.system, point);

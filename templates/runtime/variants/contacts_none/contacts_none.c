@@ -43,7 +43,7 @@ bool contacts_slide(Instance *instance, const System *system, double time, const
     return true;
 }
 
-void contacts_share(const Instance *instance, const System *system, double unknowns[]) {
+void contacts_share(Instance *instance, const System *system, double unknowns[]) {
     (void)instance;
     (void)system;
     (void)unknowns;
