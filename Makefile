@@ -13,13 +13,13 @@ LIVE ?= all
 # tests start many processes of Python, which read modules faster when the first one keeps them compiled
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test check test-all lint docs bench clean
+.PHONY: demo test check test-all style lint docs bench clean
 
 demo: $(READY)
 	$(BIN)/lag2fmu demo --plot double_pendulum.png
 
-# the main claims on every bundled model, in minutes
-test: $(READY)
+# the main claims on every bundled model, in minutes; style first, which takes a second
+test: style
 	$(BIN)/python -m pytest $(SPREAD) -m "not slow and not toolchain" $(PYTEST)
 
 # what needs neither a compiler nor an importer
@@ -31,9 +31,11 @@ test-all: lint
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[imports,importers,docs,page,sweeps]"
 	$(BIN)/python -m pytest $(SPREAD) --all-models $(PYTEST)
 
-lint: $(READY)
+style: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+lint: style
 	$(BIN)/mypy
 	$(BIN)/mypy templates/python/runtime
 

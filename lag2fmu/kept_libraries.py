@@ -1,4 +1,4 @@
-"""Libraries that are kept: with LAG2FMU_LIBRARIES naming a folder, the same sources are compiled once."""
+"""Libraries that are kept: if LAG2FMU_LIBRARIES names a folder, the same sources are compiled only once."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from uuid import uuid4
 from lag2fmu.errors import BuildError
 
 VARIABLE = "LAG2FMU_LIBRARIES"
-"""The variable of the environment that names the folder; unset or empty, nothing is kept."""
+"""The environment variable that names the folder; if it is unset or empty, nothing is kept."""
 
 
 def kept(made_of: Sequence[object], build: Callable[[], bytes]) -> bytes:
-    """What ``build`` makes of ``made_of`` (everything that has a part in it), or made of the same before.
+    """The result of ``build``, or the kept result of an earlier build with an equal ``made_of``.
 
-    A file's time is when it was used last. Raises BuildError where the folder cannot be used.
+    ``made_of`` has everything that the result depends on. The time of a kept file says when it was used last. Raises
+    BuildError if the folder cannot be used.
     """
     place = os.environ.get(VARIABLE)
     if not place:
@@ -29,7 +30,7 @@ def kept(made_of: Sequence[object], build: Callable[[], bytes]) -> bytes:
             return file.read_bytes()
         library = build()
         file.parent.mkdir(parents=True, exist_ok=True)
-        written = file.with_name(f"{file.name}-{uuid4().hex}")  # and moved: another process finds all of it or nothing
+        written = file.with_name(f"{file.name}-{uuid4().hex}")  # moved when complete: no process reads half a file
         written.write_bytes(library)
         written.replace(file)
     except OSError as error:

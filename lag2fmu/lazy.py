@@ -8,9 +8,9 @@ from typing import Any
 
 
 def offered(package: str, homes: Mapping[str, str]) -> Callable[[str], object]:
-    """The ``__getattr__`` of ``package``, which finds the names in ``homes`` {name: module} where they are first used.
+    """The ``__getattr__`` of ``package``, which imports the names in ``homes`` {name: module} at their first use.
 
-    It raises AttributeError for any other name. No name may be that of a module of the package: PEP 562.
+    It raises AttributeError for any other name. No name may be that of a module of the package. Source: PEP 562.
     """
 
     def find(name: str) -> object:
@@ -22,8 +22,8 @@ def offered(package: str, homes: Mapping[str, str]) -> Callable[[str], object]:
 
 
 def looked_up(module: str, name: str) -> Any:
-    """``name`` of ``module``, looked up at this moment.
+    """The attribute ``name`` of ``module``, imported at this moment.
 
-    For records that show themselves: what draws them stands in a room below theirs, which they cannot import.
+    Records use it to draw themselves, because they may not import the rooms that draw.
     """
     return getattr(import_module(module), name)

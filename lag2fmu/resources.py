@@ -31,7 +31,7 @@ def bundled() -> dict[str, Path]:
 
 
 def summary(model: Path) -> str:
-    """The first sentence of the file ``model``, what it is; the file is read and not run."""
+    """The first sentence of the file ``model``, which says what it is; the file is not run."""
     text = model.read_text("utf-8")
     opening = text.lstrip("# ").splitlines()[:1] if model.suffix == ".toml" else ()
     words = "".join(opening) or ast.get_docstring(ast.parse(text)) or ""

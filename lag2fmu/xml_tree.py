@@ -1,4 +1,4 @@
-"""XML from strangers: elements with their lines, document types refused, so that no entity can grow or fetch."""
+"""XML from unknown sources: elements with their lines. Document types are refused, so that no entity can expand."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from xml.parsers import expat
 from lag2fmu.errors import LoadError
 
 MOST_ELEMENTS, LONGEST_TAG, _CHUNK = 1_000_000, 4 << 20, 1 << 20
-"""Above these a document is refused: elements, bytes of one tag. It is read in chunks of so many bytes."""
+"""The most elements of a document and bytes of one tag, beyond which it is refused; the bytes of a chunk."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,14 +30,14 @@ class Element:
         return next((c for c in self.children if c.tag == tag), None)
 
     def all(self, *path: str) -> Iterator[Element]:
-        """The elements at ``path`` below this one, in the document's order."""
+        """The elements at the ``path`` of tags below this element, in the document's order."""
         tag, *rest = path
         for child in self.children:
             if child.tag == tag:
                 yield from child.all(*rest) if rest else iter((child,))
 
     def walk(self) -> Iterator[Element]:
-        """The element itself and all below it, in the document's order."""
+        """The element itself and all elements below it, in the document's order."""
         waiting = [self]
         while waiting:
             element = waiting.pop()
@@ -47,7 +47,7 @@ class Element:
 
 @dataclass(frozen=True)
 class Document:
-    """A root element and what its XML declaration says of the encoding ('' if there is none)."""
+    """A root element and the encoding that the XML declaration states, '' if it states none."""
 
     root: Element
     encoding: str
@@ -88,6 +88,6 @@ def parse(data: bytes, place: str) -> Document:
             if begun - parser.CurrentByteIndex > LONGEST_TAG:
                 raise LoadError(f"'{place}' has a tag of more than {LONGEST_TAG} bytes, which is not read")
         parser.Parse(b"", True)
-    except (expat.ExpatError, LookupError, ValueError) as error:  # the latter two for unknown encodings
+    except (expat.ExpatError, LookupError, ValueError) as error:  # unknown encodings raise the last two
         raise LoadError(f"'{place}' is no well-formed XML: {error}") from error
     return Document(root.children[0], encoding[0])

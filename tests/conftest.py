@@ -12,7 +12,7 @@ import pytest
 
 from lag2fmu import kept_libraries
 from lag2fmu.codegen import DEFAULT_SOLVER
-from lag2fmu.fmu import Fmu, export, live_module
+from lag2fmu.fmu import Fmu, compilers, export, live_module
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
 
@@ -85,7 +85,11 @@ def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="session")
 def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
-    """``exported(name_or_mechanism, solver=..., outputs=..., fmi=..., **arguments)``: an FMU, built once a session."""
+    """``exported(name_or_mechanism, solver=..., outputs=..., fmi=..., **arguments)``: an FMU, built once a session.
+
+    Without ``optimised`` the compiler takes a quarter of the time: where many FMUs are compared with each other, and
+    nothing with the clock.
+    """
     built: dict[object, Fmu] = {}
     seen: list[str | Mechanism] = []  # kept, so that no other mechanism gets the id of one that is in use
 
@@ -96,15 +100,19 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
         outputs: tuple[str, ...] = (),
         fmi: str = "2.0",
         arrays: bool = False,
+        optimised: bool = True,
         **arguments: object,
     ) -> Fmu:
-        chosen = (solver, outputs, fmi, arrays)
+        chosen = (solver, outputs, fmi, arrays, optimised)
         key = (model if isinstance(model, str) else id(model), *chosen, tuple(sorted(arguments.items())))
         if key not in built:
             mechanism = load(model, arguments) if isinstance(model, str) else model
             path: Path = tmp_path_factory.mktemp("fmu") / f"{mechanism.name}.fmu"
             seen.append(model)
-            built[key] = export(mechanism, path, solver=solver, outputs=outputs, fmi=fmi, arrays=arrays)
+            with pytest.MonkeyPatch.context() as patch:
+                if not optimised:
+                    patch.setattr(compilers, "FLAGS", (*compilers.FLAGS, "-Xclang", "-O0"))
+                built[key] = export(mechanism, path, solver=solver, outputs=outputs, fmi=fmi, arrays=arrays)
         return built[key]
 
     return build

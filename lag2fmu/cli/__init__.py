@@ -42,13 +42,13 @@ class _Commands(click.Group):
     """A group that turns every error of lag2fmu into one line and exit code 2."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; the temporary folders of one that is terminated go away."""
+        """Run the command; if it is terminated, its temporary folders are removed."""
         _exit_when_terminated()
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter(
                     "ignore", RuntimeWarning
-                )  # from NumPy; what is not finite gets an error that names it
+                )  # NumPy's warnings; values that are not finite raise an error that names them
                 return super().invoke(ctx)
         except Lag2FmuError as error:
             raise _BadInputError(str(error)) from error
@@ -61,7 +61,7 @@ class _Commands(click.Group):
 
 
 def _exit_when_terminated() -> None:
-    """End by an exception when told to terminate, so that whatever is open is closed."""
+    """Turn the signal to terminate into an exception, so that open files and folders are closed."""
 
     def leave(number: int, frame: object) -> None:
         sys.exit(128 + number)

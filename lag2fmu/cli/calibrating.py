@@ -1,4 +1,4 @@
-"""What ``calibrate`` does."""
+"""The work of the verb ``calibrate``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from lag2fmu.studies.calibrated import Calibration
 from lag2fmu.studies.calibration import TOLERANCE, calibrate
 
 _MOST = 12
-"""Correlations of more estimates are not printed."""
+"""The correlations of at most so many estimates are printed."""
 
 
 def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
@@ -35,7 +35,10 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
     plot: Path | None,
     settings: tuple[str, ...],
 ) -> None:
-    """Print the estimates, and write mechanism and picture; raises Lag2FmuError."""
+    """Print the estimates, and write mechanism and picture.
+
+    Raises Lag2FmuError for a model, data or options that do not fit.
+    """
     check_picture(plot)
     if out is not None:
         check_ending(out, (".toml",))
@@ -66,12 +69,12 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
 
 
 def _size(name: str, text: str, units: Mapping[str, Unit]) -> float:
-    """A difference of values of ``name`` (SI): a unit's offset, as of degC, has no part in it."""
+    """The SI value of ``text``, a difference of values of ``name``; the offset of its unit, as of degC, is left out."""
     return value_in_si(name, text, units) - value_in_si(name, f"0 {text.lstrip('+-.0123456789eE').strip()}", units)
 
 
 def _range(name: str, text: str, units: Mapping[str, Unit]) -> tuple[float, float]:
-    """``A:B`` in SI, where A or B may be left out; raises LoadError."""
+    """The bounds ``A:B`` of ``name`` in SI units, infinite if A or B is left out; raises LoadError without colon."""
     low, mark, high = text.partition(":")
     if not mark:
         raise LoadError(f"--bounds {name}={text}: give {name}=A:B, with A or B left out where there is none")
@@ -82,12 +85,12 @@ def _range(name: str, text: str, units: Mapping[str, Unit]) -> tuple[float, floa
 
 
 def _in_unit(size: float, unit: Unit | None) -> float:
-    """A difference (SI) in a unit."""
+    """A difference ``size`` (SI) in a ``unit``."""
     return size if unit is None else size / unit.factor
 
 
 def _print(found: Calibration, units: Mapping[str, Unit]) -> None:
-    """The tables of estimates, in the declared units, and of correlations, and what the noise is."""
+    """Print the tables of estimates (in the declared units) and of correlations, and the noise."""
     console().print(_of_estimates(found, units))
     if 1 < len(found.names) <= _MOST:
         click.echo("correlations")

@@ -1,4 +1,4 @@
-"""What ``check`` does."""
+"""The work of the verb ``check``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lag2fmu.cli.terminal import console, progress_bar
 
 
 def check_archive(fmu: Path, run: bool) -> None:
-    """Print what breaks the standard in ``fmu``; exit with 1 if anything does. Raises Lag2FmuError."""
+    """Print every breach of the standard in ``fmu``; exit with 1 if there is one. Raises LoadError for no FMU."""
     with progress_bar("checking", 1.0 if run else None) as progress:
         findings = check_fmu(fmu, run=run, progress=progress)
     console().print(findings.table())

@@ -1,6 +1,6 @@
-"""The verbs of the command line with their options; what a verb does stands in a module of its own.
+"""The verbs of the command line with their options; the work of each verb is in a module of its own.
 
-That module is loaded when the verb runs: what it needs takes a second to import, and ``--help`` is to be there at once.
+That module is imported when the verb runs. It takes about a second to import, and ``--help`` must not wait for it.
 """
 
 from __future__ import annotations

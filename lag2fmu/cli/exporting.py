@@ -1,4 +1,4 @@
-"""What ``export`` does."""
+"""The work of the verb ``export``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from lag2fmu.verify.reference_files import reference_files, reference_of
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """What ``export`` is asked for, by the names of its options."""
+    """The options of ``export``, by their names."""
 
     model: str
     path: Path | None
@@ -43,7 +43,10 @@ class ExportOptions:
 
 
 def export_model(asked: ExportOptions) -> None:
-    """Write the FMU of the model and say which solver it has; raises Lag2FmuError."""
+    """Write the FMU of the model and print which solver it has.
+
+    Raises Lag2FmuError for a model or options that do not fit, and for a file that cannot be written.
+    """
     mechanism = with_choices(load_mechanism(asked.model, asked.settings), asked.inputs, asked.ports)
     mechanism = resting(mechanism) if asked.start == "equilibrium" else mechanism
     path = Path(f"{Path(asked.model).stem}.fmu") if asked.path is None else asked.path
@@ -83,7 +86,7 @@ def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:
         if not path.is_file():
             return
         name = name_inside(path)
-    except OSError:  # the path cannot be a file; the export tells why
+    except OSError:  # the path cannot be a file; the export raises the error that says why
         return
     except Lag2FmuError:
         name, found = "", "is no FMU of lag2fmu"

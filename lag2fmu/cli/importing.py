@@ -1,4 +1,4 @@
-"""What ``import`` does."""
+"""The work of the verb ``import``."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from lag2fmu.formats.write import write
 
 
 def import_model(model: str, path: str | None, force: bool, settings: tuple[str, ...]) -> None:
-    """Write ``model`` as text to ``path`` and say what it has; raises Lag2FmuError."""
+    """Write ``model`` as text to ``path`` and print a summary of it.
+
+    Raises LoadError for a model that cannot be imported, ExportError for a file that exists.
+    """
     target = None if path is None or path == "-" else Path(path)
     if target is not None:
         check_ending(target, (".toml",))

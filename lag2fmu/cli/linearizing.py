@@ -1,4 +1,4 @@
-"""What ``linearize`` does."""
+"""The work of the verb ``linearize``."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from lag2fmu.verify.entry_points import linearize
 
 _ROWS = ("states", "states", "outputs", "outputs")
 _COLUMNS = ("states", "inputs", "states", "inputs")
-"""What the rows and columns of A, B, C and D stand for."""
+"""The names of the rows and columns of A, B, C and D."""
 
 _ROUNDING = 1e-13
 """Entries below this share of the largest one of a matrix are shown as 0."""
 
 _MOST = 12
-"""Matrices of more columns are not printed."""
+"""Matrices of at most so many columns are printed."""
 
 
 def linearize_model(
@@ -37,7 +37,10 @@ def linearize_model(
     path: Path | None,
     settings: tuple[str, ...],
 ) -> None:
-    """Print the state space of ``model`` about the state ``at``, and write it to ``path``; raises Lag2FmuError."""
+    """Print the state space of ``model`` about the state ``at``, and write it to ``path``.
+
+    Raises Lag2FmuError for a model, state or names that do not fit.
+    """
     if path is not None:
         check_ending(path, FORMATS)
     equations = derive(load_mechanism(model, settings))
@@ -80,7 +83,7 @@ def _of_poles(found: StateSpace) -> Table:
     for pole in found.poles:
         value = pole.value
         if value.imag < 0:
-            continue  # stands with its conjugate
+            continue  # the row of its conjugate shows both
         shown = f"{value.real:.6g}" if value.imag == 0 else f"{value.real:.6g} ± {value.imag:.6g} i"
         damping = "" if pole.frequency <= 1e-9 * size else f"{pole.damping:.4g}"
         table.add_row(shown, f"{pole.frequency:.6g}", f"{pole.frequency / (2 * pi):.6g}", damping)

@@ -1,4 +1,4 @@
-"""Options that several commands share, and checks of the files that are named."""
+"""Options that several commands share, and checks of the files that options name."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from lag2fmu.resources import bundled, summary
 from lag2fmu.solvers.methods import METHODS
 
 STRUCTURAL = "lag2fmu.structural"
-"""Where the context keeps the structural arguments that options of their own gave, as NAME=VALUE."""
+"""The key under which the context keeps structural arguments, NAME=VALUE, that have options of their own."""
 
 
 def _keep(context: click.Context, option: click.Parameter, value: object) -> None:
-    """Keep a structural argument that was given for the loading of the model."""
+    """Keep a structural argument until the model is loaded."""
     if value:
         context.meta.setdefault(STRUCTURAL, []).append(f"{option.name}={str(value).lower()}")
 
 
 def _models(context: click.Context, argument: click.Parameter, begun: str) -> list[CompletionItem]:
-    """What completes a MODEL: bundled names, and files."""
+    """The completions of a MODEL that has ``begun``: bundled names, and files."""
     names = [CompletionItem(name, help=summary(path)) for name, path in bundled().items() if name.startswith(begun)]
     return [*names, CompletionItem(begun, type="file")]
 
@@ -74,13 +74,13 @@ CSV = (".csv", ".txt", "")
 
 
 def check_picture(plot: Path | None) -> None:
-    """Raise ExportError for a picture that could not be written."""
+    """Raise ExportError if the picture ``plot`` could not be written."""
     if plot is not None:
         check_ending(plot, PICTURES)
 
 
 def check_ending(path: Path, endings: tuple[str, ...]) -> None:
-    """Raise ExportError for a file that could not be written, before the work is done."""
+    """Raise ExportError, before the work begins, if the file ``path`` could not be written."""
     if path.suffix not in endings:
         raise ExportError(f"'{path}': its ending must be one of {', '.join(filter(None, endings))}")
     try:

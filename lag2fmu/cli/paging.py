@@ -1,4 +1,4 @@
-"""What ``page`` does."""
+"""The work of the verb ``page``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ from lag2fmu.verify.reference_files import reference_of
 def write_page(
     model: str, path: Path | None, solver: str | None, reference: bool, force: bool, settings: tuple[str, ...]
 ) -> None:
-    """Write the live page of ``model`` and say how large it is; raises Lag2FmuError."""
+    """Write the live page of ``model`` and print its size.
+
+    Raises ExportError for a ``path`` that is no .html or exists, and the errors of ``page``.
+    """
     mechanism = load_mechanism(model, settings)
     path = Path(f"{Path(model).stem}.html") if path is None else path
     if path.suffix not in (".html", ".htm"):

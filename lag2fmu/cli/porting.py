@@ -1,4 +1,4 @@
-"""What ``export --inputs`` and ``--port`` do: the table [ports] of a mechanism with other choices."""
+"""The options ``--inputs`` and ``--port`` of ``export``: the table [ports] of a mechanism with other choices."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from lag2fmu.mechanism.record import Mechanism
 def with_choices(mechanism: Mechanism, inputs: str | None, items: Sequence[str]) -> Mechanism:
     """``mechanism`` with ``inputs`` ('F,Q_x', 'all', 'none') and ``items`` KEY=NAME,... in its ports.
 
-    A key that is given replaces the one that is written. Of forces and torques NAME:frame is along the axes of the
-    frame. Raises ExportError for an item of another form, MechanismError for names that are not there.
+    A key that is given replaces that of the mechanism. A force or torque NAME:frame is along the axes of the frame.
+    Raises ExportError for an item of another form, MechanismError for unknown names.
     """
     given = ([] if inputs is None else [f"inputs={inputs}"]) + list(items)
     if not given:

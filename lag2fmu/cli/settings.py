@@ -1,4 +1,4 @@
-"""What --set gave: the mechanism that has it, and what is said of it."""
+"""The option --set: the mechanism with the values that are set, and the message that shows them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from lag2fmu.mechanism.record import Mechanism
 
 
 def load_mechanism(model: str, settings: tuple[str, ...]) -> Mechanism:
-    """The mechanism ``model`` with what --set gave; that and its warnings go to standard error. Raises Lag2FmuError."""
+    """The mechanism ``model`` with the ``settings`` NAME=VALUE; they and all warnings are shown on standard error.
+
+    Raises LoadError for a model or setting that does not exist, MechanismError for one that is wrong.
+    """
     chosen = click.get_current_context().meta.get(STRUCTURAL, ())
     structural, texts = split_settings(model, (*settings, *chosen))
     for name in pairs_of(chosen):
@@ -29,6 +32,6 @@ def load_mechanism(model: str, settings: tuple[str, ...]) -> Mechanism:
 
 
 def echo_settings(texts: Mapping[str, str], units: Mapping[str, Unit]) -> None:
-    """Say on standard error what was set, with the unit in which it was read. Raises LoadError for what is no value."""
+    """Show on standard error the values that were set, with their units; raises LoadError for a text without value."""
     for name, text in texts.items():
         click.echo(f"set {name} = {shown(name, value_in_si(name, text, units), units)}", err=True)

@@ -1,4 +1,4 @@
-"""What ``show`` does."""
+"""The work of the verb ``show``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ from lag2fmu.formats.write import write
 def show_mechanism(
     model: str, style: str | None, plot: Path | None, analysis: bool, full: bool, settings: tuple[str, ...]
 ) -> None:
-    """Print the steps, the text and the analysis of ``model``, and draw it; raises Lag2FmuError."""
+    """Print the steps, the text and the analysis of ``model``, and draw it.
+
+    Raises Lag2FmuError for a model that cannot be loaded or derived, and for options that do not fit together.
+    """
     if analysis and style == "toml":
         raise ExportError("--analysis is written as text or LaTeX; leave out '--format toml'")
     check_picture(plot)

@@ -1,4 +1,4 @@
-"""What ``simulate`` does."""
+"""The work of the verb ``simulate``."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
     animation: Path | None,
     settings: tuple[str, ...],
 ) -> None:
-    """Run ``model`` and write, draw, animate or sum up its motion; raises Lag2FmuError."""
+    """Run ``model`` and write, draw, animate or sum up its motion; raises Lag2FmuError for input that does not fit."""
     check_picture(plot)
     if animation is not None:
         from lag2fmu.verify.plots.animation import writer_of
 
         check_ending(animation, ANIMATIONS)
-        writer_of(animation)  # what it lacks is told before a long run
+        writer_of(animation)  # raises before a long run if the program that writes animations is missing
     if out not in (None, "-"):
         check_ending(Path(out), CSV)
     source, values, units = _source_and_values(model, settings)
@@ -84,16 +84,16 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
 
 
 def _until(source: Model, stop_time: float | None) -> float | None:
-    """The stop time (s) of the run, None where it is not known before."""
+    """The stop time (s) of the run, None if it is not known before the run."""
     if stop_time is not None:
         return stop_time
     return source.experiment.stop_time if isinstance(source, Mechanism) else times_of(Path(str(source)), None, None)[0]
 
 
 def _recorded(path: Path, wanted: tuple[str, ...]) -> list[str] | None:
-    """The outputs of the FMU ``path`` and the ``wanted`` variables beside them, 'all': each local one; None: outputs.
+    """The outputs of the FMU ``path`` and the ``wanted`` variables, where 'all' stands for every local variable.
 
-    Raises LoadError for a name that the FMU does not have.
+    None stands for the outputs alone. Raises LoadError for a name that the FMU does not have.
     """
     if not wanted:
         return None
@@ -111,7 +111,7 @@ def _recorded(path: Path, wanted: tuple[str, ...]) -> list[str] | None:
 
 
 def _seen_in_plots(source: Model, mechanism: Mechanism) -> list[str]:
-    """The modes, counts and impulses of contacts, stops and frictions, but for those that are outputs."""
+    """The modes, counts and impulses of contacts, stops and frictions that are no outputs."""
     outputs: set[str] = set()
     if not isinstance(source, Mechanism):
         outputs = {v.name for v in description_of(Path(str(source))).modelVariables if v.causality == "output"}
@@ -119,7 +119,7 @@ def _seen_in_plots(source: Model, mechanism: Mechanism) -> list[str]:
 
 
 def _animate(mechanism: Mechanism | None, trajectory: Trajectory, path: Path) -> None:
-    """Write the animation, with a bar; raises Lag2FmuError."""
+    """Write the animation and show its progress; raises LoadError if there is no ``mechanism`` to draw."""
     from lag2fmu.verify.plots.animation import animate
 
     if mechanism is None:
@@ -130,9 +130,9 @@ def _animate(mechanism: Mechanism | None, trajectory: Trajectory, path: Path) ->
 
 
 def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, dict[str, float], dict[str, Unit]]:
-    """What to run, the values to set in the FMU (SI), and the units in which its mechanism, if known, is shown.
+    """(what to run, values (SI) to set in the FMU, units in which the mechanism is shown, if it is known).
 
-    The values are all that --set gave, or those of the solver for a MODEL.
+    For an FMU the values are all ``settings``. For a MODEL they are those of the solver; the others go into the model.
     """
     if is_fmu(Path(model)):
         texts, inside = pairs_of(settings), entry_points.mechanism_of(Path(model))
@@ -147,7 +147,7 @@ def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, di
 
 
 def _write(trajectory: Trajectory, out: str | None, units: Mapping[str, Unit]) -> None:
-    """The trajectory in ``units`` as CSV to a file or ("-") standard output, or a summary of it."""
+    """Write the trajectory in ``units`` as CSV to the file ``out``, or "-" for standard output; None: a summary."""
     if out == "-":
         click.echo(trajectory.to_csv(units), nl=False)
     elif out is not None:

@@ -1,4 +1,4 @@
-"""The verbs of studies with their options; what a verb does stands in a module of its own, loaded when it runs."""
+"""The verbs of studies with their options; the work of each verb is in a module of its own, imported when it runs."""
 
 from __future__ import annotations
 

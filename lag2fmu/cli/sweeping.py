@@ -1,4 +1,4 @@
-"""What ``sweep`` does."""
+"""The work of the verb ``sweep``."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from lag2fmu.verify import entry_points
 
 @dataclass(frozen=True)
 class SweepOptions:
-    """What ``sweep`` is asked for, by the names of its options."""
+    """The options of ``sweep``, by their names."""
 
     model: str
     vary: tuple[str, ...]
@@ -48,7 +48,7 @@ class SweepOptions:
 
 
 def sweep_model(asked: SweepOptions) -> None:
-    """Make the runs and write the result; raises Lag2FmuError."""
+    """Make the runs and write the result; raises Lag2FmuError for a model or options that do not fit."""
     source, values, units = _source(asked.model, asked.settings)
     axes = axes_of_texts(pairs_of(asked.vary), units, sampled=asked.sample is not None)
     with runs_bar() as progress, _pool(asked.workers) as executor:
@@ -83,7 +83,7 @@ def _say(found: Any, out: Path) -> None:
 
 
 def _source(model: str, settings: tuple[str, ...]) -> tuple[Any, dict[str, float], dict[str, Unit]]:
-    """What to run, values for each run (SI), and the units of names."""
+    """(what to run, values (SI) of each run, {name: unit})."""
     if not is_fmu(Path(model)):
         mechanism = load_mechanism(model, settings)
         return mechanism, {}, display_units(mechanism)

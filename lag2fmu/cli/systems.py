@@ -1,4 +1,4 @@
-"""What ``ssp`` does."""
+"""The work of the verb ``ssp``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ def write_system(
     force: bool,
     settings: tuple[str, ...],
 ) -> None:
-    """Write the system of ``fmus`` and say what it has; raises Lag2FmuError."""
+    """Write the system of ``fmus`` and print a summary of it.
+
+    Raises LoadError for FMUs, connections and values that do not fit, ExportError for a file that exists.
+    """
     check_ending(path, (".ssp",))
     if path.exists() and not force:
         raise ExportError(f"'{path}' exists; overwrite it with --force, or choose another name with -o")
@@ -43,7 +46,7 @@ def write_system(
 
 
 def _units(named: dict[str, str], wanted: Iterable[str]) -> dict[str, Unit]:
-    """{COMPONENT.VARIABLE: the unit that the user declared} of FMUs that carry their mechanism."""
+    """{COMPONENT.VARIABLE: unit declared by the user} of the FMUs that contain their mechanism."""
     found: dict[str, Unit] = {}
     for name in wanted:
         mechanism = mechanism_of(Path(named[name])) if name in named else None

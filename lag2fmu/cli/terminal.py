@@ -1,4 +1,4 @@
-"""What is shown on a terminal: tables on standard output, progress on standard error."""
+"""Output on a terminal: tables on standard output, progress on standard error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 
 def console() -> Any:
-    """The console of rich, as wide as the terminal; 110 columns where the output goes elsewhere."""
+    """The console of rich: as wide as the terminal, or of 110 columns if the output is no terminal."""
     from rich.console import Console
 
     return Console(width=None if sys.stdout.isatty() else 110)
@@ -26,8 +26,8 @@ def knows_unicode() -> bool:
 def progress_bar(title: str, total: float | None, counted: str = "") -> Iterator[Callable[[float], None] | None]:
     """A progress bar with elapsed and remaining time on a terminal's standard error, else nothing.
 
-    What it yields is told how far the work is, of ``total``. Until then, and without a total, the bar shows that work
-    goes on, and for how long; ``counted`` is the word for what is done then, if it is counted.
+    The context yields a function that is called with the amount of work done, out of ``total``. Before the first call,
+    and without a total, the bar shows the elapsed time only. ``counted`` is the word for counted things, if any.
     """
     if not sys.stderr.isatty():
         yield None
@@ -46,7 +46,10 @@ def progress_bar(title: str, total: float | None, counted: str = "") -> Iterator
 
 @contextmanager
 def runs_bar() -> Iterator[Callable[[int, int], None] | None]:
-    """A bar of runs on a terminal's standard error, with their rate and the time that is left: what sets how many."""
+    """A bar of runs on a terminal's standard error, with their rate and the time left.
+
+    The context yields a function of (runs done, total), or None without a terminal.
+    """
     if not sys.stderr.isatty():
         yield None
         return
@@ -67,6 +70,6 @@ def runs_bar() -> Iterator[Callable[[int, int], None] | None]:
 
 @contextmanager
 def build_progress() -> Iterator[Callable[[int, int, str], None] | None]:
-    """The progress of the compiler: the share of the libraries that are done."""
+    """The progress of compilation: the share of the libraries that are built."""
     with progress_bar("building (the first build for a platform takes minutes)", 1.0) as update:
         yield None if update is None else lambda done, total, _: update(done / total)

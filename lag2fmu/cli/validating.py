@@ -1,4 +1,4 @@
-"""What ``demo`` and ``validate`` do: they compare an FMU with a direct integration."""
+"""The work of the verbs ``demo`` and ``validate``: they compare an FMU with a direct integration."""
 
 from __future__ import annotations
 
@@ -55,7 +55,10 @@ def validate_model(
     reports: tuple[Path, ...],
     settings: tuple[str, ...],
 ) -> None:
-    """Validate ``model`` and write the reports; exit with 1 if it fails. Raises Lag2FmuError."""
+    """Validate ``model`` and write the reports; exit with 1 if it fails.
+
+    Raises Lag2FmuError for a model or options that do not fit, SimulationError for a run that fails.
+    """
     for path in reports:
         check_ending(path, (".json", ".txt", *PICTURES))
     source: Model = Path(model)

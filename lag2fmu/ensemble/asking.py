@@ -1,4 +1,4 @@
-"""What a user asks of a batch of runs, checked, as the arrays that compiled code reads and fills."""
+"""The arguments of a batch of runs, checked and turned into the arrays that compiled code reads and fills."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from lag2fmu.errors import LoadError
 from lag2fmu.fmu.builder import VariableTable
 
 LONGEST_PART = 0.02
-"""Of a run, that a step under error control takes by default, as in FMUs."""
+"""The longest step under error control, as a part of the run; FMUs have the same default."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """The arguments of ``Ensemble.run``, as they are given."""
+    """The arguments of ``Ensemble.run`` as the user gave them."""
 
     starts: Mapping[str, ArrayLike]
     parameters: Mapping[str, ArrayLike]
@@ -44,10 +44,10 @@ class Asked:
 def batch_of(
     asked: Asked, table: VariableTable, events: Mapping[str, int], default_stop: float, *, fixed_step: bool
 ) -> Batch:
-    """The batch that is ``asked`` for; raises LoadError for what does not fit, with its name, shape and the remedy.
+    """The batch that is ``asked`` for; raises LoadError, with name, shape and remedy, for arguments that do not fit.
 
-    ``events`` {name: number in the runtime} are those that can be asked for. ``default_stop`` is a stop time in s; a
-    method of ``fixed_step`` takes the mechanism's usual step by default.
+    ``events`` {name: number in the runtime} are those that can be asked for. ``default_stop`` is a stop time in s. A
+    method of ``fixed_step`` takes the mechanism's usual step if no step is given.
     """
     _check_choices(asked)
     knot_times = _knot_times(asked)
@@ -98,7 +98,7 @@ def batch_of(
 
 
 def _check_choices(asked: Asked) -> None:
-    """Raise LoadError for numbers that count nothing, and for a name where names are expected."""
+    """Raise LoadError for counts that are no numbers, and for one name where a list of names is expected."""
     for name in ("most_crossings", "most_events"):
         _check_number(name, getattr(asked, name))
     for name in ("outputs", "extremes", "crossings", "events"):
@@ -110,7 +110,7 @@ _TIMES = ("stop_time", "step", "max_step")
 
 
 def _vectors(asked: Asked, default_stop: float) -> dict[str, Floats]:
-    """All that is one number or one for each run, (1,) or (r,), by what it is."""
+    """{argument: values} of all arguments that are one number, (1,), or one for each run, (r,)."""
     values = {
         **{f"start '{name}'": value for name, value in asked.starts.items()},
         **{f"parameter '{name}'": value for name, value in asked.parameters.items()},
@@ -122,9 +122,9 @@ def _vectors(asked: Asked, default_stop: float) -> dict[str, Floats]:
 
 
 def _times(asked: Asked, given: Mapping[str, Floats], usual: float | None) -> tuple[Floats, Floats, Floats]:
-    """Stop times, steps and longest steps, (r,) in s, checked.
+    """Stop times, steps and longest steps, each (r,) in s; raises LoadError for values that no run can have.
 
-    ``usual`` is the step (s) of a method of fixed step whose step is not given, None for methods of variable step.
+    ``usual`` is the step (s) of a method of fixed step if none is given; it is None for methods of variable step.
     """
     stops, steps, longest = (given[name] for name in _TIMES)
     start = float(asked.start_time)
@@ -141,7 +141,7 @@ def _times(asked: Asked, given: Mapping[str, Floats], usual: float | None) -> tu
 
 
 def _check_number(name: str, value: object) -> None:
-    """Raise LoadError for what is no number to count with."""
+    """Raise LoadError unless ``value`` is a number."""
     counts = isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 0
     _expect(counts, f"{name} is {value!r}", "a whole number, 0 or more")
 
@@ -152,7 +152,7 @@ def _expect(holds: object, found: str, expected: str) -> None:
 
 
 def _outputs(asked: Asked, table: VariableTable) -> Sequence[str]:
-    """The names of the outputs: those that are asked for, else the states."""
+    """The names of the outputs: those that are asked for, or the states if none are."""
     if asked.outputs is not None:
         return asked.outputs
     kinds = {"VARIABLE_STATE", "VARIABLE_MASSLESS"}
@@ -183,7 +183,7 @@ def _vector(what: str, value: ArrayLike) -> Floats:
 
 
 def _knot_times(asked: Asked) -> Floats:
-    """The times at which inputs are given, the start time at least; s."""
+    """The times (k,) in s at which inputs are given; the start time alone if no times are."""
     if asked.input_times is None:
         return np.array([asked.start_time], dtype=np.float64)
     times = _vector("input_times", asked.input_times)
@@ -195,7 +195,7 @@ def _knot_times(asked: Asked) -> Floats:
 
 
 def _signal(name: str, value: ArrayLike, asked: Asked, knots: int) -> Floats:
-    """An input at the knots, (r, k), or (1, k) where all runs have the same."""
+    """The values of an input at the knots: (r, k), or (1, k) if all runs have the same."""
     if asked.input_times is None:
         return _vector(f"input '{name}'", value)[:, None]
     values = _numbers(f"input '{name}'", value)
@@ -208,7 +208,7 @@ def _signal(name: str, value: ArrayLike, asked: Asked, knots: int) -> Floats:
 
 
 def _count(vectors: Mapping[str, Floats]) -> int:
-    """The number of runs; raises LoadError where two say different ones."""
+    """The number of runs; raises LoadError if two arguments have different numbers of values."""
     runs, first = 1, ""
     for what, vector in vectors.items():
         if len(vector) != 1 and runs not in {1, len(vector)}:
@@ -234,7 +234,7 @@ def _filled(
     vectors: Mapping[str, Floats],
     runs: int,
 ) -> Floats:
-    """The starts or the parameters of all runs, (r, number of them)."""
+    """The values of all starts, or of all parameters, in all runs: (r, number of starts or parameters)."""
     usual = table.tables.start_states if what == "start" else table.tables.start_parameters
     values = np.tile(np.array(usual, dtype=np.float64), (runs, 1))
     slots = _slots(table, kinds)
@@ -258,7 +258,7 @@ def _inputs(table: VariableTable, given: Mapping[str, Floats], knots: int, runs:
 
 
 def _sample_times(asked: Asked, start: float, stop: float) -> Floats:
-    """The times of the samples; a number of them is spread over the run, both ends included."""
+    """The times (k,) in s of the samples; if only their number is given, they are spread from start to stop."""
     if isinstance(asked.samples, int | np.integer):
         _check_number("samples", asked.samples)
         return np.linspace(start, stop, asked.samples)
@@ -280,9 +280,9 @@ def _sample_times(asked: Asked, start: float, stop: float) -> Floats:
 
 
 def motions_alone(batch: Batch, motions: int) -> bool:
-    """Whether some motion rests by its inputs but has a velocity or an acceleration.
+    """Whether some motion has a velocity or an acceleration although its inputs do not change.
 
-    The runtime lets such a motion go on, which lanes do not.
+    The scalar runtime continues such a motion between its inputs, which lanes cannot.
     """
     if not motions:
         return False

@@ -16,9 +16,9 @@ Integers = NDArray[np.int64]
 WAITS, DONE, LEFT, FAILED = range(4)
 """The status of a run: see batch.h."""
 STOPPED = 2**62
-"""A number of the next run that ends the work of all threads: see batch.h."""
+"""The value of ``next_run`` that makes all threads stop, see batch.h."""
 REASON = 1024
-"""The longest sentence on why a run failed, in bytes, with its end."""
+"""The bytes for the sentence that says why a run failed, including the byte that ends it."""
 
 _COUNTS = (
     *("runs", "samples", "outputs", "extremes", "crossings", "most_crossings", "events", "most_events"),
@@ -47,7 +47,7 @@ class _Batch(ctypes.Structure):
 class Batch:
     """A batch of runs as batch.h describes it; all values in SI units, the arrays C-contiguous.
 
-    ``reasons`` is empty where no scalar runtime runs. ``event_times`` are not set beyond ``event_counts``.
+    ``reasons`` is empty if no run takes the scalar runtime. ``event_times`` are set up to ``event_counts`` only.
     """
 
     hold: bool
@@ -81,7 +81,7 @@ class Batch:
     reasons: NDArray[np.bytes_]
 
     def struct(self) -> ctypes.Structure:
-        """The same as C reads it; the arrays have to outlive it."""
+        """The batch as the struct that C reads; the arrays must live longer than the struct."""
         counts = {
             "runs": len(self.starts),
             "samples": len(self.sample_times),
@@ -100,11 +100,10 @@ class Batch:
 
 
 def run_batch(library: Library, name: str, batch: Batch, threads: int, *further: Floats) -> None:
-    """Call the function ``name`` on ``batch`` in so many ``threads``.
+    """Call the C function ``name``, KIND_runs, on ``batch`` in as many ``threads``.
 
-    ``further`` are contiguous arrays that it takes too, of the shapes that the function says.
-
-    Each thread has memory of its own, of the size that the function KIND_memory says for KIND_runs.
+    ``further`` are contiguous arrays that the function takes as well; it defines their shapes. Each thread has memory
+    of its own, of the size that the function KIND_memory returns.
     """
     function, size = library.function(name), library.number(f"{name.split('_', maxsplit=1)[0]}_memory")
     struct = batch.struct()

@@ -1,4 +1,4 @@
-"""The numbers by which compiled code knows quantities and events."""
+"""The numbers of quantities and events in compiled code."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lag2fmu.fmu.builder import VariableTable
 
 
 def columns_of(table: VariableTable) -> dict[str, int]:
-    """{name: index in the vector of quantities} of what can be asked for, see batch.h."""
+    """{name: index in the vector of quantities, see batch.h} of all quantities that can be asked for."""
     tables = table.tables
     n = len(tables.coordinate_names)
     unknowns = 2 * n + tables.further
@@ -33,7 +33,7 @@ def columns_of(table: VariableTable) -> dict[str, int]:
 
 
 def numbers_of(kind: str, wanted: Sequence[str], table: VariableTable) -> Integers:
-    """The indices of the quantities ``wanted``, (k,); raises LoadError for an unknown one, which is a ``kind``."""
+    """The indices (k,) of the quantities ``wanted``; raises LoadError, which calls an unknown name a ``kind``."""
     known = columns_of(table)
     for name in wanted:
         if name not in known and any(v.name == name for v in table.variables):
@@ -53,7 +53,7 @@ def event_kinds_of(wanted: Sequence[str], events: Mapping[str, int]) -> Integers
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> LoadError:
-    """The error that nothing ``known`` of this ``kind`` has the ``name``, with the names near to it."""
+    """The error that no ``known`` name of this ``kind`` is ``name``; it suggests similar names."""
     names = list(known)
     near = get_close_matches(name, names) or names[:20]
     return LoadError(f"there is no {kind} '{name}'; known are {', '.join(near) or 'none'}")

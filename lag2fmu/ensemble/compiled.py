@@ -35,9 +35,9 @@ Values: TypeAlias = "Mapping[str, ArrayLike]"
 class Ensemble:
     """The equations of a mechanism compiled for batches of runs, with one solver.
 
-    Runs go in lanes of vector registers where the motion is smooth and the solver is explicit; the others, and those
-    that come to a singular position, take the runtime of the FMU one by one. Either way they agree with the FMU within
-    the tolerance. A run gives the same bits whatever runs beside it and however many threads there are.
+    If the motion is smooth and the solver explicit, several runs share the lanes of vector registers. Other runs, and
+    those that reach a singular position, take the scalar runtime of the FMU one by one. Both agree with the FMU within
+    the tolerance. The bits of a run depend neither on the other runs of the batch nor on the number of threads.
     """
 
     def __init__(
@@ -50,10 +50,13 @@ class Ensemble:
     ) -> None:
         """Derive and compile ``model``, a mechanism or what ``load`` takes.
 
-        ``solver`` is one of METHODS, by default one that suits the motion at the start. ``lanes`` is 16, 8, 4, 2 or 1,
-        by default what this processor has in two registers; 0 sends all runs to the scalar runtime. ``compiler`` is
-        'zig' or 'host'. Raises LoadError, DerivationError, ExportError (a solver that does not take the mechanism) or
-        BuildError.
+        - ``solver``: one of METHODS; by default one that suits the motion at the start.
+        - ``lanes``: 16, 8, 4, 2 or 1, by default the doubles in two registers of this processor; 0 sends all runs to
+          the scalar runtime.
+        - ``compiler``: 'zig' or 'host'.
+
+        Raises LoadError, DerivationError, SimulationError (unknown solver or lanes), ExportError (a solver that does
+        not take the mechanism) or BuildError.
         """
         if solver is not None and solver not in METHODS:
             raise SimulationError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
@@ -76,26 +79,26 @@ class Ensemble:
         self.lanes = 0
         if lanes != 0 and runs_in_lanes(self._program, self._method, len(self.mechanism.motions)):
             self.lanes = lanes or lanes_here(compiler)
-            self._lanes  # noqa: B018 (compiled now, so that the first run does not wait)
+            self._lanes  # noqa: B018 (compiles the library now, so that the first run does not wait)
 
     def __repr__(self) -> str:
-        """One line: of what, with which solver, in how many lanes."""
+        """One line: the mechanism, the solver and the number of lanes."""
         return f"<Ensemble of {self.mechanism.name}: solver {self.solver}, {self.lanes or 'no'} lanes>"
 
     def __getstate__(self) -> dict[str, object]:
-        """All but the loaded libraries, which the process that reads this compiles for its own processor."""
+        """The state without the loaded libraries; another process compiles them for its own processor."""
         return {name: value for name, value in vars(self).items() if name not in {"_lanes", "_scalar"}}
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What ``outputs``, ``extremes`` and ``crossings`` may name: states, accelerations, outputs, energies ..."""
+        """The names that ``outputs``, ``extremes`` and ``crossings`` take: states, accelerations, energies and more."""
         return tuple(columns_of(self._table))
 
     @property
     def events(self) -> tuple[str, ...]:
-        """What ``events`` may name: indicators, which come to 0 where the equations change, and impacts.
+        """The names that ``events`` takes: event indicators, which are 0 where the equations change, and impacts.
 
-        Time stepping does not locate what changes the equations; it has impacts alone, to a step.
+        Time stepping locates no change of the equations. Its only events are impacts, known to within one step.
         """
         return tuple(self._events)
 
@@ -135,18 +138,25 @@ class Ensemble:
     ) -> Runs:
         """Integrate a batch of r runs and return what was asked for; all values in SI units.
 
-        ``starts`` {state: value}, ``parameters`` {name: value} and ``stop_time`` (s), ``step`` (s; the fixed step, of
-        adaptive methods the first one, 0: automatic) and ``max_step`` (s; 0: a fiftieth of the run under error control)
-        take one number for all runs or one for each, (r,); r is the longest of them. ``inputs`` {input: value} takes
-        one number, (r,), or with ``input_times`` (k,) in s one at each of these times, (k,) or (r, k): in between
-        inputs are linear, or constant if ``hold``.
+        One value for all runs, or one for each run (r,), is taken by:
 
-        ``samples`` are times (s), ascending, or their number over the run; ``outputs`` are stored at the samples and at
-        the end, by default the states. Of ``extremes`` the minima and maxima are found, between solver steps by
-        parabolas; of ``crossings`` the times of up to ``most_crossings`` zeros, of ``events`` those of up to
-        ``most_events``. ``threads`` is by default the number of processors.
+        - ``starts`` {state: value} and ``parameters`` {name: value}.
+        - ``stop_time`` (s).
+        - ``step`` (s): the fixed step, or the first step of adaptive methods; 0: automatic.
+        - ``max_step`` (s): the longest step; 0: a fiftieth of the run under error control.
 
-        Raises LoadError for names and shapes that do not fit. Runs that fail are told in ``Runs.reasons``.
+        Inputs and results:
+
+        - ``inputs`` {input: value}: one number, (r,), or values at the ``input_times`` (k,) in s, (k,) or (r, k).
+          Between these times inputs are linear, or constant with ``hold``.
+        - ``samples``: ascending times (s), or their number.
+        - ``outputs``: names, by default the states; stored at the samples and at the end.
+        - ``extremes``: names whose minima and maxima are found, between solver steps by parabolas.
+        - ``crossings``: names whose zeros are found, up to ``most_crossings`` of each.
+        - ``events``: names whose times are found, up to ``most_events`` of each.
+        - ``tolerance``: the relative tolerance; ``threads``: by default the number of processors.
+
+        Raises LoadError for names and shapes that do not fit. ``Runs.reasons`` says why a run failed.
         """
         asked = Asked(
             starts or {}, parameters or {}, inputs or {}, input_times, hold, start_time, stop_time, samples,
@@ -181,7 +191,7 @@ def _results(
     events: Sequence[str],
     in_lanes: NDArray[np.bool_],
 ) -> Runs:
-    """What the arrays of ``batch`` hold, by ``names`` of outputs, extremes and crossings, and ``events``."""
+    """The results in the arrays of ``batch``, by the ``names`` of outputs, extremes and crossings, and ``events``."""
     outputs, extremes, crossings = names
     for array in (batch.minima, batch.maxima):
         array[batch.status == FAILED] = np.nan

@@ -26,21 +26,21 @@ from lag2fmu.mechanism.record import Mechanism
 Floats = NDArray[np.float64]
 
 _PART = 4096
-"""Points that are worth a thread."""
+"""A thread is started for each so many points."""
 
 
 class StateFunction:
     """dx/dt = f(t, x, u, p) of a mechanism, with exact Jacobians; all values in SI units.
 
-    ``names`` {"x", "u", "p": names of the entries}: x has the coordinates, their velocities and the further states, u
-    the inputs (generalized forces Q first), p the independent parameters. ``start`` {"t", "x", "u", "p": values} is the
-    start of the mechanism.
+    x has the coordinates, their velocities and the further states; u the inputs, generalized forces Q first; p the
+    independent parameters. ``names`` is {"x", "u", "p": names of the entries}, and ``start`` is {"t", "x", "u", "p":
+    values at the start of the mechanism}.
     """
 
     def __init__(self, model: Mechanism | str | Path, *, lanes: int | None = None, compiler: str = "zig") -> None:
-        """Derive ``model``, a mechanism or what ``load`` takes; it is compiled at the first call.
+        """Derive ``model``, a mechanism or what ``load`` takes; the first call compiles it.
 
-        ``lanes`` and ``compiler`` are those of ``Ensemble``. Raises LoadError, and DerivationError for mechanisms with
+        ``lanes`` and ``compiler`` are as for ``Ensemble``. Raises LoadError, and DerivationError for mechanisms with
         events or coordinates without mass.
         """
         mechanism = as_mechanism(model)
@@ -60,12 +60,12 @@ class StateFunction:
         }
 
     def __repr__(self) -> str:
-        """One line: of what, and its sizes."""
+        """One line: the mechanism and the sizes of x, u and p."""
         sizes = ", ".join(f"{len(entries)} {known}" for known, entries in self.names.items())
         return f"<StateFunction of {self.mechanism.name}: {sizes}>"
 
     def __getstate__(self) -> dict[str, object]:
-        """All but the loaded library, which the process that reads this compiles for its own processor."""
+        """The state without the loaded library; another process compiles it for its own processor."""
         return {name: value for name, value in vars(self).items() if name != "_library"}
 
     @property
@@ -83,15 +83,15 @@ class StateFunction:
     ) -> Floats:
         """dx/dt, (..., N), at states ``x`` (..., N), inputs ``u`` (..., m), parameters ``p`` (..., k), times ``t``.
 
-        Times are (...) in s. The leading dimensions broadcast; without ``u`` and ``p`` they are as at the start. NaN at
-        singular positions. Raises LoadError for shapes that do not fit.
+        The times have the shape (...) in s. The leading dimensions broadcast. ``u`` and ``p`` are by default those of
+        the start. The result is NaN at singular positions. Raises LoadError for shapes that do not fit.
         """
         return self._evaluate(t, x, u, p, jacobian=False)
 
     def accelerations(
         self, x: ArrayLike, u: ArrayLike | None = None, p: ArrayLike | None = None, t: ArrayLike = 0.0
     ) -> Floats:
-        """The accelerations, (..., n), of dx/dt as above."""
+        """The accelerations (..., n), which are entries of dx/dt; the arguments are those of the call of the object."""
         n = len(self.mechanism.coordinates)
         return self(x, u, p, t)[..., n : 2 * n]
 
@@ -100,7 +100,7 @@ class StateFunction:
     ) -> dict[str, Floats]:
         """The derivatives of dx/dt by "t", "x", "u", "p": (..., N, 1), (..., N, N), (..., N, m), (..., N, k).
 
-        Arguments as above. Raises LoadError for shapes that do not fit.
+        The arguments are those of the call of the object. Raises LoadError for shapes that do not fit.
         """
         entries = self._evaluate(t, x, u, p, jacobian=True)
         found, first = {}, 0
@@ -115,10 +115,10 @@ class StateFunction:
         return found
 
     def external(self, folder: str | Path = ".", name: str | None = None) -> Path:
-        """Write the function for CasADi to ``folder``, its C sources and a library beside them; return the library.
+        """Write the function for CasADi to ``folder``, as C sources and a library; return the path of the library.
 
-        ``casadi.external(name, str(path))`` loads it, by default with the name of the mechanism: f(t, x, u, p) with
-        Jacobians, of which CasADi makes forward and adjoint derivatives. Raises ExportError and BuildError.
+        ``casadi.external(name, str(path))`` loads f(t, x, u, p) with its Jacobians, from which CasADi makes forward and
+        adjoint derivatives. ``name`` is by default that of the mechanism. Raises ExportError and BuildError.
         """
         name = identifier_of(name or self.mechanism.name)
         sources = render_external(self._functions, name, self.names)
@@ -163,7 +163,7 @@ class StateFunction:
 
 
 def _points(array: Floats, batch: tuple[int, ...], count: int) -> tuple[Floats, int]:
-    """``array`` (..., k) with a row a point and k, or as one row and 0 where all points have the same."""
+    """(rows, stride) of ``array`` (..., k): a row for each point and k, or one row and 0 if all points share it."""
     if array.ndim == 1 or array.size == array.shape[-1]:
         return np.ascontiguousarray(array.reshape(-1)), 0
     rows = np.broadcast_to(array, (*batch, array.shape[-1])).reshape(count, array.shape[-1])

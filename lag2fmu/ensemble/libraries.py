@@ -15,13 +15,13 @@ from lag2fmu.fmu.compilers import compile_here, host_platform, processor_macros
 
 Part = TypeVar("Part")
 _LANES = (("__AVX512F__", 16), ("__AVX__", 8))
-"""What the compiler predefines for a processor, and the doubles in two of its registers; all others have 4.
+"""(macro that the compiler predefines for a processor, doubles in two of its registers); other processors have 4.
 
-Two registers side by side hide how long each operation takes."""
+Two registers side by side hide the time that each operation takes."""
 
 
 def lanes_here(compiler: str) -> int:
-    """The lanes that suit this machine, as far as ``compiler`` knows it."""
+    """The number of lanes that suits the processor, according to ``compiler``."""
     macros = processor_macros(compiler)
     return next((lanes for macro, lanes in _LANES if macro in macros), 4)
 
@@ -32,9 +32,9 @@ def built(sources: Mapping[str, str], name: str, compiler: str) -> Library:
 
 
 def in_threads(work: Callable[[Part], None], parts: Iterable[Part], stop: Callable[[], None] = lambda: None) -> None:
-    """Do the ``work`` on all ``parts``, each in a thread of its own; one alone in this thread.
+    """Do the ``work`` on all ``parts``, each in a thread of its own; a single part in this thread.
 
-    ``stop`` makes the work end where this thread is interrupted.
+    ``stop`` is called if this thread is interrupted, and makes the other threads end.
     """
     parts = list(parts)
     if len(parts) == 1:
@@ -52,7 +52,7 @@ class Library:
     """A compiled library, loaded; its functions run without Python's lock."""
 
     def __init__(self, content: bytes, name: str) -> None:
-        """Load the library of this ``content``; raises BuildError where the system refuses it."""
+        """Load the library with the bytes ``content``; raises BuildError if the system refuses it."""
         handle, path = tempfile.mkstemp(prefix="lag2fmu-", suffix=Path(name).suffix)
         os.write(handle, content)
         os.close(handle)
@@ -65,7 +65,7 @@ class Library:
                 Path(path).unlink()
 
     def number(self, name: str) -> int:
-        """What the function ``name``, which takes nothing, returns."""
+        """The result of the function ``name``, which takes no arguments."""
         function = self._library[name]
         function.restype, function.argtypes = ctypes.c_int64, []
         return int(function())

@@ -1,4 +1,4 @@
-"""What came out of a batch of runs."""
+"""The results of a batch of runs."""
 
 from __future__ import annotations
 
@@ -15,13 +15,17 @@ Floats = NDArray[np.float64]
 class Runs:
     """The results of a batch of r runs, as arrays whose first axis is the run; all values in SI units.
 
-    ``samples`` {output: (r, k)} holds the outputs at the ``times`` (k,), ``final`` {output: (r,)} those at the end,
-    ``minimum`` and ``maximum`` {name: (r,)} the extremes over each run. ``crossings`` {name: (r, most)} holds the times
-    at which a quantity crossed zero, in order, NaN behind the last, and ``crossing_counts`` {name: (r,)} how many there
-    were. ``events`` {name: the times of its events, an array for each run} are ragged; ``event_counts`` {name: (r,)}
-    count also those that found no place. ``steps`` (r,) counts the solver's steps and ``reached`` (r,) is the time each
-    run came to. ``in_lanes`` (r,) says which runs went in lanes; the others took the scalar runtime. ``reasons`` {run:
-    sentence} tells why a run failed; its values are NaN from the time reached on.
+    - ``samples`` {output: (r, k)}: the outputs at the ``times`` (k,) in s.
+    - ``final`` {output: (r,)}: the outputs at the end.
+    - ``minimum``, ``maximum`` {name: (r,)}: the extremes over each run.
+    - ``crossings`` {name: (r, most)}: the times at which a quantity crossed zero, in order, then NaN.
+    - ``crossing_counts`` {name: (r,)}: the number of crossings.
+    - ``events`` {name: [(times,) for each run]}: the times of the events.
+    - ``event_counts`` {name: (r,)}: the number of events, including those beyond the stored ones.
+    - ``steps`` (r,): the number of solver steps.
+    - ``reached`` (r,): the time that each run reached.
+    - ``in_lanes`` (r,): whether the run went in lanes; the others took the scalar runtime.
+    - ``reasons`` {run: sentence}: why a run failed; its values are NaN from the time reached on.
     """
 
     times: Floats
@@ -47,7 +51,7 @@ class Runs:
         return self.samples[name]
 
     def __repr__(self) -> str:
-        """One line: how many runs, of which outputs, how many failed."""
+        """One line: the number of runs, the outputs, and how many runs failed."""
         failed = f", {len(self.reasons)} failed" if self.reasons else ""
         return f"<Runs: {len(self)}, {len(self.times)} samples of {', '.join(self.final)}{failed}>"
 

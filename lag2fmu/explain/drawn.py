@@ -14,7 +14,7 @@ from lag2fmu.explain.notation import TEXT, Notation
 from lag2fmu.language.writer import to_text, with_decimals
 
 MOST_DRAWN = 150
-"""Operations of a formula that is drawn; a longer one would be wider than any terminal."""
+"""The most operations of a formula that is drawn; a longer one would be wider than any terminal."""
 
 _INDENT = " " * 6
 _RATE = re.compile(r"(?P<head>[A-Za-z]+)(?P<rest>\w*?)_(?P<dots>d?dot)")
@@ -22,7 +22,7 @@ _SETTINGS = {"use_unicode": True, "wrap_line": False, "num_columns": None}
 
 
 class Drawn(str):
-    """A formula of one or several lines; ``baseline`` is the line on which an equation goes on, ``text`` its text."""
+    """A formula of one or several lines; equations continue on the line ``baseline``, ``text`` is the plain formula."""
 
     __slots__ = ("baseline", "text")
 
@@ -31,7 +31,7 @@ class Drawn(str):
 
 
 def drawn(width: int) -> Notation:
-    """The notation for a terminal of ``width`` columns; a formula that is wider stays one line of text."""
+    """The notation for a terminal of ``width`` columns; a wider formula stays one line of text."""
 
     def formula(left: str, right: str) -> str:
         sides = [_picture(left), " = ", _picture(right)]
@@ -69,7 +69,7 @@ def _name(name: str) -> str:
 
 
 def _spelled(name: str) -> str:
-    """``theta1_ddot`` as SymPy spells it, thetaddot1: it sets the dots above the letter. Words keep theirs."""
+    """``theta1_ddot`` as thetaddot1, from which SymPy sets dots above the letter; names that are words stay."""
     match = _RATE.fullmatch(name)
     if match is None or (len(match["head"]) > 1 and match["head"] not in greek_unicode):
         return name

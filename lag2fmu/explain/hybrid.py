@@ -1,6 +1,6 @@
-"""What is hybrid in a mechanism, in words and formulas.
+"""The hybrid elements of a mechanism, in words and formulas.
 
-Contacts, stops and latches with their laws and modes at the start, dry friction, tables and further states.
+These are contacts, stops and latches with their laws and modes at the start, dry friction, tables and further states.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ _ROUNDING = 1e-9
 
 
 class Row(NamedTuple):
-    """A ``force`` by its name, and the ``rate`` along which it acts: its generalized force is force d(rate)/dqd."""
+    """The name of a ``force`` and the ``rate`` along which it acts; its generalized force is force * d(rate)/dqd."""
 
     force: str
     rate: sp.Expr
 
 
 class Law(NamedTuple):
-    """A ``sentence``, and formulas (name or expression on the left, right side) that belong to it."""
+    """A ``sentence`` with its formulas; each is (name or expression on the left side, right side)."""
 
     sentence: str
     formulas: tuple[tuple[str | sp.Expr, sp.Expr], ...] = ()
 
 
 class Hybrid:
-    """The laws of what is hybrid in the mechanism ``m``, whose starts meet its constraints."""
+    """The laws of the hybrid elements in the mechanism ``m``, whose start values meet its constraints."""
 
     def __init__(self, m: Mechanism) -> None:
         self.m, self.poses = m, Poses(m)
         self.start = start_values(m, guesses=True)
 
     def contacts(self) -> Iterator[Law]:
-        """Contacts and stops, compliant contacts, latches: each with its mode at the start."""
+        """The laws of contacts, stops, compliant contacts and latches, each with its mode at the start."""
         if len(self.m.unilaterals) > 1:
             shared = {"sequential": "in rounds", "simultaneous": "in one problem over all that touch"}
             yield Law(f"impacts of several contacts are solved {shared[self.m.impacts]}")
@@ -60,14 +60,14 @@ class Hybrid:
             yield self._of_latch(latch)
 
     def forces(self) -> Iterator[Law]:
-        """Dry frictions and tables."""
+        """The laws of dry frictions and tables."""
         for friction in self.m.frictions:
             yield self._of_friction(friction)
         for table in self.m.tables:
             yield Law(_of_table(table))
 
     def generalized_forces(self) -> list[sp.Expr]:
-        """What contacts, stops, dry frictions and latches exert on the coordinates, (n,)."""
+        """The generalized forces (n,) of contacts, stops, dry frictions and latches."""
         velocities = [symbol(names.velocity(q.name)) for q in self.m.coordinates]
         rows = list(self._rows())
         return [sp.Add(*(symbol(row.force) * row.rate.diff(v) for row in rows)) for v in velocities]
@@ -85,7 +85,7 @@ class Hybrid:
             yield Row(names.multiplier(latch.name), rate)
 
     def state_equations(self) -> Iterator[tuple[str, sp.Expr]]:
-        """The equations of the further states: (name of the derivative, its expression); of filters one, for y_ddot."""
+        """(name of the derivative, its expression) of each further state; a filter has one equation, for y_ddot."""
         for state in (z for z in self.m.states if z.name not in self.m.filtered):
             expression = self.poses.resolved(state.derivative)
             if state.moves:
@@ -150,7 +150,7 @@ class Hybrid:
         return Law(sentence, ((_slip(friction.name), self.poses.resolved(friction.on)),))
 
     def _opening(self, gap: object, unit: Unit | None) -> str:
-        """Whether it is open or closed at the start; "" where that is not known."""
+        """The sentence that a contact is open or closed at the start; "" if the ``gap`` has no value there."""
         whole = self.poses.resolved(sp.sympify(gap))
         value = self._value(whole)
         if value is None:

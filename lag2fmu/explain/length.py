@@ -1,4 +1,4 @@
-"""How long a formula is, and the shorter one of two ways to write it."""
+"""The length of formulas, and the shorter one of two ways to write them."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ MAX_DEFINITIONS = 20
 
 
 def tidy(expression: sp.Expr) -> sp.Expr:
-    """The shorter one of ``expression`` and its trigonometric simplification; large ones as they stand.
+    """The shorter one of ``expression`` and its trigonometric simplification; large expressions are unchanged.
 
-    Terms with the same factors outside of trigonometric functions are simplified together, which is much faster than
-    to treat all symbols alike.
+    Terms with the same factors outside of trigonometric functions are simplified together. This is much faster than
+    the simplification of the whole.
     """
     if operations(expression) > MAX_OPERATIONS:
         return expression
@@ -41,7 +41,7 @@ def _shorter(angular: sp.Expr) -> sp.Expr:
 
 @cache
 def operations(expression: sp.Expr) -> int:
-    """The operations of ``expression`` as it is printed, where long definitions stand by their names."""
+    """The number of operations of ``expression`` as it is printed, with the names of long definitions."""
     size: dict[sp.Basic, int] = {}
     stack: list[sp.Basic] = [expression]
     while stack:
@@ -55,12 +55,12 @@ def operations(expression: sp.Expr) -> int:
 
 
 def rounded(count: int) -> str:
-    """``count`` as text; three digits of a long one."""
+    """``count`` as text, rounded to three digits if it is long."""
     return str(count) if count <= MAX_ON_PAPER else f"{count:.3g}"
 
 
 def why_not_differentiated(lagrangian: sp.Expr) -> str:
-    """What the Lagrangian has that keeps it from being differentiated on paper, as a predicate; else empty."""
+    """The reason why the Lagrangian is not differentiated on paper, as a predicate; '' if it is."""
     if operations(lagrangian) > MAX_OPERATIONS:
         return f"has {rounded(operations(lagrangian))} operations"
     long = calls([lagrangian])
@@ -68,6 +68,6 @@ def why_not_differentiated(lagrangian: sp.Expr) -> str:
 
 
 def long_definitions(expressions: Iterable[sp.Expr]) -> list[tuple[str, sp.Expr]]:
-    """(name, meaning) of the definitions that ``expressions`` name, each after those it uses."""
+    """(name, meaning) of the long definitions in ``expressions``; each comes after those it uses."""
     found = calls(expressions)
     return [(call.definition, call.meaning) for call in found if not call.by and call.args == call.parameters]

@@ -13,7 +13,7 @@ from lag2fmu.language.writer import to_text, with_decimals
 
 @dataclass(frozen=True)
 class Notation:
-    """How one format writes things: names, expressions, derivatives, headings and lines."""
+    """One format: how names, expressions, derivatives, headings and lines are written."""
 
     name: Callable[[str], str]
     expression: Callable[[sp.Expr], str]
@@ -25,7 +25,7 @@ class Notation:
 
 
 def _latex_name(name: str) -> str:
-    r"""``theta1_dot`` -> ``\dot{\theta}_{1}``; names that are several words keep their underscores as indices."""
+    r"""``theta1_dot`` -> ``\dot{\theta}_{1}``; in a name of several words the later ones become indices."""
     for suffix, accent in (("_ddot", "ddot"), ("_dot", "dot")):
         if name.endswith(suffix):
             return f"\\{accent}{{{_latex_name(name.removesuffix(suffix))}}}"

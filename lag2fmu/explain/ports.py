@@ -1,4 +1,4 @@
-"""What the table [ports] says, in sentences."""
+"""The table [ports] of a mechanism in sentences."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lag2fmu.mechanism.record import Mechanism
 
 
 def port_sentences(m: Mechanism) -> Iterator[str]:
-    """Sentences on the inputs that are left out, on places and on drives; none where the table says nothing."""
+    """Sentences on the inputs that are left out, on places and on drives; none if the table is empty."""
     hidden = [name for name in input_names(m) if name in m.hidden_inputs]
     if hidden:
         yield f"no inputs of the FMU, but kept at their start values: {', '.join(hidden)}"

@@ -36,11 +36,11 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition
 
 MOST_WRITTEN = 50_000
-"""Equations with more operations than this are not written."""
+"""Equations with more operations than this are not written at all."""
 MAX_WRITTEN = (5_000, 500)
-"""The same where they are not asked for in full, as text and as LaTeX."""
+"""The most operations of equations that are written without ``full``: as text, and as LaTeX."""
 LONGEST = 600
-"""Characters of a formula that is not asked for in full."""
+"""The most characters of a formula without ``full``."""
 
 
 Formula = tuple[str, sp.Expr]
@@ -116,7 +116,7 @@ class _Steps:
         yield "Equations of motion", self._formulas([*self._equations(), *self._of_states(), *self._drives()])
 
     def _on_frames(self) -> Iterator[tuple[str, Sequence[str]]]:
-        """The steps of a spatial mechanism: its frames as they are given; the rest is composed, not written out."""
+        """The steps of a spatial mechanism: its frames as they are given, without the positions composed of them."""
         m = self.mechanism
         frames = [f"frame {f.name} on {f.parent}: {pose(f)}" for f in m.frames]
         places = [
@@ -139,12 +139,12 @@ class _Steps:
         yield "Equations of motion", self._on_graph()
 
     def _acting(self) -> str:
-        """The loads with where they act, and the coordinates that forces act on."""
+        """A sentence on the loads and where they act, and on the coordinates that generalized forces act on."""
         loads = [f"{load.name} at {load.point or load.body}" for load in self.mechanism.loads]
         return ", ".join([*loads, *(f"on {f.coordinate}" for f in self.mechanism.forces)]) or "none"
 
     def _placed(self) -> list[str]:
-        """Where the bodies are, after the long definitions that formulas name instead of writing them out."""
+        """The positions of the bodies, after the long definitions that they use by name."""
         c, positions = self.composition, list(self._positions())
         constraints = (c.written(item.expression) for item in self.mechanism.constraints)
         found = long_definitions([*(x for _, x in positions), c.kinetic, c.potential, *c.forces, *constraints])
@@ -156,7 +156,7 @@ class _Steps:
     # ------------------------------------------------------------------------------------------------- the steps
 
     def _on_graph(self) -> list[str]:
-        """The equations of motion as on the FMU's page; of large mechanisms, a sentence on where they stand."""
+        """The equations of motion as on the FMU's page; for large mechanisms a sentence that says where they are."""
         form = "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
         form += " + forces of contacts, stops, dry friction and latches" * self.mechanism.hybrid
         lines = [self._say(f"{len(self.mechanism.coordinates)} equations {form}, derived on the graph")]
@@ -179,7 +179,7 @@ class _Steps:
         return tidy(self.composition.kinetic) - tidy(self.composition.potential)
 
     def _constraints(self) -> list[str]:
-        """The constraints as equations, with what kind they are."""
+        """The constraints as equations, each with its kind."""
         lines = []
         for constraint in self.mechanism.constraints:
             follows = f" ({constraint.coordinate} has no mass and follows)" if constraint.massless else ""
@@ -208,7 +208,7 @@ class _Steps:
         return [(self.notation.name(rate), expression) for rate, expression in self._hybrid.state_equations()]
 
     def _drives(self) -> list[Formula]:
-        """The forces that carry prescribed motions, where they are short enough."""
+        """The forces that drive prescribed motions, if their formulas are short enough."""
         drives = self._written.drives if self._written is not None else ()
         return [(self.notation.expression(name), force) for name, force in drives]
 
@@ -244,13 +244,13 @@ class _Steps:
                 yield self.notation.name(names.velocity(f"phi_{body.name}")), rate
 
     def _forces(self) -> Iterator[Formula]:
-        """Q of each coordinate, the forces of Rayleigh's function included, as the equations have them on the right."""
+        """Q of each coordinate with the forces of Rayleigh's function: the right sides of the equations."""
         c = self.composition
         for q, velocity, force in zip(c.symbols.q, c.symbols.qd, c.forces, strict=True):
             yield self.notation.name(f"Q^np_{q.name}"), force - self._drag(velocity)
 
     def _drag(self, velocity: sp.Expr) -> sp.Expr:
-        """The derivative of Rayleigh's function, the rates of dampers as they are written."""
+        """The derivative of Rayleigh's function by ``velocity``, with the rates of dampers as they are written."""
         return sp.factor_terms(self.composition.dissipation.diff(velocity))
 
     def _derivatives(self) -> Iterator[Formula]:

@@ -21,7 +21,7 @@ def amount(value: float, q: Coordinate) -> str:
 
 
 def unit_text(unit: Unit | None) -> str:
-    """The unit of the equations, and that in which values are given where it is another one."""
+    """The unit of the equations and, if values are given in another unit, that one too."""
     if unit is None or not unit.si_name:
         return ""
     return f" [{unit.si_name}]" if unit.name == unit.si_name else f" [{unit.si_name}; given in {unit.name}]"
@@ -53,7 +53,7 @@ def axes(m: Mechanism) -> str:
 
 
 def coordinate_words(q: Coordinate, starting: Coordinate) -> str:
-    """What the coordinate ``q`` is, with values that were not written or may be misread; it starts as ``starting``."""
+    """The coordinate ``q`` in words, with default values and those that may be misread; ``starting`` has its start."""
     remarks = [] if starting.start == q.start else [f"starts at {amount(starting.start, q)}, by the constraints"]
     if q.nominal_from not in ("", "given"):
         remarks.append(f"nominal {amount(q.nominal, q)}, from {q.nominal_from}")
@@ -64,7 +64,7 @@ def coordinate_words(q: Coordinate, starting: Coordinate) -> str:
 
 
 def freedom(m: Mechanism) -> str:
-    """s, which is smaller than the number of coordinates where independent constraints hold."""
+    """The degrees of freedom s in words: the number of coordinates minus that of independent constraints."""
     if not m.constraints:
         return f"s = {len(m.coordinates)}"
     energies = EnergyFunctions(m)

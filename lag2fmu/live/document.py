@@ -1,4 +1,4 @@
-"""The page as one file of HTML that needs no other: scripts, styles and the module of WebAssembly stand in it."""
+"""The page as one self-contained file of HTML, with its scripts, styles and the module of WebAssembly."""
 
 from __future__ import annotations
 
@@ -19,9 +19,12 @@ _MAIN = "page"
 
 
 def document(context: Mapping[str, object], data: Mapping[str, Any], module: bytes, *, spatial: bool) -> str:
-    """The page: ``context`` is that of the static page, ``data`` what the script is given.
+    """The text of the page.
 
-    ``module`` is the mechanism in WebAssembly; a ``spatial`` page brings the library that draws in space.
+    - ``context``: that of the static page.
+    - ``data``: the data for the script.
+    - ``module``: the mechanism in WebAssembly.
+    - ``spatial``: whether the page includes the library that draws in space.
     """
     folder = resource_folder("templates") / "page"
     vendor = folder / "vendor"
@@ -41,22 +44,22 @@ def document(context: Mapping[str, object], data: Mapping[str, Any], module: byt
 
 
 def licences(spatial: bool) -> list[Path]:
-    """The files with the licences of the libraries that stand in a page."""
+    """The files with the licences of the libraries that a page includes."""
     vendor = resource_folder("templates") / "page" / "vendor"
     return [vendor / f"{name}.LICENSE.txt" for name in (("three", "uplot") if spatial else ("uplot",))]
 
 
 def _packed(content: bytes) -> str:
-    """``content`` deflated, as base 64; a browser unpacks it by itself."""
+    """``content`` deflated and encoded in base 64; browsers unpack it without a library."""
     deflate = zlib.compressobj(9, zlib.DEFLATED, -15)
     return b64encode(deflate.compress(content) + deflate.flush()).decode()
 
 
 def script(folder: Path) -> str:
-    """The modules of the page as one, each behind those that it imports.
+    """The modules in ``folder`` as one script, each after those that it imports.
 
-    A page that is opened from a disk may load no other file. The modules name no two things alike, so that they can
-    stand together; imports and exports are left out.
+    A page that is opened from a disk may load no other file. No two modules define the same name, so that they can be
+    joined; imports and exports are left out.
     """
     ordered: dict[str, str] = {}
 

@@ -1,7 +1,7 @@
-"""The sketch of a mechanism as data that a page draws at any state: parts, and between which spots each of them is.
+"""The sketch of a mechanism as data that a page draws at any state: its parts, and the spots between which they are.
 
-The parts are those of ``picture.drawing``. Lengths are in units of the picture unless it is said otherwise; ``spots``
-are numbers of places and directions that the page evaluates itself.
+The parts are those of ``picture.drawing``. Lengths are in units of the picture unless a docstring says otherwise.
+``spots`` are numbers of places and directions, which the page evaluates.
 """
 
 from __future__ import annotations
@@ -28,21 +28,22 @@ from lag2fmu.picture.walls import draw_walls
 
 Item = dict[str, Any]
 _FAR = 400.0
-"""Walls that are farther are drawn at this distance: bodies move here, and meet the others where they are."""
+"""Walls that are farther from their body than this are drawn at this distance, in units of the picture; nearer ones
+stay in place, because bodies move on the page and reach them."""
 _NAMED = 8
-"""Bodies beyond which their names are left out; points likewise."""
+"""If there are more bodies than this, their names are left out. The same holds for the points."""
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """``data`` is what the page's script is given; ``spots`` are those that it refers to."""
+    """The ``data`` for the page's script, and the ``spots`` that they refer to."""
 
     data: Item
     spots: Spots
 
 
 def drawing(mechanism: Mechanism) -> Drawing | None:
-    """The drawing of ``mechanism``, None where there is nothing to draw."""
+    """The drawing of ``mechanism``, None if there is nothing to draw."""
     if not drawable(mechanism):
         return None
     layout = layout_of(mechanism)
@@ -72,7 +73,7 @@ def _rounded(vector: Sequence[float] | Floats) -> list[float]:
 
 
 def _items(layout: Layout, spots: Spots) -> Iterator[Item]:
-    """What is there, back to front."""
+    """All parts of the picture, back to front."""
     if layout.pulley is not None:
         yield {"k": "pulley", "tree": _pulley(layout.pulley, spots), "height": BOX[0]}
     yield from _ground(layout, spots)
@@ -92,7 +93,7 @@ def _pulley(pulley: Pulley, spots: Spots) -> list[Any]:
 
 
 def _ground(layout: Layout, spots: Spots) -> Iterator[Item]:
-    """Supports and crosses at spots; rails, which get as long as the motion; walls, which stay as at the start."""
+    """Supports and crosses at spots; rails, which grow with the motion; walls, which stay as at the start."""
     for kind, found in zip(("support", "cross"), supports(layout), strict=True):
         yield from ({"k": kind, "at": spots(i)} for i in found)
     for spot in layout.skeleton.sliders.values():
@@ -136,14 +137,16 @@ def _bodies(layout: Layout, spots: Spots) -> Iterator[Item]:
 
 
 def _falls(layout: Layout, spot: int) -> bool:
-    """Whether what goes up and down at the spot hangs on nothing: it is a ball then, and no slider."""
+    """Whether the body that goes up and down at the spot hangs on nothing, so that it is a ball and no slider."""
     held = {i for _, a in layout.attached if a is not None for i in a.ends}
     return layout.upright(spot) and layout.pulley is None and spot not in held
 
 
 def _extended(layout: Layout, spots: Spots, body: Body, shape: Shape) -> Item:
-    """Size (m) and axes of a body: ``ray`` is the spots between which it lies, ``turn`` the direction of its spoke,
-    ``frame`` with ``axes`` (3, 3) turns it with a frame.
+    """Size (m) and orientation of a body.
+
+    ``ray`` has the spots between which a rod lies, ``turn`` is the direction of a disc's spoke, and ``frame`` with
+    ``axes`` (3, 3) turns the body with a frame.
     """
     s = layout.skeleton
     found: Item = {"size": [float(f"{x:.6g}") for x in shape.size]}
@@ -178,7 +181,7 @@ def _points(layout: Layout, spots: Spots) -> Iterator[Item]:
 
 
 def _attached(layout: Layout, spots: Spots, attachment: Attachment) -> Item:
-    """Where a spring or damper is: at a hinge, between spots, or from a spot or a link to a wall that stays."""
+    """The place of a spring or damper: at a hinge, between spots, or from a spot or a link to a wall at rest."""
     if attachment.hinge is not None:
         return {"hinge": spots(attachment.hinge), "reach": 1.9 if len(layout.attached) > 4 else 3.2}
     aside = beside(layout, attachment)
@@ -200,7 +203,7 @@ def _attached(layout: Layout, spots: Spots, attachment: Attachment) -> Item:
 
 
 def _load(layout: Layout, spots: Spots, load: Load) -> Iterator[Item]:
-    """An arrow of the force, or an arc of the torque, as large as it is at present."""
+    """An arrow for a force, or an arc for a torque; the page scales it by the present magnitude."""
     s = layout.skeleton
     target = str(load.point if load.point is not None else load.body)
     given = load.force if load.force is not None else load.torque

@@ -1,4 +1,4 @@
-"""What a live page has beside a static one."""
+"""The parts that a live page has in addition to those of a static one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Live:
-    """The ``picture``, data of a ``Drawing``, and the ``module`` in WebAssembly."""
+    """The ``picture`` (the data of a ``Drawing``) and the ``module`` in WebAssembly."""
 
     picture: Mapping[str, Any] | None
     module: bytes

@@ -1,4 +1,4 @@
-"""A trajectory by direct integration, as far as a page compares its own with it."""
+"""Samples of a trajectory by direct integration, with which a page compares its own motion."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ _MOST = 60
 class Samples:
     """``values`` (m, k) of the variables ``names`` at the ``times`` (m,) s, in SI units.
 
-    Errors are relative to the ``scales`` (k,) of the variables and to the ``growth`` (m,) of disturbances; ``bar`` is
-    what is allowed of them.
+    Errors are relative to the ``scales`` (k,) of the variables and to the ``growth`` (m,) of disturbances. They may be
+    as large as ``bar``.
     """
 
     names: tuple[str, ...]
@@ -27,7 +27,7 @@ class Samples:
     bar: float
 
     def data(self) -> dict[str, Any] | None:
-        """What the page's script is given: at most 60 of the rows; None where there is none."""
+        """The data for the page's script, with at most 60 rows; None if there is no row."""
         if len(self.times) == 0:
             return None
         rows = np.unique(np.linspace(0, len(self.times) - 1, _MOST).astype(int))

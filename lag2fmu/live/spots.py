@@ -1,4 +1,4 @@
-"""Where the parts of a picture are, as a function in C: places and directions as expressions of the state."""
+"""The places and directions of a picture's parts as a function in C of the state."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Spots:
         self._known = {v.t, *v.states, *v.signals, *v.parameters}
 
     def __call__(self, spot: int) -> int:
-        """The number that the page knows the skeleton's ``spot`` by."""
+        """The page's number of the skeleton's ``spot``."""
         if spot not in self.numbers:
             self.numbers.append(spot)
         return self.numbers.index(spot)
@@ -40,9 +40,9 @@ class Spots:
         return all(node in self._known for node in g.cone(nodes) if g.code[node] == SYMBOL)
 
     def program(self, lowered: Program | None) -> Program:
-        """The function that fills the spots, and behind them the residuals of the holonomic constraints.
+        """The function that computes the spots, followed by the residuals of the holonomic constraints.
 
-        Its arguments are those of the functions of ``lowered``, the program of the same mechanism.
+        It has the arguments of the functions of ``lowered``, the program of the same mechanism.
         """
         s, v = self.skeleton, self.skeleton.variables
         modes = 0 if lowered is None else lowered.masks + lowered.switches
@@ -62,7 +62,7 @@ class Spots:
 
 
 def no_spots() -> Program:
-    """The function where there is nothing to draw: it fills nothing."""
+    """The function without results, for a mechanism that has nothing to draw."""
     graph = Graph()
     arguments = (Array("t", (graph.symbol("t"),), True), *(Array(name, ()) for name in "xup"))
     return Program(graph, (filling(FUNCTION, _DOC, arguments, spots=[]),), "", 0, (), (), ())

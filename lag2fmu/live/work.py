@@ -12,13 +12,13 @@ FUNCTION = "work_power"
 
 
 def work(equations: EquationsOfMotion, references: Mapping[str, int]) -> Program:
-    """The function that fills power[2] at a time t (s) and the values v of the FMU's variables.
+    """The function that computes power[2] at a time t (s) from the values v of the FMU's variables.
 
-    They are the power of work (W), and the sum of the squared velocities of supports, 0 where none moves. Inputs that
-    are no variables keep their start values.
+    power[0] is the power of work (W). power[1] is the sum of the squared velocities of supports, 0 if none moves.
+    Inputs that are no variables of the FMU keep their start values.
 
-    ``references`` has the value reference of each variable by its name. Raises DerivationError if the power depends on
-    what is no variable.
+    ``references`` is {variable: value reference}. Raises DerivationError if the power depends on a quantity that is no
+    variable.
     """
     equations = equations.apart()
     g, v = equations.graph, equations.variables

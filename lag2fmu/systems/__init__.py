@@ -1,1 +1,1 @@
-"""Systems of FMUs: what they show to each other, what is connected, and the archive that says so."""
+"""Systems of FMUs: their components with connectors, the connections, and the archive that describes both."""

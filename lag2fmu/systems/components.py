@@ -1,4 +1,4 @@
-"""What an FMU, of any tool, shows to a system: its connectors with their units, its terminals, its experiment."""
+"""An FMU, of any tool, as the component of a system: its connectors with units, its terminals, its experiment."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from lag2fmu.xml_tree import Element, parse
 
 _TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 _UNTYPED = ("String", "Binary", "Clock", "Enumeration")
-"""Types of variables that no connector stands for."""
+"""The types of variables that have no connector."""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit: exponents of BASE_UNITS (8,), and what takes its numbers to SI: SI = factor * number + offset."""
+    """A unit: the exponents (8,) of BASE_UNITS, and the conversion of its numbers, SI = factor * number + offset."""
 
     name: str
     exponents: tuple[int, ...]
@@ -36,9 +36,11 @@ class Unit:
 
 @dataclass(frozen=True)
 class Connector:
-    """A variable of an FMU: ``type`` and ``unit`` as it declares them (None: none), ``sizes`` of an array's dimensions.
+    """A variable of an FMU, as the FMU declares it.
 
-    ``settable``: it has a start value that may be another one, from ``low`` to ``high``.
+    - ``type``, ``unit``: the unit is None if the variable has none.
+    - ``sizes``: the lengths of an array's dimensions.
+    - ``settable``: whether its start value may be changed, from ``low`` to ``high``.
     """
 
     name: str
@@ -53,9 +55,10 @@ class Connector:
 
 @dataclass(frozen=True)
 class Terminal:
-    """Variables that belong together, {member: variable}; ``rule`` says how members of two terminals are matched.
+    """Variables that belong together, {member: variable}.
 
-    ``inflows`` are the members whose sum over a connection is zero, as forces in balance are.
+    ``rule`` says how the members of two terminals are matched. ``inflows`` are the members whose sum over a connection
+    is zero, such as forces in balance.
     """
 
     rule: str
@@ -65,9 +68,10 @@ class Terminal:
 
 @dataclass(frozen=True)
 class Component:
-    """An FMU under the ``name`` that it has in a system; ``kind`` is CoSimulation or, where it has none, ModelExchange.
+    """An FMU under the ``name`` that it has in a system.
 
-    ``stop_time`` (s) is that of its experiment, None where it names none.
+    - ``kind``: CoSimulation, or ModelExchange if the FMU has no co-simulation.
+    - ``stop_time`` (s): that of its experiment, None if it has none.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Connections: from the words of the user to an output and an input that fit, or an error that names both."""
+"""Connections: the user's words become an output and an input that fit, or an error that names both."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from lag2fmu.systems.components import Component, Connector, Unit
 Components = Mapping[str, Component]
 
 _GIVES = ("output", "local")
-"""Causalities of what may be connected to an input. FMI shows local variables, too; SSP 2.0 treats them as outputs."""
+"""The causalities that may be connected to an input; SSP 2.0 treats the local variables of FMI as outputs."""
 
 
 class End(NamedTuple):
-    """A connector of a component, by the names of both."""
+    """A connector of a component: the names of both."""
 
     component: str
     connector: str
@@ -26,9 +26,10 @@ class End(NamedTuple):
 
 
 class Connection(NamedTuple):
-    """What the output ``source`` says, times ``factor``, the input ``target`` hears.
+    """A connection: the input ``target`` gets the output ``source`` times ``factor``.
 
-    Forces of two terminals are both those on the own mechanism: what is in balance has the factor -1.
+    Each of two connected terminals shows the force on its own mechanism. These forces are opposite, so that their
+    connection has the factor -1.
     """
 
     source: End
@@ -37,9 +38,9 @@ class Connection(NamedTuple):
 
 
 def connected(words: Iterable[str], components: Components) -> tuple[Connection, ...]:
-    """The connections that ``words`` ask for, such as 'a.x:b.y0', in variables or in terminals of both ends.
+    """The connections in ``words`` such as 'a.x:b.y0', where both ends are variables or both are terminals.
 
-    The output may stand on either side. Raises LoadError for what does not exist or does not fit.
+    The output may be on either side. Raises LoadError for ends that do not exist or do not fit.
     """
     found: dict[End, tuple[Connection, str]] = {}
     for word in words:
@@ -85,9 +86,10 @@ def _is_terminal(end: End, components: Components) -> bool:
 
 
 def _members(word: str, one: End, other: End, components: Components) -> Iterator[tuple[End, End, float]]:
-    """The pairs of connectors that belong together in two terminals, with their factors (FMI 3.0.2, section 2.4.9.1).
+    """(connector, connector, factor) of the members of two terminals that belong together.
 
-    By the rule "plug" all names of members are the same, by "bus" some are, by "sequence" their order counts.
+    By the rule "plug" all members have the same names, by "bus" some have, and by "sequence" their order counts.
+    Source: FMI 3.0.2, section 2.4.9.1.
     """
     a, b = (components[end.component].terminals[end.connector] for end in (one, other))
     if a.rule != b.rule:

@@ -1,4 +1,4 @@
-"""``ssp``: FMUs and what connects them as one archive, System Structure and Parameterization 2.0."""
+"""``ssp``: FMUs and their connections as one archive, System Structure and Parameterization 2.0."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lag2fmu.systems.connections import Components, End, connected
 from lag2fmu.systems.structure import PARAMETERS, SSD, System, ssd, ssv
 
 Source = Fmu | str | os.PathLike[str]
-"""An exported FMU, or the path of one, of any tool."""
+"""An exported FMU, or the path of an FMU of any tool."""
 
 
 def ssp(
@@ -29,11 +29,14 @@ def ssp(
 ) -> Path:
     """Write the system of ``fmus`` to ``path``, which ends in .ssp, and return it.
 
-    ``fmus``: {component: FMU}, or FMUs that are called as their files. ``connect`` has words such as 'a.x:b.y0', an
-    output and an input or two terminals of which members match. ``values`` {'a.m': value} are parameters and start
-    values in the units of the FMU (SI of those of lag2fmu), which become a parameter set. ``stop_time`` (s) is by
-    default the longest of the FMUs. Raises LoadError for FMUs, connections and values that do not fit, ExportError for
-    a ``path`` that cannot be written.
+    - ``fmus``: {component: FMU}, or FMUs alone, whose components are then named after their files.
+    - ``connect``: words such as 'a.x:b.y0', an output and an input, or two terminals whose members match.
+    - ``values`` {'a.m': value}: parameters and start values in the units of the FMU (SI units for those of lag2fmu),
+      which become a parameter set.
+    - ``stop_time`` (s): by default the longest of the FMUs.
+
+    Raises LoadError for FMUs, connections and values that do not fit, ExportError for a ``path`` that cannot be
+    written.
     """
     target = Path(path)
     if target.suffix != ".ssp" or not target.parent.is_dir():
@@ -56,7 +59,7 @@ def ssp(
 
 
 def read_components(fmus: Mapping[str, Source] | Iterable[Source]) -> Components:
-    """The components of ``fmus``, see ``ssp``; raises LoadError."""
+    """The components of ``fmus``, see ``ssp``; raises LoadError for a name that is taken or a file that is no FMU."""
     found: dict[str, Component] = {}
     named = fmus.items() if isinstance(fmus, Mapping) else ((None, source) for source in fmus)
     for given, source in named:
@@ -76,7 +79,7 @@ def read_components(fmus: Mapping[str, Source] | Iterable[Source]) -> Components
 
 
 def settings_of(values: Mapping[str, float], components: Components) -> dict[End, float]:
-    """The ``values`` by connector; raises LoadError for what cannot be set."""
+    """{connector: value} for ``values`` {'a.m': value}; raises LoadError for a variable that cannot be set."""
     found: dict[End, float] = {}
     for word, value in values.items():
         end = End(*word.partition(".")[::2])

@@ -26,14 +26,16 @@ _SPACES = {
 """Prefix -> namespace, which versions 1.0 and 2.0 share."""
 _FLOATS = ("Real", "Float64", "Float32")
 _WIDTH, _GAP, _ROW = 30.0, 20.0, 4.0
-"""The size of a component in the diagram, what is between two, and the height of a connector."""
+"""In the diagram: the size of a component, the gap between two components, and the height of a connector."""
 
 
 @dataclass(frozen=True)
 class System:
-    """FMUs and what connects them; ``sources`` {component: its FMU in the archive}, ``values`` {connector: value}.
+    """FMUs and their connections.
 
-    The values are in the units of the connectors; ``stop_time`` in s.
+    - ``sources``: {component: the path of its FMU in the archive}.
+    - ``values``: {connector: value}, in the units of the connectors.
+    - ``stop_time``: in s.
     """
 
     name: str
@@ -45,13 +47,13 @@ class System:
 
 
 class _Units:
-    """The units in use, each under a name of its own: FMUs of different tools may mean different things by one name."""
+    """The units in use, each under its own name: FMUs of different tools may use one name for different units."""
 
     def __init__(self) -> None:
         self.names: dict[Unit, str] = {}
 
     def attribute(self, unit: Unit | None) -> dict[str, str]:
-        """The attribute that refers to ``unit``, none without one."""
+        """The attribute that refers to ``unit``; empty if ``unit`` is None."""
         if unit is None:
             return {}
         taken = {*self.names.values()} - {self.names.get(unit)}
@@ -60,7 +62,7 @@ class _Units:
         return {"unit": self.names.setdefault(unit, free)}
 
     def write(self, root: ET.Element, prefix: str) -> None:
-        """The element Units, none without any."""
+        """Add the element Units to ``root``, unless no unit is in use."""
         if not self.names:
             return
         parent = ET.SubElement(root, f"{prefix}:Units")
@@ -72,7 +74,7 @@ class _Units:
 
 
 def ssd(system: System) -> bytes:
-    """SystemStructure.ssd."""
+    """The content of SystemStructure.ssd."""
     root, units = _root("ssd:SystemStructureDescription", system.name), _Units()
     whole = ET.SubElement(root, "ssd:System", {"name": system.name})
     if system.values:
@@ -97,7 +99,7 @@ def ssd(system: System) -> bytes:
 
 
 def ssv(system: System) -> bytes:
-    """The parameter set, its names being COMPONENT.VARIABLE."""
+    """The content of the parameter set; its names are COMPONENT.VARIABLE."""
     root, units = _root("ssv:ParameterSet", "parameters"), _Units()
     parent = ET.SubElement(root, "ssv:Parameters")
     for end, value in system.values.items():
@@ -118,9 +120,9 @@ def _root(tag: str, name: str) -> ET.Element:
 def _component(
     parent: ET.Element, component: Component, source: str, shown: Sequence[Connector], place: int, units: _Units
 ) -> None:
-    """The component with its outputs and the inputs that are connected, drawn beside the others.
+    """Add a component with its outputs and its connected inputs, drawn beside the other components.
 
-    Other inputs keep their start values: importers such as fmpy set every connector, to 0 where nothing is connected.
+    Unconnected inputs are left out and keep their start values. Importers such as fmpy would set them to 0.
     """
     attributes = {"name": component.name, "source": source, "type": "application/x-fmu-sharedlibrary"}
     element = ET.SubElement(parent, "ssd:Component", {**attributes, "implementation": component.kind})

@@ -31,7 +31,8 @@ ARM = """<mujoco model="arm"><compiler angle="radian"/><option gravity="0.3 0 -9
   <joint joint="reach" coef="-1.5"/></fixed></tendon>
 <actuator><motor name="lift" joint="shoulder_1" gear="3" ctrlrange="-1 1" ctrllimited="true"/>
   <position name="bend" joint="elbow" kp="7" kv="0.4"/>
-  <motor name="pull" tendon="cable" gear="2"/></actuator></mujoco>"""
+  <motor name="pull" tendon="cable" gear="2"/>
+  <general name="valve" joint="reach" gaintype="affine" gainprm="0.5 2 -3" gear="1.5"/></actuator></mujoco>"""
 
 
 @pytest.fixture
@@ -55,7 +56,7 @@ def accelerations(mechanism: Mechanism, **values: float) -> dict[str, float]:
 
 
 def test_an_arm_moves_as_in_mujoco(robot: Robot) -> None:
-    """Anchors, two joints a body, armature, springs, references, a tendon and three actuators; 1e-12."""
+    """Anchors, two joints a body, armature, springs, references, a tendon and four actuators; 1e-12."""
     mechanism, model = robot(ARM), mujoco.MjModel.from_xml_string(ARM)
     state = mujoco.MjData(model)
     rng = np.random.default_rng(0)
@@ -64,7 +65,7 @@ def test_an_arm_moves_as_in_mujoco(robot: Robot) -> None:
     mujoco.mj_forward(model, state)
     names = ["shoulder_1", "shoulder_2", "elbow", "reach"]
     values = dict(zip(names, state.qpos, strict=True)) | dict(zip((f"{x}_dot" for x in names), state.qvel, strict=True))
-    values |= dict(zip(("u_lift", "u_bend", "u_pull"), state.ctrl, strict=True))
+    values |= dict(zip(("u_lift", "u_bend", "u_pull", "u_valve"), state.ctrl, strict=True))
     found = accelerations(mechanism, **values)
     assert [found[name] for name in names] == pytest.approx(state.qacc.tolist(), rel=1e-12)
 

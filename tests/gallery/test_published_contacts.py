@@ -235,6 +235,27 @@ def test_a_ladder_between_rough_floor_and_wall_slips_under_who_climbs_it(exporte
         assert (friction <= 0.4 * force + 1e-8 * own).all()
 
 
+def test_thirty_feet_under_one_body_stick_and_share_its_weight(exported: Callable[..., Fmu]) -> None:
+    """Rounding errors of so many redundant rows start no slip. Each force is measured by the acceleration it causes.
+
+    Of forces f at the distances p from the centre of mass the least sum of f^2 (1/m + p^2/I) is that of forces
+    inversely to that factor.
+    """
+    m, inertia, feet = 2.0, 0.1, 30
+    p = (np.arange(feet) - 14.5) / feet
+    text = ['[mechanism]\nname = "feet"\n[coordinates]\nx = {}\nz = {}\na = { unit = "rad" }']
+    text += [f'[bodies.plate]\nmass = {m}\ninertia = {inertia}\nposition = ["x", "z"]\nangle = "a"']
+    text += [f"[gravity]\nacceleration = {G}"]
+    text += [f'[contacts.f{k}]\ngap = "z + {p[k]}*sin(a)"\nslip = "x_dot"\nfriction = 0.5' for k in range(feet)]
+    names = ("x", *(f"f{k}_force" for k in range(feet)), *(f"f{k}_mode" for k in range(feet)))
+    run = simulate(exported(read("\n".join(text), "feet.toml")), stop_time=1.0, step=0.5, outputs=names)
+    parts = 1 / (1 / m + p**2 / inertia)
+    assert (run["x"] == 0).all()
+    for k in range(feet):
+        assert (run[f"f{k}_mode"] == 2).all()
+        assert run[f"f{k}_force"] == pytest.approx(m * G * parts[k] / parts.sum(), rel=1e-9)
+
+
 def test_a_ball_in_an_elliptic_billiard_keeps_the_product_of_its_momenta_about_the_foci(
     exported: Callable[..., Fmu],
 ) -> None:

@@ -78,17 +78,24 @@ def _turning(along: Turning, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]
     return sp.S.Zero, sp.Add(*(gear * rate for gear, rate in zip(gears, rates, strict=True)))
 
 
+_GAINS, _BIASES = ("gain", "length_gain", "velocity_gain"), ("offset_gain", "position_gain", "rate_gain")
+
+
+def _factors(labels: Sequence[str], values: Sequence[float], name: str, parts: Parts) -> list[sp.Expr]:
+    """The factors of 1, a length and its rate as parameters, none where they are 0, or a gain of 1 alone."""
+    if labels == _GAINS and tuple(values) == (1.0, 0.0, 0.0):
+        return [sp.S.One, sp.S.Zero, sp.S.Zero]
+    named = zip(labels, values, strict=True)
+    return [parts.parameter(f"{label}_{name}", x, None) if x else sp.S.Zero for label, x in named]
+
+
 def _drive(actuator: Actuator, parts: Parts) -> None:
     """An input, and the forces that follow from it."""
     name, along = f"u_{identifier(actuator.name)}", actuator.along
     u = signal(name, minimum=actuator.lower, maximum=actuator.upper, doc=f"control of the actuator {actuator.name}")
     parts.inputs.append(u)
-    gain = sp.S.One if actuator.gain == 1.0 else parts.parameter(f"gain_{name}", actuator.gain, None)
-    labels = zip(("offset", "position", "rate"), actuator.bias, strict=True)
-    offset, by_length, by_rate = (
-        parts.parameter(f"{label}_gain_{name}", value, None) if value else sp.S.Zero for label, value in labels
-    )
-    force = gain * u + offset
+    gain, alone = _factors(_GAINS, actuator.gain, name, parts), _factors(_BIASES, actuator.bias, name, parts)
+    force, by_length, by_rate = (x * u + y for x, y in zip(gain, alone, strict=True))
     if isinstance(along, Wrench):
         _push(along, name, force, parts)
     elif isinstance(along, Span):

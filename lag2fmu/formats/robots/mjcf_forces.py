@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
 
 import numpy as np
 
@@ -17,10 +18,10 @@ def actuators(compiled: Compiled) -> Iterator[Actuator]:
     m, own = compiled.model, compiled.mujoco
     for k in range(len(m.actuator_trntype)):
         name = compiled.name("actuator", k)
-        affine = m.actuator_biastype[k] == own.mjtBias.mjBIAS_AFFINE
-        b0, b1, b2 = tuple(float(x) if affine else 0.0 for x in m.actuator_biasprm[k][:3])
+        bias = _affine(m.actuator_biasprm[k], 3 if m.actuator_biastype[k] == own.mjtBias.mjBIAS_AFFINE else 0)
+        gain = _affine(m.actuator_gainprm[k], 3 if m.actuator_gaintype[k] == own.mjtGain.mjGAIN_AFFINE else 1)
         through = _transmission(compiled, k) if _is_plain(compiled, k) else None
-        if through is None or (b1 and not _has_length(through)) or (b2 and not _has_rate(through)):
+        if through is None or not _follows(through, gain, bias):
             compiled.ignored.append(f"the actuator {name}")
             continue
         compiled.note(
@@ -37,17 +38,24 @@ def actuators(compiled: Compiled) -> Iterator[Actuator]:
         control = int(m.actuator_ctrladr[k]) if hasattr(m, "actuator_ctrladr") else k
         low, high = map(float, m.actuator_ctrlrange[control])
         limits = (low, high) if m.actuator_ctrllimited[control] else (None, None)
-        yield Actuator(name, through, float(m.actuator_gainprm[k][0]), (b0, b1, b2), *limits)
+        yield Actuator(name, through, gain, bias, *limits)
 
 
-def _has_length(through: Transmission) -> bool:
-    """Whether a force can follow the length, which in space springs and dampers know between two places only."""
-    return not isinstance(through, (Turning, Wrench)) and not (isinstance(through, Span) and len(through.spots) > 2)
+def _affine(numbers: Iterable[float], count: int) -> tuple[float, float, float]:
+    """The first ``count`` of ``numbers``, and 0 up to three."""
+    first, second, third = (float(x) if k < count else 0.0 for k, x in enumerate(islice(numbers, 3)))
+    return first, second, third
 
 
-def _has_rate(through: Transmission) -> bool:
-    """Whether a force can follow the rate of the length."""
-    return isinstance(through, Turning) or _has_length(through)
+def _follows(through: Transmission, gain: Sequence[float], bias: Sequence[float]) -> bool:
+    """Whether a force can depend on length and rate as ``gain`` and ``bias`` say.
+
+    Between two places a damper knows the rate, and a spring the length, which no control multiplies.
+    """
+    on_joints, between_two = isinstance(through, tuple), isinstance(through, Span) and len(through.spots) == 2
+    length = on_joints or (between_two and not gain[1])
+    rate = on_joints or between_two or isinstance(through, Turning)
+    return (length or not (gain[1] or bias[1])) and (rate or not (gain[2] or bias[2]))
 
 
 def _is_plain(compiled: Compiled, k: int) -> bool:
@@ -60,7 +68,7 @@ def _is_plain(compiled: Compiled, k: int) -> bool:
     several = hasattr(m, "actuator_ctrlnum") and m.actuator_ctrlnum[k] != 1
     return bool(
         not (off or delayed or several)
-        and m.actuator_gaintype[k] == own.mjtGain.mjGAIN_FIXED
+        and int(m.actuator_gaintype[k]) in map(int, (own.mjtGain.mjGAIN_AFFINE, own.mjtGain.mjGAIN_FIXED))
         and int(m.actuator_biastype[k]) in map(int, (own.mjtBias.mjBIAS_AFFINE, own.mjtBias.mjBIAS_NONE))
         and m.actuator_dyntype[k] == own.mjtDyn.mjDYN_NONE
     )

@@ -170,11 +170,14 @@ Transmission = Sum | Turning | Span | Wrench
 
 @dataclass(frozen=True)
 class Actuator:
-    """A force ``along`` something: gain u + bias[0] + bias[1] length + bias[2] length', u its input within limits."""
+    """A force ``along`` something: the sum of ``gain`` times (1, length, length') times u, and ``bias`` times these.
+
+    u is its input within limits.
+    """
 
     name: str
     along: Transmission
-    gain: float
+    gain: tuple[float, float, float]
     bias: tuple[float, float, float]
     lower: float | None
     upper: float | None

@@ -251,17 +251,30 @@ static void solve_bilateral(const Elimination *e, double lambda[]) {
     }
 }
 
-/* w = free + delassus lambda, 0 where it is rounding error. */
-static void evaluate(const Problem *problem, const double lambda[], double w[]) {
+/* The sum of the absolute terms of w = free + delassus lambda in a row. */
+static double terms_of(const Problem *problem, const double lambda[], int row) {
+    double sum = fabs(problem->free[row]);
+    for (int j = 0; j < problem->rows; j++) {
+        sum += fabs(problem->delassus[row * problem->rows + j] * lambda[j]);
+    }
+    return sum;
+}
+
+/* w = free + delassus lambda, 0 where it is rounding error: of the terms in the row, or what solving all rows together
+   leaves in a row whose own terms are as small. */
+static void evaluate(const Elimination *e, const double lambda[], double w[]) {
+    const Problem *problem = e->problem;
+    double greatest = 0.0;
     for (int i = 0; i < problem->rows; i++) {
-        double size = fabs(problem->free[i]);
+        greatest = fmax(greatest, e->scale[i] * terms_of(problem, lambda, i));
+    }
+    for (int i = 0; i < problem->rows; i++) {
+        const double rounding = VANISHES * terms_of(problem, lambda, i) + ROUNDING * greatest / e->scale[i];
         w[i] = problem->free[i];
         for (int j = 0; j < problem->rows; j++) {
-            const double term = problem->delassus[i * problem->rows + j] * lambda[j];
-            w[i] += term;
-            size += fabs(term);
+            w[i] += problem->delassus[i * problem->rows + j] * lambda[j];
         }
-        w[i] = fabs(w[i]) > VANISHES * size ? w[i] : 0.0;
+        w[i] = fabs(w[i]) > rounding ? w[i] : 0.0;
     }
 }
 
@@ -280,5 +293,5 @@ void recover_rows(const Elimination *e, const double x[], double lambda[], doubl
     for (int k = 0; k < n; k++) {
         lambda[k] *= e->scale[k];
     }
-    evaluate(e->problem, lambda, w);
+    evaluate(e, lambda, w);
 }

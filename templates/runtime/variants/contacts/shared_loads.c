@@ -16,6 +16,9 @@ enum { M = N_CONSTRAINTS, MOST_CONES = SIZE_UNILATERALS + SIZE_FRICTIONS, SIZE =
 /* Relative to the load: what no motion feels but for rounding, and a margin that has no bound. */
 static const double UNFELT = 1e-9, UNBOUNDED = 1e3;
 
+/* Margins of this part of the greatest load are no matter of sharing. */
+static const double FAR = 0.01;
+
 /* tau falls by this factor to its last value. The square of Newton's decrement is that of a solution from this value
    on. */
 static const double FALL = 0.1, LAST = 1e-12, SOLVED = 1e-12;
@@ -108,7 +111,7 @@ static void keep(Shares *p) {
     }
 }
 
-static void add_contact(Shares *p, int contact) {
+static void set_contact(Shares *p, int contact) {
     Cone *cone = &p->cone[p->cones];
     const int normal = ROW_PLACES[contact], first = SLIP_ROWS[contact];
     const double holding = p->sharing->holding[contact];
@@ -119,29 +122,35 @@ static void add_contact(Shares *p, int contact) {
         const int row = ROW_PLACES[first + i];
         cone->force[i] = part_of(p, row, scale_of(p, row) / scale_of(p, normal), cone->tangent[i]);
     }
-    keep(p);
 }
 
-static void add_friction(Shares *p, int friction) {
+static void set_friction(Shares *p, int friction) {
     Cone *cone = &p->cone[p->cones];
     const int row = ROW_PLACES[FIRST_FRICTION + friction];
     cone->width = 1;
     cone->force[0] = part_of(p, row, 1.0, cone->tangent[0]);
     (void)part_of(p, row, 0.0, cone->slope);
     cone->offset = p->sharing->capacity[friction] / scale_of(p, row);
-    keep(p);
+}
+
+static bool takes_part(const Shares *p, int contact) {
+    return contact_closed(p->sharing->state, contact) && scale_of(p, ROW_PLACES[contact]) > 0.0;
+}
+
+static bool slides(const Shares *p, int contact) {
+    return !contact_sticks(p->sharing->state, contact) && SLIP_ROWS[contact + 1] > SLIP_ROWS[contact] &&
+           p->sharing->holding[contact] > 0.0;
 }
 
 /* Does the contact slide by friction that another sharing would change? */
 static bool rubs(const Shares *p, int contact) {
     double slope[SIZE];
-    const bool slides = !contact_sticks(p->sharing->state, contact) && SLIP_ROWS[contact + 1] > SLIP_ROWS[contact];
     (void)part_of(p, ROW_PLACES[contact], 1.0, slope);
-    return slides && p->sharing->holding[contact] > 0.0 && sqrt(inner_product(slope, slope, SIZE)) > UNFELT;
+    return slides(p, contact) && sqrt(inner_product(slope, slope, SIZE)) > UNFELT;
 }
 
-/* The problem for multipliers[m], with the least margin in x or without. Returns false where nothing is shared. */
-static bool pose(const Sharing *sharing, const double multipliers[], bool centre, Shares *p) {
+/* The loads of least norm for multipliers[m]. */
+static void begin(const Sharing *sharing, const double multipliers[], Shares *p) {
     memset(p, 0, sizeof *p);
     p->sharing = sharing;
     memcpy(p->least, multipliers, sizeof p->least);
@@ -150,19 +159,25 @@ static bool pose(const Sharing *sharing, const double multipliers[], bool centre
         p->least[k] = scale_of(p, k) > 0.0 ? p->least[k] / scale_of(p, k) : 0.0;
         p->greatest = fmax(p->greatest, fabs(p->least[k]));
     }
+}
+
+/* The problem, with the least margin in x or without. Returns false where nothing is shared. */
+static bool pose(bool centre, Shares *p) {
     find_loads(p);
     p->size = p->loads + (centre ? 1 : 0);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        if (contact_closed(sharing->state, i) && scale_of(p, ROW_PLACES[i]) > 0.0) {
+        if (takes_part(p, i)) {
             if (rubs(p, i)) {
                 return false;
             }
-            add_contact(p, i);
+            set_contact(p, i);
+            keep(p);
         }
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
-        if (friction_sticks(sharing->state, i)) {
-            add_friction(p, i);
+        if (friction_sticks(p->sharing->state, i)) {
+            set_friction(p, i);
+            keep(p);
         }
     }
     return p->cones > 0 && p->greatest > 0.0;
@@ -176,14 +191,38 @@ static double evaluate(const Shares *p, const Cone *cone, double t[]) {
     return cone->offset + inner_product(cone->slope, p->x, p->size);
 }
 
-/* s - |t| of the cone where that is least. */
+/* s - |t|. */
+static double margin(const Shares *p, const Cone *cone) {
+    double t[2] = {0.0};
+    const double s = evaluate(p, cone, t);
+    return s - vector_length(t, cone->width);
+}
+
 static double least_margin(const Shares *p) {
-    double least = HUGE_VAL, t[2] = {0.0};
+    double least = HUGE_VAL;
     for (int i = 0; i < p->cones; i++) {
-        const double s = evaluate(p, &p->cone[i], t);
-        least = fmin(least, s - vector_length(t, p->cone[i].width));
+        least = fmin(least, margin(p, &p->cone[i]));
     }
     return least;
+}
+
+/* Do all hold well with the loads of least norm? That is soon found, and then no other loads are looked for. */
+static bool all_hold_well(Shares *p) {
+    const double least = FAR * p->greatest;
+    bool well = true;
+    for (int i = 0; i < N_UNILATERALS && well; i++) {
+        if (takes_part(p, i)) {
+            set_contact(p, i);
+            well = !slides(p, i) && margin(p, p->cone) > least;
+        }
+    }
+    for (int i = 0; i < N_FRICTIONS && well; i++) {
+        if (friction_sticks(p->sharing->state, i)) {
+            set_friction(p, i);
+            well = margin(p, p->cone) > least;
+        }
+    }
+    return well;
 }
 
 /* Adds the derivatives of -log(s^2 - t^2), half of it without t: gradient[size] and matrix[size * size]. */
@@ -267,7 +306,10 @@ static void centre_within(Shares *p) {
 
 void loads_centre(const Sharing *sharing, double multipliers[]) {
     Shares p;
-    if (pose(sharing, multipliers, true, &p)) {
+    begin(sharing, multipliers, &p);
+    if (all_hold_well(&p)) {
+        combine(&p, multipliers);
+    } else if (pose(true, &p)) {
         centre_within(&p);
         combine(&p, multipliers);
     }
@@ -275,8 +317,9 @@ void loads_centre(const Sharing *sharing, double multipliers[]) {
 
 void loads_obey(const Sharing *sharing, double multipliers[]) {
     Shares p, inside;
-    if (!pose(sharing, multipliers, false, &p) || least_margin(&p) >= 0.0 ||
-        !pose(sharing, multipliers, true, &inside)) {
+    begin(sharing, multipliers, &p);
+    inside = p;
+    if (all_hold_well(&p) || !pose(false, &p) || least_margin(&p) >= 0.0 || !pose(true, &inside)) {
         return;
     }
     centre_within(&inside);

@@ -18,7 +18,8 @@ typedef struct {
    negative. Nothing is changed where there are none, and where a contact slides whose friction would change. */
 void loads_obey(const Sharing *sharing, double multipliers[]);
 
-/* Likewise those whose least margin is greatest. It is negative where no multipliers obey the laws. */
+/* Of the same multipliers[m] those whose least margin is greatest; it is negative where none obey the laws. Where those
+   of least norm have margins that are far from 0, it is them. */
 void loads_centre(const Sharing *sharing, double multipliers[]);
 
 #endif
