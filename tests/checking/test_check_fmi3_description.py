@@ -134,6 +134,8 @@ HEAD = {
     "number of event indicators as in 2.0": (put(numberOfEventIndicators="1"), "schema"),
     "date without Z": (put(generationDateAndTime="2024-01-01T00:00:00+00:00"), "date"),
     "serialize without get": (put("CoSimulation", canGetAndSetFMUState="false"), "capabilities"),
+    "capability as FMI 2.0 spells it": (put("ModelExchange", canGetAndSetFMUstate="true"), "unknown-attribute"),
+    "capability of another kind": (put("ModelExchange", hasEventMode="true"), "unknown-attribute"),
     "early return without updates": (put("CoSimulation", providesIntermediateUpdate="false"), "capabilities"),
     "evaluation without Event Mode": (
         put("CoSimulation", hasEventMode="false", providesEvaluateDiscreteStates="true"),
