@@ -230,5 +230,8 @@ def broken_schema(content: bytes, schema: str) -> list[tuple[int, str]]:
 
     parser = etree.XMLParser(resolve_entities=False, no_network=True)
     found = etree.XMLSchema(etree.parse(str(files("fmpy") / "schema" / "fmi3" / f"{schema}.xsd")))
-    found.validate(etree.fromstring(content, parser))
+    try:
+        found.validate(etree.fromstring(content, parser))
+    except etree.XMLSyntaxError as error:  # of names, which our own parser does not look into
+        return [(error.lineno or 1, error.msg or "no well-formed XML")]
     return [(error.line, error.message) for error in found.error_log]

@@ -326,6 +326,7 @@ FOLDERS: dict[str, tuple[Replace, str]] = {
     "coordinates upside down": (terminal('x2="100" y2="100" s', 'x2="-200" y2="100" s'), "coordinate-system"),
     "coordinate that is no number": (terminal('y2="100"/>', 'y2="high"/>'), "schema"),
     "terminal with an unknown attribute": (terminal('name="sensors"', 'name="sensors" colour="red"'), "schema"),
+    "terminal with an undeclared prefix": (terminal('name="sensors"', 'name="sensors" acme:colour="red"'), "schema"),
     "source with an unknown attribute": (
         built('<SourceFile name="all.c"/>', '<SourceFile name="all.c" path="."/>'),
         "schema",
