@@ -34,7 +34,10 @@ def shared(system: System, point: Point, modes: Modes, answer: Answer) -> Answer
     G = np.concatenate([point.constraints[3], point.rows.jacobian[bound]])
     if not len(bound) or not np.isfinite(answer.qdd).all():
         return answer
-    root = np.linalg.cholesky(point.terms.mass_matrix)
+    mass, permanent = point.terms.mass_matrix, point.constraints[3]
+    if np.linalg.matrix_rank(mass) < len(mass):  # quaternions: their norm takes no energy, and a constraint holds it
+        mass = mass + permanent.T @ permanent
+    root = np.linalg.cholesky(mass)
     rows = np.linalg.solve(root, G.T)
     size = 1.0 / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
     _, values, across = np.linalg.svd(rows * size)
