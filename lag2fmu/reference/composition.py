@@ -20,7 +20,7 @@ from lag2fmu.description.parts import Damper, Load
 from lag2fmu.description.places import Body
 from lag2fmu.description.tables import Table
 from lag2fmu.language.definitions import calls, written_out
-from lag2fmu.language.vocabulary import NAME_OF, TIME, symbol
+from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice, symbol
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.symbols import Symbols, symbols_of
 from lag2fmu.reference.tables import with_data
@@ -113,13 +113,13 @@ class Composition:
             (moving if qd & term.free_symbols else resting).append(term)
         return sp.Add(*moving), -sp.Add(*resting)
 
-    def jumps(self) -> tuple[str, ...]:
-        """The calls of sign and heaviside in forces whose arguments the motion changes, as text; qdd jumps at them."""
+    def jumps(self) -> tuple[tuple[str, str], ...]:
+        """What in the forces jumps as the motion goes on, (call, margin) as texts; qdd jumps where the margin is 0."""
         moving = {*self.symbols.q, *self.symbols.qd}
         everything = (*self.forces, *(call.meaning for call in calls(self.forces)))
-        jumping = {jump for expression in everything for jump in expression.atoms(sp.sign, sp.Heaviside)}
-        found = (jump for jump in jumping if jump.args[0].free_symbols & moving)
-        return tuple(sorted(f"{NAME_OF[jump.func]}({jump.args[0]})" for jump in found))
+        jumping = {jump for expression in everything for jump in expression.atoms(sp.sign, sp.Heaviside, Choice)}
+        found = (jump for jump in jumping if _jumps(jump, jump.args[0].free_symbols & moving))
+        return tuple(sorted((_called(jump), str(jump.args[0])) for jump in found))
 
     def place(self, name: str) -> Vector:
         """The position (m) of a point or body, (2,) or (3,). Raises MechanismError for one on a frame."""
@@ -256,3 +256,23 @@ def _angle(mechanism: Mechanism, name: str) -> sp.Expr:
 
 def _dot(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
     return sp.Add(*(x * y for x, y in zip(a, b, strict=True)))
+
+
+def _jumps(call: sp.Expr, moving: set[sp.Symbol]) -> bool:
+    """Whether a ``call`` of sign, heaviside or if jumps with what is ``moving`` in its margin.
+
+    An if does not where both of its values are equal at the margin's root, if that can be written.
+    """
+    if not isinstance(call, Choice) or not moving:
+        return bool(moving)
+    margin, a, b = call.args
+    s = min(moving, key=str)
+    slope = margin.diff(s)
+    if slope.is_zero or s in slope.free_symbols:
+        return True
+    return bool(sp.expand((a - b).subs(s, -margin.subs(s, 0) / slope)) != 0)
+
+
+def _called(jump: sp.Expr) -> str:
+    """A ``jump`` as it is written."""
+    return f"if({jump.args[0]} > 0, ...)" if isinstance(jump, Choice) else f"{NAME_OF[jump.func]}({jump.args[0]})"

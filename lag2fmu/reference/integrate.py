@@ -178,9 +178,9 @@ def remedy_of_jumps(mechanism: Mechanism) -> str:
     jumps = composition_of(mechanism).jumps()
     if not jumps:
         return ""
-    first = jumps[0][jumps[0].index("(") + 1 : -1]
+    first, named = jumps[0][1], ", ".join(call for call, _ in jumps)
     return (
-        f"the forces jump with {', '.join(jumps)}, which no step can pass where they hold the motion: declare dry "
+        f"the forces jump with {named}, which no step can pass where they hold the motion: declare dry "
         f"friction in [frictions], or write a smooth function, such as tanh(({first})/w) with a small width w"
     )
 

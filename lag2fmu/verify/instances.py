@@ -11,6 +11,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from ctypes import byref
 from pathlib import Path
 from typing import Any
 
@@ -97,6 +98,17 @@ class Instance:
         """Bring the FMU back to the state after instantiation."""
         self.fmu.reset()
         self.log.clear()
+        if not is_fmi3(self.description):
+            self._listen()
+
+    def _listen(self) -> None:
+        """What the FMU says comes here: fmpy passes it to the logger that was made last, of whatever FMU."""
+        from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+        from fmpy.logging import addLoggerProxy
+
+        self._callbacks = fmi2CallbackFunctions()  # kept as long as the FMU may call
+        self._callbacks.logger = fmi2CallbackLoggerTYPE(self.log)
+        addLoggerProxy(byref(self._callbacks))
 
     def close(self) -> None:
         """Free the instance and remove its files."""
@@ -218,5 +230,8 @@ def broken_schema(content: bytes, schema: str) -> list[tuple[int, str]]:
 
     parser = etree.XMLParser(resolve_entities=False, no_network=True)
     found = etree.XMLSchema(etree.parse(str(files("fmpy") / "schema" / "fmi3" / f"{schema}.xsd")))
-    found.validate(etree.fromstring(content, parser))
+    try:
+        found.validate(etree.fromstring(content, parser))
+    except etree.XMLSyntaxError as error:  # of names, which our own parser does not look into
+        return [(error.lineno or 1, error.msg or "no well-formed XML")]
     return [(error.line, error.message) for error in found.error_log]

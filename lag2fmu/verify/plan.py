@@ -92,7 +92,7 @@ def check_times(stop_time: float, step: float) -> None:
     for label, value in (("stop time", stop_time), ("step", step)):
         if not (math.isfinite(value) and value > 0):
             raise LoadError(f"the {label} {value!r} s is not positive and finite")
-    if step > stop_time:
+    if step > stop_time * (1 + 1e-9):  # a difference of two times is rounded
         raise LoadError(f"the step {step!r} s is longer than the stop time {stop_time!r} s")
     if stop_time / step > MOST_POINTS:
         count = f"{stop_time / step:.3g} steps of {step:g} s in {stop_time:g} s"

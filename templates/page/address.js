@@ -1,6 +1,6 @@
 /** The state of the page in its address, behind the #. */
 
-/** {settings, grey: Maps of variables by index to values or null, and the words: stop, speed, t, plot, phase, paused}. */
+/** {settings, grey: Maps of variable index to value, or null; the words stop, speed, t, plot, phase, paused}. */
 export function readAddress(hash, variables) {
   const byName = new Map(variables.map((variable) => [variable.name, variable]));
   const found = { settings: new Map(), grey: null, words: {} };
@@ -19,7 +19,7 @@ export function readAddress(hash, variables) {
   return found;
 }
 
-/** The text behind the # for this state; a word has a "-" in front, so that no variable's name is in its way. */
+/** The text behind the # for this state; a word begins with "-", so that it cannot be the name of a variable. */
 export function addressOf(state, variables) {
   const named = new Map(variables.map((variable) => [variable.index, variable]));
   const entries = new URLSearchParams();

@@ -1,6 +1,6 @@
-/** How the page's own trajectory compares with the one by direct integration that was put into the page. */
+/** The comparison of the page's own trajectory with the one by direct integration that the page contains. */
 
-/** {worst, until}: the largest difference in ranges of the variables; disturbances of the start grow, and so do errors. */
+/** The largest difference, relative to the ranges of the variables and to the growth of disturbances of the start. */
 export function compare(run, reference, variables) {
   const byName = new Map(variables.map((variable) => [variable.name, variable]));
   const columns = reference.names.map((name) => byName.get(name));
@@ -15,7 +15,7 @@ export function compare(run, reference, variables) {
   return worst;
 }
 
-/** The words of the badge for a comparison; "" as long as there is none. */
+/** The text of the badge for a comparison; "" as long as there is none. */
 export function verdict(worst, bar) {
   const passed = worst <= bar;
   return {

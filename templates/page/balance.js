@@ -1,4 +1,4 @@
-/** The balance of energy of a run: what the energy has gained beyond the work of all that changes it. */
+/** The balance of energy of a run: the gain of energy minus the work of everything that changes it. */
 
 /** Gauss's rule of three points on [0, 1], exact for polynomials through six points: [place, weight]. */
 const GAUSS = [-1, 0, 1].map((side) => [(1 + side * Math.sqrt(0.6)) / 2, side === 0 ? 4 / 9 : 5 / 18]);
@@ -6,9 +6,9 @@ const MOST_POINTS = 6;
 const NARROW = 0.25;
 
 /**
- * The balance at every record, J: the generalized energy less that of the start and the work done since, with the energy
- * that a variable says is `taken`, if there is one. It is 0 but for errors. Setting a variable does the work that it
- * changes the energy by, and so does a support that moves in an impact.
+ * The balance at every record, J: the generalized energy, minus its value at the start, minus the work done since, plus
+ * the value of the variable `taken` (dissipated energy), if there is one. The balance is 0 but for errors. When a
+ * variable is set, or a support moves in an impact, the work is the change of the energy.
  */
 export function balance(run, energy, taken) {
   const worth = (values) => values[energy.index] + (taken ? values[taken.index] : 0);
@@ -58,8 +58,8 @@ function* stretches(run) {
 }
 
 /**
- * The integral of the power from point k to k + 1, J, by the polynomial through the nearest points. A point at an end
- * that is much nearer to the next one than a `step` would make the polynomial waver.
+ * The integral of the power from point k to k + 1, J, by the polynomial through the nearest points. An end point that
+ * is much nearer to its neighbour than a `step` is left out, because it would make the polynomial oscillate.
  */
 function integral(points, k, step) {
   const last = points.length - 1;

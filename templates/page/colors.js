@@ -54,7 +54,7 @@ const DARK = {
 
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 
-/** The colour of a style as the user's scheme has it now. */
+/** The colour of a style in the user's present scheme, light or dark. */
 export const colorOf = (style) => (dark.matches ? DARK : LIGHT)[style];
 
 export const onSchemeChange = (listen) => dark.addEventListener("change", listen);

@@ -1,4 +1,4 @@
-/** Where the coordinates have to be so that a spot of the picture is at a given place: damped least squares. */
+/** The coordinates that bring a spot of the picture to a given place, by damped least squares. */
 
 const ROUNDS = 12;
 const CONSTRAINTS = 1e3;
@@ -23,11 +23,11 @@ function solve(matrix, b) {
 }
 
 /**
- * Moves the coordinates of the mechanism's point at the start so that what `measure(spots)` answers comes to `target`.
+ * Moves the coordinates at the start so that `measure(spots)`, in units of the picture, becomes `target`.
  *
- * `measure` is in units of the picture, `first` is where the residuals of the constraints begin among the spots,
- * `nominals` are the sizes of the coordinates. The coordinates that are nearest to where they were win. Answers the
- * coordinates; Levenberg's and Marquardt's method.
+ * `first` is the index among the spots at which the residuals of the constraints begin. `nominals` are the sizes of the
+ * coordinates. Among several solutions the one nearest to the previous coordinates is chosen. Returns the coordinates.
+ * Source: the method of Levenberg and Marquardt.
  */
 export function reach(mechanism, target, measure, first, nominals) {
   const n = mechanism.coordinates;

@@ -1,6 +1,6 @@
-/** Coordinates as gauges, for a mechanism of which nothing is known that could be drawn: dials and scales. */
+/** Coordinates as gauges (dials and scales), for a mechanism without anything to draw. */
 
-/** Draws one gauge a coordinate; `coordinates` are variables. */
+/** Draws a gauge for each of the variables `coordinates`. */
 export class GaugesView {
   constructor(canvas, coordinates, colors) {
     Object.assign(this, { canvas, coordinates, colors });

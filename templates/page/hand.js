@@ -1,11 +1,11 @@
-/** A body is dragged to where the mechanism is to start. */
+/** Dragging a body to the place where the mechanism starts. */
 
 import { reach } from "./drag.js";
 
 const MOUSE = 26;
 const FINGER = 44;
 
-/** What the pointer does on the canvas of a page; `q` are the coordinates while something is dragged, else null. */
+/** The actions of the pointer on the canvas of a page; `q` are the coordinates during a drag, else null. */
 export class Hand {
   constructor(page, canvas) {
     Object.assign(this, { page, canvas, spot: null, q: null });
@@ -58,7 +58,7 @@ export class Hand {
     page.changed();
   }
 
-  /** The run starts where it was dragged to. */
+  /** Starts the run at the coordinates to which the body was dragged. */
   let() {
     const { q } = this;
     const { page } = this;

@@ -9,7 +9,7 @@ export async function loadMechanism(module) {
   return new Mechanism(instance.exports);
 }
 
-/** One instance; all values are in SI units. The arrays are views of its memory: what is to last is copied. */
+/** One instance; all values are in SI units. Its arrays are views of its memory, which callers copy to keep. */
 export class Mechanism {
   constructor(functions) {
     this.call = functions;
@@ -35,7 +35,7 @@ export class Mechanism {
     this.call.page_set(variable, value);
   }
 
-  /** Goes to the time `end`, or to an event before it: "event" then, otherwise whether that was possible. */
+  /** Goes to the time `end` and returns whether that was possible, or "event" at an event before `end`. */
   advance(end) {
     return [false, true, "event"][this.call.page_advance(end)];
   }
@@ -49,7 +49,7 @@ export class Mechanism {
     return this.call.page_time();
   }
 
-  /** Brings `point` up to date; answers with the `values` of variables, the `power` (W) of what changes the energy, and
+  /** Updates `point`; returns the `values` of variables, the `power` (W) of everything that changes the energy, and
    *  whether supports are `moving`. */
   observe() {
     this.call.page_observe();

@@ -1,4 +1,4 @@
-/** The live page: a run of the mechanism, what shows it and what moves it. */
+/** The live page: a run of the mechanism, its views and its controls. */
 
 import { addressOf, readAddress } from "./address.js";
 import { compare, verdict } from "./badge.js";
@@ -81,7 +81,7 @@ class Page {
     this.changed();
   }
 
-  /** The same, unless it cannot start there; plays. */
+  /** Begins such a run and plays it, unless it cannot start with these settings. */
   startAt(settings) {
     const before = this.run.settings;
     this.start(settings);
@@ -99,7 +99,7 @@ class Page {
     return this.variables.find((variable) => variable.index === index);
   }
 
-  /** A typical size of what starts at 0. */
+  /** A typical size of a variable that starts at 0. */
   swing(variable) {
     if (variable.nominal) return variable.nominal / variable.factor;
     const energy = this.variables.find((v) => v.name === "kinetic_energy");
@@ -127,11 +127,11 @@ class Page {
     try {
       window.history.replaceState(null, "", text ? `#${text}` : "#");
     } catch {
-      return; // a frame without an address of its own
+      return; // the page is in a frame that has no address
     }
   }
 
-  /** A variable gets a value (SI): what is fixed in a run begins it anew. */
+  /** Sets a variable to a value (SI); a variable that is fixed in a run begins a new run. */
   change(variable, value) {
     const fixed = variable.fixed || this.player.time === 0;
     const settings = new Map(this.run.settings).set(variable.index, value);
@@ -155,7 +155,7 @@ class Page {
     }
   }
 
-  /** Everything as the model has it. */
+  /** Sets all variables to the values of the model. */
   reset() {
     this.grey = null;
     this.start(new Map());
@@ -164,7 +164,7 @@ class Page {
     this.showSettings();
   }
 
-  /** The present run stays, in grey, and another one begins. */
+  /** Keeps the present run in grey and begins another one. */
   keep() {
     this.run.compute(3000);
     this.grey = this.grey ? null : this.run;
@@ -199,7 +199,7 @@ class Page {
     byId("keep").addEventListener("click", () => this.keep());
   }
 
-  /** One frame: computes ahead, then shows what is at the time of the player. */
+  /** One frame: computes ahead, then shows the state at the player's time. */
   frame(now) {
     const begin = performance.now();
     if (!this.run.done) this.run.compute(this.seen === 0 ? 4 * BUDGET : BUDGET);
@@ -238,14 +238,14 @@ class Page {
     this.tell(time);
   }
 
-  /** The view makes room for what was computed since it was last told, and for the grey run. */
+  /** Extends the view to the records since the last call, and to the grey run. */
   includeNew() {
     const { run, grey } = this;
     if (this.seen === 0 && grey) this.include(grey, 0);
     this.seen = this.include(run, this.seen);
   }
 
-  /** The view makes room for the records of a run from `first` on; answers which comes next. */
+  /** Extends the view to the records of a run from `first` on; returns the index of the next record. */
   include(run, first) {
     const stride = Math.ceil(run.count / 600);
     let index = first;

@@ -14,14 +14,14 @@ export class PlaneView {
     this.forget();
   }
 
-  /** Nothing is known any more of how far the mechanism goes. */
+  /** Forgets how far the mechanism moves. */
   forget() {
     this.box = [Infinity, Infinity, -Infinity, -Infinity];
     this.largest = 0;
     for (const item of this.drawing.items) item.span = undefined;
   }
 
-  /** Makes room for what is drawn at these spots. */
+  /** Extends the view to the parts that are drawn at these spots. */
   include(spots) {
     const moment = new Moment(this.drawing, spots);
     for (const item of this.drawing.items) {
@@ -44,7 +44,7 @@ export class PlaneView {
     return found;
   }
 
-  /** Both ends of a rail, which is made longer if what is on it has left it. */
+  /** Both ends of a rail, which is made longer if its slider has left it. */
   along(moment, item) {
     const [x, y] = moment.flat(item.of);
     const station = (x - item.middle[0]) * item.along[0] + (y - item.middle[1]) * item.along[1];
@@ -67,7 +67,7 @@ export class PlaneView {
     b.splice(0, 4, Math.min(b[0], x), Math.min(b[1], y), Math.max(b[2], x), Math.max(b[3], y));
   }
 
-  /** Fits what was included into the canvas; what goes far away is followed. */
+  /** Fits the included parts into the canvas; the view follows parts that go far away. */
   fit(moment) {
     const ratio = window.devicePixelRatio || 1;
     const { clientWidth, clientHeight } = this.canvas;
@@ -111,7 +111,7 @@ export class PlaneView {
     ];
   }
 
-  /** Which handle is there, as [name, spot], or null; `reach` in pixels. */
+  /** The handle [name, spot] at this place, or null; `reach` in pixels. */
   handleAt(x, y, spots, reach = 28) {
     const moment = new Moment(this.drawing, spots);
     const at = this.fromPixels(x, y);
@@ -123,7 +123,7 @@ export class PlaneView {
     return (distances[nearest] * this.scale) / this.ratio <= reach ? this.drawing.handles[nearest] : null;
   }
 
-  /** What is to be brought to the target while a handle is dragged, and the target. */
+  /** The quantity that a dragged handle brings to a target, and the target. */
   measure(spot) {
     return (spots) => new Moment(this.drawing, spots).flat(spot);
   }
@@ -132,7 +132,7 @@ export class PlaneView {
     return this.fromPixels(x, y);
   }
 
-  /** Where these spots are in the picture. */
+  /** The places of these spots in the picture. */
   places(spots, wanted) {
     const moment = new Moment(this.drawing, spots);
     return wanted.map((spot) => moment.flat(spot));

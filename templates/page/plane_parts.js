@@ -121,7 +121,7 @@ function wallAt(view, a, b) {
   view.lines(hatched(off(b, across, -reach), off(b, across, reach), view.size), "ground", 0.35);
 }
 
-/** Draws a pulley with all that hangs on it; answers its centre and radius. */
+/** Draws a pulley with everything that hangs on it; returns its centre and radius. */
 function hang(view, moment, tree, height) {
   const tops = tree.map((end) => {
     if (!Array.isArray(end)) return { at: off(moment.flat(end), [0, 1], height), radius: 0 };
@@ -152,7 +152,7 @@ function hull(points) {
   return [...half(sorted), ...half(sorted.reverse())];
 }
 
-/** Both ends of the ground under what has moved between the stations of `item.span`. */
+/** Both ends of the ground under a body that has moved between the stations of `item.span`. */
 export function railEnds(item) {
   const [least, most] = item.span ?? [0, 0];
   return [least - item.reach, most + item.reach].map((x) => off(item.middle, item.along, x));

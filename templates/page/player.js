@@ -1,4 +1,4 @@
-/** What moves the time: buttons, the bar of the time, keys. */
+/** The controls of the time: buttons, the time bar, keys. */
 
 export const byId = (id) => document.getElementById(id);
 const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 4, 10];
@@ -61,7 +61,7 @@ export class Player {
     this.seek((Math.round(this.time / step) + count) * step);
   }
 
-  /** Goes to a time, and stays there unless it plays. */
+  /** Goes to a time, and stays there unless the player plays. */
   seek(time) {
     this.time = Math.min(Math.max(0, time), this.page.experiment.stop);
     if (this.time > this.page.run.end) this.page.run.compute(200, this.time);

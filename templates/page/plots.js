@@ -4,7 +4,7 @@
 
 const HEIGHT = 210;
 
-/** Ticks of an axis, short: 2e-5 and not 2.00e-5. */
+/** The short texts of an axis' ticks: 2e-5 and not 2.00e-5. */
 const short = (ticks) => ticks.map((x) => number(x).replace(/\.?0*e/, "e"));
 
 export const number = (x) => {
@@ -75,7 +75,7 @@ export class TimePlot {
     c.restore();
   }
 
-  /** Marks the time, and shows the values there unless the mouse asks for others. */
+  /** Marks the time, and shows the values at this time unless the mouse points at another one. */
   at(time, index) {
     if (!(this.plot.cursor.left >= 0)) this.plot.setLegend({ idx: index }, false);
     this.line.style.transform = `translateX(${this.plot.valToPos(time, "x")}px)`;

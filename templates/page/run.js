@@ -1,8 +1,8 @@
-/** A run of the experiment: computed ahead of what is shown, recorded at every communication point. */
+/** A run of the experiment, which is computed ahead of the shown time and recorded at every communication point. */
 
 const MOST_SNAPSHOTS = 400;
 
-/** Counts what changes in any run, so that no two states of runs have the same version. */
+/** Counts the changes of all runs, so that no two states of runs have the same version. */
 let changes = 0;
 
 export class Run {
@@ -28,7 +28,7 @@ export class Run {
     }
   }
 
-  /** What is recorded at every communication point: x, u and p; values of variables; power; now and then the state. */
+  /** The records of the communication points: x, u and p; values of variables; power; at some, the saved state. */
   get records() {
     return [this.points, this.values, this.powers, this.snapshots];
   }
@@ -69,7 +69,7 @@ export class Run {
     }
   }
 
-  /** Goes on computing for some milliseconds, or to a time; answers whether anything was added. */
+  /** Goes on computing for some milliseconds, or to a time; returns whether a record was added. */
   compute(milliseconds, until = Infinity) {
     const begin = performance.now();
     const before = this.points.length;
@@ -85,7 +85,7 @@ export class Run {
     return this.points.length > before;
   }
 
-  /** Goes on to the next record, over the events before it; answers whether that was possible. */
+  /** Goes on to the next record, over the events before it; returns whether that was possible. */
   step() {
     const index = this.points.length;
     let reached = this.mechanism.advance(this.timeOf(index));
@@ -98,7 +98,7 @@ export class Run {
     return reached;
   }
 
-  /** Forgets what comes after the record `index` and stands there again. */
+  /** Deletes the records after `index` and returns to the state of this record. */
   goBack(index) {
     let known = index;
     while (this.snapshots[known] === null) known -= 1;
@@ -111,7 +111,8 @@ export class Run {
     while (this.points.length <= index && !this.done) this.compute(0);
   }
 
-  /** From a time on a variable has another value; at the start it is a start value, and the constraints are solved anew. */
+  /** Gives a variable another value from a time on. At the start this changes a start value, and the constraints are
+   *  solved again. */
   change(variable, value, time) {
     const index = Math.min(Math.floor(time / this.timeOf(1) + 1e-9), this.points.length - 1);
     if (index <= 0) {
@@ -129,8 +130,8 @@ export class Run {
     this.moved();
   }
 
-  /** Puts the point at a time into the mechanism: positions by Hermite's cubic between two records, in which they move
-   *  with their velocities. */
+  /** Sets the mechanism to the point at a time. Between two records the positions are Hermite's cubic through their
+   *  positions and velocities. */
   pose(time) {
     const step = this.timeOf(1);
     const index = Math.max(0, Math.min(Math.floor(time / step), this.points.length - 1));

@@ -1,4 +1,4 @@
-/** What both views share: places of the drawing's parts in the picture, at the spots of a moment. */
+/** The common part of both views: the places of the drawing's parts in the picture, at the spots of one moment. */
 
 import { axesOf, off } from "./glyphs.js";
 
@@ -56,7 +56,7 @@ export class Moment {
     return item.extent === undefined ? item.size : [this.spots[3 * item.extent] || 0, 0, 0];
   }
 
-  /** Both ends of a spring or damper in the picture; `wall` is true where the second one is at a wall. */
+  /** Both ends of a spring or damper in the picture; `wall` says whether the second end is at a wall. */
   ends(item) {
     if (item.along) return this.toWall(item);
     const [a, b] = item.ends.map((spot) => this.flat(spot));

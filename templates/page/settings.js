@@ -4,17 +4,17 @@ import { number } from "./plots.js";
 
 const STEPS = 400;
 
-/** The value in the unit that the user sees, and back. */
+/** Conversions of a value to the unit that the user sees, and back. */
 export const shown = (variable, value) => (value - variable.offset) / variable.factor;
 export const toSi = (variable, value) => value * variable.factor + variable.offset;
 
-/** A number with one digit that is not less than x. */
+/** The least number with one significant digit that is not less than x. */
 function nice(x) {
   const power = 10 ** Math.floor(Math.log10(x));
   return [1, 2, 5, 10].map((digit) => digit * power).find((y) => y >= x * 0.999999);
 }
 
-/** From where to where a slider goes, in the unit that is seen; `swing` is a typical size for what starts at 0. */
+/** The range of a slider in the unit that the user sees; `swing` is a typical size of a variable that starts at 0. */
 export function rangeOf(variable, swing) {
   const start = shown(variable, variable.start);
   let [least, most] = [start / 2, 2 * start];
@@ -36,7 +36,7 @@ function element(tag, attributes = {}, ...children) {
   return made;
 }
 
-/** The pieces of a name or unit, which may go on in another line behind an underscore or a slash. */
+/** The pieces of a name or unit, between which a line may break: after an underscore or a slash. */
 const pieces = (text) => text.split(/(?<=[_/])/).flatMap((piece) => [piece, element("wbr")]);
 
 /** The rows of sliders; `change(variable, value)` is called with SI values. */

@@ -4,7 +4,7 @@ import { cross3, minus, unitVector } from "./scene.js";
 
 const WINDINGS = 9;
 
-/** {group, move(moment)} of all parts of a drawing, as opaque as it is said. */
+/** {group, move(moment)} of all parts of a drawing, with the given opacity. */
 export function makeParts(three, drawing, colors, opacity) {
   const maker = new Maker(three, drawing, colors, opacity);
   const moves = drawing.items.filter((item) => MAKERS[item.k]).map((item) => MAKERS[item.k](maker, item));
@@ -87,7 +87,7 @@ const shifted = (a, along, x) => a.map((value, k) => value + x * along[k]);
 
 const still = () => {};
 
-/** How each kind of part is made; the answer moves it. */
+/** The function that makes each kind of part; it returns a function that moves the part. */
 const MAKERS = {
   support(maker, item) {
     const cone = maker.mesh(new maker.three.ConeGeometry(2.2, 3.4, 4), "ground");
@@ -221,7 +221,7 @@ function ends(maker, moment, item) {
   return [a.map((x, k) => x + item.share * (b[k] - x)), wall];
 }
 
-/** Winds a line about the way from a to b. */
+/** A helix about the line from a to b. */
 function coil(line, count, a, b) {
   const along = minus(b, a);
   const length = Math.hypot(...along);

@@ -1,4 +1,4 @@
-/** The mechanism in space, by three.js: the mouse turns it, the wheel comes nearer. */
+/** The mechanism in space, by three.js: the mouse turns the view, the wheel zooms. */
 
 import { cross3, dot, Moment, minus, unitVector } from "./scene.js";
 import { makeParts } from "./solids.js";
@@ -57,7 +57,7 @@ class SpaceView {
     return wanted.map((spot) => this.place(moment, spot));
   }
 
-  /** Where the camera is and what it looks at. */
+  /** Sets the place of the camera and the point it looks at. */
   aim(moment) {
     let [low, high] = [this.low, this.high];
     const spread = Math.max(...high.map((x, k) => x - low[k]));
@@ -85,7 +85,7 @@ class SpaceView {
     this.distance = distance;
   }
 
-  /** The unit vector from what is seen to the camera. */
+  /** The unit vector from the centre of the view to the camera. */
   direction() {
     const rise = Math.asin(Math.max(-1, Math.min(1, dot(this.normal, this.up)))) + this.turned[1];
     const height = Math.max(-1.5, Math.min(1.5, rise));
@@ -193,7 +193,7 @@ class SpaceView {
     this.built = true;
   }
 
-  /** A grid below everything, square to gravity. */
+  /** A grid below everything, normal to gravity. */
   lay() {
     if (this.floor) {
       this.scene.remove(this.floor);

@@ -1,4 +1,4 @@
-/** Where the bodies were a while before. */
+/** The trails of the bodies: their places a short time before. */
 
 const POINTS = 160;
 const SHARE = 0.12;
@@ -15,7 +15,7 @@ export class Trails {
     Object.assign(this, { run, last: -1, known: new Map() });
   }
 
-  /** Lists of places, oldest first, one list a body. */
+  /** A list of places, oldest first, for each body. */
   until(run, time) {
     const { view, mechanism, drawing } = this.page;
     const last = Math.floor(time / run.timeOf(1));

@@ -1,4 +1,4 @@
-/** Which view shows a mechanism, and how large. */
+/** The choice of the view that shows a mechanism, and of its size. */
 
 import { GaugesView } from "./gauges.js";
 import { PlaneView } from "./plane.js";
@@ -7,7 +7,7 @@ import { makeSpaceView } from "./space.js";
 const SMALL = 50;
 const PLACED = ["still", "rail", "pulley"];
 
-/** The view of a page: gauges where nothing can be drawn, else in the plane or, with `three`, in space. */
+/** The view of a page: in the plane, with `three` in space, or gauges if there is nothing to draw. */
 export function makeView(page, three) {
   const canvas = document.getElementById("view");
   if (!page.drawing) return new GaugesView(canvas, page.coordinates, page.colors);
@@ -15,7 +15,7 @@ export function makeView(page, three) {
   return makeSpaceView(three, canvas, page.drawing, page.colors);
 }
 
-/** Gives what moves little, such as a single particle, the whole picture, unless something is drawn at a distance. */
+/** Enlarges a mechanism that moves little, such as a single particle, unless something is drawn far from it. */
 export function enlarge(drawing, run) {
   if (!drawing || drawing.items.some((item) => item.wall || PLACED.includes(item.k))) return;
   const view = new PlaneView(null, drawing, null);

@@ -134,6 +134,8 @@ HEAD = {
     "number of event indicators as in 2.0": (put(numberOfEventIndicators="1"), "schema"),
     "date without Z": (put(generationDateAndTime="2024-01-01T00:00:00+00:00"), "date"),
     "serialize without get": (put("CoSimulation", canGetAndSetFMUState="false"), "capabilities"),
+    "capability as FMI 2.0 spells it": (put("ModelExchange", canGetAndSetFMUstate="true"), "unknown-attribute"),
+    "capability of another kind": (put("ModelExchange", hasEventMode="true"), "unknown-attribute"),
     "early return without updates": (put("CoSimulation", providesIntermediateUpdate="false"), "capabilities"),
     "evaluation without Event Mode": (
         put("CoSimulation", hasEventMode="false", providesEvaluateDiscreteStates="true"),
@@ -324,6 +326,7 @@ FOLDERS: dict[str, tuple[Replace, str]] = {
     "coordinates upside down": (terminal('x2="100" y2="100" s', 'x2="-200" y2="100" s'), "coordinate-system"),
     "coordinate that is no number": (terminal('y2="100"/>', 'y2="high"/>'), "schema"),
     "terminal with an unknown attribute": (terminal('name="sensors"', 'name="sensors" colour="red"'), "schema"),
+    "terminal with an undeclared prefix": (terminal('name="sensors"', 'name="sensors" acme:colour="red"'), "schema"),
     "source with an unknown attribute": (
         built('<SourceFile name="all.c"/>', '<SourceFile name="all.c" path="."/>'),
         "schema",

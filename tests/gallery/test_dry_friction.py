@@ -30,6 +30,11 @@ def test_an_oscillator_stops_where_friction_holds_it(steps: int, motion) -> None
     assert run["floor_force"][rest] == pytest.approx(np.full(rest.sum(), 0.2), abs=1e-7)
 
 
+def test_what_holds_is_at_least_what_slides(motion) -> None:
+    runs = [motion("block_on_belt", 12.0, 50, F_s=held) for held in (0.5, 0.3)]
+    assert runs[0].values.tolist() == runs[1].values.tolist()
+
+
 def test_a_block_sticks_and_slides_on_a_belt(motion) -> None:
     """Three periods of 2 D/v + (2 pi - 2 atan(D w/v))/w; it sticks for 2 D/v, then slides about F_k/k."""
     D, v, stick = 0.5, 0.2, 5.0

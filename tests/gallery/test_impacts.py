@@ -16,6 +16,7 @@ from scipy.special import ellipj, ellipk
 from stepping import Stepping
 
 import lag2fmu
+from lag2fmu.errors import SimulationError
 from lag2fmu.formats.loading import load
 
 pytestmark = pytest.mark.fmu
@@ -132,6 +133,16 @@ def test_a_block_rocks_and_loses_energy_as_housner_says(motion) -> None:
         run = motion("rocking_block", time, 1, 1e-10, ("theta", "theta_dot"))
         assert run["theta"][-1] == pytest.approx((-1) ** number * top, abs=1e-7)
         assert run["theta_dot"][-1] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_edges_that_lift_each_other_come_to_rest(motion) -> None:
+    """A plate upside down: rebounds become less than rounding of its height, and then there are none. About 1 ms."""
+    outputs = ("A_impacts", "A_mode", "B_mode", "y", "theta", "dissipated_energy")
+    run = motion("rocking_block", 3.0, 1, 1e-6, outputs, theta=3.0, h=0.1, mu=3.0)
+    assert run["A_impacts"][-1] < 20
+    assert run["A_mode"][-1] == run["B_mode"][-1] == STICKS
+    heights = run["y"] + 0.1 * np.sin(run["theta"]) + 0.1 * np.cos(run["theta"])
+    assert run["dissipated_energy"][-1] == pytest.approx(10.0 * G * (heights[0] - heights[-1]), abs=1e-6)
 
 
 # ------------------------------------------------------------------------------------------------- impact oscillator
@@ -287,6 +298,15 @@ def test_stiff_legs_leave_the_ground(foot: float, motion) -> None:
         assert centre == pytest.approx(BODY * (height + speed * t) / (BODY + foot) - G * t**2 / 2, abs=1e-10)
 
 
+@pytest.mark.parametrize("restitution", [-0.1, 1.25, 2.0])
+def test_a_restitution_without_meaning_is_refused(restitution: float, motion) -> None:
+    """The reason is told, too, where the FMU is taken up again after another one was loaded."""
+    motion("bouncing_ball", 1.0)
+    motion("hopper_leg", 0.1)
+    with pytest.raises(SimulationError, match=rf"restitution of floor is {restitution:g}; expected 0 to 1"):
+        motion("bouncing_ball", 1.0, e=restitution)
+
+
 # ---------------------------------------------------------------------------------------------- model exchange
 
 
@@ -314,3 +334,17 @@ def test_cvode_sees_each_impact_once(model: str, exported, monkeypatch: pytest.M
     assert outside.values[-1].tolist() == inside.values[-1].tolist()
     assert inside.values[-1].max() > 0
     assert np.diff(events).min() > 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-9])
+def test_cvode_sees_the_end_of_a_contact_once(tolerance: float, exported, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A slider that leaves the side of its play touches it for a time in the errors of CVode: no event comes of it."""
+    events: list[FMU2Model] = []
+    enter = FMU2Model.enterEventMode
+    monkeypatch.setattr(FMU2Model, "enterEventMode", lambda unit: (events.append(unit), enter(unit)))
+    outputs = ["play_lower_impacts", "play_upper_impacts"]
+    path = exported("backlash_slider_crank").path
+    run = lag2fmu.simulate(path, tolerance=tolerance, outputs=outputs, kind="model-exchange")
+    assert run.values[-1].tolist() == [3.0, 3.0]
+    assert len(events) <= 16, "of 6 impacts and 5 ends of contact; a force may come to 0 a second time"

@@ -9,9 +9,9 @@ import sympy as sp
 from scipy.optimize import brentq
 
 from lag2fmu.formats.loading import load
-from lag2fmu.language.vocabulary import symbol
-from lag2fmu.mechanism import Body, Force, Friction, Mechanism, coordinate, signal
-from lag2fmu.reference import integrate
+from lag2fmu.language.vocabulary import Choice, symbol
+from lag2fmu.mechanism import Body, Force, Friction, Mechanism, coordinate, parameter, signal
+from lag2fmu.reference import integrate, remedy_of_jumps
 from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.run import Run, Track
@@ -176,6 +176,35 @@ def test_switches_are_located() -> None:
     reference = integrate(mechanism, [0, period, 10 * period])
     assert reference.trajectory["x"] == pytest.approx([1, 1, 1], abs=1e-11)
     assert reference.relative_error.max() < 1e-10
+
+
+@pytest.mark.parametrize("width", [1e-4, 3e-6, 1e-6])
+def test_a_steep_kink_is_passed_once(width: float) -> None:
+    """A brake max(-1, min(1, v/w)): v falls by 1 m/s2 to w, then as w exp(-t/w); x = 1/2 - w^2/2 + w^2 (1 - exp(-5)).
+
+    The margin v/w - 1 changes by 1/w a second: at the time nearest to its root it is off by more than rounding.
+    """
+    x = coordinate("x", "m", velocity=1.0)
+    brake = Force(x, -sp.Max(-1, sp.Min(1, x.dot / sp.Float(width))))
+    mechanism = Mechanism("brake", coordinates=[x], bodies=[Body("mass", 1, (x, 0))], forces=[brake])
+    track = run(mechanism, 1 - width + 5 * width)
+    assert track.values[-1, 1] == pytest.approx(width * np.exp(-5), rel=1e-6)
+    assert track.values[-1, 0] == pytest.approx(0.5 + width**2 * (0.5 - np.exp(-5)), abs=1e-14)
+
+
+def test_only_what_jumps_is_named_with_the_remedy() -> None:
+    """An if that is continuous at its margin is no jump; one that turns the force round is."""
+    x, c = coordinate("x", "m"), parameter("c", 1.0)
+    kinds = {
+        "if(x_dot > 0, ...)": Choice(x.dot, -c, c),
+        "sign(x_dot)": -sp.sign(x.dot),
+        "": Choice(2 * x.dot - c, -c, -2 * x.dot),
+    }
+    for named, force in kinds.items():
+        bodies, forces = [Body("b", 1, (x, 0))], [Force(x, force)]
+        remedy = remedy_of_jumps(Mechanism("m", coordinates=[x], parameters=[c], bodies=bodies, forces=forces))
+        assert remedy.startswith(f"the forces jump with {named}, ") if named else not remedy
+        assert "tanh((x_dot)/w)" in remedy or not named
 
 
 def test_switches_of_inputs_and_time_are_located() -> None:

@@ -16,6 +16,7 @@ from lag2fmu.formats.loading import load
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
 from lag2fmu.reference import Trajectory, held, integrate, read_csv
+from lag2fmu.verify.simulate import Run, simulate_fmu
 
 pytestmark = pytest.mark.fmu
 
@@ -159,6 +160,11 @@ def test_inputs_that_end_early_keep_their_last_value(kind, exported) -> None:
 
 
 # ------------------------------------------------------------------------------------------------- warnings, errors
+
+
+def test_one_step_may_be_a_rounding_longer_than_the_run(exported) -> None:
+    run = simulate_fmu(exported("pendulum").path, Run(start_time=0.07, stop_time=0.08, step=0.01))
+    assert run.time == pytest.approx([0.07, 0.08], abs=1e-15)
 
 
 @pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from difflib import get_close_matches
 
 from lag2fmu.checking.description import number, whole
 from lag2fmu.checking.findings import Finding
@@ -13,6 +14,19 @@ from lag2fmu.checking.head import at, head_findings, item_findings, type_names
 _VERSION = re.compile(r"3\.(0|[1-9]\d*)(\.(0|[1-9]\d*))?(-[0-9A-Za-z.]+)?")
 _REVERSE_DOMAIN = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)+")
 
+_OF_ALL = (
+    "modelIdentifier needsExecutionTool canBeInstantiatedOnlyOncePerProcess canGetAndSetFMUState canSerializeFMUState "
+    "providesDirectionalDerivatives providesAdjointDerivatives providesPerElementDependencies"
+)
+_OF_KINDS = {
+    "ModelExchange": "needsCompletedIntegratorStep providesEvaluateDiscreteStates",
+    "CoSimulation": "canHandleVariableCommunicationStepSize fixedInternalStepSize maxOutputDerivativeOrder "
+    "recommendedIntermediateInputSmoothness providesIntermediateUpdate mightReturnEarlyFromDoStep "
+    "canReturnEarlyAfterIntermediateUpdate hasEventMode providesEvaluateDiscreteStates",
+    "ScheduledExecution": "",
+}
+"""The attributes of all kinds and of each, which the schema leaves open (FMI 3.0.2, fmi3InterfaceType.xsd)."""
+
 
 def header_findings(description: Description3) -> Iterator[Finding]:
     """The broken rules on everything before the variables, and on numbers anywhere.
@@ -20,7 +34,7 @@ def header_findings(description: Description3) -> Iterator[Finding]:
     Source: FMI 3.0.2 specification, sections 2.4.1 to 2.4.6 and 4.4.
     """
     yield from head_findings(description, FLOATS | {f"{name}Type" for name in FLOATS})
-    for rule in (_version, _capabilities, _co_simulation, _display_units, _types, _annotations):
+    for rule in (_version, _capabilities, _attributes, _co_simulation, _display_units, _types, _annotations):
         yield from rule(description)
 
 
@@ -49,6 +63,18 @@ def _capabilities(description: Description3) -> Iterator[Finding]:
             if clock.causality == "input" and not clock.attribute("priority"):
                 problem = f"the input clock '{clock.name}' has no priority"
                 yield Finding("clock-priority", clock.place, problem, "Scheduled Execution needs one for each")
+
+
+def _attributes(description: Description3) -> Iterator[Finding]:
+    """Attributes of a kind that the standard does not have, such as those that FMI 2.0 spells in another way."""
+    for kind, element in description.kinds.items():
+        known = f"{_OF_ALL} {_OF_KINDS[kind]}".split()
+        for name in element.attributes:
+            if name not in known and ":" not in name:
+                problem = f"the attribute '{name}', which importers do not know"
+                near = get_close_matches(name, known, 1)
+                remedy = f"write {near[0]}" if near else "remove it"
+                yield Finding("unknown-attribute", at(element), problem, remedy, "warning")
 
 
 def _co_simulation(description: Description3) -> Iterator[Finding]:

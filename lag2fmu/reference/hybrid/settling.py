@@ -38,15 +38,17 @@ class Settling:
         cone, slip, friction. Raises SimulationError where modes change without end.
         """
         energies = np.zeros(2)
+        turned = {i for kind, i in due if kind == "side"}
         for _ in range(PASSES):
             before = modes
-            modes, bilateral = self._switched(state, modes, due)
+            modes, bilateral = self._switched(state, modes, due, turned)
             state, gained, struck = self.resolved(state, modes, due, bilateral)
             energies = energies + gained
             for step in (self.chosen, self._rested):
                 state, modes, gained = step(state, modes, due)
                 energies = energies + gained
             due = frozenset()
+            turned = set() if struck else turned  # an impact moves the margins on
             if before == modes and not struck:
                 return self.system.projected(state, modes), modes, energies
         raise SimulationError(
@@ -54,10 +56,14 @@ class Settling:
             f"switches do not come to rest"
         )
 
-    def _switched(self, state: State, modes: Modes, due: Due) -> tuple[Modes, bool]:
-        """``modes`` with the sides of kinks and the latches that hold at ``state``; whether a latch begins to hold."""
+    def _switched(self, state: State, modes: Modes, due: Due, turned: set[int]) -> tuple[Modes, bool]:
+        """``modes`` with the sides of kinks and the latches that hold at ``state``; whether a latch begins to hold.
+
+        The sides in ``turned`` come from the event itself: a steep margin may be beyond ZERO at the time nearest to its
+        root.
+        """
         e = self.system.elements
-        sides, conditions = self._sides(state, modes, due)
+        sides, conditions = self._sides(state, modes, due, turned)
         held, offsets = list(modes.held), list(modes.offsets)
         closes, rows = False, e.rows(state)
         for j, value in enumerate(conditions):
@@ -69,7 +75,7 @@ class Settling:
             held[j] = now
         return replace(modes, sides=sides, held=tuple(held), offsets=tuple(offsets)), closes
 
-    def _sides(self, state: State, modes: Modes, due: Due) -> tuple[tuple[int, ...], Floats]:
+    def _sides(self, state: State, modes: Modes, due: Due, turned: set[int]) -> tuple[tuple[int, ...], Floats]:
         """The sides of kinks at ``state``, where due sides are turned, and the values of conditions, (l,)."""
         e, sides = self.system.elements, list(modes.sides)
         for kind, i in sorted(due):
@@ -79,7 +85,7 @@ class Settling:
         for _ in range(len(sides) + 1):  # margins may contain other sides
             margins, conditions, *_ = e.events(state)
             new = [
-                side if ("side", i) in due or abs(margin) <= ZERO else (1 if margin > 0 else -1)
+                side if i in turned or abs(margin) <= ZERO else (1 if margin > 0 else -1)
                 for i, (side, margin) in enumerate(zip(sides, margins, strict=True))
             ]
             if new == sides:

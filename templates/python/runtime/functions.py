@@ -53,7 +53,7 @@ def choice(margin: float, a: float, b: float) -> float:
 
 
 def passed(x: float) -> float:
-    """x itself; kinks of it are passed over."""
+    """x itself; no event is located at its kinks."""
     return x
 
 

@@ -19,15 +19,15 @@ from .state import State
 TOLERANCE, STEP, MAX_STEP = range(3)
 """The settings; 0 is automatic for each of them."""
 DEFAULT_TOLERANCE = 1e-6
-LEAST_TOLERANCE = 2e-15  # that rounding allows
+LEAST_TOLERANCE = 2e-15  # the least one that rounding allows
 LARGEST_GROWTH = 10.0
 LARGEST_REDUCTION = 0.2
-SMALLEST_ERROR = 1e-4  # remembered by the controller
+SMALLEST_ERROR = 1e-4  # the smallest error that the controller remembers
 STRETCH = 1.05  # the last step may be this much longer, instead of leaving a sliver
 MAX_STEP_SLACK = 1.001
-LONGEST_PART = 0.02  # of the experiment, that a step takes under error control by default
-RESTING_PART = 1e-7  # of the experiment: the first step where nothing moves
-MOST_STEPS = 1e12  # of a fixed-step method in a communication step
+LONGEST_PART = 0.02  # the longest step under error control by default, as a part of the experiment
+RESTING_PART = 1e-7  # the first step of a mechanism at rest, as a part of the experiment
+MOST_STEPS = 1e12  # the most steps of a fixed-step method in a communication step
 
 Derivative = Callable[[float, Vector], list[float]]
 """dx/dt (2n + f,) at a time (s) and states (2n + f,); raises Unsolvable."""
@@ -155,7 +155,7 @@ class Integrator:
             state.next_step, state.previous_error = factor * length, max(error, SMALLEST_ERROR)
 
     def _in_equal_steps(self, end: float) -> None:
-        """As many equal steps as make them no longer than solver_step; times do not drift."""
+        """Integrate in the fewest equal steps that are not longer than solver_step; the times do not drift."""
         start = self.state.time
         longest = min(self.state.settings[STEP] or self.model.default_step, self.longest)
         whole = (end - start) * (1.0 - 1e-9) - 4.0 * math.ulp(end)  # less: H = 10 h takes 10 steps

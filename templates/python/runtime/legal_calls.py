@@ -1,4 +1,4 @@
-"""Which function may be called when: the state machine of co-simulation, FMI 2.0.5, section 4.2.4.
+"""The states in which each function may be called: the state machine of co-simulation, FMI 2.0.5, section 4.2.4.
 
 A column is a mode of the instance (the order of MODES: instantiated, initialization, step complete, step failed,
 terminated, error). x: legal; d: legal for debugging; o: beyond the standard, but importers do it and it is harmless;

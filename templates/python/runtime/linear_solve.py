@@ -1,4 +1,4 @@
-"""M a = b for the mass matrix: L D L^T without pivoting, full pivoting where that meets a doubtful pivot.
+"""M a = b for the mass matrix: L D L^T without pivoting, or full pivoting if a pivot is doubtful.
 
 Source: Golub and Van Loan, Matrix Computations, 4th edition, sections 4.1 and 3.4.
 """
@@ -12,7 +12,7 @@ from .model import Matrix, Vector
 
 
 def solve(mass: Matrix, rhs: Vector) -> tuple[list[float], list[int]]:
-    """a of M a = b, (n,), and the coordinates that M does not determine, none of them if a is the solution.
+    """(a, undetermined) of M a = b: ``a`` (n,) and the coordinates that M does not determine; none if a is a solution.
 
     ``mass`` holds the rows of the lower triangle. A pivot below n eps times its scale counts as zero.
     """
@@ -21,7 +21,7 @@ def solve(mass: Matrix, rhs: Vector) -> tuple[list[float], list[int]]:
 
 
 def _factorize(mass: Matrix) -> list[list[float]] | None:
-    """L below and D on the diagonal; None if a pivot is not clearly positive."""
+    """L below the diagonal and D on it; None if a pivot is not clearly positive."""
     least = len(mass) * float_info.epsilon
     factor: list[list[float]] = []
     for i, given in enumerate(mass):
@@ -38,7 +38,7 @@ def _factorize(mass: Matrix) -> list[list[float]] | None:
 
 
 def _substitute(factor: Matrix, rhs: Vector) -> list[float]:
-    """Forward, diagonal, backward."""
+    """The solution of L D L^T a = b by forward elimination, division by D and backward substitution."""
     x: list[float] = []
     for row, entry in zip(factor, rhs, strict=True):
         x.append(entry - sum(weight * known for weight, known in zip(row, x, strict=False)))

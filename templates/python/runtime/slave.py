@@ -1,4 +1,4 @@
-"""The slave: what PythonFMU's library calls, for any mechanism.
+"""The slave, whose methods PythonFMU's library calls, for any mechanism.
 
 The library knows fmi2OK, fmi2Discard (only of fmi2DoStep) and, for an exception, fmi2Fatal. So a wrong call ends as
 fmi2Fatal with a sentence in the log.
@@ -22,13 +22,13 @@ from .library import hold, release_at_exit
 from .model import ACCELERATION, DEPENDENT, FURTHER_RATE, LOCAL, TIME, Model, Unsolvable, Variable, Vector
 from .state import ERROR, INITIALIZATION, STEP_COMPLETE, STEP_FAILED, TERMINATED, State, restore, save
 
-# Importers compute times in many ways: a difference of this part of the communication step is bridged, and a stop time
-# may be passed by that part.
+# Importers compute times in many ways. A time may differ from the expected one, and exceed the stop time, by this part
+# of the communication step.
 TIME_TOLERANCE, STOP_TIME_TOLERANCE = 1e-3, 1e-6
 
 
 class RefusedError(Exception):
-    """A call that could not be done; the log tells why, for PythonFMU's library loses the text of an exception."""
+    """A call that failed; the log says why, because PythonFMU's library loses the text of an exception."""
 
 
 class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
@@ -88,7 +88,7 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
     # ---------------------------------------------------------------------------------------------------------- steps
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """fmi2DoStep; times in s. What fails is undone: fmi2LastSuccessfulTime is the start of the step."""
+        """fmi2DoStep; times in s. A step that fails is undone: fmi2LastSuccessfulTime is its start."""
         self._enter("DoStep")
         self._check_step(current_time, step_size)
         before, start = self.state.copy(), self.state.time
@@ -130,7 +130,7 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         return [self._value(self._variable("GetReal", reference)) for reference in vrs]
 
     def set_real(self, vrs: Sequence[int], values: Vector) -> None:
-        """fmi2SetReal: all of them or, if one is wrong, none."""
+        """fmi2SetReal: sets all values or, if one is wrong, none."""
         self._enter("SetReal")
         variables = [self._variable("SetReal", reference) for reference in vrs]
         for variable, value in zip(variables, values, strict=True):
@@ -167,7 +167,7 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         self._fail("SetReal", f'variable {name} is fixed in state "{mode}"; set it before fmi2ExitInitializationMode')
 
     def _value(self, variable: Variable) -> float:
-        """The value now; what is calculated is calculated once and kept until something changes."""
+        """The present value of a variable; calculated values are kept until something changes."""
         state = self.state
         if variable.kind == TIME:
             return state.time
@@ -227,7 +227,7 @@ class MechanismSlave(Fmi2Slave):  # type: ignore[misc]  # pythonfmu has no types
         return derivative
 
     def _forget(self) -> None:
-        """What was calculated does not belong to the state any more."""
+        """Forget the calculated values, because the state has changed."""
         self._calculated.clear()
         self.state.first_stage = []
 

@@ -1,4 +1,4 @@
-"""What changes while an FMU runs, and how it is saved: as bytes that restore in another process, bit for bit."""
+"""The state of a running FMU, and its saved form: bytes that another process restores bit for bit."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class State:
         return cls(model.starts(STATE), model.starts(INPUT), model.starts(PARAMETER), model.starts(SETTING))
 
     def copy(self) -> State:
-        """A state of its own with the same content."""
+        """A copy of the state that shares nothing with it."""
         return deepcopy(self)
 
 

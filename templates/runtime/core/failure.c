@@ -139,6 +139,11 @@ static void laws_sentence(const Failure *failure, char text[], size_t size) {
     if (failure->kind == FAILURE_PENETRATION) {
         snprintf(text, size, "at the start, time %.17g, the gap of %.400s is %.6g (SI); expected 0 or more: start "
                  "where nothing penetrates", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
+    } else if (failure->kind == FAILURE_RESTITUTION || failure->kind == FAILURE_FRICTION) {
+        const bool restitution = failure->kind == FAILURE_RESTITUTION;
+        snprintf(text, size, "at time %.17g the coefficient of %s of %.400s is %.6g; expected %s: check the parameters "
+                 "that it is made of", failure->time, restitution ? "restitution" : "friction",
+                 CONSTRAINT_NAMES[failure->count], failure->amount, restitution ? "0 to 1" : "0 or more");
     } else if (failure->kind == FAILURE_SLIDING) {
         snprintf(text, size, "at time %.17g no forces of sliding friction are in equilibrium with the forces that they "
                  "depend on; check the coefficients of friction", failure->time);
@@ -177,6 +182,8 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
                  "iteration; %s", failure->time, failure->step, solver_iteration_remedy());
         break;
+    case FAILURE_RESTITUTION:
+    case FAILURE_FRICTION:
     case FAILURE_PENETRATION:
     case FAILURE_SLIDING:
     case FAILURE_MODES:

@@ -59,7 +59,8 @@ static void evaluate_contact(const State *state, const Point *point, double time
     }
     values[0] = state->cascading[contact] ? state->rest_time[contact] - time : force_of(point, contact);
     if (contact_sticks(state, contact)) {
-        values[1] = point->holding[contact] * force_of(point, contact) - friction_of(point, contact);
+        const double holding = fmax(point->friction[contact], point->holding[contact]);
+        values[1] = holding * force_of(point, contact) - friction_of(point, contact);
     } else if (SLIP_ROWS[contact + 1] > SLIP_ROWS[contact]) {
         values[1] = speed_along(state, point, contact);
     }
@@ -67,7 +68,8 @@ static void evaluate_contact(const State *state, const Point *point, double time
 
 static double evaluate_friction(const State *state, const Point *point, int friction) {
     const int row = FIRST_FRICTION + friction;
-    return friction_sticks(state, friction) ? point->capacity[friction] - fabs(force_of(point, row))
+    const double capacity = fmax(point->force[friction], point->capacity[friction]);
+    return friction_sticks(state, friction) ? capacity - fabs(force_of(point, row))
                                             : row_direction(state, row) * point->slips[row - FIRST_SLIP];
 }
 

@@ -66,6 +66,32 @@ static double dot(const double a[], const double b[]) {
     return sum;
 }
 
+static bool report_law(Settling *settling, FailureKind kind, int contact, double coefficient) {
+    Failure *failure = &settling->instance->failure;
+    failure->kind = kind;
+    failure->time = settling->instance->state.time;
+    failure->count = ROW_PLACES[contact];
+    failure->amount = coefficient;
+    return false;
+}
+
+/* The coefficients of the contacts at the present parameters, if the laws of contact have a meaning for them. */
+static bool find_coefficients(Settling *settling) {
+    const State *state = &settling->instance->state;
+    mechanism_contacts(state->time, state->states, inputs_at(settling->instance, state->time), state->parameters,
+                       settling->restitution, settling->friction, settling->holding);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const double restitution = settling->restitution[i], friction = settling->friction[i];
+        if (!(restitution >= 0.0 && restitution <= 1.0)) {
+            return report_law(settling, FAILURE_RESTITUTION, i, restitution);
+        }
+        if (!(friction >= 0.0)) {
+            return report_law(settling, FAILURE_FRICTION, i, friction);
+        }
+    }
+    return true;
+}
+
 bool settling_measure(Settling *settling) {
     Instance *instance = settling->instance;
     const State *state = &instance->state;
@@ -75,9 +101,10 @@ bool settling_measure(Settling *settling) {
     if (!system_factorize(instance, state->time, state->states, inputs, 0, 0.0, system)) {
         return false;
     }
+    if (!find_coefficients(settling)) {
+        return false;
+    }
     rows_evaluate(instance, state->time, state->states, inputs, &settling->rows);
-    mechanism_contacts(state->time, state->states, inputs, state->parameters, settling->restitution,
-                       settling->friction, settling->holding);
     gather_rows(settling, system, gamma);
     mass_divide(system, system->forcing, acceleration);
     for (int k = 0; k < K; k++) {

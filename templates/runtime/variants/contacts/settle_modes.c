@@ -19,6 +19,9 @@ static const double LOOSE = 1e11;
    count as rounding. */
 static const double GIVES_WAY = 1e-6;
 
+/* A gap that opens to this part of nominal values, no more than its rounding, is not seen to open. */
+static const double UNSEEN = 1e-16;
+
 static double slip_speed(const Settling *settling, int contact) {
     double speed = 0.0;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
@@ -49,7 +52,8 @@ static void set_slips(Settling *settling, int contact) {
         settling->row[ROW_PLACES[row]] = (Row){.law = rests ? ROW_TANGENTIAL : ROW_SLIDING,
                                                .normal = ROW_PLACES[contact],
                                                .friction = yields ? mu * (1.0 - GIVES_WAY) : mu,
-                                               .holding = yields ? mu * (1.0 - GIVES_WAY) : settling->holding[contact],
+                                               .holding = yields ? mu * (1.0 - GIVES_WAY)
+                                                                 : fmax(mu, settling->holding[contact]),
                                                .value = along,
                                                .holds = contact_sticks(state, contact) && !yields};
     }
@@ -134,17 +138,23 @@ static bool stays_near(const Settling *settling, int contact) {
 }
 
 /* Impacts of these contacts, which have just rebounded or stay near, accumulate: what is left of them is lower than the
-   tolerance. They close, and stay in this state as long as the rest of the impacts lasts. Returns whether there are
-   any. */
+   tolerance. So do those of contacts that the impact of another one lifts less than is seen, as the edges of a rocking
+   block at last lift each other without end. They close, and stay in this state as long as the rest of the impacts
+   lasts. Returns whether there are any. */
 static bool begin_cascades(Settling *settling) {
     State *state = &settling->instance->state;
-    bool found = false;
+    bool found = false, struck = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        struck = struck || settling->rebounds[i];
+    }
     for (int i = 0; i < N_UNILATERALS; i++) {
         const int k = ROW_PLACES[i];
         const double v = settling->velocity[k], a = settling->w[k], e = settling->restitution[i];
-        const double lowest = solver_tolerance(state) * row_size(&settling->rows, i);
-        if ((settling->rebounds[i] || stays_near(settling, i)) && settling->row[k].law == ROW_FREE && a < 0.0 &&
-            e < 1.0 && v * v <= -2.0 * a * lowest) {
+        const bool bounces = settling->rebounds[i] || stays_near(settling, i);
+        const double lowest = (bounces ? solver_tolerance(state) : UNSEEN) * row_size(&settling->rows, i);
+        const bool lifted = struck && settling->touching[i];
+        if ((bounces || lifted) && settling->row[k].law == ROW_FREE && a < 0.0 && e < 1.0 &&
+            v * v <= -2.0 * a * lowest) {
             state->cascading[i] = 1;
             state->states[DISSIPATED] += 0.5 * v * v / settling->delassus[k * K + k];
             state->rest_time[i] = state->time + 2.0 * v / (-a * (1.0 - e));
@@ -152,6 +162,17 @@ static bool begin_cascades(Settling *settling) {
         }
     }
     return found;
+}
+
+/* A contact that has come to bear nothing opens. Its gap grows with a high power of the time at first, slower than the
+   errors of an importer's solver, which starts anew here: its event indicator begins so far above 0. */
+static void lift_off(Settling *settling, int contact) {
+    State *state = &settling->instance->state;
+    double *rest = &state->event_rests[N_SWITCHES + 2 * contact];
+    if (settling->instance->policy->stabilise && contact_closed(state, contact) && !settling->rebounds[contact]) {
+        *rest = fmax(*rest, solver_tolerance(state) * row_size(&settling->rows, contact));
+    }
+    contact_open(state, contact);
 }
 
 /* In space a slip begins against the friction, as Coulomb's law says. Where it has just begun w[count] is small and the
@@ -175,7 +196,7 @@ static void carry_out_contact(Settling *settling, int contact) {
                            !state->cascading[contact] && !settling_bears(settling, contact, lambda);
     double w[2] = {0.0};
     if (settling->row[k].law != ROW_UNILATERAL || settling->w[k] > 0.0 || gives_way) {
-        contact_open(state, contact);
+        lift_off(settling, contact);
         return;
     }
     for (int i = 0; i < SLIP_ROWS[contact + 1] - first; i++) {

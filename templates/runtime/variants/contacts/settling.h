@@ -25,7 +25,8 @@ typedef struct {
     double lambda[N_CONSTRAINTS], w[N_CONSTRAINTS];
 } Settling;
 
-/* Brings everything up to date with the present point. Returns false, with instance->failure, where M is singular. */
+/* Brings everything up to date with the present point. Returns false, with instance->failure, where M is
+   singular or a coefficient of restitution or friction has no meaning. */
 bool settling_measure(Settling *settling);
 
 /* A velocity along a row that is as good as 0. */
