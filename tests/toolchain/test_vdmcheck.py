@@ -45,6 +45,8 @@ QUESTION = "isValidFMIConfigurations(modelDescription, buildDescription, termina
 QUICK_START = ("-XX:TieredStopAtLevel=1", "-XX:+UseSerialGC", "-Xmx1g")
 LONGEST = 300.0
 """s"""
+BOUNDED = ("sh", "-c", 'ulimit -t 600; exec "$@"', "sh")
+"""An interpreter that is left alone listens in a circle; the limit of its processor time (s) ends that."""
 ASIDE = re.compile(r"Executed in |Running .* for |\[p\]ause|\[q\]uit")
 """What the interpreter says beside its answers."""
 
@@ -97,7 +99,17 @@ class Checker:
     def findings(self, fmu: Path) -> str:
         """What its interpreter says of ``fmu``, nothing if that is true and no more."""
         if self._interpreter is None:
-            line = ["java", *QUICK_START, *PROPERTIES, "-cp", CLASSES, "com.fujitsu.vdmj.VDMJ", "-vdmsl", "-q"]
+            line = [
+                *BOUNDED,
+                "java",
+                *QUICK_START,
+                *PROPERTIES,
+                "-cp",
+                CLASSES,
+                "com.fujitsu.vdmj.VDMJ",
+                "-vdmsl",
+                "-q",
+            ]
             line += ["-annotations", "-i", *self._files, str(fmu)]
             pipe = subprocess.PIPE
             self._interpreter = subprocess.Popen(
