@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from lag2fmu import simulate
 from lag2fmu.fmu import Fmu
@@ -254,6 +255,69 @@ def test_thirty_feet_under_one_body_stick_and_share_its_weight(exported: Callabl
     for k in range(feet):
         assert (run[f"f{k}_mode"] == 2).all()
         assert run[f"f{k}_force"] == pytest.approx(m * G * parts[k] / parts.sum(), rel=1e-9)
+
+
+FOUR_FEET = """
+[mechanism]
+name = "table"
+[coordinates]
+x = { velocity = 1.0 }
+y = { velocity = 0.5 }
+z = { start = 0.5 }
+a = { unit = "rad" }
+b = { unit = "rad" }
+c = { unit = "rad", velocity = 2.0 }
+[gravity]
+acceleration = 10
+[frames.top]
+origin = ["x", "y", "z"]
+rotations = [["x", "a"], ["y", "b"], ["z", "c"]]
+[bodies.box]
+mass = 1
+inertia = ["1/5", "1/5", "1/5", 0, 0, 0]
+frame = "top"
+""" + "".join(
+    f"""
+[points.p{k}]
+frame = "top"
+position = [{x}, {y}, -0.5]
+[contacts.l{k}]
+kind = "point_plane"
+between = ["p{k}", "world"]
+normal = "z"
+friction = 0.3
+"""
+    for k, (x, y) in enumerate([(0.5, 0.4), (-0.5, 0.4), (0.5, -0.4), (-0.5, -0.4)], 1)
+)
+
+
+def _sliding_table(_: float, state: np.ndarray) -> np.ndarray:
+    """Positions and velocities (x, y, c): feet press with forces that are linear in their places, as a bed of springs.
+
+    The feet at half the height 1/2 bear the weight and the moments of friction, which follows from what they bear.
+    """
+    c, v = state[2], state[3:]
+    turn = np.array([[np.cos(c), -np.sin(c)], [np.sin(c), np.cos(c)]])
+    feet = np.array([[0.5, 0.4], [-0.5, 0.4], [0.5, -0.4], [-0.5, -0.4]]) @ turn.T
+    slips = v[:2] + v[2] * np.column_stack([-feet[:, 1], feet[:, 0]])
+    ways = -0.3 * slips / np.linalg.norm(slips, axis=1)[:, None]
+    linear = np.column_stack([np.ones(4), feet])
+    balance = np.vstack([np.ones(4), feet.T + 0.5 * ways.T]) @ linear
+    friction = (linear @ np.linalg.solve(balance, [10, 0, 0]))[:, None] * ways
+    torque = feet[:, 0] @ friction[:, 1] - feet[:, 1] @ friction[:, 0]
+    return np.array([*v, *friction.sum(axis=0), torque / 0.2])
+
+
+def test_a_table_slides_and_spins_to_rest_on_four_feet(exported: Callable[..., Fmu]) -> None:
+    """Slip and spin end together (Z. Farkas and others, Physical Review Letters 90, 2003), at all four feet at once."""
+    table = exported(read(FOUR_FEET, "table.toml"))
+    free = solve_ivp(_sliding_table, (0.0, 0.46), [0, 0, 0, 1, 0.5, 2], rtol=1e-11, atol=1e-12)
+    for step, tolerance in ((0.1, 1e-6), (0.01, 1e-8), (0.004, 1e-5)):
+        names = ("x", "y", "c", "x_dot", "y_dot", "c_dot", "l1_mode", "l4_mode")
+        run = simulate(table, stop_time=0.6, step=step, tolerance=tolerance, outputs=names)
+        assert {run["l1_mode"][-1], run["l4_mode"][-1]} == {2}
+        assert np.abs([run[name][-1] for name in names[3:6]]).max() < 1e-12
+        assert [run[name][-1] for name in names[:3]] == pytest.approx(free.y[:3, -1], abs=1e-5)
 
 
 def test_a_ball_in_an_elliptic_billiard_keeps_the_product_of_its_momenta_about_the_foci(

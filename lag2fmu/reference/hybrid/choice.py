@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.hybrid.laws import CLOSED, PLANES, Item, Outcome, apart, decided
+from lag2fmu.reference.hybrid.laws import CLOSED, EXACT, PLANES, Item, Outcome, apart, decided, lawful, units
 from lag2fmu.reference.hybrid.measures import STILL, is_free, pace, slips_of, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.records import Point
@@ -74,6 +74,8 @@ class Choice:
             found = decided(
                 D[np.ix_(rows, rows)], c[rows], moved, pace(point), lambda chosen: _changes(chosen, present)
             )
+            if found is not None:
+                found = _shared(D[np.ix_(rows, rows)], c[rows], moved, found, pace(point))
             if found is None or not e.load_dependent:
                 return found, contacts
             forces = np.zeros(e.k)
@@ -149,6 +151,24 @@ class Choice:
                 if a is not b:
                     self.memory.log(t, name, _change(a, b))
         return replace(modes, contacts=tuple(chosen), frictions=tuple(frictions), directions=directions)
+
+
+def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: float) -> Outcome:
+    """The outcome in which contacts that touch and were to bear nothing take a share of the load.
+
+    It is ``found`` where there is none. D is (k, k), c (k,).
+    """
+    w, (motion, force) = found.answers, units(D, c, least)
+    idle = [
+        mode is Mode.OPEN and w[item.normal] + item.shift <= EXACT * motion[item.normal]
+        for item, mode in zip(items, found.modes, strict=True)
+    ]
+    if not any(idle):
+        return found
+    modes = tuple(item.options[0] if x else mode for item, mode, x in zip(items, found.modes, idle, strict=True))
+    other = lawful(D, c, items, modes, least)
+    takers = [item.normal for item, x in zip(items, idle, strict=True) if x and item.normal is not None]
+    return other if other and (other.forces[takers] > EXACT * force[takers]).all() else found
 
 
 def _changes(chosen: Sequence[Mode], present: Sequence[Mode | None]) -> float:

@@ -81,7 +81,7 @@ def decided(
     found, least = None, np.inf
     for modes in tried:
         price = cost(modes) if cost else 0.0
-        outcome = _lawful(D, c, items, modes, pace) if price < least else None
+        outcome = lawful(D, c, items, modes, pace) if price < least else None
         if outcome is not None:
             found, least = outcome, price
             if not cost:
@@ -89,10 +89,10 @@ def decided(
     return found if few or found is not None else _iterated(D, c, items, pace)
 
 
-def _lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...], pace: float) -> Outcome | None:
-    """The outcome of these ``modes``; None if it breaks a law."""
+def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...], pace: float) -> Outcome | None:
+    """The outcome of these ``modes`` for D (k, k) and c (k,); None if it breaks a law."""
     r = _forces(D, c, items, modes)
-    if r is None or _violation(D @ r + c, r, items, modes, _sizes(D, c, pace)) > EXACT:
+    if r is None or _violation(D @ r + c, r, items, modes, units(D, c, pace)) > EXACT:
         return None
     return Outcome(modes, r, D @ r + c, tuple(item.direction for item in items))
 
@@ -117,11 +117,11 @@ def _near(items: Sequence[Item], cost: Callable[[tuple[Mode, ...]], float] | Non
 
 def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> list[Outcome]:
     """Every combination of modes that meets the laws, in order; D is (k, k), c is (k,), ``pace`` as in ``decided``."""
-    outcomes = (_lawful(D, c, items, modes, pace) for modes in product(*(item.options for item in items)))
+    outcomes = (lawful(D, c, items, modes, pace) for modes in product(*(item.options for item in items)))
     return [outcome for outcome in outcomes if outcome is not None]
 
 
-def _sizes(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:
+def units(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:
     """The units of w and of r of the rows, (k,) each: one energy for all rows, by their own inertia."""
     diagonal = np.maximum(np.diagonal(D), 1e-300)
     pace = max(float(np.max(np.abs(c) / np.sqrt(diagonal), initial=0.0)), pace, 1e-300)
@@ -210,7 +210,7 @@ def _projected(
     least = least or [0.0] * len(items)
     k, diagonal = len(c), np.maximum(np.diagonal(D), 1e-300)
     r = np.zeros(k)
-    size = _sizes(D, c, pace)[1]
+    size = units(D, c, pace)[1]
     for sweep in range(1, SWEEPS + 1):
         change = 0.0
         for item, limit, lowest in zip(items, limits, least, strict=True):
@@ -239,7 +239,7 @@ def _tried(
     if _in_space(items) or any(mode not in item.options for item, mode in zip(items, reached.modes, strict=True)):
         return None
     bound = [replace(item, friction=limit, static=limit) for item, limit in zip(items, limits, strict=True)]
-    return _lawful(D, c, bound, reached.modes, pace)
+    return lawful(D, c, bound, reached.modes, pace)
 
 
 def _slip_forces(D: Floats, c: Floats, item: Item, limit: float, r: Floats, diagonal: Floats) -> None:

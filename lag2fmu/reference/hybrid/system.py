@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
@@ -226,8 +227,13 @@ class System:
 
 
 def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> Floats:
-    """[M -B^T; G 0]^-1 right with B = ``directions`` (r, n): unknowns (n + r, columns), of least norm."""
+    """[M -B^T; G 0]^-1 right with B = ``directions`` (r, n): unknowns (n + r, columns).
+
+    Where rows are redundant, the forces are those of least norm among all with the same G^T forces, in units of each
+    row's inertia: a combination of the columns of G, as those of a bed of springs.
+    """
     n, r = len(M), len(G)
+    shared = np.eye(n + r)
     if not (np.isfinite(M).all() and np.isfinite(G).all() and np.isfinite(right).all()):
         return np.full_like(right, np.nan)
     if not r:
@@ -235,15 +241,18 @@ def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> Floats:
             return np.asarray(np.linalg.solve(M, right))
         except np.linalg.LinAlgError:
             return np.full_like(right, np.nan)
-    for independent in (True, False):  # redundant rows bear forces of least norm, in units of each row's inertia
+    for independent in (True, False):
         scale = scales(M, G, independent)
         matrix = np.zeros((n + r, n + r))
         matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M, -directions.T, G
         matrix *= scale[:, None] * scale
-        u, s, vt = np.linalg.svd(matrix)
+        if not independent:
+            loads, size, _ = np.linalg.svd(matrix[n:, :n], full_matrices=False)
+            shared = block_diag(np.eye(n), loads[:, size > RANK * size[0]])
+        u, s, vt = np.linalg.svd(matrix @ shared, full_matrices=False)
         if s[-1] > 1e-8 * s[0]:
             break
-    inverse = (vt.T / np.where(s > RANK * s[0], s, np.inf)) @ u.T
+    inverse = shared @ (vt.T / np.where(s > RANK * s[0], s, np.inf)) @ u.T
     found = scale[:, None] * (inverse @ (scale[:, None] * right))
     # the bound rows are met to the last bit, so that a motion at rest stays where it is
     missed = scale[n:, None] * (right[n:] - G @ found[:n])

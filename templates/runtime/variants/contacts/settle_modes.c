@@ -30,15 +30,28 @@ static double slip_speed(const Settling *settling, int contact) {
     return speed;
 }
 
+static double loose_speed(const Settling *settling, int contact) {
+    const double least = settling_least_speed(settling, SLIP_ROWS[contact]);
+    return least * (1.0 + LOOSE * solver_tolerance(&settling->instance->state));
+}
+
 /* In space a slip whose event is due has turned away from the direction that it began with. It may be at rest or not,
    and is located less sharply than one along a line. */
+static bool comes_to_rest(const Settling *settling, int contact) {
+    const bool in_space = SLIP_ROWS[contact + 1] - SLIP_ROWS[contact] == 2;
+    return in_space && settling_due(settling, 2 * contact + 1) &&
+           !contact_sticks(&settling->instance->state, contact) &&
+           slip_speed(settling, contact) <= loose_speed(settling, contact);
+}
+
+/* Slips of several contacts of a body end together: none is located more sharply than the one that is due. */
 static bool slips_at_rest(const Settling *settling, int contact) {
-    const State *state = &settling->instance->state;
-    const int first = SLIP_ROWS[contact], count = SLIP_ROWS[contact + 1] - first;
-    const double least = settling_least_speed(settling, first);
-    const double loose = least * (1.0 + LOOSE * solver_tolerance(state));
-    const bool comes = settling_due(settling, 2 * contact + 1) && !contact_sticks(state, contact);
-    return slip_speed(settling, contact) <= (comes && count == 2 ? loose : least);
+    const double speed = slip_speed(settling, contact);
+    bool rests = speed <= settling_least_speed(settling, SLIP_ROWS[contact]);
+    for (int i = 0; i < N_UNILATERALS && !rests && speed <= loose_speed(settling, contact); i++) {
+        rests = comes_to_rest(settling, i);
+    }
+    return rests;
 }
 
 static void set_slips(Settling *settling, int contact) {
@@ -175,17 +188,33 @@ static void lift_off(Settling *settling, int contact) {
     contact_open(state, contact);
 }
 
-/* In space a slip begins against the friction, as Coulomb's law says. Where it has just begun w[count] is small and the
-   friction is not, so that the friction tells the direction better. */
-static void against_friction(const Settling *settling, int first, int count, double w[]) {
-    if (count < 2 || settling->row[ROW_PLACES[first]].law != ROW_TANGENTIAL) {
-        return;
+/* Does a contact in space slip, though it may be counted as at rest? */
+static bool turns(const Settling *settling, int contact) {
+    const int first = SLIP_ROWS[contact];
+    return SLIP_ROWS[contact + 1] - first == 2 &&
+           slip_speed(settling, contact) > settling_least_speed(settling, first);
+}
+
+/* What a row of slip begins to do, its contact being closed. A slip in space has a direction by its velocity as long as
+   it has one. One that begins does so against the friction, as Coulomb's law says: where w is small the friction tells
+   the direction better. */
+static double slip_begins(const Settling *settling, int contact, int row) {
+    const int place = ROW_PLACES[row], first = SLIP_ROWS[contact], last = SLIP_ROWS[contact + 1] - 1;
+    const double x = settling->lambda[ROW_PLACES[first]], y = settling->lambda[ROW_PLACES[last]];
+    if (settling->row[place].law == ROW_SLIDING || turns(settling, contact)) {
+        return settling->velocity[place];
     }
-    const double x = settling->lambda[ROW_PLACES[first]], y = settling->lambda[ROW_PLACES[first + 1]];
-    if (x != 0.0 || y != 0.0) {
-        w[0] = -x;
-        w[1] = -y;
+    return first < last && (x != 0.0 || y != 0.0) ? -settling->lambda[place] : settling->w[place];
+}
+
+/* Does the contact slip, or begin to? */
+static bool slips(const Settling *settling, int contact) {
+    bool found = false;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        const int place = ROW_PLACES[row];
+        found = found || settling->row[place].law == ROW_SLIDING || settling->w[place] != 0.0;
     }
+    return found;
 }
 
 static void carry_out_contact(Settling *settling, int contact) {
@@ -194,18 +223,19 @@ static void carry_out_contact(Settling *settling, int contact) {
     const double lambda = settling->lambda[k];
     const bool gives_way = settling_due(settling, 2 * contact) && contact_closed(state, contact) &&
                            !state->cascading[contact] && !settling_bears(settling, contact, lambda);
-    double w[2] = {0.0};
+    double begins[2] = {0.0};
     if (settling->row[k].law != ROW_UNILATERAL || settling->w[k] > 0.0 || gives_way) {
         lift_off(settling, contact);
         return;
     }
     for (int i = 0; i < SLIP_ROWS[contact + 1] - first; i++) {
-        const int place = ROW_PLACES[first + i];
-        w[i] = settling->row[place].law == ROW_SLIDING ? settling->velocity[place] : settling->w[place];
+        begins[i] = slip_begins(settling, contact, first + i);
     }
-    if (w[0] != 0.0 || w[1] != 0.0) {
-        against_friction(settling, first, SLIP_ROWS[contact + 1] - first, w);
-        contact_slide(state, contact, w);
+    if (slips(settling, contact)) {
+        contact_slide(state, contact, begins);
+        if (turns(settling, contact)) { /* the speed along a new direction is another function */
+            state->event_rests[N_SWITCHES + 2 * contact + 1] = 0.0;
+        }
     } else {
         contact_stick(state, contact);
     }

@@ -110,6 +110,9 @@ bool contacts_slide(Instance *instance, const System *system, double time, const
                     const double inputs[], double unknowns[]) {
     Sliding sliding;
     sliding_evaluate(instance, system, time, states, inputs, &sliding);
+    if (sliding.count > 0) {
+        sliding_share(instance, system, unknowns);
+    }
     if (sliding.count > 0 && !find_forces(instance, time, states, inputs, &sliding, unknowns)) {
         return false;
     }
@@ -153,6 +156,7 @@ void contacts_answer(Instance *instance, const System *system, double time, cons
     double change[SIZE_FRICTIONAL];
     sliding_evaluate(instance, system, time, states, inputs, &sliding);
     if (sliding.count > 0 && factorize(instance, time, states, inputs, unknowns, &sliding, &slope)) {
+        sliding_share(instance, system, answer);
         sliding_change(instance, time, states, inputs, unknowns, seed, answer, change);
         add_answers(&sliding, &slope, change, answer);
     }

@@ -1,6 +1,7 @@
 /* The answers are those of the system, as if the forces did not depend on them. */
 #include "sliding_rows.h"
 
+#include "accelerations.h"
 #include "system.h"
 
 enum { N = N_COORDINATES };
@@ -28,6 +29,12 @@ int sliding_find(const State *state, int rows[]) {
     return count;
 }
 
+void sliding_share(const Instance *instance, const System *system, double unknowns[]) {
+    if (!multipliers_unique(instance)) {
+        multipliers_spread(system, unknowns);
+    }
+}
+
 void sliding_evaluate(Instance *instance, const System *system, double time, const double states[],
                       const double inputs[], Sliding *sliding) {
     static const double NOTHING[N_CONSTRAINTS];
@@ -37,6 +44,7 @@ void sliding_evaluate(Instance *instance, const System *system, double time, con
     for (int k = 0; k < sliding->count; k++) {
         const int row = sliding->row[k];
         system_solve(system, rows.jacobian + row * N, NOTHING, NULL, sliding->answer[k]);
+        sliding_share(instance, system, sliding->answer[k]);
         sliding->answer[k][N + ROW_PLACES[row]] = 1.0;
     }
 }

@@ -13,6 +13,10 @@ typedef struct {
 /* rows[N_FRICTIONAL]: those that slide in the present modes; returns how many there are. */
 int sliding_find(const State *state, int rows[]);
 
+/* Where rows are redundant, makes the multipliers in unknowns[n + m] those of least norm: friction follows the loads
+   that are shown. */
+void sliding_share(const Instance *instance, const System *system, double unknowns[]);
+
 /* Finds them and their answers; the system is factorised at the point. */
 void sliding_evaluate(Instance *instance, const System *system, double time, const double states[],
                       const double inputs[], Sliding *sliding);
