@@ -131,6 +131,22 @@ static bool report_pole(Instance *instance, int k) {
     return false;
 }
 
+/* An event at the beginning of the step that has just been passed there again and again is one of the interpolant alone,
+   whose error in a long step is greater than what a gap opens by. A shorter step tells. */
+static bool seems_to_repeat(Instance *instance, const Descents *found, Step step) {
+    const State *state = &instance->state;
+    const double shortest = 4.0 * DBL_EPSILON * fabs(step.end);
+    if (METHOD.error_order == 0 || !(found->theta[found->first] <= 0.0) ||
+        state->events_there < MOST_EVENTS_AT_ONCE / 2 ||
+        fabs(state->time - state->event_time) > shortest || step.length <= 1e3 * shortest) {
+        return false;
+    }
+    instance->failure.kind = FAILURE_CHATTERING;
+    instance->failure.time = state->time;
+    instance->failure.event = found->first;
+    return true;
+}
+
 bool events_end_step(Instance *instance, Step *step) {
     Descents found;
     State *state = &instance->state;
@@ -149,7 +165,7 @@ bool events_end_step(Instance *instance, Step *step) {
     }
     if (found.first >= 0) {
         const double whole = step->length;
-        if (!polish(instance, &found, step, values)) {
+        if (seems_to_repeat(instance, &found, *step) || !polish(instance, &found, step, values)) {
             return false;
         }
         found.slope /= whole;
