@@ -131,7 +131,7 @@ static bool report_pole(Instance *instance, int k) {
     return false;
 }
 
-/* An event at the beginning of the step that has just been passed there again and again is one of the interpolant alone,
+/* An event at the beginning of the step that has just been passed there several times is one of the interpolant alone,
    whose error in a long step is greater than what a gap opens by. A shorter step tells. */
 static bool seems_to_repeat(Instance *instance, const Descents *found, Step step) {
     const State *state = &instance->state;
