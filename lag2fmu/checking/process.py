@@ -94,6 +94,8 @@ def _watch(
     while True:
         try:
             process.wait(0.02)
+            if _size(told) != size:
+                grown()
             return ""
         except subprocess.TimeoutExpired:
             pass

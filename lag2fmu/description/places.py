@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, NamedTuple, TypeAlias
 
 import sympy as sp
@@ -14,7 +15,7 @@ import sympy as sp
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, GIVEN, Key, key, keys_in
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.unit_parser import checked_unit
 from lag2fmu.language.units import DIMENSIONLESS, KILOGRAM, METRE, RADIAN
 from lag2fmu.language.vocabulary import normal_form
 
@@ -224,20 +225,39 @@ _EXPRESSIONS = ("expression", "vector", "expression or vector")
 def normalise(part: object, where: str) -> None:
     """Bring the keys of a frozen part to normal form: expressions, references to parts by name, units.
 
-    Sequences become tuples. Raises MechanismError for a vector where one expression is expected, and the other way
-    round, UnitError for a text that is no unit.
+    Sequences become tuples. Raises MechanismError for a value of another kind than that of the key, UnitError for a
+    text that is no unit.
     """
     for known in keys_in(part):
-        value = getattr(part, known.field)
-        if known.kind in _EXPRESSIONS and value is not None:
-            value = _normal(value, str(known.kind), f"{where}.{known.name}")
+        value, place = getattr(part, known.field), f"{where}.{known.name}"
+        if value is None and known.default is None:
+            continue
+        if value is None:
+            raise MechanismError(f"{place}: is None; give a value")
+        if known.kind in _EXPRESSIONS:
+            value = _normal(value, str(known.kind), place)
+        elif known.kind in ("number", "difference"):
+            _check_real(value, place)
         elif known.kind == "part" and isinstance(value, (Place, Frame)):
             value = value.name
-        elif known.kind == "names" and value is not None:
-            value = tuple(getattr(end, "name", end) for end in value)
-        elif known.kind == "unit" and isinstance(value, str):
-            value = parse_unit(value)
+        elif known.kind == "names":
+            value = _names(value, place)
+        elif known.kind == "unit":
+            value = checked_unit(value, place)
         object.__setattr__(part, known.field, value)
+
+
+def _check_real(value: object, where: str) -> None:
+    """Raise MechanismError for what is no real number."""
+    if isinstance(value, bool) or not isinstance(value, (Real, sp.Number)):
+        raise MechanismError(f"{where}: expected a number, got {value!r}")
+
+
+def _names(value: object, where: str) -> tuple[object, ...]:
+    """The names of parts, which may be given themselves; raises MechanismError unless there is a list of them."""
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise MechanismError(f"{where}: expected a list of names, got {value!r}")
+    return tuple(getattr(end, "name", end) for end in value)
 
 
 def _normal(value: object, kind: str, where: str) -> sp.Expr | Vector:
@@ -246,6 +266,8 @@ def _normal(value: object, kind: str, where: str) -> sp.Expr | Vector:
         expected = "one expression" if is_vector else "a tuple of expressions"
         raise MechanismError(f"{where}: expected {expected}, got {value!r}")
     if isinstance(value, (tuple, list, sp.MatrixBase)):
+        if not len(value):
+            raise MechanismError(f"{where}: has no entries; give at least one, or leave it out")
         return tuple(normal_form(item, f"{where}[{i}]") for i, item in enumerate(value))
     return normal_form(value, where)
 

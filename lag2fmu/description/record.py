@@ -116,7 +116,7 @@ class Description:
         "Joints between frames, points and bodies, as constraints; or on a parent, as a frame that they carry.",
     )
     constraints: tuple[Constraint, ...] = table_key(
-        Constraint, "kinds", "Equations that hold all the time, each written as an expression that is zero."
+        Constraint, "kinds", "Equations that hold always or at times, each written as an expression that is zero."
     )
     contacts: tuple[Contact, ...] = table_key(
         Contact, "tables", "Unilateral contacts, by gap and slip or between two places."
@@ -233,7 +233,7 @@ class Description:
         for name, of in table_keys().items():
             content = getattr(self, name)
             for part in content if of.many else [] if content is None else [content]:
-                label = f"{name}.{label_of(part)}" if of.many else name
+                label = f"{name}.{_key_of(part)}" if of.many else name
                 for where, expression, known in expressions_of(part, label):
                     yield Entry(name, part, known, where, expression)
 
@@ -254,6 +254,11 @@ def label_of(part: Any) -> str:
     return str(part.coordinate if isinstance(part, Force) else part.name)
 
 
+def _key_of(part: Any) -> str:
+    """Where ``part`` stands in its table; a constraint stands in the table of its kind."""
+    return f"{part.kind}.{part.name}" if isinstance(part, Constraint) else label_of(part)
+
+
 Named = TypeVar("Named", Frame, Place)
 
 
@@ -267,6 +272,8 @@ def _named(parts: Iterable[Named], name: str, what: str) -> Named:
 
 def _records(declared: Iterable[Any], name: str, kind: type) -> tuple[Any, ...]:
     """The records of the symbols or records ``declared``; raises MechanismError for a thing of another kind."""
+    if not isinstance(declared, Iterable):
+        raise MechanismError(f"{name}: expected a list, got {type(declared).__name__} '{declared}'")
     records = tuple(part.declaration if isinstance(part, Declared) else part for part in declared)
     for record in records:
         if not isinstance(record, kind):

@@ -13,7 +13,7 @@ import sympy as sp
 
 from lag2fmu.description.keys import key
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.unit_parser import checked_unit
 from lag2fmu.language.units import DIMENSIONLESS, Unit
 from lag2fmu.language.vocabulary import table_function
 
@@ -66,11 +66,13 @@ class Table:
         if self.columns is None:
             if self.file is None:
                 raise MechanismError(f"{where}: 'columns' are missing; give them, or a CSV 'file'")
-            object.__setattr__(self, "columns", read_columns(Path(self.file), where))
-        columns = tuple(_column(c, f"{where}.columns[{i}]") for i, c in enumerate(self.columns or ()))
+            object.__setattr__(self, "columns", read_columns(self._path(where), where))
+        if isinstance(self.columns, str) or not isinstance(self.columns, Iterable):
+            raise MechanismError(f"{where}.columns: expected an array of columns, got {self.columns!r}")
+        columns = tuple(_column(column, f"{where}.columns[{i}]") for i, column in enumerate(self.columns))
         if len(columns) not in (2, 3):
             raise MechanismError(f"{where}.columns: {len(columns)} columns; give 2, or 3 for two arguments")
-        units = tuple(parse_unit(u) if isinstance(u, str) else u for u in self.units)
+        units = tuple(checked_unit(unit, f"{where}.units") for unit in self.units)
         if units and len(units) != len(columns):
             raise MechanismError(f"{where}.units: {len(units)} units of {len(columns)} columns; give one each")
         vars(self).update(columns=columns, units=units)
@@ -85,6 +87,12 @@ class Table:
                 raise MechanismError(
                     f"{where}.{known}: '{getattr(self, known)}' is unknown; give one of {', '.join(words)}"
                 )
+
+    def _path(self, where: str) -> Path:
+        """The path of the ``file``; raises MechanismError for what is none."""
+        if not isinstance(self.file, (str, Path)):
+            raise MechanismError(f"{where}.file: expected the path of a CSV file, got {self.file!r}")
+        return Path(self.file)
 
     @property
     def arity(self) -> int:

@@ -92,12 +92,12 @@ class TableArgument:
 class EventFunction:
     """A function whose zeros are events: its ``name`` for messages, its ``nominal`` size in SI units.
 
-    ``timed``: it is linear in the time, and depends on nothing else but parameters.
+    ``timed`` is not 0 if it depends on the time and parameters alone: 1 if it is linear in the time, or else 2.
     """
 
     name: str
     nominal: float
-    timed: bool = False
+    timed: int = 0
 
 
 @dataclass(frozen=True)
@@ -118,6 +118,7 @@ class Program:
     - ``places``: the places of the rows that modes switch, among all ``constraints``.
     - ``slips``: for each contact and stop, the number of rows that it slips along, (U,).
     - ``frictions``, ``latches``: the numbers of dry frictions and of latches.
+    - ``loaded_friction``: whether a dry friction depends on what constraints, joints and contacts bear.
     - ``offsets``: the number of latches that hold positions.
     - ``event_functions``: those of the switches, and behind them those of contacts and dry frictions.
     - ``simultaneous``: how simultaneous impacts are resolved.
@@ -141,6 +142,7 @@ class Program:
     switches: int = 0
     event_functions: tuple[EventFunction, ...] = ()
     frictions: int = 0
+    loaded_friction: bool = False
     latches: int = 0
     offsets: int = 0
     simultaneous: bool = False

@@ -232,9 +232,11 @@ def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node)
     return found if math.isfinite(found) and found > 0.0 else 1.0
 
 
-def _timed(graph: Graph, v: Variables, margin: Node) -> bool:
-    """Whether ``margin`` is linear in the time and contains nothing else but parameters."""
+def _timed(graph: Graph, v: Variables, margin: Node) -> int:
+    """0 unless ``margin`` depends on the time and parameters alone; 1 if it is linear in the time, 2 if it is not."""
     (slope,) = reverse(graph, {margin: graph.one}, (v.t,))
     parameters = {*v.parameters}
     variables = {node for node in graph.cone([margin, slope]) if node in graph.leaf and not graph.is_constant(node)}
-    return variables <= parameters | {v.t} and v.t not in graph.cone([slope])
+    if not variables <= parameters | {v.t}:
+        return 0
+    return 2 if v.t in graph.cone([slope]) else 1

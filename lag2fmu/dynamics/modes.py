@@ -23,7 +23,7 @@ from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.graph import Graph, Node
 
 _AT_REST = 1e-12
-"""Far below this slip speed (m/s, rad/s) sliding friction has the direction that the mode began with."""
+"""Far below this slip speed (m/s, rad/s), times |d|, sliding friction has the direction d that the mode began with."""
 
 
 @dataclass(frozen=True)
@@ -147,8 +147,9 @@ def sliding_forces(graph: Graph, rows: Rows, modes: Modes) -> tuple[Node, ...]:
 
     - A contact with one slip: -direction mu N.
     - A contact with two slips w: -mu N w/|w|. The direction d that the mode began with is added to w, so that the force
-      has a direction while the speed is about 0. The mode ends where w.d = 0. Beyond this point the sign turns, so that
-      the force is smooth there and the end can be located.
+      has a direction while the speed is about 0. Where the slip begins from rest d is longer than 1: w then counts from
+      the speed on that errors of the states do not turn. The mode ends where w.d = 0. Beyond this point the sign turns,
+      so that the force is smooth there and the end can be located.
     - A dry friction: -direction times its force.
 
     Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5.

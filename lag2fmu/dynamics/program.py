@@ -73,6 +73,7 @@ def lower(
         slips=equations.rows.slips,
         masks=len(modes.numbers),
         frictions=len(equations.rows.sliding),
+        loaded_friction=not set(g.cone(equations.rows.sliding)).isdisjoint(v.multipliers),
         latches=len(equations.rows.latches),
         offsets=len(modes.offsets),
         constraints=len(equations.constraints),

@@ -135,6 +135,8 @@ def _split(
     """The parts of ``node``; the second-degree part is recorded in ``products`` as a sum of coefficient * a * b."""
     g, code = graph, graph.code[node]
     z = g.zero
+    if len(graph.operands[node]) > 2:
+        return None
     a, *rest = (parts.get(o, (o, z, z)) for o in graph.operands[node])
     if code == NEGATE:
         return _recorded(g, products, _scaled(g, a, g.minus_one), _times(g, products, a[2], g.minus_one))

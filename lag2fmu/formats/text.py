@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
@@ -126,6 +126,7 @@ def _description(content: object, around: Surroundings, where: str = "") -> Desc
     """The description in the tables ``content``, which stand at ``where`` in a text."""
     tables = content.get("tables", {}) if isinstance(content, dict) else {}
     around = around._replace(tables=tuple(tables) if isinstance(tables, dict) else ())
+    _check_tables(content, around.tables, where)
     for key in content if isinstance(content, dict) and not where else ():
         if key in SINGLE["mechanism"] and key not in TABLES:
             raise TextError(f"{key}: stands before the first table; write it below the line [mechanism]")
@@ -135,6 +136,16 @@ def _description(content: object, around: Surroundings, where: str = "") -> Desc
     written = {name: of for name, of in table_keys().items() if name in root.content}
     parts: dict[str, Any] = {name: _FORMS[of.form](root, name, of.part) for name, of in written.items()}
     return Description(**head, **parts)
+
+
+def _check_tables(content: object, tables: Iterable[str], where: str) -> None:
+    """Raise TextError for a table with the name of a symbol, which would be read as a call without an argument."""
+    place = f"{where}." if where else ""
+    for group in ("coordinates", "parameters", "inputs", "states", "definitions"):
+        declared = content.get(group) if isinstance(content, dict) else None
+        for name in sorted(set(tables) & set(declared if isinstance(declared, dict) else ())):
+            taken = f"{place}{group}.{name}"
+            raise TextError(f"{place}tables.{name}: the name '{name}' is already taken by {taken}; choose another one")
 
 
 def _single(root: TomlTable, name: str, kind: type) -> object:

@@ -13,6 +13,7 @@ _CHARACTERS = {
     **dict.fromkeys("'\N{RIGHT SINGLE QUOTATION MARK}", "the velocity of x is x_dot"),
     **dict.fromkeys("?:", "cases are written if(condition, a, b)"),
     **dict.fromkeys("&|", "conditions are joined by 'and' and 'or'; a magnitude is abs(x)"),
+    "!": "the contrary of a condition is written with 'not'",
     "π": "write pi",
     "÷": "a quotient is written with '/'",
     "\N{MINUS SIGN}": "a minus is written with '-'",

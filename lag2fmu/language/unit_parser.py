@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from fractions import Fraction
 from functools import cache, partial
 
-from lag2fmu.errors import UnitError
+from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.language.units import NAMED, NONE, PREFIXED, PREFIXES, Exponents, Unit, plain_power
 
 MAX_UNIT = 100
@@ -203,3 +203,13 @@ def _look_up(name: str, text: str) -> tuple[Exponents, float, float]:
         exponents, factor, _ = NAMED[name[1:]]
         return exponents, PREFIXES[name[0]] * factor if name != "kg" else 1.0, 0.0
     raise _SpellingError(f"unit '{text}': unknown unit '{name}'")
+
+
+def checked_unit(value: object, where: str) -> Unit:
+    """The unit ``value``, which may be a text; raises MechanismError, for a text UnitError, for what is none."""
+    if not isinstance(value, (Unit, str)):
+        raise MechanismError(f"{where}: expected a unit such as 'm/s', got {value!r}")
+    try:
+        return parse_unit(value) if isinstance(value, str) else value
+    except UnitError as error:
+        raise UnitError(f"{where}: {error}") from None

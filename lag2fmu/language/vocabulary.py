@@ -197,7 +197,8 @@ def normal_form(expression: object, where: str) -> sp.Expr:
     except sp.SympifyError as error:
         raise MechanismError(f"{where}: expected an expression, got {expression!r}") from error
     if not isinstance(result, sp.Expr) or result.is_Matrix:
-        raise MechanismError(f"{where}: expected a scalar expression, got {type(result).__name__} '{result}'")
+        found = f"got {type(result).__name__} '{result}'"
+        raise MechanismError(f"{where}: expected a scalar expression, {found}; a condition is Choice(margin, 1, 0)")
     numbers = {number: _exact(float(number), where) for number in result.atoms(sp.Float)}
     symbols = {old: symbol(old.name) for old in result.free_symbols if old != symbol(old.name)}
     result = _rebuilt(result.xreplace({**numbers, **symbols}))
@@ -279,7 +280,7 @@ def _refuse_foreign(expression: sp.Expr, where: str) -> None:
         raise MechanismError(f"{where}: '{expression}' is not finite (a division by zero?)")
     if expression.has(sp.I):
         raise MechanismError(f"{where}: '{expression}' is not real (a root or logarithm of a negative number?)")
-    if expression.atoms(sp.Derivative, sp.Integral, sp.Piecewise):
+    if expression.atoms(sp.Derivative, sp.Integral, sp.Piecewise, sp.Rel):
         raise MechanismError(
             f"{where}: '{expression}' has a derivative, integral or case distinction; write it out, cases as "
             "Choice(margin, a, b): a where margin > 0, else b"

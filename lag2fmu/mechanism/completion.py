@@ -31,7 +31,7 @@ from lag2fmu.mechanism.norms import missing_norms
 from lag2fmu.mechanism.ports import input_names, with_chosen_inputs, with_ports
 from lag2fmu.mechanism.record import Completed
 from lag2fmu.mechanism.scope import Scope, constrained, fixed_parameters
-from lag2fmu.mechanism.unilaterals import check_open, unilaterals
+from lag2fmu.mechanism.unilaterals import check_gaps, check_open, unilaterals
 
 Origins = dict[str, str]
 """{place of an entry that nobody wrote: place of what brings it}, such as {'constraints.hinge_x': 'joints.hinge'}."""
@@ -92,7 +92,10 @@ def completed(written: Description) -> Completed:
     pressed, of_contacts = _with_compliance(opened)
     closed, of_joints = _with_joints(pressed)
     of_user = {place for table in _BROUGHT for place in _places(table, getattr(written, table))}
-    scope, warnings = check(closed, of_joints.keys() - of_user)
+    brought = of_joints.keys() - of_user
+    scope, warnings = check(
+        closed, {f"constraints.{c.kind}.{c.name}" for c in closed.constraints if f"constraints.{c.name}" in brought}
+    )
     expanded, of_norms = _with_norms(closed, whole)
     if of_norms:
         check_names(expanded)
@@ -101,6 +104,7 @@ def completed(written: Description) -> Completed:
     origins = of_parts | of_places | of_contacts | of_joints | of_norms
     check_meaning(expanded, scope)
     found = tuple(unilaterals(expanded))
+    check_gaps(expanded, found)
     check_open(expanded, found)
     kept = {place: origin for place, origin in origins.items() if place not in of_user}
     latches = tuple(c for c in expanded.constraints if c.while_ is not None)

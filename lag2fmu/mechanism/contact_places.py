@@ -64,7 +64,9 @@ def _ends(m: Description, contact: Contact, poses: Poses) -> tuple[Pose, Pose, s
     where = f"contacts.{contact.name}.between"
     name_a, name_b = map(str, contact.between or ())
     (frame_a, place_a), (frame_b, place_b) = (location_of(m, name, where) for name in (name_a, name_b))
-    if name_a == name_b or (m.dimension == 3 and frame_a == frame_b) or place_a == place_b == ():
+    rates = map(poses.rate, poses.column(place_a) - poses.column(place_b))
+    rigid = m.dimension == 3 and frame_a == frame_b and not any(rates)
+    if name_a == name_b or rigid or place_a == place_b == ():
         raise MechanismError(f"{where}: '{name_a}' and '{name_b}' do not move relative to each other; name two that do")
     if m.dimension == 2:
         _check_angles(m, contact, where)

@@ -64,9 +64,9 @@ def _check_gap(contact: Contact, where: str) -> None:
         raise MechanismError(f"{where}.slip: has {len(contact.slip)} entries; give one, or 2 in space")
     if contact.slip is None and not contact.frictionless:
         key = "friction" if contact.friction != 0 else "static_friction"
+        written = to_text(sp.sympify(getattr(contact, key)))
         raise MechanismError(
-            f"{where}.{key}: '{getattr(contact, key)}' without 'slip'; give the relative tangential velocity that "
-            "friction opposes"
+            f"{where}.{key}: '{written}' without 'slip'; give the relative tangential velocity that friction opposes"
         )
 
 
@@ -114,7 +114,8 @@ def _check_normal(m: Description, contact: Contact, where: str) -> None:
         raise MechanismError(f"{where}.normal: '{axis}' is out of the plane; give 'x', 'y' or a vector of 2 entries")
     numbers = [] if isinstance(axis, str) else [value_at(sp.sympify(x), values_of(m)) for x in axis]
     if numbers and not any(x is None or x for x in numbers):
-        raise MechanismError(f"{where}.normal: {list(axis)} is the zero vector at the values given, which is no normal")
+        shown = list(map(to_text, map(sp.sympify, axis)))
+        raise MechanismError(f"{where}.normal: {shown} is the zero vector at the values given, which is no normal")
 
 
 def _check_law(contact: Contact, where: str) -> None:

@@ -46,8 +46,8 @@ def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
         yield acceleration(motion.name), f"the acceleration of motion input '{motion.name}'"
     for name in mechanism.driven:
         yield drive(name), f"the force that carries the motion '{name}'"
-    coordinates = {q.name for q in mechanism.coordinates}
-    for state in (z for z in mechanism.states if z.name not in coordinates):  # other names clash
+    moving = {q.name for q in mechanism.coordinates} | {velocity(q.name) for q in mechanism.coordinates}
+    for state in (z for z in mechanism.states if z.name not in moving):  # other names clash
         yield derivative(state.name), f"the derivative of the further state '{state.name}'"
     yield from _generated_by_events(mechanism)
 

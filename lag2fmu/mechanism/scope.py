@@ -159,7 +159,7 @@ def constrained(m: Description, scope: Scope) -> tuple[frozenset[str], frozenset
     used = {
         c: {names.velocity(c.coordinate), *([c.coordinate] if c.holonomic else [])}
         if c.coordinate is not None
-        else scope.names_in(f"constraints.{c.name}", c.expression)
+        else scope.names_in(f"constraints.{c.kind}.{c.name}", c.expression)
         for c in m.constraints
         if c.while_ is None
     }
@@ -178,7 +178,7 @@ def fixed_parameters(m: Description, scope: Scope, gaps: Iterable[sp.Expr] = ())
     dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
     found: set[str] = set()
     holonomic = [c for c in m.holonomic if not c.massless]
-    left = [name for c in holonomic for name in scope.names_in(f"constraints.{c.name}", c.expression)]
+    left = [name for c in holonomic for name in scope.names_in(f"constraints.{c.kind}.{c.name}", c.expression)]
     left += [name for gap in gaps for name in scope.names_in("gap", gap)]
     while left:
         name = left.pop()

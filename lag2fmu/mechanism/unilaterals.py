@@ -11,7 +11,8 @@ from lag2fmu.description.names import stop_side
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.units import METRE, Unit
-from lag2fmu.language.vocabulary import symbol
+from lag2fmu.language.vocabulary import TableCall, free_names, symbol
+from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.contact_places import Geometry, geometry_of
 from lag2fmu.mechanism.poses import Poses
 from lag2fmu.mechanism.record import Unilateral
@@ -57,6 +58,25 @@ def _of_stop(stop: Stop, unit_of: UnitOf) -> Iterator[Unilateral]:
         if bound is not None:
             name, gap = stop_side(stop.name, side), sign * (of - sp.sympify(bound))
             yield Unilateral(name, gap, (), restitution, sp.S.Zero, sp.S.Zero, unit_of(of), f"stops.{stop.name}.{side}")
+
+
+def check_gaps(m: Description, found: Iterable[Unilateral]) -> None:
+    """Raise MechanismError for a gap without a coordinate, and for one without a value at the start."""
+    poses, start, coordinates = Poses(m), start_values(m), {q.name for q in m.coordinates}
+    for unilateral in found:
+        gap = poses.resolved(unilateral.gap)
+        used = free_names([gap])
+        if not used & coordinates:
+            raise MechanismError(
+                f"{unilateral.where}: the gap '{to_text(unilateral.gap)}' contains no coordinate, so no force can keep "
+                "it open; leave it out or correct it"
+            )
+        if not gap.atoms(TableCall) and used <= start.keys() and value_at(gap, start) is None:
+            at = ", ".join(f"{name} = {start[name]:g}" for name in sorted(used))
+            raise MechanismError(
+                f"{unilateral.where}: the gap '{to_text(unilateral.gap)}' cannot be evaluated at the start, where {at} "
+                "(SI); start elsewhere, or correct it"
+            )
 
 
 def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = False) -> None:

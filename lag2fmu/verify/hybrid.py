@@ -190,13 +190,15 @@ def _same_motion(task: Task, points: Points, label: str, run: Trajectory) -> Che
     contacts = run.columns([names.mode(c.name) for c in task.mechanism.unilaterals])
     frictions = run.columns([names.mode(f.name) for f in task.mechanism.frictions])
     wanted = [*map(names.acceleration, coordinates), *(x for x in points.force_names if x in run)]
+    forces = _shown(points, run)
     own, found = [], []
     signals = task.driving(run.time[1] - run.time[0])
     for row in chosen.tolist():
         t = float(run.time[row])
         inputs = {} if signals is None else signals.at(float(run.time[row - 1]) if task.holds else t)
         inputs = {**inputs, **{name: float(x[row]) for name, x in task.further(run).items()}}
-        answer = points.answer(t, q[row], qd[row], inputs, (contacts[row].tolist(), frictions[row].tolist()))
+        modes = contacts[row].tolist(), frictions[row].tolist()
+        answer = points.answer(t, q[row], qd[row], inputs, modes, forces[row], task.tolerance)
         if answer is not None:
             values = dict(zip(map(names.acceleration, coordinates), answer[0], strict=True))
             values |= dict(zip(points.force_names, answer[1], strict=True))
@@ -204,8 +206,23 @@ def _same_motion(task: Task, points: Points, label: str, run: Trajectory) -> Che
             own.append(run.columns(wanted)[row])
     if not own:
         return Check("accelerations and forces of the run", 0.0, 0.0, "no point tells the directions of all slips")
-    size = np.abs(found).max(axis=0)
-    size = np.maximum(size, 1e-4 * size.max())
-    relative = np.abs(np.subtract(own, found)).max(axis=0) / np.where(size > 0, size, 1.0)
+    relative = np.abs(np.subtract(own, found)).max(axis=0) / _sizes(task, np.array(found), qd)
     worst = int(np.argmax(relative))
     return Check("accelerations and forces of the run", float(relative[worst]), SAME, f"largest: {wanted[worst]}")
+
+
+def _shown(points: Points, run: Trajectory) -> Floats:
+    """The forces along all rows in a ``run``, (m, k) in SI units; 0 where it has none."""
+    return np.stack([run[name] if name in run else np.zeros(len(run)) for name in points.force_names], axis=-1)
+
+
+def _sizes(task: Task, found: Floats, qd: Floats) -> Floats:
+    """The sizes of accelerations and forces ``found`` (r, k) by which differences are measured, (k,) in SI units.
+
+    Accelerations are sums of products of the velocities ``qd`` (m, n), which may cancel.
+    """
+    n, size = qd.shape[1], np.abs(found).max(axis=0)
+    size = np.maximum(size, 1e-4 * size.max())
+    turning = np.abs(qd).max(axis=0) ** 2 / [c.nominal for c in task.mechanism.coordinates]
+    size[:n] = np.maximum(size[:n], 1e-4 * turning)
+    return np.where(size > 0, size, 1.0)

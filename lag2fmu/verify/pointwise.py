@@ -22,6 +22,8 @@ from lag2fmu.verify.task import ROUNDING, Floats, Task
 
 _SYMPY_LIMIT = 3
 _ROUNDING = 1e-14
+BEGUN = 1e-100
+"""The time (s) of the independent path, for the start at 0: a kink of the time there is behind, as it is in the FMU."""
 NEARER = (1.0, 0.1, 0.01, 0.0)
 """Random states are moved away from the motion by 5 %, times the first of these parts with which the equations are
 defined."""
@@ -200,7 +202,7 @@ def _labels(mechanism: Mechanism) -> list[str]:
 
 def _calculated(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:
     """The quantities of ``_labels`` from the independent path."""
-    state, equations = (0.0, q, qd, inputs), drives.equations
+    state, equations = (BEGUN, q, qd, inputs), drives.equations
     energy, outputs = equations.generalized_energy(*state), equations.outputs(*state)
     constraints, bearing = equations.mechanism.constraints, _bearing(equations.mechanism)
     forces = [value for c, value in zip(constraints, equations.multipliers(*state), strict=True) if c in bearing]
@@ -231,8 +233,8 @@ def _sympy_check(task: Task, fmu: Evaluation, reference: Reference, generator: n
     declared = {p.name: p.value for p in task.mechanism.parameters if p.value is not None}
     states = _random_states(task, reference, generator, DriveForces(Equations(task.mechanism)))
     own = [_calculated_by_fmu(task, fmu, q, qd, inputs | declared) for q, qd, inputs in states]
-    independent = [symbolic(0.0, q, qd, inputs) for q, qd, inputs in states]
-    moved = [symbolic(0.0, (1 + ROUNDING / 100) * q, (1 + ROUNDING / 100) * qd, inputs) for q, qd, inputs in states]
+    independent = [symbolic(BEGUN, q, qd, inputs) for q, qd, inputs in states]
+    moved = [symbolic(BEGUN, (1 + ROUNDING / 100) * q, (1 + ROUNDING / 100) * qd, inputs) for q, qd, inputs in states]
     n = len(task.mechanism.coordinates)
     relative, condition = _relative([x[:n] for x in own], independent), _relative(moved, independent)
     condition = np.maximum(condition, _rounding_of_accelerations(Equations(task.mechanism), reference))

@@ -70,7 +70,8 @@ def test_the_fmu_that_is_right(make: Make) -> None:
     shares: list[float] = []
     assert check_fmu(make(""), progress=shares.append).findings == ()
     assert shares == sorted(shares)
-    assert 0.0 < shares[0] <= shares[-1] == 1.0
+    assert shares[0] >= 0.0  # how many shares are told depends on how often the machine looks
+    assert shares[-1] == 1.0
 
 
 FAULTS = {

@@ -23,6 +23,7 @@ from lag2fmu.graph.cost import cycles
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.operations import OPERATIONS
+from lag2fmu.language.vocabulary import Choice
 from lag2fmu.mechanism import Body, Energy, Frame, Mechanism, Spring, coordinate, parameter, signal
 from lag2fmu.reference import Equations
 
@@ -176,6 +177,7 @@ def test_second_degree_of_a_polynomial() -> None:
     ]
     assert second_degree(graph, translate(X**3), [x, y]) is None
     assert second_degree(graph, translate(sp.cos(X)), [x, y]) is None
+    assert second_degree(graph, translate(Choice(X, X**2, 2 * X**2)), [x, y]) is None
 
 
 def test_a_pivot_that_is_zero_is_put_off() -> None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from stepping import Stepping
-from sympy import Abs, Heaviside, Max, Rational, cos, sign, sin
+from sympy import Abs, Heaviside, Max, Min, Rational, cos, pi, sign, sin
 
 from lag2fmu import simulate
 from lag2fmu.codegen import SMOOTH_METHODS
@@ -118,6 +118,76 @@ def test_events_at_communication_points(exported) -> None:
             for point in (*points, 2.0, 5.0):
                 states = vee.step(point - vee.time)
             assert states[0] == pytest.approx(vee_at(5.0), abs=1e-13)
+
+
+def braked() -> Mechanism:
+    """A mass under 1 N that a force holds back in proportion to its speed, up to 0.9 N, which takes 1e-6 m/s."""
+    x = coordinate("x", velocity=-1.0)
+    back = Max(-Rational(9, 10), Min(Rational(9, 10), 10**6 * x.dot))
+    return Mechanism("braked", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2), forces={x: 1 - back})
+
+
+def test_a_band_below_the_tolerance_takes_no_longer_than_it_does(exported) -> None:
+    """From -1 m/s with 1.9 m/s2 to the band, ln(19)/1e6 s through it, then on with 0.1 m/s2."""
+    through = (1 - 0.9e-6) / 1.9 + math.log(19) / 1e6
+    run = simulate(exported(BRAKED, solver="radau5", optimised=False).path, stop_time=2.0, step=0.5, tolerance=1e-6)
+    assert run["x_dot"][-1] == pytest.approx(0.9e-6 + 0.1 * (2.0 - through), abs=5e-6)
+
+
+def relay() -> Mechanism:
+    """A relay that pushes x toward where x + x_dot is 0; a force on z that turns ever faster until 1 s."""
+    x, z = coordinate("x", start=1.0), coordinate("z")
+    forces = {x: -sign(x + x.dot), z: sign(sin(1 / (1 - TIME)))}
+    return Mechanism("relay", coordinates=[x, z], energy=Energy(kinetic=(x.dot**2 + z.dot**2) / 2), forces=forces)
+
+
+def modulated() -> Mechanism:
+    """A force of pulses that are modulated in their width: 1 N while a sine is above a level."""
+    x, frequency, level = coordinate("x"), parameter("frequency", 50.0), parameter("level", 0.0)
+    pulses = {x: Heaviside(sin(2 * pi * frequency * TIME) - level)}
+    energy = Energy(kinetic=x.dot**2 / 2)
+    return Mechanism("modulated", coordinates=[x], parameters=[frequency, level], energy=energy, forces=pulses)
+
+
+MODULATED = modulated()
+
+
+@pytest.mark.parametrize(
+    ("kind", "frequency"), [*(("co-simulation", f) for f in (50.0, 333.3, 1000.0)), ("model-exchange", 50.0)]
+)
+@pytest.mark.parametrize("level", [0.0, 0.95])
+def test_no_pulse_of_thousands_is_missed(exported, kind, frequency: float, level: float) -> None:
+    """The motion between pulses is a parabola, whose steps could be as long as the run.
+
+    In model exchange the FMU says when the next pulse begins.
+    """
+    values = {"frequency": frequency, "level": level}
+    run = simulate(exported(MODULATED, optimised=False).path, stop_time=10.0, step=10.0, values=values, kind=kind)
+    assert run["x_dot"][-1] == pytest.approx(10 * (0.5 - math.asin(level) / math.pi), abs=1e-10)
+
+
+BRAKED = braked()
+RELAY = relay()
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+@pytest.mark.parametrize(("start", "time"), [(1.0, math.sqrt(3) - 1), (0.0, 0.0)])
+def test_a_motion_that_is_pushed_back_from_both_sides_ends_with_a_sentence(exported, kind, start, time) -> None:
+    """From x = 1 it gets there at sqrt(3) - 1; at x = 0 it begins there."""
+    with pytest.raises(SimulationError, match=r"pushed back to where x \+ x_dot is 0 from both sides") as error:
+        simulate(exported(RELAY, optimised=False).path, stop_time=0.95, step=0.05, kind=kind, values={"x": start})
+    found = str(error.value).split("at time ")[1].split()[0]
+    assert float(found) == pytest.approx(time, abs=1e-12 if kind == "co-simulation" else 2e-6)
+
+
+def test_a_switch_that_turns_ever_faster_is_followed_as_far_as_it_can_be_told(exported) -> None:
+    """The integral of sign(sin(u))/u^2 from 1 to u; roots are 1e-10 s apart where the run ends."""
+    fmu = exported(RELAY, optimised=False).path
+    run = simulate(fmu, stop_time=0.9999, step=0.3, values={"x": 100.0})
+    turns = 1 / np.concatenate([[1.0], np.pi * np.arange(1, 3184), [1e4]])
+    assert run["z_dot"][-1] == pytest.approx(((-1.0) ** np.arange(3184)) @ -np.diff(turns), abs=1e-11)
+    with pytest.raises(SimulationError, match=r"at time 0\.9999\d+ sin\(1/\(1 - t\)\) .*turns ever faster"):
+        simulate(fmu, stop_time=2.0, step=0.1, values={"x": 100.0})
 
 
 def test_derivatives_are_those_of_the_present_mode(exported) -> None:

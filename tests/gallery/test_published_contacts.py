@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from lag2fmu import simulate
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.text import read
+from lag2fmu.verify.run import Kind
 
 pytestmark = pytest.mark.fmu
 
@@ -257,9 +258,117 @@ def test_thirty_feet_under_one_body_stick_and_share_its_weight(exported: Callabl
         assert run[f"f{k}_force"] == pytest.approx(m * G * parts[k] / parts.sum(), rel=1e-9)
 
 
+PULLED = """
+[mechanism]
+name = "pulled"
+[coordinates]
+x = {}
+y = {}
+z = {}
+[gravity]
+acceleration = 10
+[bodies.puck]
+mass = 1
+position = ["x", "y", "z"]
+[contacts.floor]
+kind = "point_plane"
+between = ["puck", "world"]
+normal = "z"
+friction = 0.3
+[forces]
+x = "t"
+y = "t**2/3"
+"""
+
+
+def _pulled_puck(begins: float, end: float) -> np.ndarray:
+    """x, y and their rates at ``end`` (s). Friction keeps its first direction up to 1e-8 m/s, where nothing turns."""
+    first = np.array([begins, begins**2 / 3]) / 3
+
+    def slope(t: float, state: np.ndarray) -> np.ndarray:
+        slip = state[2:] + 1e-8 * first
+        return np.array([*state[2:], *(np.array([t, t**2 / 3]) - 3 * slip / np.linalg.norm(slip))])
+
+    found: np.ndarray = solve_ivp(slope, (begins, end), np.zeros(4), method="Radau", rtol=1e-9, atol=1e-13).y[:, -1]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("solver", "tolerance", "bar"),
+    [
+        ("dopri5", 1e-6, 1e-6),
+        ("dopri5", 1e-9, 2e-9),
+        ("dop853", 1e-8, 2e-9),
+        ("radau5", 1e-6, 1e-6),
+        ("rk4", 1e-6, 1e-5),
+    ],
+)
+def test_a_slip_in_space_begins_when_the_pull_exceeds_friction(
+    exported: Callable[..., Fmu], solver: str, tolerance: float, bar: float
+) -> None:
+    """The pull (t, t^2/3) exceeds 3 N where t^2 (1 + t^2/9) = 9 s^2, and turns while the slip begins."""
+    begins = np.sqrt((np.sqrt(1 + 4) - 1) / 2 * 9)
+    end = begins + 2
+    names = ("x", "y", "x_dot", "y_dot")
+    run = simulate(
+        exported(read(PULLED, "pulled.toml"), solver=solver),
+        stop_time=end,
+        step=end / 7,
+        tolerance=tolerance,
+        outputs=names,
+    )
+    assert [run[name][-1] for name in names] == pytest.approx(_pulled_puck(begins, end), abs=2 * bar)
+
+
+TURNTABLE = """
+[mechanism]
+name = "turntable"
+[coordinates]
+x = { start = 0.2 }
+y = {}
+z = {}
+[gravity]
+acceleration = 9.81
+[definitions]
+w = "0.5*t"
+[bodies.block]
+mass = 1
+position = ["x", "y", "z"]
+[contacts.table]
+gap = "z"
+slip = ["x_dot + w*y", "y_dot - w*x"]
+friction = 0.3
+"""
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "radau5"])
+def test_a_block_leaves_its_place_on_a_turntable_that_spins_up(exported: Callable[..., Fmu], solver: str) -> None:
+    """It sticks up to the speed w where (w^2 r)^2 + (r/2)^2 = (mu g)^2, and spirals outwards from there."""
+    r, limit = 0.2, 0.3 * G
+    begins = 2 * np.sqrt(np.sqrt(limit**2 - (r / 2) ** 2) / r)
+    along, across = np.exp(0.25j * begins**2) * np.array([1, 1j])
+    pull = -((begins / 2) ** 2) * r * along + r / 2 * across
+
+    def slope(t: float, state: np.ndarray) -> np.ndarray:
+        place, velocity = state[0] + 1j * state[1], state[2] + 1j * state[3]
+        slip = velocity - 0.5j * t * place - 1e-8 * pull / limit
+        friction = -limit * slip / abs(slip)
+        return np.array([velocity.real, velocity.imag, friction.real, friction.imag])
+
+    at, velocity = r * along, begins / 2 * r * across
+    start = [at.real, at.imag, velocity.real, velocity.imag]
+    free = solve_ivp(slope, (begins, 9.0), start, method="Radau", rtol=1e-9, atol=1e-13).y[:2, -1]
+    table = exported(read(TURNTABLE, "turntable.toml"), solver=solver)
+    run = simulate(table, stop_time=9.0, step=0.5, tolerance=1e-8, outputs=("x", "y"))
+    assert [run["x"][-1], run["y"][-1]] == pytest.approx(list(free), abs=1e-6)
+
+
 FOUR_FEET = """
 [mechanism]
 name = "table"
+[parameters]
+e = { value = 0, unit = "1" }
+pull = { value = 0, unit = "N/s" }
 [coordinates]
 x = { velocity = 1.0 }
 y = { velocity = 0.5 }
@@ -269,6 +378,9 @@ b = { unit = "rad" }
 c = { unit = "rad", velocity = 2.0 }
 [gravity]
 acceleration = 10
+[forces]
+x = "4*pull*t/5"
+y = "3*pull*t/5"
 [frames.top]
 origin = ["x", "y", "z"]
 rotations = [["x", "a"], ["y", "b"], ["z", "c"]]
@@ -286,6 +398,7 @@ kind = "point_plane"
 between = ["p{k}", "world"]
 normal = "z"
 friction = 0.3
+restitution = "e"
 """
     for k, (x, y) in enumerate([(0.5, 0.4), (-0.5, 0.4), (0.5, -0.4), (-0.5, -0.4)], 1)
 )
@@ -308,9 +421,14 @@ def _sliding_table(_: float, state: np.ndarray) -> np.ndarray:
     return np.array([*v, *friction.sum(axis=0), torque / 0.2])
 
 
-def test_a_table_slides_and_spins_to_rest_on_four_feet(exported: Callable[..., Fmu]) -> None:
+@pytest.fixture(scope="module")
+def table(exported: Callable[..., Fmu]) -> Fmu:
+    """The table on four feet."""
+    return exported(read(FOUR_FEET, "table.toml"))
+
+
+def test_a_table_slides_and_spins_to_rest_on_four_feet(table: Fmu) -> None:
     """Slip and spin end together (Z. Farkas and others, Physical Review Letters 90, 2003), at all four feet at once."""
-    table = exported(read(FOUR_FEET, "table.toml"))
     free = solve_ivp(_sliding_table, (0.0, 0.46), [0, 0, 0, 1, 0.5, 2], rtol=1e-11, atol=1e-12)
     for step, tolerance in ((0.1, 1e-6), (0.01, 1e-8), (0.004, 1e-5)):
         names = ("x", "y", "c", "x_dot", "y_dot", "c_dot", "l1_mode", "l4_mode")
@@ -318,6 +436,54 @@ def test_a_table_slides_and_spins_to_rest_on_four_feet(exported: Callable[..., F
         assert {run["l1_mode"][-1], run["l4_mode"][-1]} == {2}
         assert np.abs([run[name][-1] for name in names[3:6]]).max() < 1e-12
         assert [run[name][-1] for name in names[:3]] == pytest.approx(free.y[:3, -1], abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("z", "a", "c_dot", "x_dot", "y_dot", "e"),
+    [
+        (0.6059997486360102, -0.06680441720775661, 0.0, 0.0, -0.06881617857544492, 0.1),
+        (0.6918707393289782, -0.10991847864419982, -0.7732882141568471, 0.0, -0.09618330775512754, 0.5),
+    ],
+    ids=["straight", "turning"],
+)
+def test_a_table_that_drops_on_its_feet_comes_to_rest(
+    table: Fmu, z: float, a: float, c_dot: float, x_dot: float, y_dot: float, e: float
+) -> None:
+    """Two feet still rebound, less than is seen, while two stick: no forces keep all four closed in that motion."""
+    start = {"z": z, "a": a, "c_dot": c_dot, "x_dot": x_dot, "y_dot": y_dot, "e": e}
+    feet = [f"l{k}_{what}" for what in ("mode", "force", "gap") for k in (1, 2, 3, 4)]
+    run = simulate(table, stop_time=3.0, step=0.3, tolerance=1e-6, values=start, outputs=[*feet, "z"])
+    assert [run[name][-1] for name in feet[:4]] == [2, 2, 2, 2]
+    assert sum(run[name][-1] for name in feet[4:8]) == pytest.approx(10.0, rel=1e-9)
+    assert min(run[name].min() for name in feet[8:]) > -1e-9
+    assert run["z"][-1] == pytest.approx(0.5, abs=1e-9)
+
+
+def test_a_table_that_is_pulled_across_its_sides_slides(table: Fmu) -> None:
+    """Beyond 3 N the rest of the pull of t N accelerates it; it slides (t - 3)^3/6 m without turning."""
+    still = {"x_dot": 0.0, "y_dot": 0.0, "c_dot": 0.0, "pull": 1.0}
+    for step, tolerance in ((1.0, 1e-6), (0.01, 1e-8)):
+        names = ("x", "y", "c", "l1_mode", "l2_mode", "l3_mode", "l4_mode")
+        run = simulate(table, stop_time=4.0, step=step, tolerance=tolerance, values=still, outputs=names)
+        assert [run[name][-1] for name in names] == pytest.approx([0.8 / 6, 0.6 / 6, 0, 3, 3, 3, 3], abs=1e-9)
+
+
+def test_an_impact_lifts_a_foot_whose_rebounds_have_ended(table: Fmu) -> None:
+    """One foot is about to rest when another one strikes: what the table loses is what impacts and friction take."""
+    start = {"z": 0.6274041761965821, "a": -0.06615827558180837, "b": 0.12945386506107256, "e": 0.3}
+    start |= {"x_dot": 0.0, "y_dot": 0.03364921217945033, "c_dot": 0.022136195064149877}
+    names = ["total_energy", "dissipated_energy", "l3_impacts"]
+    run = simulate(table, stop_time=0.2, step=0.001, tolerance=1e-6, values=start, outputs=names)
+    assert run["l3_impacts"][-1] >= 1
+    assert np.ptp(run["total_energy"] + run["dissipated_energy"]) < 1e-6
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_a_table_on_four_feet_does_not_creep(kind: Kind, table: Fmu) -> None:
+    """Nothing pulls: friction is a rounding error of what the feet bear, and moves the table by nothing in a day."""
+    at_rest = {"x_dot": 0.0, "y_dot": 0.0, "c_dot": 0.0}
+    run = simulate(table, stop_time=1e5, step=2e4, kind=kind, values=at_rest)
+    assert not np.ptp(run.values, axis=0).any()
 
 
 def test_a_ball_in_an_elliptic_billiard_keeps_the_product_of_its_momenta_about_the_foci(

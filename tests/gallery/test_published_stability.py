@@ -83,27 +83,14 @@ rate = "y_dot - x_dot"
 x = "F"
 """
 
-DAMPED = """
-[mechanism]
-name = "damped_follower"
-[parameters]
-P = { value = 1, unit = "N" }
-[coordinates]
-a = { unit = "rad" }
-b = { unit = "rad" }
-[bodies]
-lower = { mass = 2, position = ["sin(a)", "cos(a)"] }
-upper = { mass = 1, position = ["sin(a) + sin(b)", "cos(a) + cos(b)"] }
-[springs]
-foot = { stiffness = 1, elongation = "a" }
-knee = { stiffness = 1, elongation = "b - a" }
+DAMPED = (
+    FOLLOWER
+    + """
 [dampers]
 foot = { damping = 1e-4, rate = "a_dot" }
 knee = { damping = 1e-4, rate = "b_dot - a_dot" }
-[loads.follower]
-body = "upper"
-force = ["-P*sin(b)", "-P*cos(b)"]
 """
+)
 
 DISC = """
 [mechanism]

@@ -7,6 +7,7 @@ import random
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 import sympy as sp
 
@@ -17,6 +18,7 @@ from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.language.expressions import parse, symbol, value_of
 from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.vocabulary import Choice
 from lag2fmu.mechanism import (
     Body,
     Constraint,
@@ -298,6 +300,34 @@ def test_a_wheel_on_the_ground_slips_as_textbooks_have_it() -> None:
     assert unilateral.slips == (parse("x_dot + r*phi_dot"),)
 
 
+PARTICLE = """
+[mechanism]
+name = "particle"
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m" }
+z = { unit = "m", start = 1 }
+[points]
+A = { position = [1, 0, 0] }
+[bodies.b]
+mass = 1
+position = ["x", "y", "z"]
+[contacts.c]
+kind = "point_plane"
+friction = 0.1
+normal = [0, 0, 2]
+between = """
+
+
+def test_a_particle_in_space_moves_relative_to_the_world() -> None:
+    """It has coordinates for a position and no frame of its own; what rests there still does not move."""
+    (unilateral,) = read(PARTICLE + '["b", "world"]', "particle").unilaterals
+    assert unilateral.gap == symbol("z")
+    assert {slip**2 for slip in unilateral.slips} == {symbol("x_dot") ** 2, symbol("y_dot") ** 2}
+    with pytest.raises(MechanismError, match="'A' and 'world' do not move relative to each other"):
+        read(PARTICLE + '["A", "world"]', "particle")
+
+
 def test_a_compliant_contact_pushes_and_never_pulls() -> None:
     mechanism = hybrid()
     written = {d.name: d.expression for d in mechanism.definitions}
@@ -329,6 +359,14 @@ REFUSED = {
     "gap negative": (
         CONTACT + 'gap = "y - 12*r"',
         "contacts.c: the gap is -0.2 m at the start, where y = 1 (SI); it cannot be negative",
+    ),
+    "gap without coordinates": (
+        CONTACT + 'gap = "2*r - t"',
+        "contacts.c: the gap '-t + 2*r' contains no coordinate, so no force can keep it open",
+    ),
+    "gap without a value": (
+        CONTACT + 'gap = "log(y - 10*r)"',
+        "contacts.c: the gap 'log(y - 10*r)' cannot be evaluated at the start, where r = 0.1, y = 1 (SI)",
     ),
     "slip not affine": (
         CONTACT + 'gap = "y"\nfriction = 1\nslip = "x_dot*abs(x_dot)"',
@@ -398,6 +436,10 @@ REFUSED = {
     ),
     "unknown law": (CONTACT + 'gap = "y"\nlaw = "soft"', "contacts.c.law: 'soft' is unknown; give one of ideal"),
     "stop without bounds": ('[stops.s]\nof = "x"', "stops.s: 'lower' and 'upper' are missing"),
+    "stop without coordinates": (
+        '[stops.s]\nof = "x"\nlower = "x - r"',
+        "stops.s.lower: the gap 'r' contains no coordinate",
+    ),
     "stop upside down": (
         '[stops.s]\nof = "x"\nlower = "r"\nupper = "-r"',
         "stops.s: 'r' is 0.1 and above '-r', which is -0.1",
@@ -432,11 +474,15 @@ REFUSED = {
     ),
     "condition of accelerations": (
         '[constraints.holonomic]\nc = { expression = "x", while = "x_ddot" }',
-        "constraints.c.while: 'x_ddot' is an acceleration and cannot stand here",
+        "constraints.holonomic.c.while: 'x_ddot' is an acceleration and cannot stand here",
     ),
     "state that shadows": (
         "[states]\nx = { derivative = 1 }",
         "states.x: the name 'x' is already taken by coordinates.x",
+    ),
+    "state that is a velocity": (
+        "[states]\nx_dot = { derivative = 1 }",
+        "states.x_dot: the name 'x_dot' is already taken by the velocity of coordinate 'x'",
     ),
     "state without derivative": ("[states]\ni = { start = 1.0 }", "states.i: 'derivative' is missing"),
     "state in a constraint": (
@@ -464,6 +510,10 @@ REFUSED = {
         "[inputs.smooth]",
         "inputs.smooth: the name 'smooth' is already taken by a word of the language",
     ),
+    "table that shadows": (
+        "[tables.x]\ncolumns = [[0, 1], [1, 2]]",
+        "tables.x: the name 'x' is already taken by coordinates.x; choose another one",
+    ),
     "table with too many arguments": (
         '[tables.f]\ncolumns = [[0, 1], [1, 2]]\n[forces]\nx = "f(x, y)"',
         "forces.x.expression: 'f(x, y)' has 2 argument(s), the table has 1",
@@ -486,6 +536,36 @@ def test_what_is_wrong_is_named_with_place_value_and_remedy(case: str) -> None:
     with pytest.raises(TextError, match=re.escape(message)) as caught:
         read(f"{BALL}{lines}\n", "ball.toml")
     assert str(caught.value).startswith("ball.toml: ")
+
+
+X = coordinate("x", "m")
+WRONG = {
+    "no restitution": (lambda: Contact("c", X, restitution=None), "contacts.c.restitution: is None; give a value"),
+    "no slips": (lambda: Contact("c", X, []), "contacts.c.slip: has no entries"),
+    "one name": (lambda: Contact("c", between="ball"), "contacts.c.between: expected a list of names, got 'ball'"),
+    "nothing stopped": (lambda: Stop("s", None, lower=0), "stops.s.of: is None; give a value"),
+    "no force": (lambda: Friction("f", X.dot, None), "frictions.f.force: is None; give a value"),
+    "text as start": (lambda: State("i", "A", "0", 1), "states.i.start: expected a number, got '0'"),
+    "no nominal": (lambda: State("i", "A", 0, 1, None), "states.i.nominal: is None; give a value"),
+    "number as unit": (lambda: State("i", 3, 0, 1), "states.i.unit: expected a unit such as 'm/s', got 3"),
+    "unknown unit": (lambda: Table("f", columns=[[0, 1], [1, 2]], units=["m", "q"]), "tables.f.units: unit 'q'"),
+    "one column": (lambda: Table("f", columns=5), "tables.f.columns: expected an array of columns, got 5"),
+    "number as file": (lambda: Table("f", file=3), "tables.f.file: expected the path of a CSV file, got 3"),
+    "relation": (lambda: Stop("s", Choice(X > 0, X, 0), 0), "stops.s.of: 'if(x > 0 > 0, x, 0)' has a derivative"),
+    "no list": (lambda: Mechanism("m", coordinates=[X], stops=Stop("s", X, 0)), "stops: expected a list, got Stop"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_value_of_another_kind_is_named_in_python_too(case: str) -> None:
+    build, message = WRONG[case]
+    with pytest.raises(MechanismError, match=re.escape(message)):
+        build()
+
+
+def test_columns_may_be_arrays() -> None:
+    table = Table("f", columns=np.array([[0, 1], [1, 2]]), units=["m", "N"])
+    assert table == Table("f", columns=[[0.0, 1.0], [1.0, 2.0]], units=["m", "N"])
 
 
 def test_impacts_are_sequential_or_simultaneous() -> None:

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from lag2fmu.formats.loading import load
 from lag2fmu.language.vocabulary import Choice, symbol
-from lag2fmu.mechanism import Body, Force, Friction, Mechanism, coordinate, parameter, signal
+from lag2fmu.mechanism import Body, Constraint, Contact, Force, Friction, Mechanism, Stop, coordinate, parameter, signal
 from lag2fmu.reference import integrate, remedy_of_jumps
 from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.modes import Mode
@@ -219,6 +219,23 @@ def test_switches_of_inputs_and_time_are_located() -> None:
     assert track.values[-1, 1] == pytest.approx((4 - 0.04) / 4, abs=1e-12)
 
 
+def test_a_condition_that_turns_many_times_within_a_step_of_the_motion() -> None:
+    """Forty short catches; in s seconds between them 1 N draws one of two masses of 1 kg away from the other by s^2/2.
+
+    The motion is a parabola, so that its steps grow to two periods.
+    """
+    a, b, t = coordinate("a", "m"), coordinate("b", "m"), sp.Symbol("t", real=True)
+    level, omega = sp.Rational(99, 100), 4 * sp.pi
+    catch = Constraint("catch", a - b, while_=sp.sin(omega * t) - level)
+    bodies = [Body("one", 1, (a, 0)), Body("other", 1, (b, 0))]
+    mechanism = Mechanism("m", coordinates=[a, b], bodies=bodies, forces={a: 1}, constraints=[catch])
+    track = run(mechanism, 19.625)
+    first = float(sp.asin(level) / omega)
+    between = 0.25 + 2 * first
+    assert track.values[-1, 0] - track.values[-1, 1] == pytest.approx((first**2 + 39 * between**2) / 2, abs=1e-9)
+    assert track.values[-1, 2:4] == pytest.approx([19.625 / 2] * 2, abs=1e-9)
+
+
 def test_a_broken_power_costs_no_steps_where_it_ends() -> None:
     """Hertz's contact with a loss: it presses by 1.2 k d^1.5 and pushes back by 0.8 k d^1.5, beginning at d = 0."""
     y, k = coordinate("y", "m", start=1.0), 1e5
@@ -244,3 +261,35 @@ def test_the_joints_of_a_long_chain_stick_and_slide() -> None:
     track = run(chain, 0.03)
     assert times_of(track, "slides")[-1] == pytest.approx(0.0194723, abs=1e-6)
     assert len(track.events) < 20
+
+
+def test_a_slip_that_is_zero_by_its_lever_turns() -> None:
+    """No friction holds a disc at its dead centres, where sin(a) is 0; each half turn takes 2 J of its energy."""
+    a = coordinate("a", "rad", start=1.0, velocity=5.0)
+    guide = Friction("guide", on=sp.sin(a) * a.dot, force=1)
+    disc = Mechanism("disc", coordinates=[a], bodies=[Body("disc", 1, (0, 0), angle=a, inertia=1)], frictions=[guide])
+    track = run(disc, 2.0)
+    angle, speed = track.values[-1][:2]
+    turns = np.floor(angle / np.pi)
+    way = 2 * turns + (1 - np.cos(angle - turns * np.pi)) - (1 - np.cos(1.0))
+    assert turns == 3
+    assert speed**2 / 2 + way == pytest.approx(12.5, abs=1e-9)
+
+
+def test_a_contact_opens_where_the_forces_on_it_cancel() -> None:
+    """A spring pulls a mass off its stop as soon as it pulls more than cos(t) pushes."""
+    x, t = coordinate("x", "m", start=0.1), sp.Symbol("t", real=True)
+    wall = Stop("wall", of=x, upper=sp.Rational(1, 10))
+    push = Force(x, sp.cos(t) - x)
+    mass = Mechanism("mass", coordinates=[x], bodies=[Body("mass", 1, (x, 0))], forces=[push], stops=[wall])
+    track = run(mass, 3.0)
+    leaves = float(np.arccos(0.1))
+    assert times_of(track, "opens") == pytest.approx([leaves], abs=1e-9)
+
+
+def test_gaps_with_a_kink_are_told_on_both_sides_of_it() -> None:
+    y, t = coordinate("y", "m", start=3.0), sp.Symbol("t", real=True)
+    table = Contact("table", gap=y - sp.Min(t, 1))
+    ball = Mechanism("ball", coordinates=[y], bodies=[Body("ball", 1, (0, y))], contacts=[table])
+    times = np.linspace(0, 2, 9)
+    assert integrate(ball, times).trajectory["table_gap"] == pytest.approx(3 - np.minimum(times, 1), abs=1e-15)

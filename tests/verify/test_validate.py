@@ -18,6 +18,7 @@ from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify import Report
 from lag2fmu.verify.agreement import on_grid
 from lag2fmu.verify.comparison import extent_check
+from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.task import Task
 from lag2fmu.verify.validate import validate_fmu
 
@@ -343,6 +344,16 @@ def test_dry_friction_is_named_with_a_remedy() -> None:
     )
     with pytest.raises(SimulationError, match=r"jump with sign\(x_dot\).* such as tanh\(\(x_dot\)/w\)"):
         lag2fmu.validate(friction)
+
+
+def test_forces_that_begin_with_the_run_are_compared(exported) -> None:
+    """At t = 0 their jumps are behind, in the FMU as in the direct integration."""
+    x = coordinate("x", "m")
+    begins = {x: 2 * Heaviside(TIME) + sign(TIME)}
+    pushed = Mechanism("pushed", coordinates=[x], bodies=[Body("mass", 1.0, (x, 0))], forces=begins)
+    task = Task(pushed, exported(pushed, optimised=False).path, 1.0, 1e-6, None)
+    checks = pointwise_checks(task, integrate(pushed, np.linspace(0.0, 1.0, 11)))
+    assert all(check.passed for check in checks), checks
 
 
 def test_an_fmu_without_a_mechanism(tmp_path) -> None:

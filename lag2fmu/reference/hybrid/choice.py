@@ -9,11 +9,27 @@ import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.laws import CLOSED, EXACT, PLANES, Item, Outcome, apart, decided, lawful, units
-from lag2fmu.reference.hybrid.measures import STILL, is_free, pace, slips_of, touches, velocity_sizes
+from lag2fmu.reference.hybrid.loads import giving_way
+from lag2fmu.reference.hybrid.measures import (
+    BACK,
+    SLOW_SLIP,
+    STILL,
+    is_free,
+    pace,
+    rest_speeds,
+    slips_of,
+    touches,
+    velocity_sizes,
+)
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.records import Point
 from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, State
+
+LOCATED = 1e3
+"""A slip in space ends with so many times the velocity that counts as zero, or less."""
+YIELDS = 1e-6
+"""A contact whose slip begins bears less friction than the limit by this part."""
 
 WithoutCollision = Callable[[Point, Modes, Sequence[int]], tuple[State, float]]
 
@@ -54,7 +70,7 @@ class Choice:
         system, e = self.system, self.system.elements
         a, X = system.responses(point, modes)
         D, c = point.rows.jacobian @ X, point.rows.jacobian @ a + point.rows.gamma
-        sizes = velocity_sizes(point)
+        sizes, rests = velocity_sizes(point), rest_speeds(point)
         v = point.rows.velocities
         contacts = [
             i
@@ -66,10 +82,11 @@ class Choice:
         borne = np.zeros(system.constraints.m), np.zeros(e.k)
         present = self._lasting(modes, contacts, due)
         before: tuple[Mode, ...] | None = None
+        giving = self._giving_way(point, modes, due)
         for _ in range(100):  # the capacities of frictions may depend on the forces that result
-            items = [self._touching_item(point, i, modes, due, sizes) for i in contacts]
+            items = [self._touching_item(point, i, modes, due, rests, giving.get(i)) for i in contacts]
             if e.f:
-                items += self._friction_items(point, modes, due, sizes, *e.capacities(point.state, *borne))
+                items += self._friction_items(point, modes, due, rests, *e.capacities(point.state, *borne))
             rows, moved = apart(items)
             found = decided(
                 D[np.ix_(rows, rows)], c[rows], moved, pace(point), lambda chosen: _changes(chosen, present)
@@ -88,6 +105,10 @@ class Choice:
             before = found.modes
         return found, contacts
 
+    def _giving_way(self, point: Point, modes: Modes, due: Due) -> dict[int, tuple[float, ...]]:
+        """What ``loads.giving_way`` says, where a contact in space is due to slip."""
+        return giving_way(self.system, point, modes) if any(kind == "cone" for kind, _ in due) else {}
+
     @staticmethod
     def _lasting(modes: Modes, contacts: Sequence[int], due: Due) -> list[Mode | None]:
         """The present modes of contacts and frictions that go on if they can; None where an event function is due."""
@@ -99,34 +120,46 @@ class Choice:
             None if {("friction", j), ("hold", j)} & due else mode for j, mode in enumerate(modes.frictions)
         ]
 
-    def _touching_item(self, point: Point, i: int, modes: Modes, due: Due, sizes: Floats) -> Item:
-        """The item of the contact ``i``, which touches: its present mode comes first, unless this mode has ended."""
+    def _touching_item(
+        self, point: Point, i: int, modes: Modes, due: Due, rests: Floats, gives: tuple[float, ...] | None
+    ) -> Item:
+        """The item of the contact ``i``, which touches: its present mode comes first, unless this mode has ended.
+
+        It ``gives`` way in this direction, if there is one.
+        """
         rows, slips = point.rows, slips_of(point, i)
-        direction = self._going_on(point, i, modes, slips, sizes)
+        direction = self._going_on(point, i, modes, slips, rests, due) or gives
         closed: tuple[Mode, ...] = PLANES[len(slips)]
         if direction is not None:
             closed = (Mode.SLIDES,) if len(slips) == 2 else (Mode.FORWARD if direction[0] > 0 else Mode.BACKWARD,)
         elif ("cone", i) in due:
             closed = tuple(mode for mode in closed if mode is not Mode.STICKS)
         options = (Mode.OPEN, *closed) if ("force", i) in due else (*closed, Mode.OPEN)
-        return Item(options, i, slips, float(rows.friction[i]), float(rows.static[i]), 0.0, direction)
+        left = 1.0 - YIELDS if gives else 1.0  # at the limit itself the slip would not begin
+        return Item(options, i, slips, left * float(rows.friction[i]), left * float(rows.static[i]), 0.0, direction)
 
     def _going_on(
-        self, point: Point, i: int, modes: Modes, slips: tuple[int, ...], sizes: Floats
+        self, point: Point, i: int, modes: Modes, slips: tuple[int, ...], rests: Floats, due: Due
     ) -> tuple[float, ...] | None:
         """The direction of the slip of contact ``i``; None where it is at rest."""
         slip = point.rows.velocities[list(slips)]
-        if not slips or (np.abs(slip) <= STILL * sizes[list(slips)]).all():
+        turned = ("slip", i) in due
+        if i in modes.steadied and modes.contacts[i] is Mode.SLIDES and not turned:
+            return modes.directions[i]
+        still = rests[list(slips)]
+        if turned and len(slips) == 2:  # it is located by a direction that errors may have turned
+            still = np.maximum(2 * BACK * modes.steadied.get(i, 0.0), LOCATED * still)
+        if not slips or (np.abs(slip) <= still).all():
             return None
         return tuple(slip / np.hypot.reduce(slip))
 
     def _friction_items(
-        self, point: Point, modes: Modes, due: Due, sizes: Floats, force: Floats, static: Floats
+        self, point: Point, modes: Modes, due: Due, rests: Floats, force: Floats, static: Floats
     ) -> list[Item]:
         items = []
         for j, row in enumerate(self.system.elements.friction_rows):
             v, r = point.rows.velocities[row], int(row)
-            moving = abs(v) > STILL * sizes[row]
+            moving = abs(v) > rests[row]
             direction = (float(np.sign(v)),) if moving else None
             options: tuple[Mode, ...] = CLOSED
             if moving:
@@ -140,17 +173,24 @@ class Choice:
         """The ``modes`` with what was ``found`` for the ``contacts`` that touch, and for all frictions."""
         e, t = self.system.elements, float(point.state.t)
         chosen = [Mode.OPEN] * e.u
-        directions = {}
+        directions, steadied = {}, {}
+        sizes = velocity_sizes(point)
         for i, mode, direction in zip(contacts, found.modes, found.directions, strict=False):
             chosen[i] = mode
             if direction is not None and mode is Mode.SLIDES:
                 directions[i] = direction
+                rows = point.rows.slip_rows[i]
+                slow = SLOW_SLIP * float(sizes[rows].max())
+                if np.hypot.reduce(point.rows.velocities[rows]) <= slow:
+                    steadied[i] = slow
         frictions = found.modes[len(contacts) :]
         for names, old, new in ((e.contacts, modes.contacts, chosen), (e.frictions, modes.frictions, frictions)):
             for name, a, b in zip(names, old, new, strict=True):
                 if a is not b:
                     self.memory.log(t, name, _change(a, b))
-        return replace(modes, contacts=tuple(chosen), frictions=tuple(frictions), directions=directions)
+        return replace(
+            modes, contacts=tuple(chosen), frictions=tuple(frictions), directions=directions, steadied=steadied
+        )
 
 
 def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: float) -> Outcome:
@@ -159,8 +199,11 @@ def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: 
     It is ``found`` where there is none. D is (k, k), c (k,).
     """
     w, (motion, force) = found.answers, units(D, c, least)
+    items = [replace(item, direction=way) for item, way in zip(items, found.directions, strict=True)]
     idle = [
-        mode is Mode.OPEN and w[item.normal] + item.shift <= EXACT * motion[item.normal]
+        mode is Mode.OPEN
+        and item.options[0] is not Mode.SLIDES
+        and w[item.normal] + item.shift <= EXACT * motion[item.normal]
         for item, mode in zip(items, found.modes, strict=True)
     ]
     if not any(idle):

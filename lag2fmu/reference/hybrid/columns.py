@@ -16,7 +16,7 @@ def columns_of(run: Run, track: Track) -> dict[str, Floats]:
     """{name: column (m,)} in SI units: q, qd, qdd, outputs, multipliers, residuals, energies, results of elements."""
     system, times = run.system, run.times
     q = [c.name for c in system.mechanism.coordinates]
-    states, answers, missed = _answers(run, track)
+    states, answers, missed, gaps = _answers(run, track)
     columns = dict(zip((*q, *map(names.velocity, q), *run.further), track.values.T, strict=False))
     columns |= dict(zip(map(names.acceleration, q), np.array([a.qdd for a in answers]).T, strict=True))
     columns |= _by_sides(run, track, states, answers)
@@ -24,15 +24,15 @@ def columns_of(run: Run, track: Track) -> dict[str, Floats]:
     constraints = system.constraints.names
     columns |= dict(zip(map(names.multiplier, constraints), multipliers.T, strict=True))
     columns |= dict(zip(map(names.residual, constraints), np.array(missed).reshape(len(times), -1).T, strict=True))
-    columns |= _elements(run, track, states, answers)
+    columns |= _elements(run, track, answers, np.array(gaps).reshape(len(times), -1))
     if system.elements.k:
         columns[names.DISSIPATED_ENERGY] = track.values[:, run.size + 1]
     return columns
 
 
-def _answers(run: Run, track: Track) -> tuple[list[State], list[Answer], list[Floats]]:
-    """States, accelerations and forces, and residuals of constraints that hold, at every time."""
-    system, states, answers, missed = run.system, [], [], []
+def _answers(run: Run, track: Track) -> tuple[list[State], list[Answer], list[Floats], list[Floats]]:
+    """States, accelerations and forces, residuals of constraints that hold, and gaps, at every time."""
+    system, states, answers, missed, gaps = run.system, [], [], [], []
     for t, y, modes in zip(run.times, track.values, track.modes, strict=True):
         system.elements.set_sides(modes.sides)
         run.end = np.inf
@@ -40,7 +40,8 @@ def _answers(run: Run, track: Track) -> tuple[list[State], list[Answer], list[Fl
         states.append(point.state)
         answers.append(system.answer(point, modes))
         missed.append(point.constraints[0])
-    return states, answers, missed
+        gaps.append(point.rows.gaps)
+    return states, answers, missed, gaps
 
 
 def _by_sides(run: Run, track: Track, states: list[State], answers: list[Answer]) -> dict[str, Floats]:
@@ -66,11 +67,10 @@ def _groups(keys: list[tuple[int, ...]]) -> Iterator[tuple[tuple[int, ...], list
         yield key, [i for i, other in enumerate(keys) if other == key]
 
 
-def _elements(run: Run, track: Track, states: list[State], answers: list[Answer]) -> dict[str, Floats]:
-    """The results of contacts and frictions: gaps (m), forces, modes, impulses and counts of impacts."""
+def _elements(run: Run, track: Track, answers: list[Answer], gaps: Floats) -> dict[str, Floats]:
+    """The results of contacts and frictions: ``gaps`` (m, u), forces, modes, impulses and counts of impacts."""
     e, columns = run.system.elements, dict[str, Floats]()
     forces = np.array([a.forces for a in answers]).reshape(len(answers), -1)
-    gaps = np.array([e.rows(state).gaps for state in states]).reshape(len(answers), -1)
     columns |= dict(zip(e.force_names, forces.T, strict=True))
     for i, name in enumerate(e.contacts):
         columns[names.gap(name)], columns[names.impulse(name)] = gaps[:, i], track.impulses[:, i]

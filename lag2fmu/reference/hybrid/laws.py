@@ -270,19 +270,19 @@ def _read(D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], 
 
 def _mode_of(item: Item, limit: float, r: Floats, w: Floats, size: Floats) -> tuple[Mode, tuple[float, ...] | None]:
     """The mode of ``item`` and the direction in which it slides, for forces r and motions w (k,)."""
-    slips, direction = list(item.slips), item.direction
-    if item.normal is not None and r[item.normal] <= EXACT * size[item.normal] and Mode.OPEN in item.options:
+    slips, direction, n = list(item.slips), item.direction, item.normal
+    if n is not None and r[n] <= EXACT * size[n] and Mode.OPEN in item.options:
         return Mode.OPEN, direction
     if not slips:
         return Mode.SLIDES, direction
-    force = float(np.hypot.reduce(r[slips]))
-    if direction is None and len(slips) == 2 and force >= limit * (1 - EXACT):
-        direction = tuple(-r[slips] / force) if force > 0 else tuple(w[slips] / np.hypot.reduce(w[slips]))
-    if direction is not None:
-        return (_sense(direction[0]) if len(direction) == 1 else Mode.SLIDES), direction
-    if force < limit * (1 - EXACT) or (Mode.STICKS in item.options and abs(w[slips[0]]) <= EXACT):
-        return Mode.STICKS, direction
-    return _sense(-r[slips[0]]), direction
+    if direction is None:
+        force, moves = float(np.hypot.reduce(r[slips])), float(np.hypot.reduce(w[slips]))
+        if (Mode.STICKS in item.options and moves <= EXACT) or force < limit * (1 - EXACT):
+            return Mode.STICKS, direction
+        if len(slips) == 1:
+            return _sense(-r[slips[0]]), direction
+        direction = tuple(-r[slips] / force) if force > 0 else tuple(w[slips] / moves)
+    return (_sense(direction[0]) if len(slips) == 1 else Mode.SLIDES), direction
 
 
 def _sense(slip: float) -> Mode:

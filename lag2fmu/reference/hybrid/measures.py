@@ -11,6 +11,16 @@ TOUCH = 1e-11
 """Gaps up to this part of their nominal size count as closed."""
 STILL = 1e-10
 """Velocities up to this part of their nominal size count as zero."""
+INSTANT = 1e-12
+"""Events are located to this time (s) or, beyond 1 s, to this part of their time."""
+SLOW = 1e-3
+"""Errors are measured by at least this part of nominal values as accelerations, per s^2: forces may cancel."""
+
+SLOW_SLIP = 1e-5
+"""Slips in space up to this part of their nominal size have no direction that an integration could tell."""
+BACK = 0.05
+"""A slow slip has turned back beyond this part of the speed that counts as slow, and has a direction of its own beyond
+3 times that speed."""
 
 
 def gap_sizes(point: Point) -> Floats:
@@ -25,10 +35,23 @@ def velocity_sizes(point: Point) -> Floats:
     return np.where(found > 0, found, 1.0)
 
 
+def rest_speeds(point: Point) -> Floats:
+    """The velocity of each row that counts as zero, (k,) in SI units: a part of its size, or what an instant makes.
+
+    Where the velocities of a mechanism do not move a row, as at the dead centre of a crank, its size is no measure.
+    """
+    instant = INSTANT * max(1.0, abs(float(point.state.t)))
+    found: Floats = np.maximum(STILL * velocity_sizes(point), instant * np.abs(point.rows.gamma))
+    return found
+
+
 def pace(point: Point) -> float:
-    """The size of the accelerations that all forces f make, |f| in the metric M^-1: sqrt(f . M^-1 f), in SI units."""
+    """The size of the accelerations that all forces f make, |f| in the metric M^-1: sqrt(f . M^-1 f), in SI units.
+
+    It is at least that of SLOW accelerations.
+    """
     mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
-    return float(np.sqrt(np.sum(point.forcing**2 / mass)))
+    return float(np.sqrt(np.sum(np.maximum(point.forcing**2 / mass, mass * (SLOW * point.nominal) ** 2))))
 
 
 def force_sizes(point: Point) -> Floats:

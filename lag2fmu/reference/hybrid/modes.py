@@ -36,6 +36,8 @@ class Modes:
     - ``offsets``: the positions that latches hold, (l,), in SI units.
     - ``sides``: +1 or -1 for each kink.
     - ``directions``: {contact that slides in space: unit vector of its slip at the start of a step}.
+    - ``steadied``: {contact that slides in space and is slow: speed (m/s)}. Its friction keeps the direction as long as
+      the slip is slower than this.
     """
 
     contacts: tuple[Mode, ...]
@@ -44,6 +46,7 @@ class Modes:
     sides: tuple[int, ...]
     directions: Mapping[int, tuple[float, ...]] = field(default_factory=dict, compare=False)
     offsets: tuple[float, ...] = field(default=(), compare=False)
+    steadied: Mapping[int, float] = field(default_factory=dict, compare=False)
 
 
 def closed_contacts(modes: Modes) -> list[int]:

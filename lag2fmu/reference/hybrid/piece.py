@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lag2fmu.reference.hybrid.measures import force_sizes
+from lag2fmu.reference.hybrid.loads import centred
+from lag2fmu.reference.hybrid.measures import BACK, force_sizes
 from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes
 from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, State
@@ -45,13 +46,19 @@ class Piece:
         return self.system.energies.with_states(inputs.copy(), y[2 * self.n : self.size])
 
     def turn(self, t: float, y: Floats) -> None:
-        """Set the directions of slips in space to those at the state y (s + 2,) at ``t`` (s), where a step begins."""
+        """Set the directions of slips in space to those at the state y (s + 2,) at ``t`` (s), where a step begins.
+
+        Slow slips keep theirs.
+        """
         e, modes = self.system.elements, self.modes
         if modes.directions:
             velocities = e.events(self.state(t, y))[3]
             for i in modes.directions:
                 slip = velocities[e.slip_rows[i]]
-                modes.directions[i] = tuple(slip / np.hypot.reduce(slip))  # type: ignore[index]
+                speed = float(np.hypot.reduce(slip))
+                if speed > 3 * modes.steadied.get(i, 0.0):
+                    modes.directions[i] = tuple(slip / speed)  # type: ignore[index]
+                    modes.steadied.pop(i, None)  # type: ignore[attr-defined]
 
     def slope(self, t: float, y: Floats) -> Floats:
         """dy/dt, (s + 2,): velocities, accelerations, further states, power of work, power that is dissipated."""
@@ -75,12 +82,20 @@ class Piece:
 
     def events(self, times: Floats, y: Floats) -> Floats:
         """The event functions at ``times`` (b,) and y (b, s + 2): (count, b)."""
+        margins = self.margins(times, y)
+        if len(self.labels) == self.plain:
+            return margins
+        forceful = [self._forceful(float(t), at) for t, at in zip(times, y, strict=True)]
+        return np.concatenate([margins, np.transpose(forceful)])
+
+    def margins(self, times: Floats, y: Floats) -> Floats:
+        """The event functions that follow without forces, at ``times`` (b,) and y (b, s + 2): (plain, b)."""
         n, e, modes = self.n, self.system.elements, self.modes
         inputs = np.stack([self.inputs(float(t)) for t in times], axis=-1)
         batch = State(times, y[:, :n].T, y[:, n : 2 * n].T, self.with_further(inputs, y.T))
         margins, conditions, gaps, velocities = e.events(batch)
-        out = np.empty((len(self.labels), len(times)))
-        for row, (kind, i) in zip(out, self.labels[: self.plain], strict=False):
+        out = np.empty((self.plain, len(times)))
+        for row, (kind, i) in zip(out, self.labels[: self.plain], strict=True):
             if kind == "side":
                 row[:] = modes.sides[i] * margins[i]
             elif kind == "condition":
@@ -92,17 +107,15 @@ class Piece:
             elif modes.contacts[i] in SENSE:
                 row[:] = SENSE[modes.contacts[i]] * velocities[e.slip_rows[i][0]]
             else:
-                row[:] = np.array(modes.directions[i]) @ velocities[e.slip_rows[i]]
-        if len(self.labels) > self.plain:
-            for j, t in enumerate(times):
-                out[self.plain :, j] = self._forceful(float(t), y[j])
+                along = np.array(modes.directions[i]) @ velocities[e.slip_rows[i]]
+                row[:] = along + BACK * modes.steadied.get(i, 0.0)
         return out
 
     def _forceful(self, t: float, y: Floats) -> Floats:
         """The event functions that need forces at y (s + 2,): normal forces, margins of cones and of holding."""
         e = self.system.elements
         point = self.system.point(self.state(t, y))
-        answer = self.system.answer(point, self.modes)
+        answer = centred(self.system, point, self.modes, self.system.answer(point, self.modes))
         found = []
         for kind, i in self.labels[self.plain :]:
             if kind == "force":

@@ -6,9 +6,19 @@ import numpy as np
 
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.hybrid.loads import shared
+from lag2fmu.reference.hybrid.measures import pace, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Mode, Modes
+from lag2fmu.reference.hybrid.records import Point
 from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, InputValues, State
+
+STEADIED = 132.0
+"""The FMU steadies slips in space that begin up to 120 times its tolerance, in units of the greatest velocity."""
+STEPS = 3.3e-3
+"""It steadies them up to what friction changes in three of its fixed steps of 1 ms, if it has such."""
+
+FOREVER = 1e30
+"""A speed (m/s) that no slip comes to."""
 
 
 class Points:
@@ -31,21 +41,29 @@ class Points:
         return rows.friction, rows.static
 
     def answer(
-        self, t: float, q: Floats, qd: Floats, inputs: InputValues | None, modes: tuple[list[int], list[int]]
+        self,
+        t: float,
+        q: Floats,
+        qd: Floats,
+        inputs: InputValues | None,
+        modes: tuple[list[int], list[int]],
+        shown: Floats,
+        tolerance: float,
     ) -> tuple[Floats, Floats] | None:
         """qdd (n,) and forces along all rows (k,), in SI units, in the ``modes`` of contacts and frictions.
 
-        None if a contact slides in space with a slip that is too small to have a direction.
+        A slip in space that errors of a run with this relative ``tolerance`` may turn has the direction of the friction
+        in the forces ``shown`` (k,). None if there is no friction.
         """
         state = self.system.energies.state(t, q, qd, inputs)
         contacts, frictions = (tuple(map(Mode, part)) for part in modes)
         sides, held = self._sides(state)
-        directions = self._directions(state, contacts)
-        if directions is None:
+        point = self.system.point(state)
+        directions, steadied = self._directions(point, contacts, shown, tolerance)
+        if not all(map(any, directions.values())):
             return None
         offsets = (0.0,) * len(held)
-        found = Modes(contacts, frictions, held, sides, directions, offsets)
-        point = self.system.point(state)
+        found = Modes(contacts, frictions, held, sides, directions, offsets, steadied)
         answer = shared(self.system, point, found, self.system.answer(point, found))
         return answer.qdd, answer.forces
 
@@ -59,14 +77,23 @@ class Points:
             sides = tuple(1 if margin > 0 else -1 for margin in margins)
         return sides, tuple(bool(c > 0) for c in conditions)
 
-    def _directions(self, state: State, contacts: tuple[Mode, ...]) -> dict[int, tuple[float, ...]] | None:
-        """The directions of the contacts that slide in space; None if a slip is zero up to rounding."""
-        e, found = self.system.elements, {}
-        velocities = e.events(state)[3]
+    def _directions(
+        self, point: Point, contacts: tuple[Mode, ...], shown: Floats, tolerance: float
+    ) -> tuple[dict[int, tuple[float, ...]], dict[int, float]]:
+        """The directions of contacts that slide in space, 0 if unknown, and up to which speed slow ones keep theirs."""
+        directions, steadied = {}, {}
         for i, mode in enumerate(contacts):
-            slip = velocities[e.slip_rows[i]]
-            if mode is Mode.SLIDES and len(slip) == 2:
-                if np.hypot.reduce(slip) < 1e-6:
-                    return None
-                found[i] = tuple(slip / np.hypot.reduce(slip))
-        return found
+            rows = point.rows.slip_rows[i]
+            if mode is Mode.SLIDES and len(rows) == 2:
+                told = point.rows.velocities[rows]
+                if np.hypot.reduce(told) <= _slow_speed(point, i, tolerance):
+                    told, steadied[i] = -shown[rows], FOREVER
+                directions[i] = tuple(told / max(float(np.hypot.reduce(told)), 1e-300))
+        return directions, steadied
+
+
+def _slow_speed(point: Point, i: int, tolerance: float) -> float:
+    """The speed (m/s) below which the slip of contact ``i`` in space may be steadied in a run."""
+    greatest = max(1.0, float(np.abs(point.state.qd / point.nominal).max()))
+    size = float(velocity_sizes(point)[point.rows.slip_rows[i]].max())
+    return max(STEADIED * tolerance * greatest * size, STEPS * pace(point))

@@ -47,6 +47,8 @@ class Settling:
             for step in (self.chosen, self._rested):
                 state, modes, gained = step(state, modes, due)
                 energies = energies + gained
+            if any(kind == "slip" and i in before.steadied for kind, i in due):
+                state = self.system.projected(state, modes)  # what is left of a slow slip is no velocity
             due = frozenset()
             turned = set() if struck else turned  # an impact moves the margins on
             if before == modes and not struck:

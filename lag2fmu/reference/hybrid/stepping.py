@@ -1,7 +1,8 @@
 """Smooth pieces between events: SciPy's steps, and the first root of the event functions on their dense output.
 
 Event functions are positive while the modes last. Every step is looked at in POINTS places, so that two roots in a step
-are not missed. A function that starts within rounding of zero counts once it was positive, or when it is clearly
+are not missed. It is halved where these places do not tell the functions, as those of a condition that turns many times
+within one step. A function that starts within rounding of zero counts once it was positive, or when it is clearly
 negative. Brent's method finds the root (R. P. Brent, Algorithms for Minimization without Derivatives, 1973, chapter 4),
 and a step of just that length ends the piece exactly there.
 """
@@ -23,8 +24,24 @@ Solver = Any
 """One of SciPy's solvers, which have no types."""
 
 POINTS = 8
+BETWEEN = np.array([0.5, 2.5, 5.5, 7.5])
+"""Where, in units of the distance of two places, a polynomial through the POINTS + 1 places is compared."""
+RESOLVED = 1e-6
+"""The places tell a function whose polynomial differs from it by less than this part of its greatest value."""
+HALVINGS = 10
+"""A step is halved at most so often."""
 SAME = 1e-12
 """Roots nearer to the first one than this part of the time count as one event."""
+
+
+def _weights() -> Floats:
+    """The values at BETWEEN of the polynomials that are 1 at one of the places and 0 at all others, (places, 4)."""
+    places = np.arange(POINTS + 1)
+    others = [np.delete(places, k) for k in places]
+    return np.array([np.prod((BETWEEN[:, None] - o) / (k - o), axis=1) for k, o in zip(places, others, strict=True)])
+
+
+_WEIGHTS = _weights()
 
 
 class Motion(Protocol):
@@ -37,6 +54,9 @@ class Motion(Protocol):
 
     def events(self, times: Floats, y: Floats) -> Floats:
         """The event functions at ``times`` (b,) and y (b, s): (count, b)."""
+
+    def margins(self, times: Floats, y: Floats) -> Floats:
+        """The first of the event functions, those that follow without forces: (some, b)."""
 
     def floors(self, t: float, y: Floats) -> Floats:
         """The sizes below which event functions are zero up to rounding: (count,)."""
@@ -131,12 +151,21 @@ class Watch:
 
     def first(self, dense: Dense, a: float, b: float, ya: Floats, yb: Floats) -> tuple[float, Due] | None:
         """The time (s) of the first event in (a, b], y there being ``yb`` (s,), and what is due; None without one."""
-        if not len(self.floors):
-            return None
+        return self._first(dense, (a, b), (ya, yb), HALVINGS) if len(self.floors) else None
+
+    def _first(
+        self, dense: Dense, ends: tuple[float, float], there: tuple[Floats, Floats], halvings: int
+    ) -> tuple[float, Due] | None:
+        """As ``first``, between two ``ends`` (s) with the states ``there``, (s,) each."""
+        (a, b), (ya, yb) = ends, there
         times = a + (b - a) * np.arange(0, POINTS + 1) / POINTS
         times[-1] = b
         y = np.stack([ya, *(dense(t) for t in times[1:-1]), yb])
         values = self.piece.events(times, y)
+        if halvings > 0 and not self._resolved(dense, times, values):
+            middle, half = float(times[POINTS // 2]), y[POINTS // 2]
+            found = self._first(dense, (a, middle), (ya, half), halvings - 1)
+            return found or self._first(dense, (middle, b), (half, yb), halvings - 1)
         for j in range(1, len(times)):
             roots = {}
             for i in range(len(values)):
@@ -148,6 +177,17 @@ class Watch:
                 return at, frozenset(label for label, root in roots.items() if root <= at + SAME * max(1.0, abs(at)))
             self.armed |= values[:, j] > self.floors
         return None
+
+    def _resolved(self, dense: Dense, times: Floats, values: Floats) -> bool:
+        """Whether the ``values`` (count, places) at ``times`` (places,) tell those between, of what is without forces.
+
+        The weights are those of Lagrange's interpolation.
+        """
+        between = times[0] + (times[-1] - times[0]) * BETWEEN / POINTS
+        margins = self.piece.margins(between, np.stack([dense(t) for t in between]))
+        known = values[: len(margins)]
+        bound = np.maximum(RESOLVED * np.abs(known).max(axis=1), self.floors[: len(margins)])
+        return bool((np.abs(known @ _WEIGHTS - margins).max(axis=1, initial=0.0) <= bound).all())
 
     def _root(self, i: int, dense: Dense, times: Floats, values: Floats, j: int) -> float | None:
         """The root of function ``i`` between the places j - 1 and j of a step, if it comes down to zero there."""

@@ -78,7 +78,8 @@ class System:
             return None
         if modes.contacts[i] in SENSE:
             return np.array([SENSE[modes.contacts[i]]])
-        slip, before = rows.velocities[slips], np.array(modes.directions[i])
+        before = np.array(modes.directions[i])
+        slip = rows.velocities[slips] + modes.steadied.get(i, 0.0) * before
         # beyond the end of a slip the equations stay as before it, so that the end can be located exactly
         return slip / np.hypot.reduce(slip) if slip @ before > 0 else before
 

@@ -144,6 +144,10 @@ static void laws_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g the coefficient of %s of %.400s is %.6g; expected %s: check the parameters "
                  "that it is made of", failure->time, restitution ? "restitution" : "friction",
                  CONSTRAINT_NAMES[failure->count], failure->amount, restitution ? "0 to 1" : "0 or more");
+    } else if (failure->kind == FAILURE_PUSHING) {
+        snprintf(text, size, "at time %.17g the force of the dry friction %.400s is %.6g (SI), which would push; "
+                 "expected 0 or more: write abs(...) around a load that changes its sign, or check the inputs",
+                 failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
     } else if (failure->kind == FAILURE_SLIDING) {
         snprintf(text, size, "at time %.17g no forces of sliding friction are in equilibrium with the forces that they "
                  "depend on; check the coefficients of friction", failure->time);
@@ -151,6 +155,11 @@ static void laws_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g no modes of contacts and dry frictions were found that obey their laws; "
                  "check friction, and whether latches press a contact shut that cannot give way", failure->time);
     }
+}
+
+static void iteration_sentence(const Failure *failure, char text[], size_t size) {
+    snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
+             "iteration; %s", failure->time, failure->step, solver_iteration_remedy());
 }
 
 void failure_sentence(const Failure *failure, char text[], size_t size) {
@@ -179,11 +188,11 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         counts_sentence(failure, text, size);
         break;
     case FAILURE_ITERATION:
-        snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
-                 "iteration; %s", failure->time, failure->step, solver_iteration_remedy());
+        iteration_sentence(failure, text, size);
         break;
     case FAILURE_RESTITUTION:
     case FAILURE_FRICTION:
+    case FAILURE_PUSHING:
     case FAILURE_PENETRATION:
     case FAILURE_SLIDING:
     case FAILURE_MODES:

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "constraints.h"
+#include "contacts.h"
 #include "equations.h"
 #include "events.h"
 #include "massless.h"
@@ -29,7 +30,7 @@ bool importer_completes_step(Instance *instance) {
     watch_ranges(instance);
     massless_keep(&instance->state);
     equations_remember(instance);
-    return drifted(instance);
+    return drifted(instance) || !contacts_oppose(instance, instance->state.time, instance->state.states, NULL);
 }
 
 void importer_enters_event(Instance *instance) {
@@ -72,7 +73,7 @@ bool importer_updates_states(Instance *instance, bool *changed) {
         return false;
     }
     instance->state.modes_settled = 0;
-    if (!events_refresh(instance, &jumped)) {
+    if (!events_refresh(instance, &jumped) || !events_go_on(instance)) {
         return false;
     }
     *changed = *changed || jumped;

@@ -6,8 +6,8 @@
 #include "instance.h"
 
 /* A step of the importer's solver is completed: brings what is remembered from step to step up to date, and collects
-   notices; no state is changed. Returns whether the states have drifted, so that an event should pull them back. A
-   value that cannot be solved for is reported when it is asked for, not here. */
+   notices; no state is changed. Returns whether an event is needed: it pulls states back that have drifted, or says
+   that a force of friction has become negative. A value that cannot be solved for is reported when it is asked for. */
 bool importer_completes_step(Instance *instance);
 
 /* An event begins. */

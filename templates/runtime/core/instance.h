@@ -103,6 +103,7 @@ typedef enum {
     FAILURE_SLIDING,         /* no forces of sliding friction were found */
     FAILURE_RESTITUTION,     /* the coefficient of restitution of a contact is not between 0 and 1 */
     FAILURE_FRICTION,        /* the coefficient of friction of a contact is negative */
+    FAILURE_PUSHING,         /* the force of a dry friction is negative */
     FAILURE_PENETRATION,     /* the start leaves a gap negative */
     FAILURE_MODES,           /* no modes were found that obey the laws of contact */
     FAILURE_MASSLESS,        /* the flagged coordinates, which have no mass, do not follow from the others */

@@ -82,12 +82,15 @@ typedef struct {
     double impulses[SIZE_UNILATERALS];  /* of their last impacts, normal; N s, or N m s where the gap is an angle */
     int64_t cascading[SIZE_UNILATERALS]; /* impacts that accumulate are closed; they last until the rest time */
     double rest_time[SIZE_UNILATERALS]; /* s */
+    double slip_decelerations[SIZE_UNILATERALS]; /* m/s^2: of contacts in space that slide, by their friction alone, at
+                                                    most, when they began to */
     int64_t modes_settled;              /* the modes belong to the present point: nothing was assigned since */
     int64_t event_pending;              /* the solver has come to an event and has not passed it yet */
     int64_t event_held;                 /* the communication step ended at an event, before it was passed */
     int64_t due[SIZE_EVENTS];           /* the event functions that came down there */
     double event_rests[SIZE_EVENTS];    /* how far each of them was from 0 at its last event, by rounding */
     double event_time;                  /* s; of the last event */
+    double event_gap;                   /* s; between the last two events, or more: how long it is still between them */
     int64_t events_there;               /* so many events have come at that time */
 
     double next_step;             /* s; proposal for the next solver step, 0 before the first one */

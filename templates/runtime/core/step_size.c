@@ -4,8 +4,10 @@
           with the constants of the code dopri5.f of the same authors. */
 #include "step_size.h"
 
+#include <float.h>
 #include <math.h>
 
+#include "contacts.h"
 #include "equations.h"
 #include "settings.h"
 
@@ -61,8 +63,18 @@ double first_step(Instance *instance) {
     return smaller(100.0 * h0, h1);
 }
 
-Step choose_step(const State *state, double end, double horizon) {
-    const double longest = longest_step(state);
+/* The longest step (s) that follows friction in space: errors that grow in longer ones are seen only when they are as
+   large as the tolerance, which is much for a slip that begins. It is more than rounding of the time, however slow a
+   slip is that comes to rest. */
+static double stable_step(Instance *instance) {
+    const double decay = METHOD.stability > 0.0 ? contacts_decay(instance) : 0.0;
+    const double shortest = 16.0 * DBL_EPSILON * fabs(instance->state.time);
+    return decay > 0.0 ? larger(METHOD.safety * METHOD.stability / decay, shortest) : HUGE_VAL;
+}
+
+Step choose_step(Instance *instance, double end, double horizon) {
+    const State *state = &instance->state;
+    const double longest = smaller(longest_step(state), stable_step(instance));
     const double proposed = smaller(state->next_step, longest);
     const double near = end < horizon && end - state->time < proposed / WORTHWHILE ? horizon : end;
     const double remaining = near - state->time;

@@ -21,7 +21,7 @@ double longest_step(const State *state);
 double first_step(Instance *instance);
 
 /* The next trial step: as proposed, or to the end or the horizon if that is about as near. */
-Step choose_step(const State *state, double end, double horizon);
+Step choose_step(Instance *instance, double end, double horizon);
 
 /* Proposes the next step after an accepted one with this error, in units of the tolerance. A step that was cut short by
    the end of the communication step says little and does not reduce the proposal. */

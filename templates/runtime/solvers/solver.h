@@ -14,6 +14,7 @@ typedef struct {
                         none, and steps have a fixed length */
     int dense_order; /* of the states within a step, 0 if it gives none */
     double safety;   /* the part that is taken of the step which would just meet the tolerance */
+    double stability; /* steps h for dx/dt = -x do not grow up to this h; 0: no h is too long, or it is not known */
     bool variational; /* the method works on momenta: it meets the constraints by itself, knows forces of inertia by
                          momenta alone, and keeps the energy bounded as long as its steps are equal */
     bool damps;       /* vibrations that the steps do not resolve are damped; by other methods they are missed */

@@ -209,7 +209,7 @@ bool directions_integrate(Variations *variations, const Request *request, double
     while (state->time < end) {
         const double shortest = 16.0 * DBL_EPSILON * larger(fabs(state->time), fabs(end));
         state->next_step = larger(state->next_step, shortest);
-        const Step tried = choose_step(state, end, end);
+        const Step tried = choose_step(instance, end, end);
         Step step = tried;
         const double error = try_step(variations, step);
         if (error <= 1.0 && bring_back_result(instance, step) && end_at_event(instance, &step) &&

@@ -8,6 +8,11 @@
 /* values[N_EVENTS - N_SWITCHES] of their event functions, as events_evaluate says. */
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]);
 
+/* Is an open contact below 0 by more than rounding, and approaches? An input whose position and velocity do not belong
+   together can bring it there behind the back of the event functions, which see where a gap comes down to 0. Returns
+   the first such contact's event function, given values[N_EVENTS] at the present point; -1 if there is none. */
+int contacts_sinking(Instance *instance, const double values[]);
+
 /* Does the part of events_settle for contacts; due[N_EVENTS - N_SWITCHES] or NULL. *jumped is set if states changed.
    *again is set if everything has to be decided once more, with the new states. Otherwise both are left as they are. */
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again);
@@ -15,11 +20,21 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *a
 /* Does any contact, stop, dry friction or latch hold at present? The formula of the accelerations is for none. */
 bool contacts_hold(const Instance *instance);
 
+/* Are the forces of dry frictions 0 or more at a point? unknowns[n + m] are the accelerations and multipliers there, or
+   NULL if they have to be found. Returns false, with instance->failure, if a force is less. */
+bool contacts_oppose(Instance *instance, double time, const double states[], const double unknowns[]);
+
 /* The number of their rows that do not hold at present: such a row bears nothing, or a force of sliding. */
 int contacts_idle(const Instance *instance);
 
 /* Do forces of friction depend on what other rows bear, so that contacts_slide has something to do? */
 bool contacts_sliding(const Instance *instance);
+
+/* Does any contact in space slide at present? */
+bool contacts_slide_in_space(const Instance *instance);
+
+/* The rate (1/s) at which friction in space turns the slowest slip into its direction; 0 if none slides. */
+double contacts_decay(Instance *instance);
 
 /* Adds to unknowns[n + m], which hold without forces of sliding, these forces and what follows from them; the system is
    factorised at the point. Returns false, with instance->failure, if no such forces are found. */

@@ -21,6 +21,14 @@ bool events_settle(Instance *instance, const bool due[], bool *jumped);
    anew. */
 bool events_refresh(Instance *instance, bool *jumped);
 
+/* *pushed: is the event function k a switch that is 0 here, but for an importer's hysteresis, and does the motion push
+   it back to 0 on either side? */
+bool events_push_back(Instance *instance, int k, bool *pushed);
+
+/* An importer's solver has come to an event, which has been passed. Fails if many of them follow each other at a place
+   to which the motion is pushed back from both sides, so that there is no end of them. */
+bool events_go_on(Instance *instance);
+
 /* Where the instance integrates: a communication step begins. */
 bool events_begin(Instance *instance);
 

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "contacts.h"
 #include "further.h"
 #include "inputs.h"
 #include "solver.h"
@@ -67,7 +68,8 @@ static bool find_further(Instance *instance, double time, double length, const d
     for (int i = 0; i < N; i++) {
         unknowns[i] = (states[N + i] - instance->state.states[N + i]) / length;
     }
-    if (!further_rates(instance, time, middle, inputs_at(instance, time), unknowns, rates)) {
+    if (!contacts_oppose(instance, time, middle, unknowns) ||
+        !further_rates(instance, time, middle, inputs_at(instance, time), unknowns, rates)) {
         return false;
     }
     for (int i = 2 * N; i < N_STATES; i++) {

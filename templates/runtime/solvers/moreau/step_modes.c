@@ -25,7 +25,7 @@ static void settle_contact(Instance *instance, int contact) {
     if (rests) {
         contact_stick(state, contact);
     } else {
-        contact_slide(state, contact, scratch->after + row + 1);
+        contact_slide(state, contact, scratch->after + row + 1, 0.0);
     }
 }
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "collocation.h"
+#include "contacts.h"
 #include "equations.h"
 #include "finite.h"
 #include "inputs.h"
@@ -223,10 +224,13 @@ static bool iterate(Instance *instance, Step step, double tolerance, double acce
     return report_iteration(instance, step);
 }
 
-/* Tries with K and D as they are, and with new ones if that fails. */
+/* Tries with K and D as they are, and with new ones if that fails. Friction in space becomes less stiff as its slip
+   becomes faster. Old K and D, which are too stiff, would hold the direction of the slip, and changes of the iterations
+   would be too small to show it: new ones are taken in each step. */
 bool radau_solve(Instance *instance, Step step, double tolerance, double accelerations[]) {
     SolverMemory *memory = &instance->state.solver;
-    if (memory->linearized && memory->contraction < KEEP && factorize(instance, step) &&
+    if (memory->linearized && memory->contraction < KEEP && !contacts_slide_in_space(instance) &&
+        factorize(instance, step) &&
         iterate(instance, step, tolerance, accelerations)) {
         return true;
     }

@@ -93,7 +93,7 @@ double solver_stiffness(const Instance *instance) {
         return 0.0;
     }
     /* both rates times the length of the step, which the differences lack */
-    return fmin(sqrt(rise / apart[1]), sqrt(scratch->trial_length * sqrt(rise / apart[0]))) / TABLEAU.stability;
+    return fmin(sqrt(rise / apart[1]), sqrt(scratch->trial_length * sqrt(rise / apart[0]))) / METHOD.stability;
 }
 
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {

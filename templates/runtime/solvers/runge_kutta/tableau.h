@@ -21,7 +21,6 @@ typedef struct {
     int first_same_as_last; /* the last stage is at the end of the step and at x_new: it is the next step's first one */
     const double *c;        /* STAGES */
     int twin;               /* the last stage at the same time as the one before it, 0 if there is none */
-    double stability;       /* steps h for dx/dt = -x do not grow up to this h */
 } Tableau;
 
 extern const Tableau TABLEAU;

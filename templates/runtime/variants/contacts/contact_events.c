@@ -10,6 +10,16 @@
 #include "inputs.h"
 #include "shared_loads.h"
 
+/* A slip that is steadied has a direction by itself beyond so many times the steadying speed, and has turned back
+   beyond this part of it. */
+static const double BY_ITSELF = 3.0, TURNED_BACK = 0.05;
+
+/* A gap is below 0 beyond rounding, and a velocity an approach, from this part of nominal values on. */
+static const double DEEP = 1e-9, APPROACHES = 1e-8;
+
+/* A force of friction may be below 0 by this part of 1 N or 1 N m and of the greatest force that a row bears. */
+static const double ROUNDING = 1e-9;
+
 /* What the event functions are made of. */
 typedef struct {
     double gaps[SIZE_UNILATERALS], slips[SIZE_FRICTIONAL]; /* slip velocities of the rows that may slide */
@@ -43,12 +53,26 @@ static double friction_of(const Point *point, int contact) {
     return sqrt(square);
 }
 
-static double speed_along(const State *state, const Point *point, int contact) {
-    double speed = 0.0;
+/* Of a contact that slides: the slip velocity along its direction. A slip in space that is steadied goes on in this way
+   until it is fast enough to have a direction by itself, or has turned back by more than errors of the states. */
+static double slip_margin(const State *state, const Point *point, int contact) {
+    const double steady = contact_steady(state, contact);
+    double along = 0.0, speed = 0.0, length = 0.0;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
-        speed += row_direction(state, row) * point->slips[row - FIRST_SLIP];
+        const double direction = row_direction(state, row), slip = point->slips[row - FIRST_SLIP];
+        along += direction * slip;
+        speed = hypot(speed, slip);
+        length = hypot(length, direction);
     }
-    return speed;
+    along /= length;
+    return steady > 0.0 ? (along + TURNED_BACK * steady) * (1.0 - speed / (BY_ITSELF * steady)) : along;
+}
+
+/* Impacts that accumulate end at a time, or before it where the force of the contact comes down to 0: the product of
+   both is smooth up to there. */
+static double rest_of_impacts(const State *state, double time, int contact, double force) {
+    const double left = state->rest_time[contact] - time;
+    return left <= 0.0 ? left : force <= 0.0 ? force : left * force;
 }
 
 static void evaluate_contact(const State *state, const Point *point, double time, int contact, double values[]) {
@@ -57,12 +81,15 @@ static void evaluate_contact(const State *state, const Point *point, double time
         values[0] = point->gaps[contact];
         return;
     }
-    values[0] = state->cascading[contact] ? state->rest_time[contact] - time : force_of(point, contact);
+    values[0] = force_of(point, contact);
+    if (state->cascading[contact]) {
+        values[0] = rest_of_impacts(state, time, contact, values[0]);
+    }
     if (contact_sticks(state, contact)) {
         const double holding = fmax(point->friction[contact], point->holding[contact]);
         values[1] = holding * force_of(point, contact) - friction_of(point, contact);
     } else if (SLIP_ROWS[contact + 1] > SLIP_ROWS[contact]) {
-        values[1] = speed_along(state, point, contact);
+        values[1] = slip_margin(state, point, contact);
     }
 }
 
@@ -123,6 +150,61 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
         values[2 * N_UNILATERALS + i] = evaluate_friction(state, &point, i);
+    }
+    return true;
+}
+
+int contacts_sinking(Instance *instance, const double values[]) {
+    const State *state = &instance->state;
+    const double *gaps = values + N_SWITCHES;
+    ElementRows rows;
+    bool deep = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        deep = deep || (!contact_closed(state, i) && gaps[2 * i] < 0.0);
+    }
+    if (!deep) {
+        return -1;
+    }
+    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &rows);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const double size = row_size(&rows, i);
+        if (!contact_closed(state, i) && gaps[2 * i] < -DEEP * size && rows.velocities[i] < -APPROACHES * size) {
+            return 2 * i;
+        }
+    }
+    return -1;
+}
+
+static bool report_pushing(Instance *instance, double time, int friction, double force) {
+    Failure *failure = &instance->failure;
+    failure->kind = FAILURE_PUSHING;
+    failure->time = time;
+    failure->count = ROW_PLACES[FIRST_FRICTION + friction];
+    failure->amount = force;
+    return false;
+}
+
+bool contacts_oppose(Instance *instance, double time, const double states[], const double unknowns[]) {
+    Point point;
+    double greatest = 1.0;
+    if (N_FRICTIONS == 0) {
+        return true;
+    }
+    memset(point.unknowns, 0, sizeof point.unknowns);
+    if (unknowns != NULL) {
+        memcpy(point.unknowns, unknowns, sizeof point.unknowns);
+    } else if (LOADED_FRICTION &&
+               !accelerations_at(instance, time, states, inputs_at(instance, time), point.unknowns)) {
+        return false;
+    }
+    find_limits(instance, time, states, &point);
+    for (int k = N_COORDINATES; k < N_UNKNOWNS; k++) {
+        greatest = fmax(greatest, fabs(point.unknowns[k]));
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        if (!(point.force[i] >= -ROUNDING * greatest)) {
+            return report_pushing(instance, time, i, point.force[i]);
+        }
     }
     return true;
 }

@@ -9,6 +9,7 @@
 #include "inputs.h"
 #include "mass_matrix.h"
 #include "settling.h"
+#include "stopping_slips.h"
 #include "system.h"
 
 enum { N = N_COORDINATES, K = N_CONSTRAINTS };
@@ -18,6 +19,9 @@ static const double TOUCHING = 1e-10, AT_REST = 1e-10;
 
 /* A start may be typed with few digits: a gap that is negative by less than this part of nominal values is closed. */
 static const double CLOSED_AT_START = 1e-6;
+
+/* Velocities at an event are exact but for this part of the greatest one; those of an importer's solver are less so. */
+static const double LOCATED = 1e-6, LOCATED_LOOSELY = 1e-2;
 
 bool settling_due(const Settling *settling, int function) {
     return settling->due[function];
@@ -175,15 +179,14 @@ static void end_cascades(Settling *settling) {
     }
 }
 
-/* Moves the states onto the rows that the modes hold. Velocities that are rounding errors become 0, so that a body at
-   rest does not creep. */
-static bool move_onto_modes(Settling *settling, bool *jumped) {
+/* states[N_STATES] = the present ones, moved onto the rows that the modes hold. Velocities that are rounding errors
+   become 0, so that a body at rest does not creep. */
+static bool find_on_modes(Settling *settling, double states[]) {
     Instance *instance = settling->instance;
     State *state = &instance->state;
-    double states[N_STATES];
     bool moved;
     state->usual_known = 0;
-    memcpy(states, state->states, sizeof states);
+    memcpy(states, state->states, sizeof state->states);
     if (!constraints_regroup(instance) ||
         !constraints_project(instance, state->time, inputs_at(instance, state->time), states, &moved)) {
         return false;
@@ -194,32 +197,50 @@ static bool move_onto_modes(Settling *settling, bool *jumped) {
             states[N + i] = 0.0;
         }
     }
-    *jumped = *jumped || memcmp(states, state->states, sizeof states) != 0;
-    memcpy(state->states, states, sizeof states);
     return true;
 }
 
-/* Slips along a line that are due are at rest: what is left of them is the error of the location. */
-static bool stop_slips(Settling *settling, bool *jumped) {
+static void take(Settling *settling, const double states[], bool *jumped) {
     State *state = &settling->instance->state;
-    bool found = false;
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        bool *due = &settling->due[2 * i + 1];
-        if (*due && contact_closed(state, i) && !contact_sticks(state, i) && SLIP_ROWS[i + 1] - SLIP_ROWS[i] == 1) {
-            contact_stick(state, i);
-            found = true;
-            *due = false;
-        }
+    *jumped = *jumped || memcmp(states, state->states, sizeof state->states) != 0;
+    memcpy(state->states, states, sizeof state->states);
+}
+
+bool settling_move(Settling *settling, bool *jumped) {
+    double states[N_STATES];
+    if (!find_on_modes(settling, states)) {
+        return false;
     }
-    for (int i = 0; i < N_FRICTIONS; i++) {
-        bool *due = &settling->due[2 * N_UNILATERALS + i];
-        if (*due && !friction_sticks(state, i)) {
-            friction_stick(state, i);
-            found = true;
-            *due = false;
-        }
+    take(settling, states, jumped);
+    return true;
+}
+
+/* Is no velocity of the states[N_STATES] farther from the present one than errors of the location make it? */
+static bool changes_little(const Settling *settling, const double states[]) {
+    const Instance *instance = settling->instance;
+    const State *state = &instance->state;
+    const double most = (instance->policy->stabilise ? LOCATED_LOOSELY : LOCATED) * pace(state);
+    bool little = true;
+    for (int i = 0; i < N; i++) {
+        little = little && fabs(states[N + i] - state->states[N + i]) <= most * NOMINAL_STATES[i];
     }
-    return !found || move_onto_modes(settling, jumped);
+    return little;
+}
+
+/* Slips along a line that are due are at rest: what is left of them is the error of the location. But a slip may be 0
+   because the mechanism is in a position where its velocities do not make it slip, as a slider at the dead centre of
+   its crank. No friction holds it there: it goes on in the other direction. */
+static void stop_slips(Settling *settling, bool *jumped) {
+    double states[N_STATES];
+    StoppingSlips slips;
+    if (!slips_stop(settling, &slips)) {
+        return;
+    }
+    if (find_on_modes(settling, states) && changes_little(settling, states)) {
+        take(settling, states, jumped);
+    } else {
+        slips_pass(settling, &slips);
+    }
 }
 
 /* In model exchange the states have drifted off the rows that held so far. Moves them back, so that a closed contact is
@@ -230,7 +251,7 @@ static bool undo_drift(Settling *settling, bool *jumped) {
     for (int i = 0; i < N_UNILATERALS; i++) {
         closed = closed || contact_closed(state, i);
     }
-    return !closed || !settling->instance->policy->stabilise || move_onto_modes(settling, jumped);
+    return !closed || !settling->instance->policy->stabilise || settling_move(settling, jumped);
 }
 
 /* An importer's solver locates an impact where the indicator is 0, a little inside: bodies that meet are put back to
@@ -299,8 +320,11 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *a
         memcpy(settling.due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
     }
     end_cascades(&settling);
-    if (!undo_drift(&settling, &moved) || !undo_overlap(&settling, &moved) || !stop_slips(&settling, &moved) ||
-        !settling_measure(&settling)) {
+    if (!undo_drift(&settling, &moved) || !undo_overlap(&settling, &moved)) {
+        return false;
+    }
+    stop_slips(&settling, &moved);
+    if (!settling_stop_in_space(&settling, &moved) || !settling_measure(&settling)) {
         return false;
     }
     if (due == NULL && !starts_apart(&settling)) {
@@ -309,7 +333,8 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *a
     update_latches(&settling);
     find_touching(&settling);
     if (!settling_impacts(&settling, &collided) || !settling_modes(&settling, &moved) ||
-        !move_onto_modes(&settling, &moved)) {
+        !settling_move(&settling, &moved) ||
+        !contacts_oppose(instance, instance->state.time, instance->state.states, NULL)) {
         return false;
     }
     *jumped = *jumped || collided || moved;

@@ -49,8 +49,7 @@ static void solve_choice(const Laws *laws, const Choice *choice, double x[]) {
     }
 }
 
-/* The sum of the absolute terms of w. */
-static double terms(const Laws *laws, const double x[], int k) {
+double laws_terms(const Laws *laws, const double x[], int k) {
     double sum = laws->terms[k];
     for (int j = 0; j < laws->size; j++) {
         sum += fabs(laws->matrix[k * laws->size + j] * x[j]);
@@ -80,18 +79,18 @@ double laws_limit(const Laws *laws, const double x[], int k) {
 static double noise(const Laws *laws, const double x[]) {
     double greatest = 0.0;
     for (int k = 0; k < laws->size; k++) {
-        greatest = fmax(greatest, terms(laws, x, k));
+        greatest = fmax(greatest, laws_terms(laws, x, k));
     }
     return ROUNDING * greatest;
 }
 
 static bool law_obeyed(const Laws *laws, const double x[], const double w[], double rounding, int k) {
-    double size = terms(laws, x, k);
+    double size = laws_terms(laws, x, k);
     if (laws->width[k] == 0) {
         const double least = -OBEYED * size - rounding;
         return x[k] >= least && w[k] >= least && fmin(x[k], w[k]) <= -least;
     }
-    size += laws->width[k] == 2 ? terms(laws, x, k + 1) : 0.0;
+    size += laws->width[k] == 2 ? laws_terms(laws, x, k + 1) : 0.0;
     return laws->width[k] < 0 ||
            friction_obeyed(x + k, w + k, laws->width[k], laws_limit(laws, x, k), size);
 }
@@ -113,7 +112,7 @@ bool laws_bounded(const Laws *laws, const Choice *choice, const double x[]) {
         if (laws->width[k] == 0) {
             bounded = x[k] >= 0.0;
         } else if (laws->width[k] > 0 && choice->held[k]) {
-            const double most = laws_limit(laws, x, k) + ROUNDING * terms(laws, x, k);
+            const double most = laws_limit(laws, x, k) + ROUNDING * laws_terms(laws, x, k);
             bounded = vector_length(x + k, laws->width[k]) <= most;
         }
     }
@@ -130,5 +129,5 @@ bool laws_at_rest(const Laws *laws, const double x[], int k) {
     for (int j = 0; j < laws->size; j++) {
         w += laws->matrix[k * laws->size + j] * x[j];
     }
-    return fabs(w) <= AT_REST * terms(laws, x, k);
+    return fabs(w) <= AT_REST * laws_terms(laws, x, k);
 }

@@ -31,6 +31,9 @@ typedef struct {
 /* w[size] for x[size]. */
 void laws_evaluate(const Laws *laws, const double x[], double w[]);
 
+/* The sum of the absolute terms of w[k]. */
+double laws_terms(const Laws *laws, const double x[], int k);
+
 /* Do x[size] and the w that follow obey all laws, to rounding? */
 bool laws_obeyed(const Laws *laws, const double x[]);
 

@@ -15,8 +15,9 @@ static const double MOST_CHOICES = 4096.0;
 /* More choices are not tried one by one when another solution is looked for, which happens at each event. */
 static const double MOST_OTHERS = 81.0;
 
-/* Accelerations that differ by less than this part of the greatest one are the same. */
-static const double SAME_MOTION = 1e-6;
+/* Accelerations that differ by less than this part of the greatest one are the same. So are those that differ by this
+   part of the terms that they are sums of, which is more than the laws count as rounding. */
+static const double SAME_MOTION = 1e-6, SAME_SUM = 1e-8;
 
 /* A variable of the complementarity problem is: x of a row with a sign, or a slip (sign 0). */
 typedef struct {
@@ -130,13 +131,14 @@ static double count_choices(const Laws *laws) {
 
 /* The first row whose accelerations differ, where these are `own` for the one and w of x for the other; -1: none. */
 static int moved_row(const Laws *laws, const double own[], const double x[]) {
-    double w[MOST_ACTIVE], greatest = 0.0;
+    double w[MOST_ACTIVE], greatest = 0.0, terms = 0.0;
     laws_evaluate(laws, x, w);
     for (int k = 0; k < laws->size; k++) {
         greatest = fmax(greatest, fmax(fabs(own[k]), fabs(w[k])));
+        terms = fmax(terms, laws_terms(laws, x, k));
     }
     for (int k = 0; k < laws->size; k++) {
-        if (fabs(w[k] - own[k]) > SAME_MOTION * greatest) {
+        if (fabs(w[k] - own[k]) > fmax(SAME_MOTION * greatest, SAME_SUM * terms)) {
             return k;
         }
     }

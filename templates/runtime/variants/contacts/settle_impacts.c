@@ -14,6 +14,9 @@ enum { N = N_COORDINATES, K = N_CONSTRAINTS };
 /* A force or impulse that is as good as 0, relative to the greatest one. */
 static const double NO_FORCE = 1e-9;
 
+/* So many times a velocity that is as good as 0 may be left of one that an impact stops. */
+static const double LEFT = 100.0;
+
 static bool approaches(const Settling *settling, int contact) {
     return settling->touching[contact] &&
            settling->velocity[ROW_PLACES[contact]] < -settling_least_speed(settling, contact);
@@ -64,7 +67,7 @@ static int gather_contacts(const Settling *settling, const bool loaded[], Impact
     int count = 0;
     for (int i = 0; i < N_UNILATERALS; i++) {
         if (settling->touching[i]) {
-            const int slips = SLIP_ROWS[i + 1] - SLIP_ROWS[i];
+            const int slips = contact_slips(i);
             which[count] = i;
             contact[count++] = (ImpactContact){.normal = ROW_PLACES[i],
                                                .slip = slips > 0 ? ROW_PLACES[SLIP_ROWS[i]] : 0,
@@ -88,6 +91,16 @@ static void move(Settling *settling, const double impulses[]) {
             size = fmax(size, fabs(settling->response[k * N + i] * impulses[k]));
         }
         qd[i] = fabs(qd[i] + change) <= 4e-15 * size ? 0.0 : qd[i] + change;
+    }
+}
+
+/* Rows that the laws of impact bring to rest are at rest. Where bodies are much lighter than others, what is left of
+   their velocity is more than rounding elsewhere. */
+static void rest(Settling *settling, const double velocities[]) {
+    for (int row = 0; row < N_ROWS; row++) {
+        const int k = ROW_PLACES[row];
+        const bool little = fabs(settling->velocity[k]) <= LEFT * settling_least_speed(settling, row);
+        settling->velocity[k] = velocities[k] == 0.0 && little ? 0.0 : settling->velocity[k];
     }
 }
 
@@ -132,7 +145,21 @@ static bool perform(Settling *settling, const bool loaded[], bool collision, boo
         note_impact(settling->instance, result.closed ? NOTICE_CLOSED : NOTICE_POISSON, N_SWITCHES + 2 * which[0]);
     }
     *jumped = true;
-    return settling_measure(settling);
+    if (!settling_measure(settling)) {
+        return false;
+    }
+    rest(settling, result.velocities);
+    return true;
+}
+
+/* A contact that an impact has lifted flies, whether its own impacts have accumulated before or not. */
+static void end_lifted_cascades(Settling *settling) {
+    State *state = &settling->instance->state;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        if (settling->velocity[ROW_PLACES[i]] > settling_least_speed(settling, i)) {
+            state->cascading[i] = 0;
+        }
+    }
 }
 
 bool settling_impacts(Settling *settling, bool *jumped) {
@@ -149,6 +176,7 @@ bool settling_impacts(Settling *settling, bool *jumped) {
         instance->failure.time = instance->state.time;
         return false;
     }
+    end_lifted_cascades(settling);
     return true;
 }
 

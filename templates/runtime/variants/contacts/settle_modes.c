@@ -6,14 +6,12 @@
 #include "complementarity.h"
 #include "inputs.h"
 #include "notices.h"
+#include "repetition.h"
 #include "settings.h"
 #include "settling.h"
+#include "stopping_slips.h"
 
-enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_REPETITIONS = 200 };
-
-/* Errors leave a slip in space that comes to rest with up to 10 tolerances of the greatest velocity. This is so many
-   tolerances in units of a velocity that is as good as 0. */
-static const double LOOSE = 1e11;
+enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_REPETITIONS = 200, FEW_REPETITIONS = 50 };
 
 /* A contact or dry friction that is due to slide holds less than its limit by this part, which is more than the laws
    count as rounding. */
@@ -22,46 +20,14 @@ static const double GIVES_WAY = 1e-6;
 /* A gap that opens to this part of nominal values, no more than its rounding, is not seen to open. */
 static const double UNSEEN = 1e-16;
 
-static double slip_speed(const Settling *settling, int contact) {
-    double speed = 0.0;
-    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
-        speed = hypot(speed, settling->velocity[ROW_PLACES[row]]);
-    }
-    return speed;
-}
-
-static double loose_speed(const Settling *settling, int contact) {
-    const double least = settling_least_speed(settling, SLIP_ROWS[contact]);
-    return least * (1.0 + LOOSE * solver_tolerance(&settling->instance->state));
-}
-
-/* In space a slip whose event is due has turned away from the direction that it began with. It may be at rest or not,
-   and is located less sharply than one along a line. */
-static bool comes_to_rest(const Settling *settling, int contact) {
-    const bool in_space = SLIP_ROWS[contact + 1] - SLIP_ROWS[contact] == 2;
-    return in_space && settling_due(settling, 2 * contact + 1) &&
-           !contact_sticks(&settling->instance->state, contact) &&
-           slip_speed(settling, contact) <= loose_speed(settling, contact);
-}
-
-/* Slips of several contacts of a body end together: none is located more sharply than the one that is due. */
-static bool slips_at_rest(const Settling *settling, int contact) {
-    const double speed = slip_speed(settling, contact);
-    bool rests = speed <= settling_least_speed(settling, SLIP_ROWS[contact]);
-    for (int i = 0; i < N_UNILATERALS && !rests && speed <= loose_speed(settling, contact); i++) {
-        rests = comes_to_rest(settling, i);
-    }
-    return rests;
-}
-
 static void set_slips(Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     const int first = SLIP_ROWS[contact], end = SLIP_ROWS[contact + 1];
-    const bool rests = end > first && slips_at_rest(settling, contact);
+    const double speed = settling_slip_speed(settling, contact), mu = settling->friction[contact];
+    const bool rests = end > first && speed <= settling_least_speed(settling, first);
     const bool yields = contact_sticks(state, contact) && settling_due(settling, 2 * contact + 1);
-    const double speed = slip_speed(settling, contact), mu = settling->friction[contact];
     for (int row = first; row < end; row++) {
-        const double along = rests ? 0.0 : settling->velocity[ROW_PLACES[row]] / speed;
+        const double along = rests ? 0.0 : settling_slip_velocity(settling, contact, row) / speed;
         settling->row[ROW_PLACES[row]] = (Row){.law = rests ? ROW_TANGENTIAL : ROW_SLIDING,
                                                .normal = ROW_PLACES[contact],
                                                .friction = yields ? mu * (1.0 - GIVES_WAY) : mu,
@@ -89,7 +55,7 @@ static void set_contact(Settling *settling, int contact) {
 static void set_friction(Settling *settling, int friction, double force, double capacity) {
     const State *state = &settling->instance->state;
     const int row = FIRST_FRICTION + friction, k = ROW_PLACES[row];
-    const double w = settling->velocity[k];
+    const double w = slip_located(settling, row, 2 * N_UNILATERALS + friction);
     const bool yields = friction_sticks(state, friction) && settling_due(settling, 2 * N_UNILATERALS + friction);
     if (fabs(w) <= settling_least_speed(settling, row)) {
         const double least = force * (1.0 - GIVES_WAY);
@@ -124,6 +90,8 @@ static bool solve_laws(Settling *settling) {
     const Problem problem = {K, settling->delassus, settling->free, settling->row};
     double unknowns[N_UNKNOWNS] = {0.0};
     double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS] = {0.0}, capacity[SIZE_FRICTIONS] = {0.0};
+    Repetition last;
+    memset(&last, 0, sizeof last);
     for (int i = 0; i < MOST_REPETITIONS; i++) {
         double change = 0.0, greatest = 0.0;
         mechanism_friction(state->time, state->states, inputs_at(settling->instance, state->time), state->parameters,
@@ -136,7 +104,7 @@ static bool solve_laws(Settling *settling) {
             change = fmax(change, fabs(settling->lambda[k] - unknowns[N + k]));
             greatest = fmax(greatest, fabs(settling->lambda[k]));
         }
-        memcpy(unknowns + N, settling->lambda, sizeof settling->lambda);
+        repetition_proceed(&last, settling->lambda, i > FEW_REPETITIONS, unknowns + N);
         if (change <= 1e-13 * greatest || N_FRICTIONS == 0) {
             return true;
         }
@@ -153,10 +121,10 @@ static bool stays_near(const Settling *settling, int contact) {
 /* Impacts of these contacts, which have just rebounded or stay near, accumulate: what is left of them is lower than the
    tolerance. So do those of contacts that the impact of another one lifts less than is seen, as the edges of a rocking
    block at last lift each other without end. They close, and stay in this state as long as the rest of the impacts
-   lasts. Returns whether there are any. */
-static bool begin_cascades(Settling *settling) {
+   lasts. */
+static void begin_cascades(Settling *settling) {
     State *state = &settling->instance->state;
-    bool found = false, struck = false;
+    bool struck = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         struck = struck || settling->rebounds[i];
     }
@@ -164,17 +132,32 @@ static bool begin_cascades(Settling *settling) {
         const int k = ROW_PLACES[i];
         const double v = settling->velocity[k], a = settling->w[k], e = settling->restitution[i];
         const bool bounces = settling->rebounds[i] || stays_near(settling, i);
-        const double lowest = (bounces ? solver_tolerance(state) : UNSEEN) * row_size(&settling->rows, i);
+        const double seen = (bounces ? solver_tolerance(state) : UNSEEN) * row_size(&settling->rows, i);
+        const double lowest = bounces ? fmax(seen, -settling->rows.positions[i]) : seen;
         const bool lifted = struck && settling->touching[i];
         if ((bounces || lifted) && settling->row[k].law == ROW_FREE && a < 0.0 && e < 1.0 &&
             v * v <= -2.0 * a * lowest) {
             state->cascading[i] = 1;
             state->states[DISSIPATED] += 0.5 * v * v / settling->delassus[k * K + k];
             state->rest_time[i] = state->time + 2.0 * v / (-a * (1.0 - e));
-            found = true;
         }
     }
-    return found;
+}
+
+/* A contact whose impacts accumulate closes as it moves. Its velocity vanishes when the states are moved onto the rows;
+   then forces are found once more, because those of the motion before may not keep all contacts of a body closed. */
+static void close_cascade(Settling *settling, int contact) {
+    State *state = &settling->instance->state;
+    const int first = SLIP_ROWS[contact], count = contact_slips(contact);
+    double velocity[2] = {0.0};
+    for (int i = 0; i < count; i++) {
+        velocity[i] = settling->velocity[ROW_PLACES[first + i]];
+    }
+    if (count > 0 && settling_slip_speed(settling, contact) > settling_least_speed(settling, first)) {
+        contact_slide(state, contact, velocity, 0.0);
+    } else {
+        contact_stick(state, contact);
+    }
 }
 
 /* A contact that has come to bear nothing opens. Its gap grows with a high power of the time at first, slower than the
@@ -182,69 +165,47 @@ static bool begin_cascades(Settling *settling) {
 static void lift_off(Settling *settling, int contact) {
     State *state = &settling->instance->state;
     double *rest = &state->event_rests[N_SWITCHES + 2 * contact];
-    if (settling->instance->policy->stabilise && contact_closed(state, contact) && !settling->rebounds[contact]) {
+    const bool lifted = settling->row[ROW_PLACES[contact]].law == ROW_FREE; /* by an impact: the gap grows at once */
+    if (settling->instance->policy->stabilise && contact_closed(state, contact) && !lifted) {
         *rest = fmax(*rest, solver_tolerance(state) * row_size(&settling->rows, contact));
     }
     contact_open(state, contact);
 }
 
-/* Does a contact in space slip, though it may be counted as at rest? */
-static bool turns(const Settling *settling, int contact) {
-    const int first = SLIP_ROWS[contact];
-    return SLIP_ROWS[contact + 1] - first == 2 &&
-           slip_speed(settling, contact) > settling_least_speed(settling, first);
+/* Has the force of a closed contact come down to 0 here? */
+static bool gives_way(const Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    return settling_due(settling, 2 * contact) && contact_closed(state, contact) && !state->cascading[contact] &&
+           !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
 
-/* What a row of slip begins to do, its contact being closed. A slip in space has a direction by its velocity as long as
-   it has one. One that begins does so against the friction, as Coulomb's law says: where w is small the friction tells
-   the direction better. */
-static double slip_begins(const Settling *settling, int contact, int row) {
-    const int place = ROW_PLACES[row], first = SLIP_ROWS[contact], last = SLIP_ROWS[contact + 1] - 1;
-    const double x = settling->lambda[ROW_PLACES[first]], y = settling->lambda[ROW_PLACES[last]];
-    if (settling->row[place].law == ROW_SLIDING || turns(settling, contact)) {
-        return settling->velocity[place];
+/* Where a contact gives way, or has just done so, one that is open does not close for a force that is rounding. Else
+   the contacts of a body that leaves its support at once would take turns in being the last one, and one would close
+   again for the rounding of an input that is set at this time. */
+static bool follows(const Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    bool given = state->due[N_SWITCHES + 2 * contact] && state->event_time >= state->time;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        given = given || (i != contact && gives_way(settling, i));
     }
-    return first < last && (x != 0.0 || y != 0.0) ? -settling->lambda[place] : settling->w[place];
+    return given && !contact_closed(state, contact) && !settling_due(settling, 2 * contact) &&
+           !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
 
-/* Does the contact slip, or begin to? */
-static bool slips(const Settling *settling, int contact) {
-    bool found = false;
-    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
-        const int place = ROW_PLACES[row];
-        found = found || settling->row[place].law == ROW_SLIDING || settling->w[place] != 0.0;
-    }
-    return found;
-}
-
-static void carry_out_contact(Settling *settling, int contact) {
-    State *state = &settling->instance->state;
-    const int k = ROW_PLACES[contact], first = SLIP_ROWS[contact];
-    const double lambda = settling->lambda[k];
-    const bool gives_way = settling_due(settling, 2 * contact) && contact_closed(state, contact) &&
-                           !state->cascading[contact] && !settling_bears(settling, contact, lambda);
-    double begins[2] = {0.0};
-    if (settling->row[k].law != ROW_UNILATERAL || settling->w[k] > 0.0 || gives_way) {
+static void carry_out_contact(Settling *settling, int contact, bool leaves) {
+    const int k = ROW_PLACES[contact];
+    if (settling->row[k].law != ROW_UNILATERAL || settling->w[k] > 0.0 || leaves) {
         lift_off(settling, contact);
-        return;
-    }
-    for (int i = 0; i < SLIP_ROWS[contact + 1] - first; i++) {
-        begins[i] = slip_begins(settling, contact, first + i);
-    }
-    if (slips(settling, contact)) {
-        contact_slide(state, contact, begins);
-        if (turns(settling, contact)) { /* the speed along a new direction is another function */
-            state->event_rests[N_SWITCHES + 2 * contact + 1] = 0.0;
-        }
     } else {
-        contact_stick(state, contact);
+        settling_carry_out_slip(settling, contact);
     }
 }
 
 static void carry_out_friction(Settling *settling, int friction) {
     State *state = &settling->instance->state;
-    const int k = ROW_PLACES[FIRST_FRICTION + friction];
-    const double w = settling->row[k].law == ROW_GIVEN ? settling->velocity[k] : settling->w[k];
+    const int row = FIRST_FRICTION + friction, k = ROW_PLACES[row];
+    const double w = settling->row[k].law == ROW_GIVEN ? slip_located(settling, row, 2 * N_UNILATERALS + friction)
+                                                       : settling->w[k];
     if (w != 0.0) {
         friction_slide(state, friction, w);
     } else {
@@ -266,17 +227,23 @@ static void watch_solutions(Settling *settling) {
 bool settling_modes(Settling *settling, bool *jumped) {
     Instance *instance = settling->instance;
     bool solved = solve_laws(settling) || (settling_without_collision(settling, jumped) && solve_laws(settling));
-    if (solved && begin_cascades(settling)) {
-        solved = solve_laws(settling);
-    }
     if (!solved) {
         instance->failure.kind = FAILURE_MODES;
         instance->failure.time = instance->state.time;
         return false;
     }
     watch_solutions(settling);
+    begin_cascades(settling);
+    bool leaves[SIZE_UNILATERALS];
     for (int i = 0; i < N_UNILATERALS; i++) {
-        carry_out_contact(settling, i);
+        leaves[i] = gives_way(settling, i) || follows(settling, i);
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        if (instance->state.cascading[i] && settling->row[ROW_PLACES[i]].law == ROW_FREE) {
+            close_cascade(settling, i);
+        } else {
+            carry_out_contact(settling, i, leaves[i]);
+        }
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
         carry_out_friction(settling, i);

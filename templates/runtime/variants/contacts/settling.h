@@ -35,6 +35,24 @@ double settling_least_speed(const Settling *settling, int row);
 /* Is this normal force of a contact more than rounding? It alone would soon give a speed that is not as good as 0. */
 bool settling_bears(const Settling *settling, int contact, double force);
 
+/* Moves the states onto the rows that the modes hold; *jumped is set if they changed. Velocities that are rounding
+   errors become 0, so that a body at rest does not creep. Returns false, with instance->failure, if there are no such
+   states. */
+bool settling_move(Settling *settling, bool *jumped);
+
+/* Brings slips in space that have come to rest to rest, before everything else is decided; *jumped is set if states
+   changed. Returns false, with instance->failure, as settling_move does. */
+bool settling_stop_in_space(Settling *settling, bool *jumped);
+
+/* The slip velocity along a row of a contact, in m/s. */
+double settling_slip_velocity(const Settling *settling, int contact, int row);
+
+/* The speed of the slip of a contact, in m/s. */
+double settling_slip_speed(const Settling *settling, int contact);
+
+/* Lets a closed contact with friction slide or stick, as the laws have decided. */
+void settling_carry_out_slip(Settling *settling, int contact);
+
 /* Is something due with this event function: 2 i and 2 i + 1 of contact i, 2 N_UNILATERALS + i of dry friction i? */
 bool settling_due(const Settling *settling, int function);
 

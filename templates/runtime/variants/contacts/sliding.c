@@ -66,13 +66,18 @@ static bool report(Instance *instance, double time) {
     return false;
 }
 
-/* Accelerations that are rounding errors of forces in equilibrium become 0, so that a body at rest does not creep. */
+/* Accelerations that are rounding errors of forces in equilibrium become 0, so that a body at rest does not creep. Each
+   row bears a rounding error of the greatest load of all, in units of the scaled rows: also where it bears nothing. */
 static void remove_dust(const System *system, const Sliding *sliding, double unknowns[]) {
     const ConstraintFactorization *constraints = &system->constraints;
+    double load = 0.0;
+    for (int k = 0; k < constraints->rows; k++) {
+        load = constraints->scale[k] > 0.0 ? fmax(load, fabs(unknowns[N + k]) / constraints->scale[k]) : load;
+    }
     for (int i = 0; i < N; i++) {
         double greatest = 0.0;
         for (int k = 0; k < constraints->rows; k++) {
-            greatest = fmax(greatest, fabs(unknowns[N + k] * constraints->response[k * N + i]));
+            greatest = fmax(greatest, load * constraints->scale[k] * fabs(constraints->response[k * N + i]));
         }
         for (int k = 0; k < sliding->count; k++) {
             const double force = unknowns[N + ROW_PLACES[sliding->row[k]]];

@@ -9,6 +9,12 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
     return true;
 }
 
+int contacts_sinking(Instance *instance, const double values[]) {
+    (void)instance;
+    (void)values;
+    return -1;
+}
+
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again) {
     (void)instance;
     (void)due;
@@ -22,6 +28,14 @@ bool contacts_hold(const Instance *instance) {
     return false;
 }
 
+bool contacts_oppose(Instance *instance, double time, const double states[], const double unknowns[]) {
+    (void)instance;
+    (void)time;
+    (void)states;
+    (void)unknowns;
+    return true;
+}
+
 int contacts_idle(const Instance *instance) {
     (void)instance;
     return 0;
@@ -30,6 +44,16 @@ int contacts_idle(const Instance *instance) {
 bool contacts_sliding(const Instance *instance) {
     (void)instance;
     return false;
+}
+
+bool contacts_slide_in_space(const Instance *instance) {
+    (void)instance;
+    return false;
+}
+
+double contacts_decay(Instance *instance) {
+    (void)instance;
+    return 0.0;
 }
 
 bool contacts_slide(Instance *instance, const System *system, double time, const double states[],

@@ -7,6 +7,7 @@
 #include "dense_output.h"
 #include "event_noise.h"
 #include "events.h"
+#include "settings.h"
 #include "step_size.h"
 
 /* A function that keeps this part of its greatest value at the nodes is far from 0 between them, too: the sum of
@@ -15,6 +16,14 @@ static const double FAR = 0.5;
 
 /* The shortest part of a step in which event functions are taken for polynomials. */
 static const double SHORTEST_PART = 1.0 / 64.0;
+
+/* A part is longer than the one before it by this factor at most. */
+static const double GROWTH = 4.0;
+
+/* A step longer than this part of the experiment is repeated with another length where the margin of a switch turns
+   more often than even its shortest parts tell. */
+static const double SHORT = 1e-6;
+static const double CLEAR = 1e3; /* units of rounding, beyond which a margin has to be told */
 
 /* Sets values[k][i] to the event functions k at the node i of a part of the step in state->dense. With cubic,
    the states there are those of Hermite's cubic alone. */
@@ -56,6 +65,27 @@ static bool all_resolved(double values[][ROOT_NODES]) {
     return true;
 }
 
+/* Do the nodes of a shortest part show the margins of all switches, or is the step short? */
+static bool switches_told(Instance *instance, double values[][ROOT_NODES]) {
+    const Dense *dense = &instance->state.dense;
+    if (METHOD.error_order == 0 || dense->end - dense->start <= SHORT * experiment_duration(&instance->state)) {
+        return true;
+    }
+    for (int k = 0; k < N_SWITCHES; k++) {
+        double greatest = 0.0;
+        for (int i = 0; i < ROOT_NODES; i++) {
+            greatest = larger(greatest, fabs(values[k][i]));
+        }
+        if (greatest > CLEAR * events_noise(instance, k) && !roots_resolved(values[k])) {
+            instance->failure.kind = FAILURE_CHATTERING;
+            instance->failure.time = instance->state.time;
+            instance->failure.event = k;
+            return false;
+        }
+    }
+    return true;
+}
+
 /* Are all these numbers greater than the level? */
 static bool all_above(const double numbers[], int count, double level) {
     bool above = true;
@@ -87,7 +117,7 @@ static bool is_far(const double values[], double noise) {
         least = smaller(least, value);
         greatest = larger(greatest, value);
     }
-    return least > FAR * greatest && least > 0.0 && (leaves || roots_resolved(values));
+    return least > FAR * greatest && least > 0.0 && roots_resolved(values);
 }
 
 /* Does this function of a contact begin at 0 and rise from there? An early root of its polynomial is then no event: the
@@ -135,10 +165,18 @@ static bool all_positive(double values[][ROOT_NODES], int i) {
     return positive;
 }
 
+/* The first part of the step that is looked at: twice what has lately passed without an event, so that periodic events
+   lie within. In a longer one a margin that turns often would look like one that turns seldom. */
+static double first_width(const Instance *instance, double start, double length) {
+    const State *state = &instance->state;
+    const double calm = 2.0 * larger(state->event_gap, start - state->event_time);
+    return calm > 0.0 && calm < length ? calm / length : 1.0;
+}
+
 bool far_from_events(Instance *instance, Step step, const double start[], bool *far) {
     double values[SIZE_EVENTS][ROOT_NODES];
     dense_begin_cubic(instance, step);
-    *far = true;
+    *far = GROWTH * first_width(instance, instance->state.time, step.length) >= 1.0;
     /* The last node comes first: it shows most events. */
     for (int i = ROOT_NODES - 1; i > 0 && *far; i--) {
         if (!sample_node(instance, 0.0, 1.0, true, i, values)) {
@@ -155,7 +193,10 @@ bool far_from_events(Instance *instance, Step step, const double start[], bool *
 
 bool find_descents(Instance *instance, const double start[], Descents *found) {
     double values[SIZE_EVENTS][ROOT_NODES];
-    double from = 0.0, width = 1.0;
+    const Dense *dense = &instance->state.dense;
+    double from = 0.0, width = first_width(instance, dense->start, dense->end - dense->start);
+    const double shortest = width * SHORTEST_PART;
+    double most = 1.0;
     found->first = -1;
     found->slope = 0.0;
     for (int k = 0; k < N_EVENTS; k++) {
@@ -165,19 +206,25 @@ bool find_descents(Instance *instance, const double start[], Descents *found) {
         if (!sample(instance, from, width, values)) {
             return false;
         }
-        if (width > SHORTEST_PART && !all_resolved(values)) {
+        if (width > shortest && !all_resolved(values)) {
             width *= 0.5;
+            most = larger(width, SHORTEST_PART);
             continue;
         }
-        if (!search(instance, from, width, values, found) && width > SHORTEST_PART) {
+        if (width <= shortest && !switches_told(instance, values)) {
+            return false;
+        }
+        if (!search(instance, from, width, values, found) && width > shortest) {
             found->first = -1;
             width *= 0.5;
+            most = larger(width, SHORTEST_PART);
             continue;
         }
-        from += width;
+        from = width < 1.0 - from ? from + width : 1.0;
         for (int k = 0; k < N_EVENTS; k++) {
             values[k][0] = values[k][ROOT_NODES - 1];
         }
+        width = smaller(smaller(GROWTH * width, most), 1.0 - from);
     }
     found->start = found->first >= 0 ? start[found->first] : 0.0;
     return true;

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contacts.h"
 #include "dense_output.h"
 #include "equations.h"
 #include "event_noise.h"
@@ -12,6 +13,9 @@
 #include "step_size.h"
 
 enum { MOST_CORRECTIONS = 8, MOST_EVENTS_AT_ONCE = 20, MOST_EVENTS_IN_A_STEP = 1000000 };
+
+/* Two events that come one after another by chance say little about the next one. */
+static const double LEAST_FALL = 0.25;
 
 /* The end of a step is moved by up to this part of its length without repeating the step. */
 static const double LITTLE = 1e-6;
@@ -131,14 +135,17 @@ static bool report_pole(Instance *instance, int k) {
     return false;
 }
 
-/* An event at the beginning of the step that has just been passed there several times is one of the interpolant alone,
-   whose error in a long step is greater than what a gap opens by. A shorter step tells. */
-static bool seems_to_repeat(Instance *instance, const Descents *found, Step step) {
+/* An event at the beginning of a step, of this length (s) before it was repeated, that has just been passed there
+   several times is one of the interpolant alone, whose error in a long step is greater than what a gap opens by, or
+   which does not show all roots of a margin that turns often. A shorter step tells, unless both sides push the motion
+   back. */
+static bool seems_to_repeat(Instance *instance, const Descents *found, Step step, double whole) {
     const State *state = &instance->state;
     const double shortest = 4.0 * DBL_EPSILON * fabs(step.end);
-    if (METHOD.error_order == 0 || !(found->theta[found->first] <= 0.0) ||
-        state->events_there < MOST_EVENTS_AT_ONCE / 2 ||
-        fabs(state->time - state->event_time) > shortest || step.length <= 1e3 * shortest) {
+    bool pushed;
+    if (METHOD.error_order == 0 || step.length > shortest || state->events_there < MOST_EVENTS_AT_ONCE / 2 ||
+        fabs(state->time - state->event_time) > shortest || whole <= 1e3 * shortest ||
+        !events_push_back(instance, found->first, &pushed) || pushed) {
         return false;
     }
     instance->failure.kind = FAILURE_CHATTERING;
@@ -147,17 +154,51 @@ static bool seems_to_repeat(Instance *instance, const Descents *found, Step step
     return true;
 }
 
+/* Is the margin of a switch not near 0 where its root was looked for? A long step of a stiff motion passes over the
+   transient in which the root lies. Shorter steps tell. */
+static bool is_lost(Instance *instance, const Descents *found, Step step, const double values[], double whole) {
+    const int k = found->first;
+    const double shortest = 4.0 * DBL_EPSILON * fabs(step.end);
+    const double rounding = events_noise(instance, k) + shortest * fabs(found->slope) / whole;
+    if (METHOD.error_order == 0 || N_SWITCHES == 0 || k >= N_SWITCHES || whole <= 1e3 * shortest ||
+        fabs(values[k]) <= NO_ROOT_THERE * fabs(found->start) + rounding) {
+        return false;
+    }
+    instance->failure.kind = FAILURE_CHATTERING;
+    instance->failure.time = instance->state.time;
+    instance->failure.event = k;
+    return true;
+}
+
+/* Ends the step at its beginning if bodies sink into each other there and no event has just been passed. */
+static bool stop_sinking(Instance *instance, Step *step, const double start[], bool *sinking) {
+    State *state = &instance->state;
+    double values[SIZE_EVENTS];
+    const int which = state->event_time >= state->time ? -1 : contacts_sinking(instance, start);
+    *sinking = which >= 0;
+    if (which < 0) {
+        return true;
+    }
+    for (int k = 0; k < N_EVENTS; k++) {
+        state->due[k] = k == N_SWITCHES + which;
+    }
+    state->event_pending = 1;
+    return repeat(instance, step, 0.0, values);
+}
+
 bool events_end_step(Instance *instance, Step *step) {
     Descents found;
     State *state = &instance->state;
     double start[SIZE_EVENTS], values[SIZE_EVENTS];
-    bool far = false;
+    bool sinking = false, far = false;
     state->event_pending = 0;
-    if (!events_evaluate(instance, state->time, state->states, start) ||
-        (DENSE_ROWS > 0 && !far_from_events(instance, *step, start, &far))) {
+    if (!contacts_oppose(instance, state->time, state->states, NULL) ||
+        !events_evaluate(instance, state->time, state->states, start) ||
+        !stop_sinking(instance, step, start, &sinking) ||
+        (DENSE_ROWS > 0 && !sinking && !far_from_events(instance, *step, start, &far))) {
         return false;
     }
-    if (far) {
+    if (far || sinking) {
         return true;
     }
     if (!dense_begin(instance, *step) || !find_descents(instance, start, &found)) {
@@ -165,7 +206,8 @@ bool events_end_step(Instance *instance, Step *step) {
     }
     if (found.first >= 0) {
         const double whole = step->length;
-        if (seems_to_repeat(instance, &found, *step) || !polish(instance, &found, step, values)) {
+        if (!polish(instance, &found, step, values) || seems_to_repeat(instance, &found, *step, whole) ||
+            is_lost(instance, &found, *step, values, whole)) {
             return false;
         }
         found.slope /= whole;
@@ -207,14 +249,20 @@ int events_latest(const State *state, double since) {
 static bool count_event(Instance *instance) {
     State *state = &instance->state;
     const bool same = fabs(state->time - state->event_time) <= 4.0 * DBL_EPSILON * fabs(state->time);
+    if (!same) {
+        state->event_gap = larger(state->time - state->event_time, LEAST_FALL * state->event_gap);
+    }
     state->events_there = same ? state->events_there + 1 : 1;
     state->event_time = state->time;
     if (state->events_there <= MOST_EVENTS_AT_ONCE + 2 * N_EVENTS) {
         return true;
     }
-    instance->failure.kind = FAILURE_CHATTERING;
+    const int latest = (int)larger(events_latest(state, state->time), 0);
+    bool pushed = true;
+    const bool known = latest >= N_SWITCHES || events_push_back(instance, latest, &pushed);
+    instance->failure.kind = known && pushed ? FAILURE_CHATTERING : FAILURE_EVENT_POLE;
     instance->failure.time = state->time;
-    instance->failure.event = (int)larger(events_latest(state, state->time), 0);
+    instance->failure.event = latest;
     return false;
 }
 

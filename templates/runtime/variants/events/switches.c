@@ -11,8 +11,10 @@
 #include "events.h"
 #include "inputs.h"
 #include "settings.h"
+#include "timed_switches.h"
 
 enum { N = N_COORDINATES, SIZE_SWITCHES = N_SWITCHES > 0 ? N_SWITCHES : 1, MOST_ROUNDS = 100 };
+enum { MANY_EVENTS = 20 }; /* of model exchange, one soon after another */
 
 /* Parts of the nominal value of an event function: its rounding error, the most that its own modes may leave it below
    0, and the shift of its indicator. */
@@ -20,8 +22,10 @@ static const double ROUNDING = 64.0 * DBL_EPSILON;
 static const double MOST_REST = 1e-9;
 static const double HYSTERESIS = 1e-9;
 
-/* The part of the experiment by which it is looked ahead to see where the motion goes. */
-static const double GLANCE = 1e-6;
+/* Parts of the experiment by which it is looked ahead to see where the motion goes: the first, and the last. Margins
+   that turn often, as sin(1/t), have other roots nearby. */
+static const double FIRST_GLANCE = 1e-12;
+static const double LAST_GLANCE = 1e-6;
 
 /* The switches stand in the parameters. */
 static double *switches_of(Instance *instance) {
@@ -41,15 +45,25 @@ static bool evaluate_margins(Instance *instance, double time, const double state
     return true;
 }
 
-bool events_evaluate(Instance *instance, double time, const double states[], double values[]) {
+/* values[N_SWITCHES] of the margins, positive where the switches are on their sides. */
+static bool evaluate_sides(Instance *instance, double time, const double states[], double values[]) {
     double margins[SIZE_SWITCHES];
-    if (N_SWITCHES > 0 && !evaluate_margins(instance, time, states, margins)) {
+    if (!evaluate_margins(instance, time, states, margins)) {
         return false;
     }
     for (int k = 0; k < N_SWITCHES; k++) {
         values[k] = switches_of(instance)[k] * margins[k];
     }
-    return contacts_evaluate(instance, time, states, values + N_SWITCHES);
+    return true;
+}
+
+bool switches_evaluate(Instance *instance, double time, double values[]) {
+    return N_SWITCHES == 0 || evaluate_sides(instance, time, instance->state.states, values);
+}
+
+bool events_evaluate(Instance *instance, double time, const double states[], double values[]) {
+    return (N_SWITCHES == 0 || evaluate_sides(instance, time, states, values)) &&
+           contacts_evaluate(instance, time, states, values + N_SWITCHES);
 }
 
 double events_noise(const Instance *instance, int k) {
@@ -67,32 +81,42 @@ static void turn(Instance *instance, int k) {
     forget(instance);
 }
 
-/* margins[N_SWITCHES] a little later under the present modes, as the accelerations at the present point say. */
-static bool glance_ahead(Instance *instance, double margins[]) {
+/* *rise is by how much the margin k is more than `from` on its side a little later under the present modes, as the
+   accelerations at the present point say: at the first glance that tells it from rounding, or else at the last one. */
+static bool glance_ahead(Instance *instance, int k, double from, double *rise) {
     const State *state = &instance->state;
-    const double h = GLANCE * experiment_duration(state);
-    double derivatives[N_STATES], states[N_STATES];
+    const double duration = experiment_duration(state), noise = events_noise(instance, k);
+    double derivatives[N_STATES], states[N_STATES], margins[SIZE_SWITCHES];
     if (!equations_derivative(instance, state->time, state->states, derivatives)) {
         return false;
     }
-    for (int i = 0; i < N; i++) {
-        states[i] = state->states[i] + h * (state->states[N + i] + 0.5 * h * derivatives[N + i]);
+    for (double part = FIRST_GLANCE; part <= 1.5 * LAST_GLANCE; part *= 10.0) {
+        const double h = part * duration;
+        for (int i = 0; i < N; i++) {
+            states[i] = state->states[i] + h * (state->states[N + i] + 0.5 * h * derivatives[N + i]);
+        }
+        for (int i = N; i < N_STATES; i++) {
+            states[i] = state->states[i] + h * derivatives[i];
+        }
+        if (!evaluate_margins(instance, state->time + h, states, margins)) {
+            return false;
+        }
+        *rise = switches_of(instance)[k] * (margins[k] - from);
+        if (fabs(*rise) > noise) {
+            return true;
+        }
     }
-    for (int i = N; i < N_STATES; i++) {
-        states[i] = state->states[i] + h * derivatives[i];
-    }
-    return evaluate_margins(instance, state->time + h, states, margins);
+    return true;
 }
 
 /* Chooses the side of a switch whose margin is 0: the side to which the motion goes if the switch is on this side. */
 static bool choose_side(Instance *instance, int k) {
-    const double noise = events_noise(instance, k);
-    double later[SIZE_SWITCHES];
+    double rise;
     for (int attempt = 0; attempt < 2; attempt++) {
-        if (!glance_ahead(instance, later)) {
+        if (!glance_ahead(instance, k, 0.0, &rise)) {
             return false;
         }
-        if (switches_of(instance)[k] * later[k] > noise) {
+        if (rise > events_noise(instance, k)) {
             return true;
         }
         turn(instance, k);
@@ -192,22 +216,45 @@ bool events_indicate(Instance *instance, double indicators[]) {
     return true;
 }
 
-/* Looks at the switches whose margins are linear in the time and contain nothing else that moves. */
-double events_next_time(Instance *instance) {
+bool events_push_back(Instance *instance, int k, bool *pushed) {
     const State *state = &instance->state;
-    const double t = state->time;
-    double margins[SIZE_SWITCHES], later[SIZE_SWITCHES], next = HUGE_VAL;
-    if (!evaluate_margins(instance, t, state->states, margins) ||
-        !evaluate_margins(instance, t + 1.0, state->states, later)) {
-        return HUGE_VAL;
+    double margins[SIZE_SWITCHES], rise;
+    *pushed = false;
+    if (N_SWITCHES == 0 || k >= N_SWITCHES) {
+        return true;
     }
-    for (int k = 0; k < N_SWITCHES; k++) {
-        const double slope = later[k] - margins[k];
-        const double root = t - margins[k] / slope;
-        const bool falls = switches_of(instance)[k] * slope < 0.0;
-        next = TIMED_SWITCHES[k] && falls && root > t && root < next ? root : next;
+    const double side = switches_of(instance)[k];
+    bool known = evaluate_margins(instance, state->time, state->states, margins);
+    *pushed = known && fabs(margins[k]) <= 10.0 * HYSTERESIS * EVENT_NOMINALS[k] + events_noise(instance, k);
+    for (int i = 0; i < 2 && *pushed; i++) {
+        turn(instance, k);
+        known = glance_ahead(instance, k, margins[k], &rise);
+        *pushed = known && rise < -events_noise(instance, k);
     }
-    return next;
+    if (switches_of(instance)[k] != side) {
+        turn(instance, k);
+    }
+    return known;
+}
+
+bool events_go_on(Instance *instance) {
+    State *state = &instance->state;
+    const bool soon = fabs(state->time - state->event_time) <= LAST_GLANCE * experiment_duration(state);
+    bool pushed = false;
+    state->events_there = soon ? state->events_there + 1 : 1;
+    state->event_time = state->time;
+    for (int k = 0; k < N_SWITCHES && state->events_there > MANY_EVENTS; k++) {
+        if (!events_push_back(instance, k, &pushed)) {
+            return false;
+        }
+        if (pushed) {
+            instance->failure.kind = FAILURE_CHATTERING;
+            instance->failure.time = state->time;
+            instance->failure.event = k;
+            return false;
+        }
+    }
+    return true;
 }
 
 void events_sentence(const Failure *failure, char text[], size_t size) {
@@ -216,8 +263,9 @@ void events_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g the expression %.400s, at whose sign the equations of motion change, has "
                  "no finite value; the motion has left the range where it is defined", failure->time, name);
     } else if (failure->kind == FAILURE_EVENT_POLE) {
-        snprintf(text, size, "at time %.17g %.400s grows beyond all bounds, and what the equations of motion say ends "
-                 "there; does a force lose its lever, or a denominator vanish?", failure->time, name);
+        snprintf(text, size, "at time %.17g %.400s grows beyond all bounds or turns ever faster, and what the "
+                 "equations of motion say ends there; does a force lose its lever, or a denominator vanish?",
+                 failure->time, name);
     } else {
         snprintf(text, size, "at time %.17g the motion is pushed back to where %.400s is 0 from both sides, so that "
                  "the forces there have no value; describe dry friction in [frictions], or take a function that rises "

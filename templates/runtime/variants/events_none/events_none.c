@@ -24,6 +24,11 @@ bool events_refresh(Instance *instance, bool *jumped) {
     return true;
 }
 
+bool events_go_on(Instance *instance) {
+    (void)instance;
+    return true;
+}
+
 bool events_begin(Instance *instance) {
     (void)instance;
     return true;

@@ -1,0 +1,70 @@
+"""A body on a support: a force lifts it off, and the support moves as an input does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lag2fmu.fmu import Fmu
+from lag2fmu.formats.text import read
+from lag2fmu.reference import Trajectory
+from lag2fmu.verify.run import Run
+from lag2fmu.verify.simulate import simulate_fmu
+
+pytestmark = pytest.mark.fmu
+
+G = 9.81
+
+SUPPORTED = """
+[mechanism]
+name = "supported"
+[coordinates]
+y = { unit = "m", start = 0 }
+[inputs]
+F = { unit = "N" }
+s = { unit = "m", motion = true }
+[gravity]
+acceleration = 9.81
+[forces]
+y = "F"
+[bodies.ball]
+mass = 1
+position = ["0", "y"]
+[contacts.support]
+gap = "y - s"
+restitution = 0.5
+"""
+
+
+@pytest.fixture(scope="module")
+def supported(exported: Callable[..., Fmu]) -> Fmu:
+    """The FMU of FMI 3.0. About 2 s."""
+    return exported(read(SUPPORTED, "supported"), fmi="3.0", optimised=False)
+
+
+def run(fmu: Fmu, stop: float, steps: int, inputs: Trajectory, **chosen: Any) -> Trajectory:
+    """The run with event mode and early return."""
+    outputs = ["y", "y_dot", "support_gap", "support_force", "support_mode"]
+    return simulate_fmu(fmu.path, Run(stop, stop / steps, 1e-9, inputs=inputs, outputs=outputs, events=True, **chosen))
+
+
+@pytest.mark.parametrize("steps", [7, 50])
+def test_a_force_that_grows_lifts_off_once(supported: Fmu, steps: int) -> None:
+    """The importer sets the force that is equal to the weight anew in event mode, up to rounding."""
+    ramp = Trajectory(np.array([0.0, 4.0]), ("F", "s"), np.array([[0.0, 0.0], [16.0, 0.0]]))
+    last = run(supported, 4.0, steps, ramp)
+    t = 4.0 - G / 4
+    assert (last["y"][-1], last["y_dot"][-1]) == pytest.approx((4 * t**3 / 6, 4 * t**2 / 2), abs=1e-8)
+
+
+def test_nothing_sinks_into_a_support_whose_velocity_is_not_that_of_its_position(supported: Fmu) -> None:
+    """Straight lines between samples of position and velocity: the bounces end on the support, which bears the ball."""
+    t = np.linspace(0.0, 3.0, 31)
+    lines = Trajectory(t, ("F", "s", "s_dot", "s_ddot"), np.stack([0 * t, 0.1 * t**2, 0.2 * t, 0.2 + 0 * t], axis=1))
+    last = run(supported, 3.0, 50, lines, values={"y": 1.0})
+    assert last["support_gap"].min() > -3e-4, "the sagitta of the lines is 2.5e-4 m"
+    assert (last["y"][-1], last["y_dot"][-1]) == pytest.approx((0.9, 0.6), abs=1e-9)
+    assert last["support_force"][-1] == pytest.approx(G + 0.2, rel=1e-9)
