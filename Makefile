@@ -22,9 +22,9 @@ demo: $(READY)
 test: style
 	$(BIN)/python -m pytest $(SPREAD) -m "not slow and not toolchain" $(PYTEST)
 
-# what needs neither a compiler nor an importer
+# what needs neither a compiler nor an importer and takes a minute
 check: lint
-	$(BIN)/python -m pytest $(SPREAD) -m "not slow and not fmu and not toolchain" $(PYTEST)
+	$(BIN)/python -m pytest $(SPREAD) -m "not long and not slow and not fmu and not toolchain" $(PYTEST)
 
 # everything: other importers, cross builds, sanitizers, fuzzing
 test-all: lint

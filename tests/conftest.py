@@ -21,7 +21,7 @@ Exported = Callable[..., Fmu]
 
 SLOW = Path(__file__).with_name("slow.txt")
 """The tests that are left out of 'make test' for their time, beside those that carry the marker slow."""
-LIMIT = 1.0
+LIMIT = 0.7
 """A test that takes longer than this (s) belongs into SLOW."""
 WEEK = 7 * 24 * 3600.0
 """s"""

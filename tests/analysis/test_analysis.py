@@ -292,6 +292,7 @@ def test_nutation_of_the_heavy_top_about_regular_precession() -> None:
     assert np.abs(found.eigenvalues.imag).max() == pytest.approx(nutation, rel=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("speed", "published"), EIGENVALUES)
 def test_eigenvalues_of_the_bicycle(speed: float, published: list[complex]) -> None:
     """Nonholonomic, about riding on."""
@@ -364,6 +365,7 @@ def test_what_is_no_equilibrium_is_refused() -> None:
 # ----------------------------------------------------------------------------------------------------------- Floquet
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("order", "kind", "trace"), [(0, mathieu_a, 2), (1, mathieu_b, -2), (1, mathieu_a, -2), (2, mathieu_b, 2)]
 )

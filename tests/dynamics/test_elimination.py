@@ -119,6 +119,7 @@ def test_both_methods_solve_the_equations(kind: str, seed: int) -> None:
         assert found[0] == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", bundled())
 def test_residuals_of_the_bundled_models(name: str) -> None:
     mechanism = load(name)

@@ -21,6 +21,7 @@ TABLES = {"dc_motor"}
 a, b, c = sp.symbols("a b c", real=True)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", sorted(set(bundled()) - LARGE - TABLES))
 def test_written_formulas_mean_what_the_graph_computes(model: str) -> None:
     equations = derive(load(model))
@@ -71,6 +72,7 @@ def test_the_double_pendulum_as_on_paper() -> None:
     assert all(r"\ddot{\theta_{2}}" in formula.latex for formula in found.motion)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", sorted(set(bundled()) - LARGE))
 def test_mathml_is_well_formed(model: str) -> None:
     found = formulas(derive(load(model)))

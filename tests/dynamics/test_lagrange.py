@@ -55,6 +55,7 @@ def test_double_pendulum_by_hand() -> None:
         assert accelerations(equations, v) == pytest.approx(np.linalg.solve(M, f), rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", bundled())
 def test_bundled_models_agree_with_the_independent_path(name: str) -> None:
     mechanism = load(name)
@@ -78,6 +79,7 @@ def test_bundled_models_agree_with_the_independent_path(name: str) -> None:
         assert h == pytest.approx(expected_h, rel=1e-10, abs=1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", bundled())
 def test_tangents_against_central_differences(name: str) -> None:
     """dr of the tangent program against (r(x + e s) - r(x - e s)) / 2e along random seeds s."""

@@ -14,6 +14,7 @@ from lag2fmu.formats.loading import bundled, load
 STEP = 0.02
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", sorted(bundled().keys() - {"dc_motor"}))  # a further state cannot be given
 def test_second_derivatives_along_a_curve(name: str) -> None:
     """q(t) and u(t) are polynomials with random coefficients; differences of order 6."""

@@ -139,6 +139,7 @@ def bicycle() -> Bicycle:
     return Bicycle()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("speed", "published"), EIGENVALUES)
 def test_whipple_bicycle_linearised(speed: float, published: list[complex], bicycle: Bicycle) -> None:
     found = bicycle.eigenvalues(speed)

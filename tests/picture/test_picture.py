@@ -125,6 +125,7 @@ def test_the_loop_of_a_four_bar_linkage_closes() -> None:
 # ------------------------------------------------------------------------------------------------ what is there
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", bundled())
 def test_every_model_has_a_scene_or_a_sentence(model: str) -> None:
     mechanism = derive(load(model)).mechanism
@@ -146,6 +147,7 @@ def test_every_model_has_a_scene_or_a_sentence(model: str) -> None:
     assert ("gravity" in scene.parts()) == (mechanism.gravity is not None)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", [m for m in bundled() if m not in ("humanoid_planar", "andrews_squeezer")])
 def test_labels_do_not_cover_each_other(model: str) -> None:
     mechanism = derive(load(model)).mechanism

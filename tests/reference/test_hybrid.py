@@ -20,6 +20,8 @@ from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.signals import signals_of
 from tests.reference import hybrid_mechanisms as known
 
+pytestmark = pytest.mark.long
+
 G = 9.81
 
 

@@ -20,6 +20,8 @@ from lag2fmu.mechanism.display import display_units
 from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify.plots import comparison, mechanism_figure, motion_figure, save
 
+pytestmark = pytest.mark.long
+
 
 def foot(figure: Figure) -> str:
     return "" if figure._supxlabel is None else " ".join(figure._supxlabel.get_text().split())

@@ -14,6 +14,8 @@ from lag2fmu.verify.hybrid import extent, row_checks
 from lag2fmu.verify.task import Task
 from tests.reference import hybrid_mechanisms as known
 
+pytestmark = pytest.mark.long
+
 LABEL = "co-simulation"
 
 SLACK_ROPE = """
