@@ -6,7 +6,7 @@ moves by its own coordinates. Both are written out when the mechanism is built; 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -25,6 +25,7 @@ from lag2fmu.description.places import (
     normalise,
 )
 from lag2fmu.description.symbols import Coordinate, Declared
+from lag2fmu.description.values import require_text
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN
@@ -138,9 +139,11 @@ class Joint:
 
     def __post_init__(self) -> None:
         where = f"joints.{self.name}"
+        require_text(self.kind, f"{where}.kind")
         if self.kind not in JOINTS:
             raise MechanismError(f"{where}.kind: '{self.kind}' is no joint; {suggestion(self.kind, JOINTS)}")
-        declared = (q.declaration for q in self.coordinates if isinstance(q, Declared))
+        coordinates = self.coordinates if isinstance(self.coordinates, Iterable) else ()
+        declared = (q.declaration for q in coordinates if isinstance(q, Declared))
         object.__setattr__(self, "declared", tuple(q for q in declared if isinstance(q, Coordinate)))
         normalise(self, where)
         for name in ("axis", "second_axis"):

@@ -197,7 +197,7 @@ class Constraint:
 
     def __post_init__(self) -> None:
         normalise(self, f"constraints.{self.name}")
-        if self.kind not in KINDS:
+        if not isinstance(self.kind, str) or self.kind not in KINDS:
             raise MechanismError(f"constraints.{self.name}: '{self.kind}' is no kind; give one of {', '.join(KINDS)}")
 
     @property

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any, NamedTuple, TypeAlias
 
 import sympy as sp
 
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, GIVEN, Key, key, keys_in
+from lag2fmu.description.values import require_flag, require_number, require_text
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.unit_parser import checked_unit
@@ -236,21 +236,23 @@ def normalise(part: object, where: str) -> None:
             raise MechanismError(f"{place}: is None; give a value")
         if known.kind in _EXPRESSIONS:
             value = _normal(value, str(known.kind), place)
-        elif known.kind in ("number", "difference"):
-            _check_real(value, place)
         elif known.kind == "part" and isinstance(value, (Place, Frame)):
             value = value.name
         elif known.kind == "names":
             value = _names(value, place)
         elif known.kind == "unit":
             value = checked_unit(value, place)
+        else:
+            _REQUIRED.get("string" if isinstance(known.kind, tuple) else known.kind, _anything)(value, place)
         object.__setattr__(part, known.field, value)
 
 
-def _check_real(value: object, where: str) -> None:
-    """Raise MechanismError for what is no real number."""
-    if isinstance(value, bool) or not isinstance(value, (Real, sp.Number)):
-        raise MechanismError(f"{where}: expected a number, got {value!r}")
+def _anything(value: object, where: str) -> None:
+    """Accept a value that is checked elsewhere."""
+
+
+_REQUIRED = {"number": require_number, "difference": require_number, "string": require_text, "flag": require_flag}
+"""{kind of a key: what raises MechanismError for a value of another kind}."""
 
 
 def _names(value: object, where: str) -> tuple[object, ...]:

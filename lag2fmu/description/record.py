@@ -28,12 +28,14 @@ from lag2fmu.description.parts import (
     Spring,
     in_order_of_kinds,
 )
-from lag2fmu.description.places import WORLD, Body, Frame, Place, Point, Vector, expressions_of, remedy_for
+from lag2fmu.description.places import WORLD, Body, Frame, Place, Point, Vector, expressions_of, normalise, remedy_for
 from lag2fmu.description.ports import Ports
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import FILTERED, Coordinate, Declared, Input, Parameter
 from lag2fmu.description.tables import Table
+from lag2fmu.description.values import require_record
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.identifiers import check_identifier
 
 IMPRINT = ("author", "version", "copyright", "license")
 """The keys that say who is behind a mechanism; attributes of modelDescription.xml have the same names."""
@@ -131,6 +133,10 @@ class Description:
     strict_units: bool = key("flag", "true: dimensions that do not match are an error, not a warning.", default=False)
 
     def __post_init__(self) -> None:
+        normalise(self, "mechanism")
+        for single, empty in (("energy", Energy()), ("ports", Ports()), ("experiment", Experiment())):
+            vars(self).update({single: empty if getattr(self, single) is None else getattr(self, single)})
+            require_record(getattr(self, single), type(empty), single)
         given, gravity = self.forces, self.gravity
         forces = [Force(str(q), Q) for q, Q in given.items()] if isinstance(given, Mapping) else given
         own = {**vars(self), "forces": forces}
@@ -140,10 +146,7 @@ class Description:
         vars(self).update(
             tables,
             title=self.title or str(self.name).replace("_", " ").capitalize(),
-            energy=self.energy or Energy(),
             gravity=gravity if gravity is None or isinstance(gravity, Gravity) else Gravity(gravity),
-            ports=self.ports or Ports(),
-            experiment=self.experiment or Experiment(),
         )
 
     @property
@@ -276,10 +279,9 @@ def _records(declared: Iterable[Any], name: str, kind: type) -> tuple[Any, ...]:
         raise MechanismError(f"{name}: expected a list, got {type(declared).__name__} '{declared}'")
     records = tuple(part.declaration if isinstance(part, Declared) else part for part in declared)
     for record in records:
-        if not isinstance(record, kind):
-            expected, found = kind.__name__.lower(), type(record).__name__
-            article = "an" if expected[0] in "aeiou" else "a"
-            raise MechanismError(f"{name}: expected {article} {expected}, got {found} '{record}'")
+        require_record(record, kind, name)
+        if not isinstance(getattr(record, "name", ""), str):
+            check_identifier(record.name, f"{name}.{record.name}")
     return records
 
 

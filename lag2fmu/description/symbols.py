@@ -9,8 +9,10 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.keys import CONSTANT, OWN, bound_key, doc_key, key, unit_key
+from lag2fmu.description.values import require_number, require_optional_number, require_text
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.identifiers import check_identifier
+from lag2fmu.language.unit_parser import checked_unit, parse_unit
 from lag2fmu.language.units import SECOND, Unit
 from lag2fmu.language.vocabulary import normal_form, symbol
 
@@ -110,7 +112,7 @@ class Input:
 
     def __post_init__(self) -> None:
         where = f"inputs.{self.name}"
-        if self.motion not in (True, False, FILTERED):
+        if not isinstance(self.motion, (bool, str)) or self.motion not in (True, False, FILTERED):
             raise MechanismError(f"{where}.motion: {self.motion!r} is no kind of motion; give true or '{FILTERED}'")
         if (self.motion == FILTERED) != (self.time_constant is not None):
             wanted = "is missing; give it in s" if self.time_constant is None else f"goes with motion = '{FILTERED}'"
@@ -166,20 +168,26 @@ def coordinate(  # noqa: PLR0913 (the keys of the text format)
     """A generalized coordinate, its velocity being ``.dot``; numbers are in ``unit`` (``velocity`` in unit/s).
 
     ``start`` is given and exact, ``guess`` is where constraints are solved from; raises MechanismError for both. A
-    ``nominal`` value that is not given follows from the mechanism, see ``dynamics.nominals``.
+    ``nominal`` value that is not given follows from the mechanism, see ``dynamics.nominals``. Raises UnitError for an
+    unknown unit, MechanismError for a value of another kind.
     """
-    u = parse_unit(unit or "1")
-    place, given = start_or_guess(start, guess, f"coordinates.{name}", "start", "guess")
-    rate, rate_given = start_or_guess(velocity, guess_velocity, f"coordinates.{name}", "velocity", "guess_velocity")
+    where = f"coordinates.{name}"
+    own = _checked(where, name, unit, doc, min=minimum, max=maximum)
+    numbers = {"start": start, "guess": guess, "velocity": velocity, "guess_velocity": guess_velocity}
+    for key_, number in (numbers | {"nominal": nominal}).items():
+        require_optional_number(number, f"{where}.{key_}")
+    u = own or parse_unit("1")
+    place, given = start_or_guess(start, guess, where, "start", "guess")
+    rate, rate_given = start_or_guess(velocity, guess_velocity, where, "velocity", "guess_velocity")
     return Declared(
         Coordinate(
             name,
-            _unit(unit),
+            own,
             u.to_si(0.0 if place is None else place),
             u.difference_to_si(0.0 if rate is None else rate),
             u.difference_to_si(1.0 if nominal is None else nominal),
-            _si(_unit(unit), minimum),
-            _si(_unit(unit), maximum),
+            _si(own, minimum),
+            _si(own, maximum),
             doc,
             given,
             rate_given,
@@ -208,13 +216,15 @@ def parameter(
 ) -> Declared:
     """A parameter: independent if ``value`` is a number (in ``unit``), dependent if it is an expression (in SI).
 
-    Raises UnitError for an unknown unit, MechanismError for a ``value`` that is no real number.
+    Raises UnitError for an unknown unit, MechanismError for a value of another kind.
     """
-    u = _unit(unit)
+    where = f"parameters.{name}"
+    u = _checked(where, name, unit, doc, min=minimum, max=maximum)
     low, high = _si(u, minimum), _si(u, maximum)
     if isinstance(value, sp.Expr) and value.free_symbols:
-        expression = normal_form(value, f"parameters.{name}")
+        expression = normal_form(value, where)
         return Declared(Parameter(name, None, u, doc, expression, low, high))
+    require_number(value, f"{where}.value")
     return Declared(Parameter(name, _si(u, float(value)), u, doc, None, low, high))
 
 
@@ -233,15 +243,23 @@ def signal(
 
     With ``motion="filtered"`` it follows the input NAME_target by a filter with the ``time_constant`` (s).
 
-    Raises UnitError for an unknown unit.
+    Raises UnitError for an unknown unit, MechanismError for a value of another kind.
     """
-    u = _unit(unit)
+    where = f"inputs.{name}"
+    u = _checked(where, name, unit, doc, min=minimum, max=maximum)
+    require_number(start, f"{where}.start")
     low, high = _si(u, minimum), _si(u, maximum)
     return Declared(Input(name, u, _si(u, start), motion, time_constant, doc, low, high))
 
 
-def _unit(unit: str | None) -> Unit | None:
-    return None if unit is None else parse_unit(unit)
+def _checked(where: str, name: object, unit: object, doc: object, **bounds: object) -> Unit | None:
+    """The ``unit`` of a declared symbol; raises MechanismError for a name, text or bound of another kind."""
+    if not isinstance(name, str):
+        check_identifier(name, where)
+    require_text(doc, f"{where}.doc")
+    for bound, value in bounds.items():
+        require_optional_number(value, f"{where}.{bound}")
+    return None if unit is None else checked_unit(unit, f"{where}.unit")
 
 
 def _si(unit: Unit | None, value: float | None) -> float:

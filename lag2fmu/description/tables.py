@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from lag2fmu.description.keys import key
+from lag2fmu.description.values import require_text
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.unit_parser import checked_unit
 from lag2fmu.language.units import DIMENSIONLESS, Unit
@@ -72,17 +73,25 @@ class Table:
         columns = tuple(_column(column, f"{where}.columns[{i}]") for i, column in enumerate(self.columns))
         if len(columns) not in (2, 3):
             raise MechanismError(f"{where}.columns: {len(columns)} columns; give 2, or 3 for two arguments")
-        units = tuple(checked_unit(unit, f"{where}.units") for unit in self.units)
-        if units and len(units) != len(columns):
-            raise MechanismError(f"{where}.units: {len(units)} units of {len(columns)} columns; give one each")
+        units = self._units(len(columns), where)
         vars(self).update(columns=columns, units=units)
         vars(self)["grid"] = _grid(columns, units, where)
         if self.interpolation == "pchip" and self.arity == 2:
             raise MechanismError(f"{where}.interpolation: pchip is for one argument; give linear or cubic")
 
+    def _units(self, count: int, where: str) -> tuple[Unit, ...]:
+        """The units of the ``count`` columns, or none; raises MechanismError for another number of them."""
+        if isinstance(self.units, str) or not isinstance(self.units, Iterable):
+            raise MechanismError(f"{where}.units: expected an array of units, got {self.units!r}")
+        units = tuple(checked_unit(unit, f"{where}.units") for unit in self.units)
+        if units and len(units) != count:
+            raise MechanismError(f"{where}.units: {len(units)} units of {count} columns; give one each")
+        return units
+
     def _check_words(self, where: str) -> None:
         """Raise MechanismError for an unknown ``interpolation`` or ``outside``."""
         for known, words in (("interpolation", INTERPOLATIONS), ("outside", OUTSIDE)):
+            require_text(getattr(self, known), f"{where}.{known}")
             if getattr(self, known) not in words:
                 raise MechanismError(
                     f"{where}.{known}: '{getattr(self, known)}' is unknown; give one of {', '.join(words)}"

@@ -11,6 +11,7 @@ from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Expression, Vector
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
+from lag2fmu.description.values import require_number
 from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.language.vocabulary import free_names
 from lag2fmu.mechanism.doubts import doubts
@@ -47,7 +48,8 @@ def check(m: Description, brought: Container[str] = ()) -> tuple[Scope, tuple[st
 
 
 def check_number(where: str, value: float, low: float | None = None, high: float | None = None) -> None:
-    """Raise MechanismError unless ``value`` is finite and within [low, high]."""
+    """Raise MechanismError unless ``value`` is a finite number within [low, high]."""
+    require_number(value, where)
     if not math.isfinite(value):
         raise MechanismError(f"{where}: {value} is not a finite number")
     if (low is not None and value < low) or (high is not None and value > high):
