@@ -195,12 +195,17 @@ def _check_increasing(axis: tuple[float, ...], where: str) -> None:
 def read_columns(path: Path, where: str) -> tuple[Any, ...]:
     """The columns of the CSV file ``path``: commas, semicolons, tabs or blanks, a header if there is one, # comments.
 
+    Numbers may stand in quotes.
+
     Raises MechanismError for a file that cannot be read or holds something else than numbers.
     """
     try:
         if path.stat().st_size > MAX_FILE:
             raise MechanismError(f"{where}.file: '{path}' has more than {MAX_FILE} bytes")
         text = path.read_text("utf-8-sig")
+    except UnicodeDecodeError as error:
+        found = f"byte {error.object[error.start]:#x} at {error.start} is no UTF-8"
+        raise MechanismError(f"{where}.file: '{path}' cannot be read: {found}; save it as UTF-8") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise MechanismError(f"{where}.file: '{path}' cannot be read: {reason}") from None
@@ -218,15 +223,21 @@ def read_columns(path: Path, where: str) -> tuple[Any, ...]:
 def _fault(cells: list[str], width: int) -> str:
     """What is wrong with the ``cells`` of a line, or "" if they are ``width`` finite numbers."""
     if len(cells) != width:
-        return f"has {len(cells)} numbers, the first has {width}"
-    return next((f"holds {cell[:40]!r}, which is no finite number" for cell in cells if not _is_finite(cell)), "")
+        return f"has {len(cells)} numbers, the first has {width}; give as many in each line"
+    wrong = next((cell for cell in cells if not _is_finite(cell)), None)
+    if wrong is None:
+        return ""
+    remedy = "correct it, or put a # before the line"
+    if _is_finite(wrong.replace(",", ".")):
+        remedy = f"write decimals with a point, {wrong.replace(',', '.')}"
+    return f"holds {wrong[:40]!r}, which is no finite number; {remedy}"
 
 
 def _cells(text: str) -> list[tuple[int, list[str]]]:
     """The lines of a CSV file with their numbers, each as its cells, without comments and a header."""
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line.strip()[0] != "#"]
     mark = next((mark for mark in (";", "\t", ",") if lines and mark in lines[0][1]), None)
-    rows = [(n, [cell.strip() for cell in (line.split(mark) if mark else line.split())]) for n, line in lines]
+    rows = [(n, [cell.strip(' \t"') for cell in (line.split(mark) if mark else line.split())]) for n, line in lines]
     headed = bool(rows) and not all(map(_is_finite, rows[0][1][1:])) and not _is_finite(rows[0][1][0])
     return rows[headed:]
 

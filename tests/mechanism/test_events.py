@@ -145,7 +145,7 @@ def test_a_table_is_a_grid_in_si() -> None:
 
 @pytest.mark.parametrize(
     "content",
-    ["x;y\n0;1\n1;2\n", "# measured\n0, 1\n1, 2\n", "0 1\n1\t2", "\ufeff0\t1\n1\t2\n"],
+    ["x;y\n0;1\n1;2\n", "# measured\n0, 1\n1, 2\n", "0 1\n1\t2", "\ufeff0\t1\n1\t2\n", '"x","y"\n"0","1"\n"1","2"\n'],
 )
 def test_a_file_beside_the_text_is_read_and_written_as_columns(content: str, tmp_path: Path) -> None:
     (tmp_path / "data.csv").write_text(content, "utf-8")
@@ -183,9 +183,21 @@ def test_what_is_no_table_is_refused(table: str, message: str) -> None:
         read(f"{BALL}[tables.f]\n{table}\n", "ball.toml")
 
 
-def test_a_file_that_holds_words_is_refused_with_its_line(tmp_path: Path) -> None:
-    (tmp_path / "data.csv").write_text("0,1\n1,two\n", "utf-8")
-    with pytest.raises(MechanismError, match=r"tables.f.file: line 2 of '.*data.csv' holds 'two', which is no finite"):
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (
+            b"0,1\n1,two\n",
+            "line 2 of '.*data.csv' holds 'two', which is no finite number; correct it, or put a # before",
+        ),
+        (b"0;0,1\n1;0,2\n", "line 1 of '.*data.csv' holds '0,1', which is no finite number; write .* point, 0.1"),
+        (b"0,1\n1\n", "line 2 of '.*data.csv' has 1 numbers, the first has 2; give as many in each line"),
+        (b"T in \xb0C,1\n1,2\n", "'.*data.csv' cannot be read: byte 0xb0 at 5 is no UTF-8; save it as UTF-8"),
+    ],
+)
+def test_a_file_of_other_things_is_refused_with_a_remedy(content: bytes, message: str, tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_bytes(content)
+    with pytest.raises(MechanismError, match=f"tables.f.file: {message}"):
         Table("f", file=tmp_path / "data.csv")
 
 
