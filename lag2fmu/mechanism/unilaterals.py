@@ -11,7 +11,7 @@ from lag2fmu.description.names import stop_side
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.units import METRE, Unit
-from lag2fmu.language.vocabulary import TableCall, free_names, symbol
+from lag2fmu.language.vocabulary import Choice, TableCall, free_names, symbol
 from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.contact_places import Geometry, geometry_of
 from lag2fmu.mechanism.poses import Poses
@@ -66,10 +66,11 @@ def check_gaps(m: Description, found: Iterable[Unilateral]) -> None:
     for unilateral in found:
         gap = poses.resolved(unilateral.gap)
         used = free_names([gap])
-        if not used & coordinates:
+        if not free_names([_without_steps(gap)]) & coordinates:
+            beyond = " outside of conditions" if used & coordinates else ""
             raise MechanismError(
-                f"{unilateral.where}: the gap '{to_text(unilateral.gap)}' contains no coordinate, so no force can keep "
-                "it open; leave it out or correct it"
+                f"{unilateral.where}: the gap '{to_text(unilateral.gap)}' contains no coordinate{beyond}, so no force "
+                "can keep it open; leave it out or correct it"
             )
         if not gap.atoms(TableCall) and used <= start.keys() and value_at(gap, start) is None:
             at = ", ".join(f"{name} = {start[name]:g}" for name in sorted(used))
@@ -77,6 +78,12 @@ def check_gaps(m: Description, found: Iterable[Unilateral]) -> None:
                 f"{unilateral.where}: the gap '{to_text(unilateral.gap)}' cannot be evaluated at the start, where {at} "
                 "(SI); start elsewhere, or correct it"
             )
+
+
+def _without_steps(gap: sp.Expr) -> sp.Expr:
+    """The ``gap`` with 1 in place of comparisons, signs and steps, whose values do not change between switches."""
+    steps = [step for step in gap.atoms(Choice) if step.is_condition] + list(gap.atoms(sp.sign, sp.Heaviside))
+    return gap.xreplace(dict.fromkeys(steps, sp.S.One))
 
 
 def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = False) -> None:

@@ -376,6 +376,10 @@ REFUSED = {
         CONTACT + 'gap = "2*r - t"',
         "contacts.c: the gap '-t + 2*r' contains no coordinate, so no force can keep it open",
     ),
+    "gap that is a condition": (
+        CONTACT + 'gap = "y > r"',
+        "contacts.c: the gap '(y - r > 0)' contains no coordinate outside of conditions, so no force",
+    ),
     "gap without a value": (
         CONTACT + 'gap = "log(y - 10*r)"',
         "contacts.c: the gap 'log(y - 10*r)' cannot be evaluated at the start, where r = 0.1, y = 1 (SI)",
