@@ -165,5 +165,5 @@ def _print_summary(trajectory: Trajectory, units: Mapping[str, Unit]) -> None:
     for name in trajectory.names:
         column = units[name].from_si(trajectory[name]) if name in units else trajectory[name]
         numbers = (column[0], column.min(), column.max(), column[-1])
-        table.add_row(escape(named(name, units)), *(f"{x:.9g}" for x in numbers))
+        table.add_row(escape(named(name, units)), *(f"{x + 0.0:.9g}" for x in numbers))
     console().print(table)

@@ -8,6 +8,7 @@ from fractions import Fraction
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.events import Contact
 from lag2fmu.description.keys import OWN
 from lag2fmu.description.parts import Definition, Force
 from lag2fmu.description.record import Description
@@ -28,6 +29,9 @@ def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
     known: dict[str, Dimension | None] = {"t": second}
     parts: list[Coordinate | Parameter | Input] = [*m.coordinates, *m.parameters, *m.inputs]
     known |= {z.name: _dimension_of(z.unit) for z in m.states}
+    known |= {
+        names.gap(c.name): _dimension_of(METRE) for c in m.contacts if c.law == "compliant" and c.kind is not None
+    }
     for c in m.constraints:
         known[names.multiplier(c.name)] = None
     for name in m.unilateral_names:
@@ -52,13 +56,16 @@ def _dimension_of(unit: Unit | str | None) -> Dimension | None:
 
 def _own_definitions(m: Description) -> list[Definition]:
     """The definitions in order, without those of compliant contacts, which may contain plain numbers."""
-    found = in_order(m.definitions, "definitions")
-    brought = set()
-    for contact in m.contacts:
-        if contact.law == "compliant":
-            labels = (*names.frictions(contact.name, 1), *names.frictions(contact.name, 2))
-            brought |= {names.force(contact.name), *labels}
-    return [definition for definition in found if definition.name not in brought]
+    brought = {label for contact in m.contacts for label in _brought_by(contact)}
+    return [found for found in in_order(m.definitions, "definitions") if found.name not in brought]
+
+
+def _brought_by(contact: Contact) -> set[str]:
+    """The names of the definitions and dampers of a compliant ``contact``, which is checked as it is written itself."""
+    if contact.law != "compliant":
+        return set()
+    frictions = (*names.frictions(contact.name, 1), *names.frictions(contact.name, 2))
+    return {names.gap(contact.name), names.force(contact.name), *frictions}
 
 
 def _columns(m: Description) -> dict[str, tuple[Dimension | None, ...]]:
@@ -70,8 +77,9 @@ def mismatches(m: Description, brought: Container[str] = ()) -> Iterator[str]:
     """One sentence for every expression whose known dimension is not the expected one.
 
     A plain number stands for a value in SI units and fits everywhere, except beside a quantity in a sum. In the
-    constraints ``brought`` by joints it fits there too, because these numbers are entries of places. Raises
-    MechanismError for definitions in a circle.
+    constraints ``brought`` by joints it fits there too, because these numbers are entries of places, and in what a
+    compliant contact brings, because that is checked as it is written. Raises MechanismError for definitions in a
+    circle.
     """
     known, tables = _known_dimensions(m), _columns(m)
     infer = DimensionOf(known, tables)
@@ -165,7 +173,8 @@ def _expected_of_springs(m: Description, infer: DimensionOf) -> Iterator[tuple[s
         if spring.elongation is not None:
             yield f"{where}.elongation", spring.elongation, None
         yield f"{where}.stiffness", spring.stiffness, _share(JOULE, elongation, 2)
-    for damper in m.dampers:
+    of_contacts = {label for contact in m.contacts for label in _brought_by(contact)}
+    for damper in (damper for damper in m.dampers if damper.name not in of_contacts):
         where = f"dampers.{damper.name}"
         rate = _measured(damper.rate, METRE / SECOND, infer)
         if damper.rate is not None:

@@ -624,3 +624,10 @@ def test_units_that_do_not_fit_are_refused(case: str) -> None:
     with pytest.raises(TextError, match=re.escape(message)) as caught:
         read(text, "ball.toml")
     assert isinstance(caught.value.__cause__, UnitError)
+
+
+def test_numbers_of_a_compliant_contact_between_places_need_no_unit() -> None:
+    """What the contact brings is not checked as if it had been written, so strict units take a number as a radius."""
+    text = BALL.replace("[parameters]\n", "strict_units = true\n[parameters]\n") + KIND.replace('"r"', "0.1")
+    law = 'kind = "disc_line"\nlaw = "compliant"\nstiffness = 1e5\nfriction = 0.3\nslip_speed = 0.01\n'
+    assert read(text + law, "ball").warnings == ()
