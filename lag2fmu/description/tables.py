@@ -195,21 +195,9 @@ def _check_increasing(axis: tuple[float, ...], where: str) -> None:
 def read_columns(path: Path, where: str) -> tuple[Any, ...]:
     """The columns of the CSV file ``path``: commas, semicolons, tabs or blanks, a header if there is one, # comments.
 
-    Numbers may stand in quotes.
-
-    Raises MechanismError for a file that cannot be read or holds something else than numbers.
+    Numbers may stand in quotes. Raises MechanismError for a file that cannot be read or holds something else.
     """
-    try:
-        if path.stat().st_size > MAX_FILE:
-            raise MechanismError(f"{where}.file: '{path}' has more than {MAX_FILE} bytes")
-        text = path.read_text("utf-8-sig")
-    except UnicodeDecodeError as error:
-        found = f"byte {error.object[error.start]:#x} at {error.start} is no UTF-8"
-        raise MechanismError(f"{where}.file: '{path}' cannot be read: {found}; save it as UTF-8") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise MechanismError(f"{where}.file: '{path}' cannot be read: {reason}") from None
-    rows = _cells(text)
+    rows = _cells(_text_of(path, where))
     if not rows:
         raise MechanismError(f"{where}.file: '{path}' holds no numbers")
     gridded = len(rows[0][1]) > 3 or not _is_finite(rows[0][1][0])
@@ -218,6 +206,20 @@ def read_columns(path: Path, where: str) -> tuple[Any, ...]:
         if fault:
             raise MechanismError(f"{where}.file: line {n} of '{path}' {fault}")
     return _gridded(rows) if gridded else tuple(zip(*([*map(float, cells)] for _, cells in rows), strict=True))
+
+
+def _text_of(path: Path, where: str) -> str:
+    """The text of the file ``path``; raises MechanismError for a file that cannot be read."""
+    try:
+        if path.stat().st_size > MAX_FILE:
+            raise MechanismError(f"{where}.file: '{path}' has more than {MAX_FILE} bytes")
+        return path.read_text("utf-8-sig")
+    except UnicodeDecodeError as error:
+        found = f"byte {error.object[error.start]:#x} at {error.start} is no UTF-8"
+        raise MechanismError(f"{where}.file: '{path}' cannot be read: {found}; save it as UTF-8") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise MechanismError(f"{where}.file: '{path}' cannot be read: {reason}") from None
 
 
 def _fault(cells: list[str], width: int) -> str:
