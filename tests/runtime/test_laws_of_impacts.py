@@ -63,6 +63,15 @@ def test_what_slides_elsewhere_takes_no_part(laws: Laws, drift: float) -> None:
     assert not impact.poisson
 
 
+@pytest.mark.parametrize("speed", np.linspace(0.55, 0.65, 11))
+def test_friction_of_rounding_errors_obeys_its_law(laws: Laws, speed: float) -> None:
+    """A jaw strikes a block on a floor: along both faces nothing moves and nothing presses, but for rounding."""
+    rows = [[1, 0, -1, 0], [0, 1, 0, -1], [0, 1, 0, 0], [1, 0, 0, 0]]  # block x, y, jaw x, y
+    contacts = rough(0, 0.0, 0.4), rough(2, 0.2, 0.5, loaded=True)
+    impact = happens(laws, np.diag([0.5, 0.5, 0.2, 0.4]), rows, [0, 0, speed, 0], *contacts)
+    np.testing.assert_allclose(impact.velocities, [speed * 2 / 7, 0, speed * 2 / 7, 0], rtol=1e-12, atol=1e-15)
+
+
 @pytest.mark.parametrize("order", [SEQUENTIAL, SIMULTANEOUS])
 def test_plastic_impacts_go_on_together(laws: Laws, order: int) -> None:
     impact = happens(laws, np.eye(3), chain(3), [1, 0, 0], smooth(0, 0.0), smooth(1, 0.0), order=order)

@@ -57,12 +57,14 @@ double laws_terms(const Laws *laws, const double x[], int k) {
     return sum;
 }
 
-/* Coulomb's law, or that of dry friction: x against its greatest magnitude limit, both of width components. */
-static bool friction_obeyed(const double x[], const double w[], int width, double limit, double size) {
+/* Coulomb's law, or that of dry friction: x against its greatest magnitude limit, both of width components. Terms of
+   this size are in the row; rounding is what all rows leave in it. */
+static bool friction_obeyed(const double x[], const double w[], int width, double limit, double size,
+                            double rounding) {
     const double force = vector_length(x, width), slip = vector_length(w, width);
     double difference[2];
-    if (slip <= OBEYED * size) {
-        return force <= limit + OBEYED * fmax(size, limit);
+    if (slip <= OBEYED * size + rounding) {
+        return force <= limit + OBEYED * fmax(size, limit) + rounding;
     }
     for (int i = 0; i < width; i++) {
         difference[i] = x[i] + limit * w[i] / slip;
@@ -92,7 +94,7 @@ static bool law_obeyed(const Laws *laws, const double x[], const double w[], dou
     }
     size += laws->width[k] == 2 ? laws_terms(laws, x, k + 1) : 0.0;
     return laws->width[k] < 0 ||
-           friction_obeyed(x + k, w + k, laws->width[k], laws_limit(laws, x, k), size);
+           friction_obeyed(x + k, w + k, laws->width[k], laws_limit(laws, x, k), size, rounding);
 }
 
 bool laws_obeyed(const Laws *laws, const double x[]) {
