@@ -21,6 +21,8 @@ _SEEDS, _ITERATIONS, _HALVINGS, _RETURNS = 12, 40, 6, 4
 _MANY = 6
 _CONVERGED, _BALANCED, _FAR, _ROUNDING = 1e-12, 1e-9, 1e4, 1e-9
 TURN = 2 * np.pi
+_CLOSED = 1e-6
+"""A gap counts as 0 down to this one (m or rad) below it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,14 +46,17 @@ def equilibria(
 
     All inputs have their start values, or those of ``inputs`` {name: SI value}. Two equilibria whose angles differ by
     full turns count as one. The equilibrium found from the start stands first, if there is one. Of a family of
-    equilibria the member next to the start is taken. Raises DerivationError for a name that is no input.
+    equilibria the member next to the start is taken. Contacts and stops exert no forces here, but what lies beyond them
+    is no equilibrium. Raises DerivationError for a name that is no input.
     Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 4.4, for steps of least norm.
     """
     search = _Search(equations, operating_inputs(equations, inputs))
     found: list[Equilibrium] = []
     for seed in search.seeds():
         solution = search.nearest(seed)
-        if solution is not None and not any(search.same(solution.place, other.place) for other in found):
+        if solution is None or not search.reaches(solution.place):
+            continue
+        if not any(search.same(solution.place, other.place) for other in found):
             found.append(solution)
         if len(found) == most:
             break
@@ -159,6 +164,18 @@ class _Search:
         """``q`` with angles made exact that are, up to rounding, multiples of a quarter turn."""
         quarter = np.round(q / (np.pi / 2)) * (np.pi / 2)
         return np.where(self.angle & (np.abs(q - quarter) < _ROUNDING), quarter, q)
+
+    def reaches(self, place: Floats) -> bool:
+        """Whether no contact or stop is in the way of ``place`` (n + f,), or of the same angles next to the start."""
+        turned = (place - self.start + np.pi) % TURN - np.pi
+        return any(self._is_open(x) for x in (place, np.where(self.angle, self.start + turned, place)))
+
+    def _is_open(self, place: Floats) -> bool:
+        """Whether no gap is negative at ``place`` (n + f,), beyond rounding."""
+        n = len(self.equations.forcing)
+        values = at(self.equations, self.values, place[:n], np.zeros(n), place[n:])
+        gaps = self.equations.rows.gaps[: len(self.equations.mechanism.unilaterals)]
+        return bool((evaluate(self.equations.graph, gaps, values) >= -_CLOSED).all())
 
     def same(self, a: Floats, b: Floats) -> bool:
         """Whether ``a`` and ``b`` (n,) differ only by full turns of angles and along a family of equilibria."""

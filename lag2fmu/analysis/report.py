@@ -107,7 +107,10 @@ def _equilibria(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> I
     if with_inputs(equations):
         yield Line(f"Rest{with_inputs(equations)}:")
     if equations.mechanism.hybrid:
-        yield Line("Without contacts, stops, dry friction and latches, which this analysis leaves out:")
+        yield Line(
+            "Without the forces of contacts, stops, dry friction and latches, which this analysis leaves out; nothing "
+            "rests beyond a contact or stop:"
+        )
     if not found:
         yield Line("None was found, neither from the start nor from places around it.")
     for item in found:

@@ -6,6 +6,7 @@ The gap to a wall has the slope dgap/dq = n.dr/dq, where r is the place of the b
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -18,6 +19,7 @@ from lag2fmu.picture.layout import BOX, GAP, Layout
 from lag2fmu.picture.scene import Canvas
 
 _NEAR = 1e-6
+_SAME_LEVEL = 1e-3
 _HALF_WALL, _PARTICLE = 9.0, 2.2
 
 
@@ -25,7 +27,37 @@ def draw_walls(canvas: Canvas, layout: Layout, farthest: float = GAP) -> None:
     """Draw a hatched line for every contact and stop between a body and something at rest.
 
     A wall stands where it is at the start, or ``farthest`` (units of the picture) from the body if it is farther away.
+    Lines of one wall, which several places may touch, stand at one level.
     """
+    walls = list(_walls(layout, farthest))
+    for wall in walls:
+        level = max(other.level for other in walls if other.is_of(wall))
+        middle = wall.middle + (level - wall.level) * wall.along
+        _, across = glyphs.axes(np.zeros(2), wall.along)
+        canvas.stroke(wall.part, "ground", glyphs.hatched(middle - _HALF_WALL * across, middle + _HALF_WALL * across))
+
+
+class _Wall(NamedTuple):
+    """The line of a contact or stop: its ``middle`` (2,), drawn ``nearer`` than it is, in units of the picture."""
+
+    part: str
+    middle: Floats
+    along: Floats
+    nearer: float
+
+    @property
+    def level(self) -> float:
+        """How far away from the bodies it is drawn."""
+        return float(self.middle @ self.along)
+
+    def is_of(self, other: _Wall) -> bool:
+        """Whether both are lines of the same wall."""
+        parallel = float(np.abs(self.along - other.along).max()) < _NEAR
+        return parallel and abs(self.level + self.nearer - other.level - other.nearer) < _SAME_LEVEL
+
+
+def _walls(layout: Layout, farthest: float) -> Iterator[_Wall]:
+    """The walls of contacts and stops between a body and something at rest."""
     gaps = list(_gaps(layout))
     places = slopes_of_places(layout.skeleton) if gaps and layout.planar else {}
     for part, gap in gaps if places else []:
@@ -36,9 +68,9 @@ def draw_walls(canvas: Canvas, layout: Layout, farthest: float = GAP) -> None:
         spot, normal = found
         along = -layout.view.flat(normal)
         away = float(layout.skeleton.vector((gap,), layout.values)[0]) / layout.unit
-        wall = layout.at_start[spot] + (_reach(layout, spot, along) + float(np.clip(away, 0.0, farthest))) * along
-        _, across = glyphs.axes(np.zeros(2), along)
-        canvas.stroke(part, "ground", glyphs.hatched(wall - _HALF_WALL * across, wall + _HALF_WALL * across))
+        drawn = float(np.clip(away, 0.0, farthest))
+        middle = layout.at_start[spot] + (_reach(layout, spot, along) + drawn) * along
+        yield _Wall(part, middle, along, away - drawn)
 
 
 def _gaps(layout: Layout) -> Iterator[tuple[str, sp.Expr]]:

@@ -531,3 +531,22 @@ def test_nothing_is_called_conserved_where_friction_acts() -> None:
     report = analysis_report(load("block_on_belt"))
     assert "contacts, stops, dry friction or latches act" in report
     assert "which this analysis leaves out" in report
+
+
+def test_nothing_rests_beyond_a_stop() -> None:
+    """Newton's method finds the upright rest first, which the stop keeps out of reach."""
+    text = """
+[mechanism]
+name = "arm"
+[coordinates]
+a = { unit = "rad", start = 2.0 }
+[bodies.bob]
+mass = 1
+position = ["sin(a)", "-cos(a)"]
+[gravity]
+acceleration = 10
+"""
+    places = [item.q[0] for item in equilibria(derive(read(text, "arm")))]
+    assert sorted(abs(place) for place in places) == pytest.approx([0.0, math.pi], abs=1e-9)
+    stop = '[stops.end]\nof = "a"\nlower = "-pi/2"\nupper = 2.5\n'
+    assert [item.q[0] for item in equilibria(derive(read(text + stop, "arm")))] == pytest.approx([0.0], abs=1e-9)

@@ -100,3 +100,18 @@ def test_what_rolls_is_a_disc_of_the_radius_on_which_it_does() -> None:
     assert shape.kind == DISC
     assert shape.size[0] == pytest.approx(0.2)
     np.testing.assert_allclose(shape.center, [-0.2 * 1.5, 0.2, 0.0], atol=1e-12)
+
+
+def test_lines_of_one_floor_stand_at_one_level() -> None:
+    """A body aslant over a floor that two of its points may touch: the lines are drawn nearer than it is, but level."""
+    kind = 'kind = "point_line"\nnormal = "y"\n'
+    text = TEXT.replace('phi = { unit = "rad" }', 'phi = { unit = "rad", start = 0.4 }').replace(
+        "start = 2.0", "start = 9"
+    )
+    for end, sign in (("left", "-"), ("right", "+")):
+        text += f'[points.{end}]\nposition = ["x {sign} cos(phi)", "y {sign} sin(phi)"]\n'
+        text += f'[contacts.{end}_floor]\n{kind}between = ["{end}", "world"]\n'
+    scene = draw(layout_of(read(text, "block")))
+    lines = [m for m in scene.marks if isinstance(m, Stroke) and m.part.startswith("contacts.")]
+    levels = {m.part: max(y for other in lines if other.part == m.part for _, y in other.points) for m in lines}
+    assert levels["contacts.left_floor"] == pytest.approx(levels["contacts.right_floor"], abs=1e-9)
