@@ -9,6 +9,7 @@ import sympy as sp
 from scipy.optimize import brentq
 
 from lag2fmu.formats.loading import load
+from lag2fmu.formats.text import read
 from lag2fmu.language.vocabulary import Choice, symbol
 from lag2fmu.mechanism import Body, Constraint, Contact, Force, Friction, Mechanism, Stop, coordinate, parameter, signal
 from lag2fmu.reference import integrate, remedy_of_jumps
@@ -84,6 +85,27 @@ def test_coulomb_oscillator() -> None:
     assert track.values[-1, 0] == pytest.approx(0.2, abs=1e-11)
     assert track.events[-1].time == pytest.approx(8 * np.pi, abs=1e-9)
     assert track.values[-1, 3] == pytest.approx((25 - 0.04) / 2, rel=1e-11)
+
+
+@pytest.mark.parametrize("start", [-0.35, 0.35])
+@pytest.mark.parametrize("element", ["frictions", "contacts"])
+def test_static_friction_holds_what_rests_at_the_start(element: str, start: float) -> None:
+    """A spring pulls with 0.35 N, more than the sliding force of 0.3 N and less than 0.4 N, which hold."""
+    text = f"""
+        [mechanism]
+        name = "held"
+        [coordinates]
+        x = {{ unit = "m", start = {start} }}
+        y = {{ unit = "m" }}
+        [energy]
+        kinetic = "(x_dot**2 + y_dot**2)/2"
+        potential = "x**2/2 + y"
+    """
+    rows = {
+        "frictions": "[frictions.guide]\non = 'x_dot'\nforce = 0.3\nstatic = 0.4\n[contacts.floor]\ngap = 'y'",
+        "contacts": "[contacts.floor]\ngap = 'y'\nslip = 'x_dot'\nfriction = 0.3\nstatic_friction = 0.4",
+    }
+    assert run(read(text + rows[element], "held"), 1.0).values[-1, 0] == pytest.approx(start, abs=1e-12)
 
 
 def test_stick_slip_on_a_belt() -> None:

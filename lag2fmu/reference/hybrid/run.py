@@ -60,7 +60,10 @@ class Run:
         return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], inputs)
 
     def started(self, start: Floats) -> Modes:
-        """The modes before anything is decided at ``start`` (s,): contacts that are about to close are still open."""
+        """The modes before anything is decided at ``start`` (s,): contacts are open, and dry frictions at rest stick.
+
+        What sticks goes on sticking up to the greatest holding force.
+        """
         e, state = self.system.elements, self.state(float(self.times[0]), start)
         sides = (1,) * e.sides
         for _ in range(e.sides + 1):
@@ -68,5 +71,5 @@ class Run:
             margins, conditions, *_ = e.events(state)
             sides = tuple(1 if margin > 0 else -1 for margin in margins)
         return Modes(
-            (Mode.OPEN,) * e.u, (Mode.FORWARD,) * e.f, (False,) * len(conditions), sides, {}, (0.0,) * len(conditions)
+            (Mode.OPEN,) * e.u, (Mode.STICKS,) * e.f, (False,) * len(conditions), sides, {}, (0.0,) * len(conditions)
         )
