@@ -37,6 +37,23 @@ gap = "y1"
 """Atwood's machine: each time the rope pulls, the light body lifts the heavy one off the floor, less and less high."""
 
 
+FREEWHEEL = """
+[mechanism]
+name = "freewheel"
+[coordinates]
+a = { unit = "rad", velocity = 1 }
+b = { unit = "rad", velocity = 1 }
+[bodies]
+driver = { mass = 1, inertia = 1, position = [0, 0], angle = "a" }
+driven = { mass = 1, inertia = 2, position = [0, 0], angle = "b" }
+[forces]
+a = "cos(t)"
+[constraints.nonholonomic]
+sprag = { expression = "a_dot - b_dot", while = "if(a_dot < b_dot, -1, cos(t))" }
+"""
+"""The driver takes the driven wheel along until t = pi/2; up to there the condition asks for the sign of 0."""
+
+
 def compared(mechanism: Mechanism, end: float) -> tuple[Task, Reference]:
     """A task to ``end`` (s) and its direct integration; there is no FMU."""
     task = Task(mechanism, Path(), end, 1e-6, None)
@@ -75,6 +92,22 @@ def test_rounding_errors_of_what_rests_are_no_energy() -> None:
     noise = 1e-17 * np.random.default_rng(1).uniform(-1, 1, len(reference.trajectory))
     assert failed(task, reference, generalized_energy=noise) == set()
     assert failed(task, reference, generalized_energy=1e-9 * (noise > 0)) == {"energy never grows"}
+
+
+def test_a_contact_that_counts_as_open_bears_the_mean_force_of_its_last_rebounds(
+    bouncing: tuple[Task, Reference],
+) -> None:
+    task, reference = bouncing
+    mode = reference.trajectory["floor_mode"].copy()
+    mode[-6:] = 1
+    assert failed(task, reference, floor_mode=mode) == set()
+
+
+def test_a_margin_of_0_does_not_tell_whether_a_latch_holds() -> None:
+    task, reference = compared(read(FREEWHEEL, "freewheel.toml"), 2.0)
+    assert reference.trajectory["a_dot"][-1] == pytest.approx(4 / 3 + np.sin(2) - 1, abs=1e-9)
+    rounded = reference.trajectory["a_dot"] - 4e-16
+    assert failed(task, reference, a_dot=rounded) == set()
 
 
 def test_times_around_impacts_and_low_rebounds_are_not_compared(bouncing: tuple[Task, Reference]) -> None:

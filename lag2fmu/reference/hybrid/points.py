@@ -9,6 +9,7 @@ from lag2fmu.reference.hybrid.loads import shared
 from lag2fmu.reference.hybrid.measures import pace, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Mode, Modes
 from lag2fmu.reference.hybrid.records import Point
+from lag2fmu.reference.hybrid.settling import ZERO
 from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, InputValues, State
 
@@ -53,11 +54,14 @@ class Points:
         """qdd (n,) and forces along all rows (k,), in SI units, in the ``modes`` of contacts and frictions.
 
         A slip in space that errors of a run with this relative ``tolerance`` may turn has the direction of the friction
-        in the forces ``shown`` (k,). None if there is no friction.
+        in the forces ``shown`` (k,). None if there is no friction, or
+        the state does not tell whether a latch holds.
         """
         state = self.system.energies.state(t, q, qd, inputs)
         contacts, frictions = (tuple(map(Mode, part)) for part in modes)
-        sides, held = self._sides(state)
+        sides, held, told = self._sides(state)
+        if not told:
+            return None
         point = self.system.point(state)
         directions, steadied = self._directions(point, contacts, shown, tolerance)
         if not all(map(any, directions.values())):
@@ -67,15 +71,24 @@ class Points:
         answer = shared(self.system, point, found, self.system.answer(point, found))
         return answer.qdd, answer.forces
 
-    def _sides(self, state: State) -> tuple[tuple[int, ...], tuple[bool, ...]]:
-        """The sides of kinks and which latches hold at ``state``, as their expressions say."""
+    def _sides(self, state: State) -> tuple[tuple[int, ...], tuple[bool, ...], bool]:
+        """The sides of kinks and which latches hold at ``state``, as their expressions say; whether they say it.
+
+        They do not where a latch holds or not by a margin that is 0, up to rounding.
+        """
         e = self.system.elements
         sides = (1,) * e.sides
         for _ in range(e.sides + 1):
             e.set_sides(sides)
             margins, conditions, *_ = e.events(state)
             sides = tuple(1 if margin > 0 else -1 for margin in margins)
-        return sides, tuple(bool(c > 0) for c in conditions)
+        held = tuple(bool(c > 0) for c in conditions)
+        told = not any(abs(c) <= ZERO for c in conditions)
+        for i in (i for i, margin in enumerate(margins) if abs(margin) <= ZERO and held):
+            e.set_sides(tuple(-side if i == k else side for k, side in enumerate(sides)))
+            told &= held == tuple(bool(c > 0) for c in e.events(state)[1])
+        e.set_sides(sides)
+        return sides, held, told
 
     def _directions(
         self, point: Point, contacts: tuple[Mode, ...], shown: Floats, tolerance: float
