@@ -18,6 +18,7 @@ from stepping import Stepping
 import lag2fmu
 from lag2fmu.errors import SimulationError
 from lag2fmu.formats.loading import load
+from lag2fmu.formats.text import read
 
 pytestmark = pytest.mark.fmu
 
@@ -359,3 +360,36 @@ def test_edges_that_lift_each_other_gain_no_height_in_model_exchange(exported) -
     assert run["A_impacts"][-1] >= 2
     assert np.ptp(energy) < 3e-7 * energy[0]
     assert min(run["A_gap"].min(), run["B_gap"].min()) > -1e-8
+
+
+TEETH = """
+[mechanism]
+name = "teeth"
+[coordinates]
+a = { unit = "rad" }
+b = { unit = "rad" }
+[bodies]
+pinion = { mass = 1, inertia = 0.1, position = [0, 0], angle = "a" }
+wheel = { mass = 1, inertia = 1, position = [1, 0], angle = "b" }
+[forces]
+a = "2*sin(3*t)"
+b = "-0.3*b_dot"
+[stops.teeth]
+of = "a - 3*b"
+lower = -0.02
+upper = 0.02
+restitution = 0.6
+"""
+
+
+def test_teeth_that_have_parted_rebound_no_higher_in_model_exchange(exported) -> None:
+    """After they part, the first impact is found a tolerance inside, the next ones are not. About 1 s."""
+    fmu = exported(read(TEETH, "teeth"), optimised=False)
+    outputs = ["a", "teeth_lower_impacts", "teeth_upper_impacts", "teeth_upper_mode"]
+    inside, outside = (
+        lag2fmu.simulate(fmu, stop_time=3.0, step=0.5, tolerance=1e-9, outputs=outputs, kind=kind)
+        for kind in ("co-simulation", "model-exchange")
+    )
+    assert inside["teeth_upper_mode"][-1] == outside["teeth_upper_mode"][-1] == 3, "the rebounds have ended"
+    assert outside["a"] == pytest.approx(inside["a"], abs=1e-5)
+    assert outside.values[-1, 1:3].max() < 50, "CVode counts fewer of the last, low ones than co-simulation does"

@@ -17,6 +17,9 @@ PASSES = 50
 ZERO = 1e-12
 """Margins of kinks and conditions whose size is at most this do not tell their side."""
 
+JUMP = 1e-6
+"""A gap jumps if it comes to differ from 0 by more than this part of its nominal size: more than a kink makes of it."""
+
 Resolved = Callable[[State, Modes, Due, bool], tuple[State, Floats, bool]]
 Chosen = Callable[[State, Modes, Due], tuple[State, Modes, Floats]]
 
@@ -42,6 +45,7 @@ class Settling:
         for _ in range(PASSES):
             before = modes
             modes, bilateral = self._switched(state, modes, due, turned)
+            modes = self._left(state, modes) if modes.sides != before.sides else modes
             state, gained, struck = self.resolved(state, modes, due, bilateral)
             energies = energies + gained
             for step in (self.chosen, self._rested):
@@ -95,6 +99,20 @@ class Settling:
             sides = new
             e.set_sides(tuple(sides))
         return tuple(sides), conditions
+
+    def _left(self, state: State, modes: Modes) -> Modes:
+        """``modes`` without contacts whose gaps have jumped up with a side; raises SimulationError for a jump down."""
+        point = self.system.point(state)
+        gaps, sizes = point.rows.gaps, gap_sizes(point)
+        contacts = list(modes.contacts)
+        for i, (gap, size) in enumerate(zip(gaps, sizes, strict=True)):
+            if gap < -JUMP * size:
+                raise SimulationError(
+                    f"mechanism '{self.system.mechanism.name}' at time {float(state.t)!r} s: the gap of "
+                    f"{self.system.elements.contacts[i]} jumps to {gap:.6g} with a condition in it"
+                )
+            contacts[i] = Mode.OPEN if gap > JUMP * size else contacts[i]
+        return replace(modes, contacts=tuple(contacts))
 
     def _rested(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
         """Close contacts that rebound lower than ``low``; the rest of their cascade would last 2 v/(a (1 - e))."""

@@ -88,8 +88,8 @@ static void standstill_sentence(const Failure *failure, char text[], size_t size
     }
 }
 
-/* Too many solver steps. */
-static void counts_sentence(const Failure *failure, char text[], size_t size) {
+/* Too many solver steps, or one that fails. */
+static void steps_sentence(const Failure *failure, char text[], size_t size) {
     if (failure->kind == FAILURE_TRIAL_COUNT) {
         snprintf(text, size, "a communication step took %.3g solver steps to come to time %.17g; take shorter "
                  "communication steps, a larger solver_tolerance or solver_max_step, or export with --solver radau5 if "
@@ -97,6 +97,9 @@ static void counts_sentence(const Failure *failure, char text[], size_t size) {
     } else if (failure->kind == FAILURE_EVENT_COUNT) {
         snprintf(text, size, "a communication step met %.3g events, the last one at time %.17g; take shorter "
                  "communication steps", failure->amount, failure->time);
+    } else if (failure->kind == FAILURE_ITERATION) {
+        snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
+                 "iteration; %s", failure->time, failure->step, solver_iteration_remedy());
     } else {
         snprintf(text, size, "from time %.17g the communication step would take %.3g solver steps; raise solver_step",
                  failure->time, failure->amount);
@@ -139,6 +142,10 @@ static void laws_sentence(const Failure *failure, char text[], size_t size) {
     if (failure->kind == FAILURE_PENETRATION) {
         snprintf(text, size, "at the start, time %.17g, the gap of %.400s is %.6g (SI); expected 0 or more: start "
                  "where nothing penetrates", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
+    } else if (failure->kind == FAILURE_JUMP) {
+        snprintf(text, size, "at time %.17g a condition turns in the gap of %.400s, which jumps to %.6g (SI): no "
+                 "impact carries bodies out of each other; describe each face by a contact of its own, a step by its "
+                 "top and its side", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
     } else if (failure->kind == FAILURE_RESTITUTION || failure->kind == FAILURE_FRICTION) {
         const bool restitution = failure->kind == FAILURE_RESTITUTION;
         snprintf(text, size, "at time %.17g the coefficient of %s of %.400s is %.6g; expected %s: check the parameters "
@@ -155,11 +162,6 @@ static void laws_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g no modes of contacts and dry frictions were found that obey their laws; "
                  "check friction, and whether latches press a contact shut that cannot give way", failure->time);
     }
-}
-
-static void iteration_sentence(const Failure *failure, char text[], size_t size) {
-    snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
-             "iteration; %s", failure->time, failure->step, solver_iteration_remedy());
 }
 
 void failure_sentence(const Failure *failure, char text[], size_t size) {
@@ -185,15 +187,14 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
     case FAILURE_TRIAL_COUNT:
     case FAILURE_EVENT_COUNT:
     case FAILURE_STEP_COUNT:
-        counts_sentence(failure, text, size);
-        break;
     case FAILURE_ITERATION:
-        iteration_sentence(failure, text, size);
+        steps_sentence(failure, text, size);
         break;
     case FAILURE_RESTITUTION:
     case FAILURE_FRICTION:
     case FAILURE_PUSHING:
     case FAILURE_PENETRATION:
+    case FAILURE_JUMP:
     case FAILURE_SLIDING:
     case FAILURE_MODES:
         laws_sentence(failure, text, size);

@@ -105,6 +105,7 @@ typedef enum {
     FAILURE_FRICTION,        /* the coefficient of friction of a contact is negative */
     FAILURE_PUSHING,         /* the force of a dry friction is negative */
     FAILURE_PENETRATION,     /* the start leaves a gap negative */
+    FAILURE_JUMP,            /* a switch makes a gap negative */
     FAILURE_MODES,           /* no modes were found that obey the laws of contact */
     FAILURE_MASSLESS,        /* the flagged coordinates, which have no mass, do not follow from the others */
     FAILURE_EVENT_VALUE,     /* an event function has no finite value */

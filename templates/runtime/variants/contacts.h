@@ -13,6 +13,18 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
    the first such contact's event function, given values[N_EVENTS] at the present point; -1 if there is none. */
 int contacts_sinking(Instance *instance, const double values[]);
 
+/* In model exchange the states drift off the rows that hold. Moves them back, before switches turn and the rows become
+   others, so that a closed contact is at rest. *jumped is set if states changed. Returns false, with instance->failure,
+   if there are no such states. */
+bool contacts_undo_drift(Instance *instance, bool *jumped);
+
+/* gaps[N_UNILATERALS] at the present point, also below 0. */
+void contacts_gaps(const Instance *instance, double gaps[]);
+
+/* A switch has turned, and gaps were before[N_UNILATERALS] until then. Contacts open whose gap has jumped up, as at the
+   edge of a table. Returns false, with instance->failure, where a gap has jumped below 0. */
+bool contacts_jump(Instance *instance, const double before[]);
+
 /* Does the part of events_settle for contacts; due[N_EVENTS - N_SWITCHES] or NULL. *jumped is set if states changed.
    *again is set if everything has to be decided once more, with the new states. Otherwise both are left as they are. */
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again);

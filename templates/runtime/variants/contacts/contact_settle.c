@@ -243,15 +243,13 @@ static void stop_slips(Settling *settling, bool *jumped) {
     }
 }
 
-/* In model exchange the states have drifted off the rows that held so far. Moves them back, so that a closed contact is
-   at rest. */
-static bool undo_drift(Settling *settling, bool *jumped) {
-    const State *state = &settling->instance->state;
+bool contacts_undo_drift(Instance *instance, bool *jumped) {
+    Settling settling = {.instance = instance};
     bool closed = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
-        closed = closed || contact_closed(state, i);
+        closed = closed || contact_closed(&instance->state, i);
     }
-    return !closed || !settling->instance->policy->stabilise || settling_move(settling, jumped);
+    return !closed || !instance->policy->stabilise || settling_move(&settling, jumped);
 }
 
 /* An importer's solver locates an impact where the indicator is 0, a little inside: bodies that meet are put back to
@@ -277,6 +275,9 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
                        constraints_project(instance, state->time, inputs_at(instance, state->time), states, &moved);
     for (int i = 0; i < N_UNILATERALS; i++) {
         row_activate(state, i, !open[i]);
+        if (touch && open[i] && settling_due(settling, 2 * i)) {
+            state->event_rests[N_SWITCHES + 2 * i] = 0.0; /* the next impact is not as far inside */
+        }
     }
     if (touch) {
         *jumped = *jumped || memcmp(states, state->states, N * sizeof(double)) != 0;
@@ -320,7 +321,7 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *a
         memcpy(settling.due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
     }
     end_cascades(&settling);
-    if (!undo_drift(&settling, &moved) || !undo_overlap(&settling, &moved)) {
+    if (!undo_overlap(&settling, &moved)) {
         return false;
     }
     stop_slips(&settling, &moved);

@@ -15,6 +15,23 @@ int contacts_sinking(Instance *instance, const double values[]) {
     return -1;
 }
 
+bool contacts_undo_drift(Instance *instance, bool *jumped) {
+    (void)instance;
+    (void)jumped;
+    return true;
+}
+
+void contacts_gaps(const Instance *instance, double gaps[]) {
+    (void)instance;
+    (void)gaps;
+}
+
+bool contacts_jump(Instance *instance, const double before[]) {
+    (void)instance;
+    (void)before;
+    return true;
+}
+
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again) {
     (void)instance;
     (void)due;

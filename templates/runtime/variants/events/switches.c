@@ -164,14 +164,26 @@ static bool note_rests(Instance *instance) {
     return true;
 }
 
+/* Turns switches as settle_switches does. Contacts open whose gaps jump up with them; at the start all are open. */
+static bool settle_rows(Instance *instance, const bool due[], bool *turned) {
+    double gaps[SIZE_UNILATERALS] = {0.0};
+    if (due != NULL) {
+        contacts_gaps(instance, gaps);
+    }
+    return settle_switches(instance, due, turned) && (due == NULL || !*turned || contacts_jump(instance, gaps));
+}
+
 bool events_settle(Instance *instance, const bool due[], bool *jumped) {
     static const bool NONE[SIZE_EVENTS];
     bool turned = true;
     *jumped = false;
+    if (due != NULL && !contacts_undo_drift(instance, jumped)) {
+        return false;
+    }
     for (int round = 0; round < MOST_ROUNDS && turned; round++) {
         const bool *now = round == 0 ? due : NONE;
         bool moved = false, again = false;
-        if (!settle_switches(instance, now, &turned) ||
+        if (!settle_rows(instance, now, &turned) ||
             !contacts_settle(instance, now != NULL ? now + N_SWITCHES : NULL, &moved, &again)) {
             return false;
         }
