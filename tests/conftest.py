@@ -84,11 +84,11 @@ def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="session")
-def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
+def exported(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config) -> Exported:
     """``exported(name_or_mechanism, solver=..., outputs=..., fmi=..., **arguments)``: an FMU, built once a session.
 
-    Without ``optimised`` the compiler takes a quarter of the time: where many FMUs are compared with each other, and
-    nothing with the clock.
+    Without ``optimised`` the compiler takes a quarter of the time, and the FMU runs a few times as long. That is the
+    default, except with ``--all-models``.
     """
     built: dict[object, Fmu] = {}
     seen: list[str | Mechanism] = []  # kept, so that no other mechanism gets the id of one that is in use
@@ -100,9 +100,11 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
         outputs: tuple[str, ...] = (),
         fmi: str = "2.0",
         arrays: bool = False,
-        optimised: bool = True,
+        optimised: bool | None = None,
         **arguments: object,
     ) -> Fmu:
+        if optimised is None:
+            optimised = pytestconfig.getoption("--all-models")
         chosen = (solver, outputs, fmi, arrays, optimised)
         key = (model if isinstance(model, str) else id(model), *chosen, tuple(sorted(arguments.items())))
         if key not in built:

@@ -67,7 +67,7 @@ def test_the_fmu_agrees_with_the_direct_integration(model: str) -> None:
 def test_the_fmu_agrees_at_a_sharp_tolerance(model: str, exported) -> None:
     if load(model).hybrid:
         pytest.skip("importers locate events to the hysteresis of the indicators; tests/gallery has sharp bars")
-    report = lag2fmu.validate(exported(model), tolerance=1e-10)
+    report = lag2fmu.validate(exported(model, optimised=True), tolerance=1e-10)
     assert report.passed, str(report)
 
 
@@ -76,7 +76,7 @@ def test_the_fmu_agrees_at_a_sharp_tolerance(model: str, exported) -> None:
     [case if case in IN_TIME else pytest.param(*case, marks=pytest.mark.slow) for case in FAMILIES],
 )
 def test_members_of_families_agree(model: str, arguments: dict[str, str], exported) -> None:
-    report = lag2fmu.validate(exported(model, **arguments))
+    report = lag2fmu.validate(exported(model, optimised=True, **arguments))
     assert report.passed, str(report)
 
 
@@ -97,7 +97,7 @@ def test_the_fmu_agrees_with_other_solvers(solver: str, exported, monkeypatch) -
     validating = import_module("lag2fmu.verify.validate")
     once = lambda m, grid, *, rtol, **_: integrated_once(m, tuple(grid), rtol)  # noqa: E731
     monkeypatch.setattr(validating, "integrate", once)
-    report = lag2fmu.validate(exported("double_pendulum", solver=solver))
+    report = lag2fmu.validate(exported("double_pendulum", solver=solver, optimised=True))
     assert report.passed, str(report)
 
 
@@ -129,6 +129,6 @@ def test_an_fmu_whose_variables_are_all_outputs_runs(model: str, exported) -> No
 
 @pytest.mark.parametrize("model", ["four_bar_linkage", "six_axis_arm"])
 def test_the_text_inside_an_fmu_gives_that_fmu_byte_for_byte(model: str, exported, tmp_path) -> None:
-    first = exported(model)
+    first = exported(model, optimised=True)
     again = export(read_mechanism(first.path), tmp_path / "again.fmu", solver=DEFAULT_SOLVER)
     assert filecmp.cmp(again.path, first.path, shallow=False)

@@ -130,7 +130,7 @@ def braked() -> Mechanism:
 def test_a_band_below_the_tolerance_takes_no_longer_than_it_does(exported) -> None:
     """From -1 m/s with 1.9 m/s2 to the band, ln(19)/1e6 s through it, then on with 0.1 m/s2."""
     through = (1 - 0.9e-6) / 1.9 + math.log(19) / 1e6
-    run = simulate(exported(BRAKED, solver="radau5", optimised=False).path, stop_time=2.0, step=0.5, tolerance=1e-6)
+    run = simulate(exported(BRAKED, solver="radau5").path, stop_time=2.0, step=0.5, tolerance=1e-6)
     assert run["x_dot"][-1] == pytest.approx(0.9e-6 + 0.1 * (2.0 - through), abs=5e-6)
 
 
@@ -162,7 +162,7 @@ def test_no_pulse_of_thousands_is_missed(exported, kind, frequency: float, level
     In model exchange the FMU says when the next pulse begins.
     """
     values = {"frequency": frequency, "level": level}
-    run = simulate(exported(MODULATED, optimised=False).path, stop_time=10.0, step=10.0, values=values, kind=kind)
+    run = simulate(exported(MODULATED).path, stop_time=10.0, step=10.0, values=values, kind=kind)
     assert run["x_dot"][-1] == pytest.approx(10 * (0.5 - math.asin(level) / math.pi), abs=1e-10)
 
 
@@ -175,14 +175,14 @@ RELAY = relay()
 def test_a_motion_that_is_pushed_back_from_both_sides_ends_with_a_sentence(exported, kind, start, time) -> None:
     """From x = 1 it gets there at sqrt(3) - 1; at x = 0 it begins there."""
     with pytest.raises(SimulationError, match=r"pushed back to where x \+ x_dot is 0 from both sides") as error:
-        simulate(exported(RELAY, optimised=False).path, stop_time=0.95, step=0.05, kind=kind, values={"x": start})
+        simulate(exported(RELAY).path, stop_time=0.95, step=0.05, kind=kind, values={"x": start})
     found = str(error.value).split("at time ")[1].split()[0]
     assert float(found) == pytest.approx(time, abs=1e-12 if kind == "co-simulation" else 2e-6)
 
 
 def test_a_switch_that_turns_ever_faster_is_followed_as_far_as_it_can_be_told(exported) -> None:
     """The integral of sign(sin(u))/u^2 from 1 to u; roots are 1e-10 s apart where the run ends."""
-    fmu = exported(RELAY, optimised=False).path
+    fmu = exported(RELAY).path
     run = simulate(fmu, stop_time=0.9999, step=0.3, values={"x": 100.0})
     turns = 1 / np.concatenate([[1.0], np.pi * np.arange(1, 3184), [1e4]])
     assert run["z_dot"][-1] == pytest.approx(((-1.0) ** np.arange(3184)) @ -np.diff(turns), abs=1e-11)

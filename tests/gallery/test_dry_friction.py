@@ -223,7 +223,7 @@ def test_a_wedge_presses_on_its_guide_with_its_friction(mu: float, slope: int, e
         frictions=[guide],
     )
     run = lag2fmu.simulate(
-        exported(wedge, optimised=False), stop_time=0.1, step=0.05, values={"mu": mu, "a": slope / 2}, outputs=["x_dot"]
+        exported(wedge), stop_time=0.1, step=0.05, values={"mu": mu, "a": slope / 2}, outputs=["x_dot"]
     )
     load = G / (1 + slope * mu / 2)
     assert run["x_dot"][-1] == pytest.approx(100 - 0.1 * mu * load * np.sqrt(3) / 2, rel=1e-9)

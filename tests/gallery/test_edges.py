@@ -40,7 +40,7 @@ TABLES = {"jumps": 'gap = "y + if(x < 1, 0, 1)"', "turns": 'gap = "max(y, x - 1)
 @pytest.fixture(scope="module", params=TABLES)
 def table(request: pytest.FixtureRequest, exported: Callable[..., Fmu]) -> Fmu:
     """The FMU whose gap jumps at the edge, or turns into the distance from the table's side. About 1 s."""
-    return exported(read(BALL + TABLES[request.param], "edge"), optimised=False)
+    return exported(read(BALL + TABLES[request.param], "edge"))
 
 
 @pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
@@ -56,7 +56,7 @@ def test_the_independent_path_sees_the_ball_fall(table: Fmu) -> None:
 
 
 def test_a_step_up_is_refused(exported: Callable[..., Fmu]) -> None:
-    step = exported(read(BALL + 'gap = "y - if(x < 1, 0, 0.5)"', "edge"), optimised=False)
+    step = exported(read(BALL + 'gap = "y - if(x < 1, 0, 0.5)"', "edge"))
     with pytest.raises(SimulationError, match=r"time 1 a condition turns in the gap of table, which jumps to -0\.5"):
         simulate(step, stop_time=2, step=1)
     with pytest.raises(SimulationError, match=r"gap of table jumps to -0\.5"):

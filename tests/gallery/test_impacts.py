@@ -384,7 +384,7 @@ restitution = 0.6
 
 def test_teeth_that_have_parted_rebound_no_higher_in_model_exchange(exported) -> None:
     """After they part, the first impact is found a tolerance inside, the next ones are not. About 1 s."""
-    fmu = exported(read(TEETH, "teeth"), optimised=False)
+    fmu = exported(read(TEETH, "teeth"))
     outputs = ["a", "teeth_lower_impacts", "teeth_upper_impacts", "teeth_upper_mode"]
     inside, outside = (
         lag2fmu.simulate(fmu, stop_time=3.0, step=0.5, tolerance=1e-9, outputs=outputs, kind=kind)

@@ -42,7 +42,7 @@ restitution = 0.5
 @pytest.fixture(scope="module")
 def supported(exported: Callable[..., Fmu]) -> Fmu:
     """The FMU of FMI 3.0. About 2 s."""
-    return exported(read(SUPPORTED, "supported"), fmi="3.0", optimised=False)
+    return exported(read(SUPPORTED, "supported"), fmi="3.0")
 
 
 def run(fmu: Fmu, stop: float, steps: int, inputs: Trajectory, **chosen: Any) -> Trajectory:

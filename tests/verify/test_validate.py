@@ -351,7 +351,7 @@ def test_forces_that_begin_with_the_run_are_compared(exported) -> None:
     x = coordinate("x", "m")
     begins = {x: 2 * Heaviside(TIME) + sign(TIME)}
     pushed = Mechanism("pushed", coordinates=[x], bodies=[Body("mass", 1.0, (x, 0))], forces=begins)
-    task = Task(pushed, exported(pushed, optimised=False).path, 1.0, 1e-6, None)
+    task = Task(pushed, exported(pushed).path, 1.0, 1e-6, None)
     checks = pointwise_checks(task, integrate(pushed, np.linspace(0.0, 1.0, 11)))
     assert all(check.passed for check in checks), checks
 
