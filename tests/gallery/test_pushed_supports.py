@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lag2fmu import simulate
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.text import read
 from lag2fmu.reference import Trajectory
@@ -68,3 +69,26 @@ def test_nothing_sinks_into_a_support_whose_velocity_is_not_that_of_its_position
     assert last["support_gap"].min() > -3e-4, "the sagitta of the lines is 2.5e-4 m"
     assert (last["y"][-1], last["y_dot"][-1]) == pytest.approx((0.9, 0.6), abs=1e-9)
     assert last["support_force"][-1] == pytest.approx(G + 0.2, rel=1e-9)
+
+
+PRESSED = """
+[mechanism]
+name = "pressed"
+[coordinates]
+x = { unit = "m" }
+[bodies.slide]
+mass = 1
+position = ["x", 0]
+[forces]
+x = "t - 0.5"
+[stops.end]
+of = "x"
+lower = 0
+"""
+
+
+@pytest.mark.parametrize("solver", ["verlet", "ros2"])
+def test_a_stop_opens_once_with_a_method_of_second_order(solver: str, exported: Callable[..., Fmu]) -> None:
+    """The force on the stop vanishes at 0.5 s. The error of a step is as great as what the gap rises by in it."""
+    last = simulate(exported(read(PRESSED, "pressed"), solver=solver), stop_time=2, step=0.02)
+    assert (last["x"][-1], last["x_dot"][-1]) == pytest.approx((1.5**3 / 6, 1.5**2 / 2), rel=2e-6)

@@ -16,6 +16,9 @@ void dense_begin_cubic(Instance *instance, Step step) {
         dense->terms[1][i] = step.length * state->first_stage[i] - dense->terms[0][i];
         dense->terms[2][i] = dense->terms[0][i] - step.length * scratch->new_derivatives[i] - dense->terms[1][i];
     }
+    if (METHOD.order == 2 && N_EVENTS > 0) {
+        memset(dense->terms[2], 0, N_COORDINATES * sizeof dense->terms[2][0]);
+    }
     memset(dense->terms + HERMITE_TERMS, 0, DENSE_ROWS * sizeof dense->terms[0]);
 }
 

@@ -3,7 +3,11 @@
        x(theta) = x + theta (f0 + (1 - theta) (f1 + theta (f2 + (1 - theta) (f3 + theta (f4 + ...)))))
 
    where f0, f1, f2 make Hermite's cubic of both ends and solver_dense gives the rest. Hairer, Norsett, Wanner, Solving
-   Ordinary Differential Equations I, 2nd edition, section II.6. */
+   Ordinary Differential Equations I, 2nd edition, section II.6.
+
+   A method of second order ends the step with an error as great as what a gap rises by when its last force has
+   vanished: the cubic would fall below 0, and the contact close again. Where there are events, coordinates follow the
+   parabola instead, f2 = 0, as the results of shorter steps do. */
 #ifndef DENSE_OUTPUT_H
 #define DENSE_OUTPUT_H
 

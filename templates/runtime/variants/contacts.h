@@ -19,7 +19,7 @@ int contacts_sinking(Instance *instance, const double values[]);
 bool contacts_undo_drift(Instance *instance, bool *jumped);
 
 /* gaps[N_UNILATERALS] at the present point, also below 0. */
-void contacts_gaps(const Instance *instance, double gaps[]);
+void contacts_gaps(Instance *instance, double gaps[]);
 
 /* A switch has turned, and gaps were before[N_UNILATERALS] until then. Contacts open whose gap has jumped up, as at the
    edge of a table. Returns false, with instance->failure, where a gap has jumped below 0. */

@@ -9,12 +9,12 @@
    the event's location. The error of an importer's location may be greater. */
 static const double JUMPS = 1e-6, JUMPS_LOOSELY = 1e-2;
 
-static void measure(const Instance *instance, ElementRows *rows) {
+static void measure(Instance *instance, ElementRows *rows) {
     const State *state = &instance->state;
     rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), rows);
 }
 
-void contacts_gaps(const Instance *instance, double gaps[]) {
+void contacts_gaps(Instance *instance, double gaps[]) {
     ElementRows rows;
     measure(instance, &rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
