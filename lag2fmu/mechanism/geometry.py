@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 
 import sympy as sp
@@ -34,6 +34,7 @@ def check_geometry(m: Description) -> None:
     for table, parts in (("bodies", m.bodies), ("points", m.points)):
         for part in parts:
             if part.frame is not None:
+                _check_no_body(str(part.frame), frames, m.bodies, f"{table}.{part.name}.frame")
                 _check_known(str(part.frame), frames, f"{table}.{part.name}.frame")
     for body in m.bodies:
         _check_body(body)
@@ -77,6 +78,16 @@ def _check_parents(frames: dict[str, Frame]) -> None:
             chain.append(parent)
             walked.add(parent)
         sound |= walked
+
+
+def _check_no_body(name: str, frames: dict[str, Frame], bodies: Sequence[Body], where: str) -> None:
+    """Raise MechanismError if ``name`` is that of a body which is its own place, as in the plane."""
+    body = next((body for body in bodies if body.name == name and body.frame is None), None)
+    if body is not None and name not in frames:
+        turned = f", with the body's angle as in 'x + d*cos({body.angle})'" if body.angle is not None else ""
+        raise MechanismError(
+            f"{where}: '{name}' is a body, and no frame; leave 'frame' out and write the position in the world{turned}"
+        )
 
 
 def _check_known(name: str, frames: dict[str, Frame], where: str) -> None:

@@ -77,7 +77,10 @@ class _OfFmi2:
 
 
 class _OfFmi3:
-    """An ``Evaluation`` by FMI 3.0: inputs and parameters are set in event mode, states in continuous-time mode."""
+    """An ``Evaluation`` by FMI 3.0: inputs and parameters are set in event mode, states in continuous-time mode.
+
+    Where there are event indicators, another event follows the states: kinks turn to their sides of them.
+    """
 
     def __init__(self, instance: Instance, path: Path) -> None:
         self._instance, self._scalars = instance, scalars_of(instance.description, path)
@@ -86,6 +89,7 @@ class _OfFmi3:
         self._states = [s.name for reference in derived for s in own if s.reference == reference]
         self._writers: dict[tuple[str, ...], Writer] = {}
         self._readers: dict[tuple[str, ...], Reader] = {}
+        self._has_modes = bool(instance.description.numberOfEventIndicators)
         settle(instance.fmu)
         self._instance.fmu.enterContinuousTimeMode()
 
@@ -104,6 +108,10 @@ class _OfFmi3:
             fmu.getContinuousStates(x, n)
             x[:] = [values.get(name, x[i]) for i, name in enumerate(self._states)]
             fmu.setContinuousStates(x, n)
+            if self._has_modes:
+                fmu.enterEventMode()
+                settle(fmu)
+                fmu.enterContinuousTimeMode()
             reader.read(found)
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"the FMU could not be evaluated: {error}; {self._instance.log.tail()}") from error

@@ -393,3 +393,39 @@ def test_teeth_that_have_parted_rebound_no_higher_in_model_exchange(exported) ->
     assert inside["teeth_upper_mode"][-1] == outside["teeth_upper_mode"][-1] == 3, "the rebounds have ended"
     assert outside["a"] == pytest.approx(inside["a"], abs=1e-5)
     assert outside.values[-1, 1:3].max() < 50, "CVode counts fewer of the last, low ones than co-simulation does"
+
+
+ROPE = """
+[mechanism]
+name = "rope"
+[coordinates]
+a = { unit = "m", start = 1 }
+b = { unit = "m" }
+[gravity]
+acceleration = 9.81
+[bodies]
+heavy = { mass = 3, position = [0, "a"] }
+light = { mass = 2, position = [1, "b"] }
+[stops.rope]
+of = "a + b"
+lower = 1
+[contacts.floor]
+gap = "a"
+"""
+
+
+def test_a_rope_and_a_floor_that_jerk_in_turn_come_to_rest_in_model_exchange(exported) -> None:
+    """The heavy body of Atwood's machine lands, and the light one falls back into the rope and lifts it again.
+
+    v, the speed of the first landing, falls by 2/5 each time: fall 2 v/g, lift 2 v (2/5)/(g/5). About 0.5 s.
+    """
+    fmu = exported(read(ROPE, "rope"), optimised=False)
+    first = np.sqrt(2 / (9.81 / 5))
+    rest = first + (2 * first / 5 + 4 * first / 5) / (1 - 2 / 5)
+    outputs = ["floor_mode", "rope_lower_mode", "floor_impacts", "rope_lower_force"]
+    for kind in ("co-simulation", "model-exchange"):
+        run = lag2fmu.simulate(fmu, stop_time=3.5, step=0.01, tolerance=1e-9, outputs=outputs, kind=kind)
+        moving = (run["floor_mode"] == 1) | (run["rope_lower_mode"] == 1)
+        assert run.time[moving][-1] == pytest.approx(rest, abs=0.011)
+        assert run["floor_impacts"][-1] < 30
+        assert run["rope_lower_force"][-1] == pytest.approx(2 * 9.81)

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sympy import Heaviside, Rational, cos, sign, sin, symbols, sympify, tanh
+from sympy import Heaviside, Min, Rational, cos, sign, sin, symbols, sympify, tanh
 
 import lag2fmu
 from lag2fmu.errors import ExportError, LoadError, MechanismError, SimulationError
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Body, Constraint, Energy, Experiment, Force, Mechanism, coordinate, signal
+from lag2fmu.mechanism import Body, Constraint, Energy, Experiment, Force, Mechanism, Spring, coordinate, signal
 from lag2fmu.reference import Trajectory, integrate
 from lag2fmu.verify import Report
 from lag2fmu.verify.agreement import on_grid
@@ -352,6 +352,17 @@ def test_forces_that_begin_with_the_run_are_compared(exported) -> None:
     begins = {x: 2 * Heaviside(TIME) + sign(TIME)}
     pushed = Mechanism("pushed", coordinates=[x], bodies=[Body("mass", 1.0, (x, 0))], forces=begins)
     task = Task(pushed, exported(pushed).path, 1.0, 1e-6, None)
+    checks = pointwise_checks(task, integrate(pushed, np.linspace(0.0, 1.0, 11)))
+    assert all(check.passed for check in checks), checks
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_kinks_turn_at_random_states(fmi: str, exported) -> None:
+    """A spring that only pushes, compared on both sides of where it lets go."""
+    x = coordinate("x", "m", velocity=1.0)
+    springs = [Spring("buffer", 20.0, elongation=Min(0, x - Rational(1, 2)))]
+    pushed = Mechanism("buffered", coordinates=[x], bodies=[Body("mass", 1.0, (x, 0))], springs=springs)
+    task = Task(pushed, exported(pushed, optimised=False, fmi=fmi).path, 1.0, 1e-6, None)
     checks = pointwise_checks(task, integrate(pushed, np.linspace(0.0, 1.0, 11)))
     assert all(check.passed for check in checks), checks
 
