@@ -92,3 +92,18 @@ def test_a_stop_opens_once_with_a_method_of_second_order(solver: str, exported: 
     """The force on the stop vanishes at 0.5 s. The error of a step is as great as what the gap rises by in it."""
     last = simulate(exported(read(PRESSED, "pressed"), solver=solver), stop_time=2, step=0.02)
     assert (last["x"][-1], last["x_dot"][-1]) == pytest.approx((1.5**3 / 6, 1.5**2 / 2), rel=2e-6)
+
+
+def test_a_foot_lifted_for_less_than_a_step_lands(exported: Callable[..., Fmu]) -> None:
+    """Its landing is not seen on the parabola of a whole step; the height is that of other solvers with short steps."""
+    leg = exported("hopper_leg", solver="ros2")
+    for step, error in ((2e-3, 1e-4), (1e-3, 1e-5)):
+        last = simulate(leg, stop_time=1.6, step=0.1, values={"solver_step": step})
+        assert last["y"][-1] == pytest.approx(0.57117654, abs=error)
+
+
+def test_a_load_swings_on_its_rope_with_midpoint(exported: Callable[..., Fmu]) -> None:
+    """The trolley rests on its stop: changes of its velocity far below rounding do not keep the iteration going."""
+    last = simulate(exported("crane", solver="midpoint"), stop_time=0.7, step=0.01)
+    assert last["x"][-1] == pytest.approx(0, abs=1e-12)
+    assert np.hypot(last["a"], last["b"])[-1] == pytest.approx(1.5, rel=1e-9)

@@ -48,6 +48,7 @@ enum { N = N_COORDINATES, S = STAGES, MOST_ITERATIONS = 100 };
 
 static const double CONVERGED = 1e-9; /* relative changes below this may stay as they are, by rounding */
 static const double RESTING_PART = 16.0 * DBL_EPSILON / 1e-9; /* so may changes of 16 rounding errors */
+static const double NOTHING = 1e-6 * DBL_EPSILON; /* changes that may fall on slowly and make no difference */
 
 static void evaluate(Instance *instance, double time, const double states[], double momenta[], double forces[]) {
     mechanism_canonical(time, states, inputs_at(instance, time), instance->state.parameters, momenta, forces);
@@ -178,7 +179,7 @@ static bool solve_stages(Instance *instance, Step step, const double p[], Stages
         }
         const double further = correct_further(instance, step, stages);
         const double change = fmax(further, correct(instance, step, p, stages));
-        if (change == 0.0 || (change <= CONVERGED && change >= previous)) {
+        if (change <= NOTHING || (change <= CONVERGED && change >= previous)) {
             return complete(instance, step, stages);
         }
         if (!(change < 1e3 * previous) || change == HUGE_VAL) {

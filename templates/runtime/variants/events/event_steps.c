@@ -20,6 +20,9 @@ static const double LEAST_FALL = 0.25;
 /* The end of a step is moved by up to this part of its length without repeating the step. */
 static const double LITTLE = 1e-6;
 
+/* A fixed step is cut to this part of it where its interpolant is not exact enough, and shows a root this early. */
+static const double CUT = 0.25, EARLY = 0.1;
+
 /* A function has a pole where it seems to be 0 and still has more than this part of its size. */
 static const double NO_ROOT_THERE = 1e-3;
 
@@ -154,6 +157,25 @@ static bool seems_to_repeat(Instance *instance, const Descents *found, Step step
     return true;
 }
 
+/* The same for a step of fixed length: it is cut until its interpolant tells how a contact leaves 0 there, or that it
+   does not. A foot that is lifted for less than a step, for one, seems to sink at once. */
+static bool cut_repetition(Instance *instance, const double start[], Step *step, Descents *found) {
+    const State *state = &instance->state;
+    const double shortest = 4.0 * DBL_EPSILON * fabs(step->end);
+    double values[SIZE_EVENTS];
+    if (METHOD.error_order > 0 || state->events_there < MOST_EVENTS_AT_ONCE / 2 ||
+        fabs(state->time - state->event_time) > shortest) {
+        return true;
+    }
+    while (found->first >= N_SWITCHES && found->theta[found->first] < EARLY && step->length > 1e3 * shortest) {
+        if (!repeat(instance, step, CUT * step->length, values) || !dense_begin(instance, *step) ||
+            !find_descents(instance, start, found)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /* Is the margin of a switch not near 0 where its root was looked for? A long step of a stiff motion passes over the
    transient in which the root lies. Shorter steps tell. */
 static bool is_lost(Instance *instance, const Descents *found, Step step, const double values[], double whole) {
@@ -201,7 +223,8 @@ bool events_end_step(Instance *instance, Step *step) {
     if (far || sinking) {
         return true;
     }
-    if (!dense_begin(instance, *step) || !find_descents(instance, start, &found)) {
+    if (!dense_begin(instance, *step) || !find_descents(instance, start, &found) ||
+        !cut_repetition(instance, start, step, &found)) {
         return false;
     }
     if (found.first >= 0) {
