@@ -8,6 +8,7 @@ import sympy as sp
 
 import lag2fmu
 from lag2fmu.errors import SimulationError
+from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Body, Constraint, Friction, Mechanism, coordinate, parameter
 from lag2fmu.verify.simulate import Run, simulate_fmu
 
@@ -227,3 +228,39 @@ def test_a_wedge_presses_on_its_guide_with_its_friction(mu: float, slope: int, e
     )
     load = G / (1 + slope * mu / 2)
     assert run["x_dot"][-1] == pytest.approx(100 - 0.1 * mu * load * np.sqrt(3) / 2, rel=1e-9)
+
+
+ELBOW = """
+[mechanism]
+name = "elbow"
+[parameters]
+strength = { value = 0.3 }
+[coordinates]
+x = { unit = "m" }
+[bodies.slide]
+mass = 1
+position = ["x", 0]
+[forces]
+x = "t - 2"
+[stops.end]
+of = "x"
+lower = 0
+[frictions.guide]
+on = "x_dot"
+force = "strength"
+"""
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "rk4"])
+def test_a_stop_and_a_friction_that_share_a_load_give_way_together(solver: str, exported) -> None:
+    """Also without any friction. The steps are so long that one of them goes from a load that is small to the slip."""
+    elbow = exported(read(ELBOW, "elbow"), solver=solver)
+    for strength in (0.0, 0.01, 0.3):
+        run = lag2fmu.simulate(
+            elbow,
+            stop_time=4,
+            step=0.25,
+            values={"strength": strength} | ({"solver_step": 0.125} if solver == "rk4" else {}),
+        )
+        t = 2 - strength
+        assert (run["x"][-1], run["x_dot"][-1]) == pytest.approx((t**3 / 6, t**2 / 2), rel=1e-9)

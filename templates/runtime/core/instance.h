@@ -66,6 +66,10 @@ typedef struct {
     System system;                      /* at the present point, for tangents */
 } Cache;
 
+/* Loads that contacts and dry frictions share may be shown as those of least norm, or as those that are farthest from
+   what the laws allow, which cost more. Near the limits by default. */
+typedef enum { LOADS_BY_MARGIN, LOADS_LEAST, LOADS_CENTRED } ShownLoads;
+
 /* Memory that is written before it is read, within one call. */
 typedef struct {
     double mass[N_COORDINATES * N_COORDINATES]; /* lower triangle */
@@ -82,6 +86,8 @@ typedef struct {
     double step_start;             /* s; the time at which the running communication step began */
     double step_end;               /* s; the time at which it ends, if no event comes before */
     int64_t events_passed;         /* the events passed in this communication step */
+    ShownLoads shown_loads;        /* those that event functions are of; LOADS_BY_MARGIN between steps */
+    bool loads_shared;             /* some evaluation of event functions since this was last false shared loads */
     double inputs[3 * N_INPUTS];   /* at a stage of the solver, with their first and second derivatives */
 } Scratch;
 

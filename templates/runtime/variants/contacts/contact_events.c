@@ -123,12 +123,19 @@ void contacts_share(Instance *instance, const System *system, double unknowns[])
     loads_obey(&sharing, unknowns + N_COORDINATES);
 }
 
-/* What holds ends where no loads obey the laws: the functions are those of the loads that are farthest from it. */
-static void centre_loads(Instance *instance, double time, const double states[], Point *point) {
+/* What holds ends where no loads obey the laws: the functions are those of the loads that are farthest from it, unless
+   those of least norm tell already that nothing ends. */
+static void choose_loads(Instance *instance, double time, const double states[], Point *point) {
+    Scratch *scratch = &instance->scratch;
     find_limits(instance, time, states, point);
     if (!multipliers_unique(instance)) {
-        const Sharing sharing = sharing_at(instance, &instance->scratch.system, point);
-        loads_centre(&sharing, point->unknowns + N_COORDINATES);
+        const Sharing sharing = sharing_at(instance, &scratch->system, point);
+        double *multipliers = point->unknowns + N_COORDINATES;
+        const bool well = scratch->shown_loads != LOADS_CENTRED && loads_least(&sharing, multipliers);
+        if (!well && scratch->shown_loads != LOADS_LEAST) {
+            loads_centre(&sharing, multipliers);
+        }
+        scratch->loads_shared = true;
         find_limits(instance, time, states, point);
     }
 }
@@ -142,7 +149,7 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
         if (!accelerations_at(instance, time, states, inputs, point.unknowns)) {
             return false;
         }
-        centre_loads(instance, time, states, &point);
+        choose_loads(instance, time, states, &point);
     }
     mechanism_slips(time, states, inputs, parameters, point.gaps, point.slips);
     for (int i = 0; i < N_UNILATERALS; i++) {

@@ -204,13 +204,16 @@ static void carry_out_contact(Settling *settling, int contact, bool leaves) {
     }
 }
 
+/* A dry friction that cannot hold anything slides, also where something else holds the same motion: a row that sticks
+   would share its load, and yield to the first rounding. */
 static void carry_out_friction(Settling *settling, int friction) {
     State *state = &settling->instance->state;
     const int row = FIRST_FRICTION + friction, k = ROW_PLACES[row];
+    const bool holds = settling->row[k].law == ROW_BOUNDED && settling->row[k].holding > 0.0;
     const double w = settling->row[k].law == ROW_GIVEN ? slip_located(settling, row, 2 * N_UNILATERALS + friction)
                                                        : settling->w[k];
-    if (w != 0.0) {
-        friction_slide(state, friction, w);
+    if (w != 0.0 || !holds) {
+        friction_slide(state, friction, w != 0.0 ? w : row_direction(state, row));
     } else {
         friction_stick(state, friction);
     }

@@ -307,12 +307,17 @@ static void centre_within(Shares *p) {
 void loads_centre(const Sharing *sharing, double multipliers[]) {
     Shares p;
     begin(sharing, multipliers, &p);
-    if (all_hold_well(&p)) {
-        combine(&p, multipliers);
-    } else if (pose(true, &p)) {
+    if (pose(true, &p)) {
         centre_within(&p);
         combine(&p, multipliers);
     }
+}
+
+bool loads_least(const Sharing *sharing, double multipliers[]) {
+    Shares p;
+    begin(sharing, multipliers, &p);
+    combine(&p, multipliers);
+    return all_hold_well(&p);
 }
 
 void loads_obey(const Sharing *sharing, double multipliers[]) {

@@ -18,8 +18,10 @@ typedef struct {
    negative. Nothing is changed where there are none, and where a contact slides whose friction would change. */
 void loads_obey(const Sharing *sharing, double multipliers[]);
 
-/* Of the same multipliers[m] those whose least margin is greatest; it is negative where none obey the laws. Where those
-   of least norm have margins that are far from 0, it is them. */
+/* Of the same multipliers[m] those whose least margin is greatest; it is negative where none obey the laws. */
 void loads_centre(const Sharing *sharing, double multipliers[]);
+
+/* Of the same multipliers[m] those of least norm. Returns whether their margins are far from 0. */
+bool loads_least(const Sharing *sharing, double multipliers[]);
 
 #endif
