@@ -31,8 +31,8 @@ class Evaluation(Protocol):
 
 
 @contextmanager
-def evaluation(path: Path) -> Iterator[Evaluation]:
-    """An ``Evaluation`` of the FMU ``path``; raises SimulationError if it cannot be made.
+def evaluation(path: Path, time: float) -> Iterator[Evaluation]:
+    """An ``Evaluation`` of the FMU ``path`` at ``time`` (s); raises SimulationError if it cannot be made.
 
     The instance is in continuous-time mode of model exchange. If the FMU has no model exchange, it is in initialization
     mode of co-simulation.
@@ -41,11 +41,11 @@ def evaluation(path: Path) -> Iterator[Evaluation]:
     with instance_of(path, kind) as instance:
         fmu = instance.fmu
         if is_fmi3(instance.description):
-            fmu.enterInitializationMode(startTime=0.0)
+            fmu.enterInitializationMode(startTime=time)
             fmu.exitInitializationMode()
             yield _OfFmi3(instance, path)
             return
-        fmu.setupExperiment(startTime=0.0)
+        fmu.setupExperiment(startTime=time)
         fmu.enterInitializationMode()
         if kind == "ModelExchange":
             fmu.exitInitializationMode()

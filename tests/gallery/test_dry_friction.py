@@ -9,7 +9,7 @@ import sympy as sp
 import lag2fmu
 from lag2fmu.errors import SimulationError
 from lag2fmu.formats.text import read
-from lag2fmu.mechanism import Body, Constraint, Friction, Mechanism, coordinate, parameter
+from lag2fmu.mechanism import Body, Constraint, Contact, Energy, Friction, Mechanism, coordinate, parameter
 from lag2fmu.verify.simulate import Run, simulate_fmu
 
 pytestmark = pytest.mark.fmu
@@ -264,3 +264,22 @@ def test_a_stop_and_a_friction_that_share_a_load_give_way_together(solver: str, 
         )
         t = 2 - strength
         assert (run["x"][-1], run["x_dot"][-1]) == pytest.approx((t**3 / 6, t**2 / 2), rel=1e-9)
+
+
+def test_a_slip_in_space_comes_to_rest_between_two_points_of_the_run(exported) -> None:
+    """A puck swings along a line to where it turns; interpolated points of the last step are on the line, too."""
+    x, y, z = coordinate("x", "m", start=0.8), coordinate("y", "m", start=0.6), coordinate("z", "m")
+    puck = Mechanism(
+        "puck",
+        coordinates=[x, y, z],
+        bodies=[Body("puck", 1.0, (x, y, z))],
+        energy=Energy(potential=8 * (x**2 + y**2) + G * z),
+        contacts=[Contact("table", gap=z, slip=(x.dot, y.dot), friction=sp.Rational(3, 10))],
+    )
+    path = exported(puck, optimised=False, solver="dop853").path
+    outputs = ("x", "y", "x_dot", "y_dot")
+    run = simulate_fmu(path, Run(stop_time=1.2, step=0.0012, outputs=outputs))
+    middle, swings = 0.3 * G / 16, run.time < np.pi / 4
+    along, across = 0.8 * run["x"] + 0.6 * run["y"], 0.8 * run["y_dot"] - 0.6 * run["x_dot"]
+    assert along[swings] == pytest.approx((middle + (1 - middle) * np.cos(4 * run.time))[swings], abs=1e-8)
+    assert across == pytest.approx(np.zeros(len(across)), abs=1e-8)

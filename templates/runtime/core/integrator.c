@@ -23,6 +23,7 @@ static const double NEAR_POLE = 1e6;         /* so many shortest steps before a 
 static const int64_t MOST_TRIALS = 10000000; /* the most trial steps of an adaptive method in a communication step */
 static const int64_t SERIES = 20000;         /* so many trial steps make a series */
 static const double IN_SLIPS = 0.4;          /* the part of the tolerance that errors of steps have then */
+static const double SHORT = 1e-10;           /* in this part of the time wrong friction changes nothing that matters */
 static const double STANDSTILL = 1e-5;       /* a series takes more than this part of the time that is left */
 
 /* The time (s) up to which steps may go. It is beyond the end of the communication step only if the same inputs may
@@ -47,9 +48,16 @@ static bool interpolate(Instance *instance, double time, double states[]) {
 
 /* Prepares interpolation for a step that goes beyond the communication point. In the middle of the step it is tried
    whether the interpolated states can be moved onto the constraints. If not, a shorter step is the remedy now; later
-   there would be none. */
-static bool prepare_interpolation(Instance *instance, Step step) {
+   there would be none. A shorter step is also the remedy where an event has cut the step `tried` while a contact slides
+   in space: if the slip comes to rest there, rounding decides the direction of friction at the end of the step, and
+   with it the interpolant. */
+static bool prepare_interpolation(Instance *instance, Step tried, Step step) {
     double states[N_STATES];
+    const bool cut = N_EVENTS > 0 && step.end < tried.end;
+    if (cut && step.length > SHORT * fabs(step.end) && contacts_slide_in_space(instance)) {
+        instance->state.event_pending = 0;
+        return false;
+    }
     return dense_begin(instance, step) &&
            (N_CONSTRAINTS == 0 || interpolate(instance, step.end - 0.5 * step.length, states));
 }
@@ -159,7 +167,7 @@ static bool step_adaptively(Instance *instance) {
         Step step = tried;
         const double error = try_step(instance, step);
         if (error <= 1.0 && bring_back_result(instance, step) && end_at_event(instance, &step) &&
-            (step.end <= instance->scratch.step_end || prepare_interpolation(instance, step))) {
+            (step.end <= instance->scratch.step_end || prepare_interpolation(instance, tried, step))) {
             propose(state, tried, error, rejected);
             watch_stiffness(instance, step);
             watch_vibrations(instance, step.length);
