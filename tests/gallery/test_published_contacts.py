@@ -1,6 +1,7 @@
 """Motions with contacts that textbooks solve, written as text."""
 
 from collections.abc import Callable
+from math import cos, sin
 
 import numpy as np
 import pytest
@@ -519,3 +520,46 @@ def test_a_ball_bounces_in_step_with_a_shaken_table(exported: Callable[..., Fmu]
             table, stop_time=30 * period, step=period, tolerance=1e-10, kind=kind, values={"y": y, "y_dot": v}
         )
         assert run["y"] == pytest.approx(np.full(31, y), abs=1e-6)
+
+
+def box_on_an_incline() -> str:
+    """A free box on four feet, on a plane that is turned by 0.5 rad; friction 0.3 does not hold it."""
+    feet = [(x, y) for x in (0.2, -0.2) for y in (0.1, -0.1)]
+    points = [f'[points.p{i}]\nframe = "box"\nposition = [{x}, {y}, -0.1]\n' for i, (x, y) in enumerate(feet)]
+    contacts = [
+        f'[contacts.c{i}]\nkind = "point_plane"\nbetween = ["p{i}", "world"]\nnormal = "z"\nfriction = 0.3\n'
+        for i in range(4)
+    ]
+    return "\n".join([BOX_IN_SPACE, *points, *contacts])
+
+
+BOX_IN_SPACE = f"""
+[mechanism]
+name = "box"
+[coordinates]
+x = {{ unit = "m" }}
+y = {{ unit = "m" }}
+z = {{ unit = "m", start = 0.1 }}
+rx = {{ unit = "rad" }}
+ry = {{ unit = "rad" }}
+rz = {{ unit = "rad" }}
+[frames.box]
+origin = ["x", "y", "z"]
+rotations = [["z", "rz"], ["y", "ry"], ["x", "rx"]]
+[bodies.box]
+frame = "box"
+mass = 2
+inertia = [0.02, 0.03, 0.04, 0, 0, 0]
+[gravity]
+acceleration = {G}
+direction = [{sin(0.5)!r}, 0, {-cos(0.5)!r}]
+"""
+
+
+@pytest.mark.parametrize(("solver", "tolerance"), [("dopri5", 1e-6), ("rk4", 1e-9)])
+def test_a_box_on_four_feet_slides_straight_down_from_rest(solver: str, tolerance: float, exported) -> None:
+    """The first loads leave one foot without any: it begins to slip as the others do."""
+    box = exported(read(box_on_an_incline(), "box"), solver=solver)
+    run = simulate(box, stop_time=0.3, step=0.1, tolerance=tolerance)
+    assert run["x"][-1] == pytest.approx(G * (sin(0.5) - 0.3 * cos(0.5)) * 0.3**2 / 2, rel=1e-9)
+    assert (run["y"][-1], run["rz"][-1]) == pytest.approx((0, 0), abs=1e-9)
