@@ -244,12 +244,15 @@ static void stop_slips(Settling *settling, bool *jumped) {
 }
 
 bool contacts_undo_drift(Instance *instance, bool *jumped) {
-    Settling settling = {.instance = instance};
     bool closed = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         closed = closed || contact_closed(&instance->state, i);
     }
-    return !closed || !instance->policy->stabilise || settling_move(&settling, jumped);
+    if (!closed || !instance->policy->stabilise) {
+        return true;
+    }
+    Settling settling = {.instance = instance};
+    return settling_move(&settling, jumped);
 }
 
 /* An importer's solver locates an impact where the indicator is 0, a little inside: bodies that meet are put back to

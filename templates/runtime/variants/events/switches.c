@@ -167,10 +167,11 @@ static bool note_rests(Instance *instance) {
 /* Turns switches as settle_switches does. Contacts open whose gaps jump up with them; at the start all are open. */
 static bool settle_rows(Instance *instance, const bool due[], bool *turned) {
     double gaps[SIZE_UNILATERALS] = {0.0};
-    if (due != NULL) {
+    const bool may_jump = N_SWITCHES > 0 && due != NULL;
+    if (may_jump) {
         contacts_gaps(instance, gaps);
     }
-    return settle_switches(instance, due, turned) && (due == NULL || !*turned || contacts_jump(instance, gaps));
+    return settle_switches(instance, due, turned) && (!may_jump || !*turned || contacts_jump(instance, gaps));
 }
 
 bool events_settle(Instance *instance, const bool due[], bool *jumped) {
