@@ -419,7 +419,7 @@ def test_a_rope_and_a_floor_that_jerk_in_turn_come_to_rest_in_model_exchange(exp
 
     v, the speed of the first landing, falls by 2/5 each time: fall 2 v/g, lift 2 v (2/5)/(g/5). About 0.5 s.
     """
-    fmu = exported(read(ROPE, "rope"), optimised=False)
+    fmu = exported(read(ROPE, "rope"))
     first = np.sqrt(2 / (9.81 / 5))
     rest = first + (2 * first / 5 + 4 * first / 5) / (1 - 2 / 5)
     outputs = ["floor_mode", "rope_lower_mode", "floor_impacts", "rope_lower_force"]

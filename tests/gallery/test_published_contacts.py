@@ -522,17 +522,6 @@ def test_a_ball_bounces_in_step_with_a_shaken_table(exported: Callable[..., Fmu]
         assert run["y"] == pytest.approx(np.full(31, y), abs=1e-6)
 
 
-def box_on_an_incline() -> str:
-    """A free box on four feet, on a plane that is turned by 0.5 rad; friction 0.3 does not hold it."""
-    feet = [(x, y) for x in (0.2, -0.2) for y in (0.1, -0.1)]
-    points = [f'[points.p{i}]\nframe = "box"\nposition = [{x}, {y}, -0.1]\n' for i, (x, y) in enumerate(feet)]
-    contacts = [
-        f'[contacts.c{i}]\nkind = "point_plane"\nbetween = ["p{i}", "world"]\nnormal = "z"\nfriction = 0.3\n'
-        for i in range(4)
-    ]
-    return "\n".join([BOX_IN_SPACE, *points, *contacts])
-
-
 BOX_IN_SPACE = f"""
 [mechanism]
 name = "box"
@@ -554,6 +543,17 @@ inertia = [0.02, 0.03, 0.04, 0, 0, 0]
 acceleration = {G}
 direction = [{sin(0.5)!r}, 0, {-cos(0.5)!r}]
 """
+
+
+def box_on_an_incline() -> str:
+    """A free box on four feet, on a plane that is turned by 0.5 rad; friction 0.3 does not hold it."""
+    feet = [(x, y) for x in (0.2, -0.2) for y in (0.1, -0.1)]
+    points = [f'[points.p{i}]\nframe = "box"\nposition = [{x}, {y}, -0.1]\n' for i, (x, y) in enumerate(feet)]
+    contacts = [
+        f'[contacts.c{i}]\nkind = "point_plane"\nbetween = ["p{i}", "world"]\nnormal = "z"\nfriction = 0.3\n'
+        for i in range(4)
+    ]
+    return "\n".join([BOX_IN_SPACE, *points, *contacts])
 
 
 @pytest.mark.parametrize(("solver", "tolerance"), [("dopri5", 1e-6), ("rk4", 1e-9)])

@@ -94,6 +94,27 @@ def test_a_stop_opens_once_with_a_method_of_second_order(solver: str, exported: 
     assert (last["x"][-1], last["x_dot"][-1]) == pytest.approx((1.5**3 / 6, 1.5**2 / 2), rel=2e-6)
 
 
+GUIDE = """
+[parameters]
+strength = { value = 0.3 }
+[frictions.guide]
+on = "x_dot"
+force = "strength"
+"""
+
+
+@pytest.mark.parametrize(("solver", "own"), [("dopri5", {}), ("rk4", {"solver_step": 0.125})])
+def test_a_stop_and_a_friction_that_share_a_load_give_way_together(
+    solver: str, own: dict[str, float], exported: Callable[..., Fmu]
+) -> None:
+    """Also where the friction has no force. One step goes from a load that is small to the slip."""
+    guided = exported(read(PRESSED + GUIDE, "pressed"), solver=solver)
+    for strength in (0.0, 0.01, 0.3):
+        last = simulate(guided, stop_time=4, step=0.25, values={"strength": strength} | own)
+        t = 3.5 - strength
+        assert (last["x"][-1], last["x_dot"][-1]) == pytest.approx((t**3 / 6, t**2 / 2), rel=1e-9)
+
+
 def test_a_foot_lifted_for_less_than_a_step_lands(exported: Callable[..., Fmu]) -> None:
     """Its landing is not seen on the parabola of a whole step; the height is that of other solvers with short steps."""
     leg = exported("hopper_leg", solver="ros2")

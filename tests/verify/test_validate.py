@@ -363,7 +363,7 @@ def test_kinks_turn_at_random_states(fmi: str, exported) -> None:
     x = coordinate("x", "m", velocity=1.0)
     springs = [Spring("buffer", 20.0, elongation=Min(0, x - Rational(1, 2)))]
     pushed = Mechanism("buffered", coordinates=[x], bodies=[Body("mass", 1.0, (x, 0))], springs=springs)
-    task = Task(pushed, exported(pushed, optimised=False, fmi=fmi).path, 1.0, 1e-6, None)
+    task = Task(pushed, exported(pushed, fmi=fmi).path, 1.0, 1e-6, None)
     checks = pointwise_checks(task, integrate(pushed, np.linspace(0.0, 1.0, 11)))
     assert all(check.passed for check in checks), checks
 

@@ -66,8 +66,9 @@ typedef struct {
     System system;                      /* at the present point, for tangents */
 } Cache;
 
-/* Loads that contacts and dry frictions share may be shown as those of least norm, or as those that are farthest from
-   what the laws allow, which cost more. Near the limits by default. */
+/* Of the loads that contacts and dry frictions share, event functions are those of least norm, or those that stay
+   farthest within the laws, which cost more. LOADS_BY_MARGIN takes the first ones where they are far from the limits
+   of the laws, else the second ones. */
 typedef enum { LOADS_BY_MARGIN, LOADS_LEAST, LOADS_CENTRED } ShownLoads;
 
 /* Memory that is written before it is read, within one call. */
@@ -86,8 +87,7 @@ typedef struct {
     double step_start;             /* s; the time at which the running communication step began */
     double step_end;               /* s; the time at which it ends, if no event comes before */
     int64_t events_passed;         /* the events passed in this communication step */
-    ShownLoads shown_loads;        /* those that event functions are of; LOADS_BY_MARGIN between steps */
-    bool loads_shared;             /* some evaluation of event functions since this was last false shared loads */
+    bool loads_shared;             /* some evaluation of event functions in this step shared loads */
     double inputs[3 * N_INPUTS];   /* at a stage of the solver, with their first and second derivatives */
 } Scratch;
 
@@ -178,6 +178,7 @@ typedef struct {
     State state;
     Cache cache;
     Scratch scratch;
+    ShownLoads shown_loads; /* LOADS_BY_MARGIN but while events are searched for in a step */
     Failure failure;
     Notice notices[MOST_NOTICES]; /* those given in the last step of the importer */
     int n_notices;

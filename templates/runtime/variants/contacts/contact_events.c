@@ -131,8 +131,8 @@ static void choose_loads(Instance *instance, double time, const double states[],
     if (!multipliers_unique(instance)) {
         const Sharing sharing = sharing_at(instance, &scratch->system, point);
         double *multipliers = point->unknowns + N_COORDINATES;
-        const bool well = scratch->shown_loads != LOADS_CENTRED && loads_least(&sharing, multipliers);
-        if (!well && scratch->shown_loads != LOADS_LEAST) {
+        const bool well = instance->shown_loads != LOADS_CENTRED && loads_least(&sharing, multipliers);
+        if (!well && instance->shown_loads != LOADS_LEAST) {
             loads_centre(&sharing, multipliers);
         }
         scratch->loads_shared = true;

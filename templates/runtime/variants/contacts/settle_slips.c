@@ -21,9 +21,6 @@ static const double COARSEST = 1e-3;
 /* A slip in space that begins is steadied up to so many times the speed with which it may come to rest. */
 static const double STEADIER = 4.0;
 
-/* A force of this part of the greatest one is rounding. */
-static const double ROUNDING = 1e-9;
-
 static bool slips_in_space(int contact) {
     return contact_slips(contact) == 2;
 }
@@ -96,14 +93,11 @@ bool settling_stop_in_space(Settling *settling, bool *jumped) {
 
 /* Is there friction beyond the rounding of forces? A foot that others relieve of its load has none. */
 static bool bears_friction(const Settling *settling, int contact) {
-    double greatest = 0.0, own = 0.0;
-    for (int row = 0; row < N_ROWS; row++) {
-        greatest = fmax(greatest, fabs(settling->lambda[ROW_PLACES[row]]));
-    }
+    bool found = false;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
-        own = fmax(own, fabs(settling->lambda[ROW_PLACES[row]]));
+        found = found || settling_bears(settling, contact, fabs(settling->lambda[ROW_PLACES[row]]));
     }
-    return own > ROUNDING * greatest;
+    return found;
 }
 
 /* What a row of slip begins to do, its contact being closed. A slip in space that begins does so against the friction,

@@ -32,7 +32,8 @@ bool settling_measure(Settling *settling);
 /* A velocity along a row that is as good as 0. */
 double settling_least_speed(const Settling *settling, int row);
 
-/* Is this normal force of a contact more than rounding? It alone would soon give a speed that is not as good as 0. */
+/* Is this force (N) of a contact more than rounding? Along the normal it would soon give a speed that is not as good as
+   0. */
 bool settling_bears(const Settling *settling, int contact, double force);
 
 /* Moves the states onto the rows that the modes hold; *jumped is set if they changed. Velocities that are rounding

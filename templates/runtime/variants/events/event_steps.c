@@ -20,7 +20,8 @@ static const double LEAST_FALL = 0.25;
 /* The end of a step is moved by up to this part of its length without repeating the step. */
 static const double LITTLE = 1e-6;
 
-/* A fixed step is cut to this part of it where its interpolant is not exact enough, and shows a root this early. */
+/* A step of fixed length is cut to CUT of it while its interpolant shows a root before EARLY of it, too early to be
+   told. */
 static const double CUT = 0.25, EARLY = 0.1;
 
 /* A function has a pole where it seems to be 0 and still has more than this part of its size. */
@@ -157,8 +158,9 @@ static bool seems_to_repeat(Instance *instance, const Descents *found, Step step
     return true;
 }
 
-/* The same for a step of fixed length: it is cut until its interpolant tells how a contact leaves 0 there, or that it
-   does not. A foot that is lifted for less than a step, for one, seems to sink at once. */
+/* Cuts a step of fixed length at whose beginning one event has just been passed several times. Its interpolant is not
+   exact enough to tell how a contact leaves 0 there: a foot that is lifted for less than a step seems to sink at once.
+   A shorter step tells whether and when it comes back. */
 static bool cut_repetition(Instance *instance, const double start[], Step *step, Descents *found) {
     const State *state = &instance->state;
     const double shortest = 4.0 * DBL_EPSILON * fabs(step->end);
@@ -213,18 +215,18 @@ static bool stop_sinking(Instance *instance, Step *step, const double start[], b
    others that obey them: the search begins again with those that are farthest from the limits. A change from the ones
    to the others within a step would be a jump. */
 static bool find_first(Instance *instance, const Step *step, double start[], Descents *found) {
-    Scratch *scratch = &instance->scratch;
     if (!dense_begin(instance, *step) || !find_descents(instance, start, found)) {
         return false;
     }
-    if (found->first < 0 || !scratch->loads_shared) {
+    if (found->first < 0 || !instance->scratch.loads_shared) {
         return true;
     }
-    scratch->shown_loads = LOADS_CENTRED;
+    instance->shown_loads = LOADS_CENTRED;
     return events_evaluate(instance, instance->state.time, instance->state.states, start) &&
            find_descents(instance, start, found);
 }
 
+/* events_end_step, with event functions of the loads in instance->shown_loads. */
 static bool end_step(Instance *instance, Step *step) {
     Descents found;
     State *state = &instance->state;
@@ -259,11 +261,10 @@ static bool end_step(Instance *instance, Step *step) {
 }
 
 bool events_end_step(Instance *instance, Step *step) {
-    Scratch *scratch = &instance->scratch;
-    scratch->shown_loads = LOADS_LEAST;
-    scratch->loads_shared = false;
+    instance->shown_loads = LOADS_LEAST;
+    instance->scratch.loads_shared = false;
     const bool known = end_step(instance, step);
-    scratch->shown_loads = LOADS_BY_MARGIN;
+    instance->shown_loads = LOADS_BY_MARGIN;
     return known;
 }
 
