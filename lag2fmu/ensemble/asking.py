@@ -46,7 +46,7 @@ def batch_of(
 ) -> Batch:
     """The batch that is ``asked`` for; raises LoadError, with name, shape and remedy, for arguments that do not fit.
 
-    ``events`` {name: number in the runtime} are those that can be asked for. ``default_stop`` is a stop time in s. A
+    ``events`` {name: number in the engine} are those that can be asked for. ``default_stop`` is a stop time in s. A
     method of ``fixed_step`` takes the mechanism's usual step if no step is given.
     """
     _check_choices(asked)
@@ -282,7 +282,7 @@ def _sample_times(asked: Asked, start: float, stop: float) -> Floats:
 def motions_alone(batch: Batch, motions: int) -> bool:
     """Whether some motion has a velocity or an acceleration although its inputs do not change.
 
-    The scalar runtime continues such a motion between its inputs, which lanes cannot.
+    The scalar engine continues such a motion between its inputs, which lanes cannot.
     """
     if not motions:
         return False

@@ -47,7 +47,7 @@ class _Batch(ctypes.Structure):
 class Batch:
     """A batch of runs as batch.h describes it; all values in SI units, the arrays C-contiguous.
 
-    ``reasons`` is empty if no run takes the scalar runtime. ``event_times`` are set up to ``event_counts`` only.
+    ``reasons`` is empty if no run takes the scalar engine. ``event_times`` are set up to ``event_counts`` only.
     """
 
     hold: bool

@@ -36,7 +36,7 @@ class Ensemble:
     """The equations of a mechanism compiled for batches of runs, with one solver.
 
     If the motion is smooth and the solver explicit, several runs share the lanes of vector registers. Other runs, and
-    those that reach a singular position, take the scalar runtime of the FMU one by one. Both agree with the FMU within
+    those that reach a singular position, take the scalar engine of the FMU one by one. Both agree with the FMU within
     the tolerance. The bits of a run depend neither on the other runs of the batch nor on the number of threads.
     """
 
@@ -52,7 +52,7 @@ class Ensemble:
 
         - ``solver``: one of METHODS; by default one that suits the motion at the start.
         - ``lanes``: 16, 8, 4, 2 or 1, by default the doubles in two registers of this processor; 0 sends all runs to
-          the scalar runtime.
+          the scalar engine.
         - ``compiler``: 'zig' or 'host'.
 
         Raises LoadError, DerivationError, SimulationError (unknown solver or lanes), ExportError (a solver that does

@@ -40,6 +40,8 @@ class StateFunction:
     def __init__(self, model: Mechanism | str | Path, *, lanes: int | None = None, compiler: str = "zig") -> None:
         """Derive ``model``, a mechanism or what ``load`` takes; the first call compiles it.
 
+        So does the first call of ``jacobians``, which takes the compiler longer.
+
         ``lanes`` and ``compiler`` are as for ``Ensemble``. Raises LoadError, and DerivationError for mechanisms with
         events or coordinates without mass.
         """
@@ -66,7 +68,7 @@ class StateFunction:
 
     def __getstate__(self) -> dict[str, object]:
         """The state without the loaded library; another process compiles it for its own processor."""
-        return {name: value for name, value in vars(self).items() if name != "_library"}
+        return {name: value for name, value in vars(self).items() if name not in {"_derivative", "_jacobian"}}
 
     @property
     def sparsity(self) -> dict[str, NDArray[np.bool_]]:
@@ -136,9 +138,17 @@ class StateFunction:
         return 1 if known == "t" else len(self.names[known])
 
     @cached_property
-    def _library(self) -> Library:
+    def _derivative(self) -> Library:
+        return self._built(jacobian=False)
+
+    @cached_property
+    def _jacobian(self) -> Library:
+        return self._built(jacobian=True)
+
+    def _built(self, *, jacobian: bool) -> Library:
         lanes = self._lane_count or lanes_here(self._compiler)
-        return built(render_function(self._functions, self.mechanism.name, lanes), "function", self._compiler)
+        sources = render_function(self._functions, self.mechanism.name, lanes, jacobian=jacobian)
+        return built(sources, "function", self._compiler)
 
     def _evaluate(
         self, t: ArrayLike, x: ArrayLike, u: ArrayLike | None, p: ArrayLike | None, *, jacobian: bool
@@ -158,7 +168,7 @@ class StateFunction:
         arrays, strides = zip(*(_points(array, batch, count) for array in given.values()), strict=True)
         width = sum(map(len, self._functions.sparsity.values())) if jacobian else len(self.names["x"])
         results = np.empty((count, width))
-        _call(self._library, arrays, strides, results, jacobian=jacobian)
+        _call(self._jacobian if jacobian else self._derivative, arrays, strides, results)
         return results.reshape(*batch, width)
 
 
@@ -174,16 +184,14 @@ class _Points(ctypes.Structure):
     """The struct Points of function_batch.c."""
 
     _fields_ = (
-        *((name, ctypes.c_int64) for name in ("first", "end", "jacobian")),
+        *((name, ctypes.c_int64) for name in ("first", "end")),
         *((name, ctypes.c_void_p) for name in KNOWNS),
         ("strides", ctypes.c_int64 * 4),
         ("results", ctypes.c_void_p),
     )
 
 
-def _call(
-    library: Library, arrays: Sequence[Floats], strides: Sequence[int], results: Floats, *, jacobian: bool
-) -> None:
+def _call(library: Library, arrays: Sequence[Floats], strides: Sequence[int], results: Floats) -> None:
     """Compute all points, many of them in several threads."""
     function, count = library.function("function_values"), len(results)
     parts = max(1, min(os.cpu_count() or 1, count // _PART))
@@ -191,9 +199,7 @@ def _call(
 
     def work(part: int) -> None:
         ends = (part * count // parts, (part + 1) * count // parts)
-        function(
-            ctypes.byref(_Points(*ends, int(jacobian), *pointers, (ctypes.c_int64 * 4)(*strides), results.ctypes.data))
-        )
+        function(ctypes.byref(_Points(*ends, *pointers, (ctypes.c_int64 * 4)(*strides), results.ctypes.data)))
 
     in_threads(work, range(parts))
 

@@ -24,7 +24,7 @@ class Runs:
     - ``event_counts`` {name: (r,)}: the number of events, including those beyond the stored ones.
     - ``steps`` (r,): the number of solver steps.
     - ``reached`` (r,): the time that each run reached.
-    - ``in_lanes`` (r,): whether the run went in lanes; the others took the scalar runtime.
+    - ``in_lanes`` (r,): whether the run went in lanes; the others took the scalar engine.
     - ``reasons`` {run: sentence}: why a run failed; its values are NaN from the time reached on.
     """
 

@@ -7,7 +7,6 @@ written here, from the same expressions. The compiler is zig, a dependency of la
 from __future__ import annotations
 
 import ctypes
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,7 +21,9 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from lag2fmu.kept_libraries import kept
+from lag2fmu.building.libraries import kept
+from lag2fmu.building.process import run, zig
+from lag2fmu.errors import BuildError
 from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice, Smooth
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
@@ -181,19 +182,19 @@ def _compiled(mechanism: Mechanism, *_derived: object) -> Function | None:
         with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
             Path(folder, "terms").write_bytes(library)
             function = ctypes.CDLL(str(Path(folder, "terms"))).terms
-    except (OSError, subprocess.CalledProcessError):
+    except (OSError, BuildError):
         return None
     function.argtypes, function.restype = [ctypes.c_void_p] * 4, None
     return function
 
 
 def _library(flags: Sequence[str], texts: Mapping[str, str]) -> bytes:
-    """The shared library of the C files ``texts`` {name: text}. Raises CalledProcessError, OSError."""
-    command = [sys.executable, "-m", "ziglang", "cc", *flags, "-o", "terms", _SOURCE, "-lm"]
+    """The shared library of the C files ``texts`` {name: text}. Raises BuildError, OSError."""
+    command = [zig(), "cc", *flags, "-o", "terms", _SOURCE, "-lm"]
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
         for name, text in texts.items():
             Path(folder, name).write_text(text, "utf-8")
-        subprocess.run(command, cwd=folder, capture_output=True, check=True)
+        run(command, Path(folder))
         return Path(folder, "terms").read_bytes()
 
 

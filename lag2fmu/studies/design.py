@@ -148,8 +148,7 @@ class Task:
     """What the runs of a sweep have in common; plain data, so that it can be sent anywhere.
 
     ``model`` is the text of a mechanism, or the path of an FMU (``is_fmu``). ``outputs`` are read at the ``times`` (s),
-    which end with the stop time. ``bounds`` {name: (least, greatest)} in SI, ``libraries`` a folder where processes of
-    one machine share what they compile.
+    which end with the stop time. ``bounds`` {name: (least, greatest)} in SI.
     """
 
     model: str
@@ -166,7 +165,6 @@ class Task:
     hold: bool = False
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     threads: int | None = None
-    libraries: str = ""
 
 
 @dataclass(frozen=True, eq=False)

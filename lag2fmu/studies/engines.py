@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 
@@ -13,7 +10,6 @@ import numpy as np
 from lag2fmu.ensemble.compiled import Ensemble
 from lag2fmu.errors import SimulationError
 from lag2fmu.formats.text import read
-from lag2fmu.kept_libraries import VARIABLE
 from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.design import Part, Task
 from lag2fmu.studies.givable import kinds_of
@@ -54,40 +50,26 @@ def _ensemble(text: str, solver: str | None) -> Ensemble:
     return Ensemble(read(text, "sweep.toml"), solver=solver)
 
 
-@contextmanager
-def _shared(folder: str) -> Iterator[None]:
-    """A context in which libraries are kept in ``folder``, unless the user has named another one."""
-    if os.environ.get(VARIABLE) or not folder:
-        yield
-        return
-    os.environ[VARIABLE] = folder
-    try:
-        yield
-    finally:
-        del os.environ[VARIABLE]
-
-
 def _by_ensemble(task: Task, rows: Floats) -> Part:
-    with _shared(task.libraries):
-        ensemble = _ensemble(task.model, task.solver)
-        given: dict[str, dict[str, object]] = {"starts": {}, "parameters": {}, "inputs": {}}
-        kinds = kinds_of(ensemble.mechanism)
-        for name, value in task.values.items():
-            given[kinds[name]][name] = value
-        given["inputs"] |= task.inputs
-        for name, column in zip(task.names, rows.T, strict=True):
-            whole = kinds[name] == "inputs" and task.input_times is not None
-            given[kinds[name]][name] = np.repeat(column[:, None], len(task.input_times), 1) if whole else column  # type: ignore[arg-type]
-        runs = ensemble.run(
-            **given,  # type: ignore[arg-type]
-            input_times=task.input_times,
-            hold=task.hold,
-            stop_time=float(task.times[-1]),
-            samples=task.times if len(task.times) > 1 else (),
-            outputs=task.outputs,
-            tolerance=1e-6 if task.tolerance is None else task.tolerance,
-            threads=task.threads,
-        )
+    ensemble = _ensemble(task.model, task.solver)
+    given: dict[str, dict[str, object]] = {"starts": {}, "parameters": {}, "inputs": {}}
+    kinds = kinds_of(ensemble.mechanism)
+    for name, value in task.values.items():
+        given[kinds[name]][name] = value
+    given["inputs"] |= task.inputs
+    for name, column in zip(task.names, rows.T, strict=True):
+        whole = kinds[name] == "inputs" and task.input_times is not None
+        given[kinds[name]][name] = np.repeat(column[:, None], len(task.input_times), 1) if whole else column  # type: ignore[arg-type]
+    runs = ensemble.run(
+        **given,  # type: ignore[arg-type]
+        input_times=task.input_times,
+        hold=task.hold,
+        stop_time=float(task.times[-1]),
+        samples=task.times if len(task.times) > 1 else (),
+        outputs=task.outputs,
+        tolerance=1e-6 if task.tolerance is None else task.tolerance,
+        threads=task.threads,
+    )
     found = [runs.samples[n] if len(task.times) > 1 else runs.final[n][:, None] for n in task.outputs]
     return Part(np.stack(found, axis=2), runs.reasons)
 

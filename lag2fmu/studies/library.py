@@ -38,7 +38,7 @@ INPUT, SETTING = "VARIABLE_INPUT", "VARIABLE_SETTING"
 class Library:
     """The runs of one mechanism as functions of this process, and the variables it knows.
 
-    ``kinds`` has the kind of each variable, as a number of the runtime.
+    ``kinds`` has the kind of each variable, as a number of the engine.
     """
 
     name: str
@@ -100,7 +100,7 @@ def _compiled(source: _Source, solver: str) -> Library:
     program = lower(equations)
     mechanism = complete(source.mechanism, equations)
     table = build_table(equations, program)
-    texts = render_sources(program, table.tables, method, "study", "studies")
+    texts = render_sources(program, table.tables, method, "study", "study")
     return Library(
         mechanism.name,
         Loaded(compile_here(texts, "study"), f"study{host_platform().suffix}"),
@@ -115,7 +115,7 @@ def _compiled(source: _Source, solver: str) -> Library:
 
 
 class _Request(ctypes.Structure):
-    """``Request`` of templates/runtime/studies/study.h."""
+    """``Request`` of templates/engine/drivers/study/study.h."""
 
     _fields_ = (
         ("start", ctypes.c_double),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from pathlib import Path
@@ -72,17 +71,16 @@ def sweep(  # noqa: PLR0913 (choices of the user)
     axes = axes_of(vary)
     wanted = Wanted(outputs, at_end, times, stop_time, values or {}, inputs, hold, tolerance, solver)
     design = grid(axes) if sample is None else sampled(axes, sample, sampling, seed)
-    with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as libraries:
-        if is_fmu(model):
-            task, units, title = task_of_fmu(model, design, wanted)
-        else:
-            task, units, title = task_of_model(model, design, wanted, libraries, threads=1 if executor else None)
-        store = Store(target, task, design, _size(part, task, len(design)))
-        try:
-            _make_parts(store, task, design, executor, progress)
-        except BaseException:
-            store.leave()
-            raise
+    if is_fmu(model):
+        task, units, title = task_of_fmu(model, design, wanted)
+    else:
+        task, units, title = task_of_model(model, design, wanted, threads=1 if executor else None)
+    store = Store(target, task, design, _size(part, task, len(design)))
+    try:
+        _make_parts(store, task, design, executor, progress)
+    except BaseException:
+        store.leave()
+        raise
     found = dataset(store, task, design, units, title)
     if target is not None:
         save(found, target)

@@ -45,7 +45,7 @@ class Wanted:
 
 
 def task_of_model(
-    model: Any, design: Design, wanted: Wanted, libraries: str, threads: int | None
+    model: Any, design: Design, wanted: Wanted, threads: int | None
 ) -> tuple[Task, dict[str, Unit | None], str]:
     """The task for a mechanism, the units of its names, and a title; see ``Task`` for the other arguments.
 
@@ -70,7 +70,6 @@ def task_of_model(
         hold=wanted.hold,
         tolerance=wanted.tolerance,
         solver=wanted.solver,
-        libraries=libraries,
         threads=threads,
     )
     return task, shown, mechanism.title
