@@ -1,4 +1,4 @@
-"""The rooms of the C runtime: what stands in core knows no standard, files include each other in no circle."""
+"""The rooms of the engine, in C: each knows those below it alone, and only the drivers know a standard."""
 
 from __future__ import annotations
 
@@ -9,29 +9,37 @@ import pytest
 
 from lag2fmu.resources import resource_folder
 
-RUNTIME = resource_folder("templates") / "runtime"
-FILES = sorted(RUNTIME.rglob("*.[ch]"))
+ENGINE = resource_folder("templates") / "engine"
+FILES = sorted(ENGINE.rglob("*.[ch]"))
 GATES = ("fmi2", "fmi3", "gate")
-PHYSICS = [path for path in FILES if path.relative_to(RUNTIME).parts[0] not in GATES]
 SEVERAL = ("solver_memory.h", "event_sizes.h", "version.h", "version.c")
 MOST_LINES, MOST_COLUMNS = 50, 120
 SIZES = re.compile(r"^ *#if.*\b(N|SIZE)_\w+", re.MULTILINE)
 FUNCTION = re.compile(r"^\w[^;{}=]*\) \{\n.*?^\}\n", re.MULTILINE | re.DOTALL)
 
-ROOMS = {
-    "core": {"variants", "solvers"},
-    "variants": {"core", "solvers"},
-    "solvers": {"core", "variants"},
-    "adjoints": {"core", "variants"},
-    "ensemble": {"core", "variants"},
-    "page": {"core", "variants"},
-    "studies": {"core", "variants", "solvers"},
+SMALL = re.compile(r"(?<![\w.])[\d.]+e-\d+")
+STEERING = {
+    "instance.c": {"1e-4"},
+    "integrator.c": {"1e-5"},
+    "step_size.c": {"1e-3", "1e-4", "1e-5", "1e-7", "1e-15"},
+    "ros2.c": {"3e-6"},
+    "jumps.c": {"1e-3", "1e-4", "1e-5"},
+    "event_steps.c": {"1e-3"},
+    "settings.c": {"1e-6"},
+    "constraint_start.c": {"1e-3"},
+    "cones.c": {"1e-3"},
+    "contact_modes.c": {"1e-12"},
 }
-"""room -> the others whose headers it may include; the interfaces of variants and solvers are theirs"""
+"""file -> its small numbers that are no tolerances: they steer a method, are the width of a difference, or a default"""
+
+ROOMS = ("base", "laws", "system", "events", "integrate", "drivers")
+"""Each room may include headers of those before it."""
+MEMORIES = ("solver_memory", "mechanism")
+"""What the State holds of a solver, which the solver's folder says."""
 
 
 def _room(path: Path) -> str:
-    return path.relative_to(RUNTIME).parts[0]
+    return path.relative_to(ENGINE).parts[0]
 
 
 def _included(path: Path) -> set[str]:
@@ -40,24 +48,30 @@ def _included(path: Path) -> set[str]:
 
 
 def _name(path: Path) -> str:
-    return path.relative_to(RUNTIME).as_posix()
+    return path.relative_to(ENGINE).as_posix()
 
 
-@pytest.mark.parametrize("path", PHYSICS, ids=_name)
-def test_only_the_gate_knows_the_standard(path: Path) -> None:
-    assert re.search("fmi[23]", path.read_text("utf-8")) is None
-    rooms = {other.stem: _room(other) for other in FILES if other.suffix == ".h"}
+def _gate(path: Path) -> str | None:
+    """The gate of FMI that a file belongs to."""
+    folder = path.relative_to(ENGINE).parts[1]
+    return folder if folder in GATES else None
+
+
+@pytest.mark.parametrize("path", FILES, ids=_name)
+def test_rooms_know_those_below_them_alone(path: Path) -> None:
+    rooms = {other.stem: _room(other) for other in FILES if other.suffix == ".h" and other.stem not in MEMORIES}
     used = {rooms[stem] for stem in _included(path) if stem in rooms}
-    assert used <= ROOMS[_room(path)] | {_room(path)}
+    assert used <= set(ROOMS[: ROOMS.index(_room(path)) + 1])
 
 
-@pytest.mark.parametrize("path", [path for path in FILES if _room(path) in GATES], ids=_name)
-def test_the_versions_share_what_names_no_function_of_theirs(path: Path) -> None:
-    """gate/ knows a version by its version.h alone, and no version knows another."""
-    other = {"gate": "fmi[23]", "fmi2": "fmi3", "fmi3": "fmi2"}[_room(path)]
+@pytest.mark.parametrize("path", FILES, ids=_name)
+def test_only_the_gates_know_the_standard_and_no_version_knows_another(path: Path) -> None:
+    """gate/ knows a version by its version.h alone."""
+    other = {"gate": "fmi[23]", "fmi2": "fmi3", "fmi3": "fmi2", None: "fmi[23]"}[_gate(path)]
     assert re.search(other, path.read_text("utf-8")) is None
-    rooms = {other.stem: _room(other) for other in FILES if other.suffix == ".h" and other.name not in SEVERAL}
-    assert {rooms[stem] for stem in _included(path) if stem in rooms} <= {_room(path), "gate", *ROOMS}
+    if _gate(path) is None:
+        gates = {file.stem for file in FILES if file.suffix == ".h" and _gate(file)}
+        assert not _included(path) & gates
 
 
 @pytest.mark.parametrize("path", FILES, ids=_name)
@@ -71,6 +85,23 @@ def test_functions_and_lines_fit_a_screen(path: Path) -> None:
     for function in FUNCTION.findall(text):
         assert function.count("\n") <= MOST_LINES, function.split("(")[0]
     assert max(map(len, text.split("\n"))) <= MOST_COLUMNS
+
+
+def _code(path: Path) -> str:
+    """The text of a C file without comments and strings."""
+    return re.sub(r'/\*.*?\*/|"[^"\n]*"', "", path.read_text("utf-8"), flags=re.DOTALL)
+
+
+def test_all_tolerances_stand_in_one_place() -> None:
+    found = {path.name: numbers for path in FILES if (numbers := set(SMALL.findall(_code(path))))}
+    assert found.pop("scale.h")
+    assert found == STEERING
+
+
+def test_there_are_few_tolerances() -> None:
+    (scale,) = (path for path in FILES if path.name == "scale.h")
+    names = re.findall(r"\b([A-Z_]+) = |^#define (\w+) \(", _code(scale), re.MULTILINE)
+    assert 20 < len(names) <= 30
 
 
 def test_the_names_of_files_are_unique() -> None:

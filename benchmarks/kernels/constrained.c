@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "equations.h"
+#include "derivative.h"
 #include "fmi2Functions.h"
 
 void call(const double in[], double out[]);
@@ -23,7 +23,7 @@ void call(const double in[], double out[]) {
     if (instance == NULL) {
         instance = started();
     }
-    if (!equations_derivative(instance, 0.0, in, derivatives)) {
+    if (!derivative_at(instance, 0.0, in, derivatives)) {
         abort();
     }
     memcpy(out, derivatives + N_COORDINATES, N_COORDINATES * sizeof(double));

@@ -89,9 +89,9 @@ def render_lanes(program: Program, tables: RuntimeTables, method: LaneMethod, la
 
 
 def render_scalar(program: Program, tables: RuntimeTables, method: Method) -> Mapping[str, str]:
-    """{file name: text} of a library that runs batches one by one: the runtime of the FMU without its gate."""
+    """{file name: text} of a library that runs batches one by one: the engine of the FMU without its gate."""
     batch = (resource_folder("templates") / "ensemble" / "batch.h").read_text("utf-8")
-    return {**render_sources(program, tables, method, "", "ensemble"), "batch.h": batch}
+    return {**render_sources(program, tables, method, "", "batch"), "batch.h": batch}
 
 
 def lane_functions(program: Program) -> tuple[Function, ...]:
@@ -119,11 +119,16 @@ def lane_functions(program: Program) -> tuple[Function, ...]:
     return tuple(replace(f, name=f.name.replace("mechanism_", "lanes_")) for f in chosen)
 
 
-def render_function(functions: PlainFunctions, name: str, lanes: int) -> Mapping[str, str]:
-    """{file name: text} of a library that evaluates ``functions`` at many points, in groups of ``lanes``."""
-    program = functions.program
-    in_lanes = tuple(replace(f, name=f"lanes_{f.name}") for f in program.functions)
-    context = {**_sizes(functions), **_printing(program, in_lanes), "name": name, "lanes": lanes}
+def render_function(functions: PlainFunctions, name: str, lanes: int, *, jacobian: bool) -> Mapping[str, str]:
+    """{file name: text} of a library that evaluates one of ``functions`` at many points, in groups of ``lanes``.
+
+    The Jacobians have a library of their own, as they take the compiler twenty times as long as the derivatives.
+    """
+    chosen = replace(functions.program.functions[jacobian], name="lanes_values")
+    program = replace(functions.program, functions=(chosen,))
+    sizes = _sizes(functions)
+    results = sizes["entries" if jacobian else "states"]
+    context = {**sizes, **_printing(program, (chosen,)), "name": name, "lanes": lanes, "results": results}
     templates = resource_folder("templates")
     files = {file: (templates / "ensemble" / file).read_text("utf-8") for file in ("lanes.h", "lane_math.h")}
     files["function_batch.c"] = (templates / "function" / "function_batch.c").read_text("utf-8")
@@ -210,6 +215,6 @@ def _printing(program: Program, functions: tuple[Function, ...]) -> dict[str, ob
 
 
 def _lookup_files(program: Program) -> dict[str, str]:
-    """The files of the runtime that look something up in tables, if ``program`` does."""
-    runtime = resource_folder("templates") / "runtime" / "core"
-    return {name: (runtime / name).read_text("utf-8") for name in ("lookup.c", "lookup.h") if lookups_of(program)}
+    """The files of the engine that look something up in tables, if ``program`` does."""
+    base = resource_folder("templates") / "engine" / "base"
+    return {name: (base / name).read_text("utf-8") for name in ("lookup.c", "lookup.h") if lookups_of(program)}

@@ -1,4 +1,4 @@
-"""The source tree of an FMU: the runtime as it stands in templates/, and the files that depend on the mechanism."""
+"""The source tree of an FMU: the engine as it stands in templates/, and the files that depend on the mechanism."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from lag2fmu.codegen.c import INTERVALS
 from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
-from lag2fmu.dynamics.functions import Program
+from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.dynamics.tables import lookups
 from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.operations import CODE
@@ -19,6 +20,12 @@ GENERATED = ("mechanism.h", "mechanism.c", "tables.c")
 PORTS = ("ports_size.h", "ports.c")
 """The generated files that map value references to slots, for mechanisms whose ports differ from the slots."""
 
+TIMED = ("timed_bounds.h", "timed_bounds.c")
+"""The generated files that bound switches which depend on the time alone."""
+
+_LOOKUP = ("lookup.c", "lookup.h")
+_INTERVAL_LOOKUP = ("interval_lookup.c", "interval_lookup.h")
+
 _HELPERS = {
     "sign": "static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }",
     "heaviside": "static double heaviside(double x) { return 0.5 * (1.0 + (double)((x > 0.0) - (x < 0.0))); }",
@@ -27,10 +34,10 @@ _HELPERS = {
 }
 
 
-def lookups_of(program: Program) -> list[tuple[int, Interpolant]]:
-    """The tables that ``program`` looks something up in, with their numbers."""
+def lookups_of(program: Program, functions: Sequence[Function] | None = None) -> list[tuple[int, Interpolant]]:
+    """The tables that ``functions``, by default all of ``program``, look something up in, with their numbers."""
     graph = program.graph
-    nodes = graph.cone(node for f in program.functions for *_, node in f.results)
+    nodes = graph.cone(node for f in functions or program.functions for *_, node in f.results)
     used = [table for table, *_ in lookups(graph, nodes)]
     return [(number, table) for number, table in enumerate(graph.tables) if table in used]
 
@@ -43,7 +50,7 @@ def render_sources(
 ) -> Mapping[str, str]:
     """{file name: text} of all C sources and headers, sorted; the headers of FMI are not among them.
 
-    The files of the runtime are copied from templates/runtime; the generated ones contain the ``guid``. ``gate`` is
+    The files of the engine are copied from templates/engine; the generated ones contain the ``guid``. ``gate`` is
     the folder with the functions of one version of FMI.
     """
     context = {
@@ -53,18 +60,22 @@ def render_sources(
         "guid": guid,
         "lookups": lookups_of(program),
         "helpers": helpers_of(program),
+        "intervals": INTERVALS,
+        "timed_lookups": lookups_of(program, [program.timed_bounds]) if program.timed_bounds else [],
     }
     kind = {
         "constraints": bool(tables.constraint_names),
         "massless": bool(tables.massless),
         "events": program.hybrid,
+        "timed": program.timed_bounds is not None,
         "contacts": bool(program.places),
         "further": bool(tables.further),
         "tables": bool(program.arguments),
     }
-    needed = ("lookup.c", "lookup.h") if context["lookups"] else ()
-    files = runtime_files(method, kind, needed, gate, program.has_adjoints)
+    needed = [*(_LOOKUP if context["lookups"] else ()), *(_INTERVAL_LOOKUP if context["timed_lookups"] else ())]
+    files = engine_files(method, kind, needed, gate, program.has_adjoints)
     generated = (*GENERATED, *(PORTS if tables.ports else ()), *method.generated_files)
+    generated += TIMED if program.timed_bounds else ()
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     return dict(sorted(files.items()))
 
@@ -75,14 +86,15 @@ def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -
     ``functions`` {file: program} has one program that computes the spots of the picture, and one that computes the
     power of work; each has one function.
     """
-    gates = {path.name for folder in ("gate", "fmi2", "fmi3", "adjoints") for path in _paths(folder)}
-    files = {name: text for name, text in sources.items() if name not in {*gates, *PORTS}} | _texts("page")
+    gates = {path.name for folder in ("gate", "fmi2", "fmi3", "adjoints") for path in _paths(f"drivers/{folder}")}
+    kept = {name: text for name, text in sources.items() if name not in {*gates, *PORTS}}
+    files = kept | _texts("drivers/page")
     for name, program in functions.items():
         (function,) = program.functions
         context = {"name": name, "program": program, "function": function, "size": max(1, len(function.results))}
         context |= {"lookups": lookups_of(program), "helpers": helpers_of(program)}
         if context["lookups"]:
-            files |= {name: text for name, text in _texts("core").items() if name.startswith("lookup.")}
+            files |= {name: text for name, text in _texts("base").items() if name.startswith("lookup.")}
         files |= {f"{name}.{end}": render(f"mechanism/page_function.{end}.jinja", context) for end in "hc"}
     return dict(sorted(files.items()))
 
@@ -95,34 +107,39 @@ def helpers_of(program: Program) -> list[str]:
     return [text for name, text in _HELPERS.items() if CODE[name] in used]
 
 
+ROOMS = ("base", "laws", "system", "events", "integrate")
+"""The folders of the engine below its drivers; what stands in one calls nothing in those behind it."""
+
+_METHODS = "integrate/methods"
+
+
 def _paths(folder: str) -> list[Path]:
-    """The C files in a ``folder`` of the runtime and in its subfolders."""
-    return sorted((resource_folder("templates") / "runtime" / folder).rglob("*.[ch]"))
+    """The C files in a ``folder`` of the engine and in its subfolders."""
+    return sorted((resource_folder("templates") / "engine" / folder).rglob("*.[ch]"))
 
 
-def runtime_files(
+def engine_files(
     method: Method,
     kind: Mapping[str, bool],
     further: Sequence[str] = (),
     gate: str = "fmi2",
     adjoints: bool = False,
 ) -> dict[str, str]:
-    """{file name: text} of the runtime files that a solver and a kind of mechanism need; names are without folders.
+    """{file name: text} of the files of the engine that a solver and a kind of mechanism need, without folders.
 
     - ``kind``: {variant: whether the mechanism has it}.
     - ``further``: the files that generated code needs.
     - ``adjoints``: whether generated code has functions for adjoint derivatives.
 
-    The folders of the gate (of FMI, or of studies), of the chosen variants and of the solver's family are taken as a
-    whole. Gate and family also bring their subfolders for these variants. Any other file is taken if an #include names
-    it; NAME.h brings NAME.c along.
+    A folder that is named after a variant, or has _none behind its name, holds one alternative. Such folders in each
+    room, the folder of the gate (of FMI, or of studies) and that of the solver's family are taken as a whole; gate and
+    family also bring their subfolders for these variants. Any other file is taken if an #include names it; NAME.h
+    brings NAME.c along.
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
-    family = f"solvers/{method.family}"
-    rooms = ("variants", gate, family, *(("adjoints",) if adjoints else ()))
-    whole = (*rooms[1:], *(f"{room}/{name}" for room in rooms for name in variants))
-    wanted = set(texts := _texts(*whole))
-    texts |= _texts("core", "gate", "variants", "solvers", "solvers/common", gate.partition("/")[0])
+    chosen = [f"drivers/{gate}", f"{_METHODS}/{method.family}", *(("drivers/adjoints",) if adjoints else ())]
+    wanted = set(texts := _texts(*chosen, *(f"{room}/{name}" for room in (*ROOMS, *chosen) for name in variants)))
+    texts |= _texts(*ROOMS, "drivers", "drivers/gate", f"drivers/{gate.partition('/')[0]}", f"{_METHODS}/common")
     wanted |= set(further)
     needed: dict[str, str] = {}
     while wanted:
@@ -134,6 +151,6 @@ def runtime_files(
 
 
 def _texts(*folders: str) -> dict[str, str]:
-    """{file name: text} of the C files in these folders of the runtime, without their subfolders."""
-    runtime = resource_folder("templates") / "runtime"
-    return {path.name: path.read_text("utf-8") for folder in folders for path in (runtime / folder).glob("*.[ch]")}
+    """{file name: text} of the C files in these folders of the engine, without their subfolders."""
+    engine = resource_folder("templates") / "engine"
+    return {path.name: path.read_text("utf-8") for folder in folders for path in (engine / folder).glob("*.[ch]")}

@@ -1,4 +1,4 @@
-"""The tables of a mechanism that the runtime in C reads: value references, numbers, names."""
+"""The tables of a mechanism that the engine in C reads: value references, numbers, names."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Vibrations = tuple[tuple[float, int], ...]
 
 @dataclass(frozen=True)
 class Slot:
-    """The variable of a value reference: entry ``index`` of the vector of ``kind`` (a VariableKind of the runtime).
+    """The variable of a value reference: entry ``index`` of the vector of ``kind`` (a VariableKind of the engine).
 
     ``minimum`` and ``maximum`` are in SI units. The time derivatives of an ``output`` can be asked for.
     """

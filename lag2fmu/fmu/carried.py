@@ -13,7 +13,7 @@ from lag2fmu.xml_tree import parse
 
 MECHANISM_ENTRY = "extra/org.lag2fmu/mechanism.toml"
 
-SOURCES, EQUATIONS, DESCRIPTION = WITHOUT = ("sources", "equations", "description")
+SOURCES, EQUATIONS, DESCRIPTION, CLOCKS = WITHOUT = ("sources", "equations", "description", "clocks")
 """The parts that an FMU may leave out: sources/, the equations on its page, the mechanism as text."""
 
 _MISSING = (

@@ -7,27 +7,24 @@ of fmu/ starts programs.
 
 from __future__ import annotations
 
-import logging
 import os
 import platform
 import shlex
 import shutil
-import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import Future, as_completed
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 
+from lag2fmu.building.libraries import kept
+from lag2fmu.building.process import compiling, run, zig
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.mach_exports import hide
 from lag2fmu.fmu.units import units
 from lag2fmu.fmu.universal import universal
-from lag2fmu.kept_libraries import kept
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 
@@ -37,7 +34,6 @@ WASM = "wasm32-wasi"
 OF_ZIG = frozenset({"__mh_dylib_header", "___dso_handle"})
 """The names that zig's linker exports from every library for macOS; none of its options prevents this."""
 
-_LOGGER = logging.getLogger("lag2fmu")
 Progress = Callable[[int, int, str], None]
 """A function called with the number of libraries done, the number of all, and the name of the one done or begun."""
 
@@ -112,9 +108,7 @@ def compiler_command(compiler: str, target: str) -> list[str]:
     Raises BuildError if no compiler is found; the message names the ones looked for.
     """
     if compiler == "zig":
-        if find_spec("ziglang") is None:
-            raise BuildError("the compiler zig is not installed; run 'pip install ziglang', or use --compiler host")
-        return [sys.executable, "-m", "ziglang", "cc", "-target", target]
+        return [zig(), "cc", "-target", target]
     if compiler == "host":
         candidates = [os.environ.get("CC", ""), "cc", "gcc", "clang"]
         for candidate in candidates:
@@ -154,15 +148,11 @@ def compile_libraries(
     """
     platforms = list(platforms)
     parts = [(p, target) for p in platforms for target in (p.targets if compiler == "zig" else p.targets[:1])]
-    with ThreadPoolExecutor(max_workers=max(1, min(len(parts), os.cpu_count() or 1))) as pool:
+    with compiling(max(1, min(len(parts), os.cpu_count() or 1))) as pool:
         running = {part: pool.submit(_compile, sources, include, name, part, compiler) for part in parts}
         if progress is not None:
             _report(running, progress)
-        try:
-            built = {part: future.result() for part, future in running.items()}
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+        built = {part: future.result() for part, future in running.items()}
     return [universal([built[part] for part in parts if part[0] == p]) for p in platforms]
 
 
@@ -181,7 +171,7 @@ def compile_here(sources: Mapping[str, str], name: str, compiler: str = "zig") -
     command = [*_for_here(compiler), *FLAGS, "-shared", "-o", library, *joined, "-lm"]
     if compiler != "zig":
         return _built(command, {**sources, **joined}, library)
-    made_of = (version("ziglang"), command, sorted(processor_macros(compiler)), sorted(sources.items()))
+    made_of = (version("ziglang"), command[1:], sorted(processor_macros(compiler)), sorted(sources.items()))
     return kept(made_of, lambda: _built(command, {**sources, **joined}, library))
 
 
@@ -202,7 +192,7 @@ def compile_module(sources: Mapping[str, str], functions: Iterable[str]) -> byte
     exports = [f"-Wl,--export={name}" for name in functions]
     command = [*compiler_command("zig", WASM), "-mexec-model=reactor", *flags, *exports, "-s", "-o", "page.wasm"]
     command += [*joined, "-lm"]
-    made_of = (version("ziglang"), command, sorted(sources.items()))
+    made_of = (version("ziglang"), command[1:], sorted(sources.items()))
     return kept(made_of, lambda: _built(command, {**sources, **joined}, "page.wasm"))
 
 
@@ -221,6 +211,7 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
     strip = [] if platform.suffix == ".dylib" else ["-s"]
     command = [*compiler_command(compiler, target), *FLAGS, *strip, "-shared", f"-I{include}", "-o", library]
     command += [*joined, "-lm"]
+    options = [word for word in command[1:] if word != f"-I{include}"]
 
     def build() -> bytes:
         built = _built(command, {**sources, **joined}, library)
@@ -229,7 +220,7 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
     if compiler != "zig":  # other compilers depend on the machine
         return build()
     headers = [(file.name, file.read_bytes()) for file in sorted(include.glob("fmi*.h"))]
-    return kept((version("ziglang"), command, headers, sorted(sources.items())), build)
+    return kept((version("ziglang"), options, headers, sorted(sources.items())), build)
 
 
 def _built(command: list[str], files: Mapping[str, str], library: str) -> bytes:
@@ -252,41 +243,11 @@ def _built(command: list[str], files: Mapping[str, str], library: str) -> bytes:
 
 def _run(command: list[str], folder: Path) -> str:
     """Run the compiler in ``folder`` and return its output; raises BuildError with this output if it fails."""
-    environment = dict(os.environ)
-    if "ziglang" in command and not _has_cache():
-        environment["ZIG_GLOBAL_CACHE_DIR"] = str(folder / "cache")
-        _LOGGER.warning(
-            "warning: the compiler has no folder to keep its work in, and builds its parts anew, which takes a while; "
-            "set ZIG_GLOBAL_CACHE_DIR, or HOME, to a folder that can be written"
-        )
-    try:
-        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-    except OSError as error:
-        raise BuildError(f"the compiler '{command[0]}' could not be started: {error}") from error
-    if done.returncode != 0:
-        shown = (done.stderr or done.stdout).strip()[-4000:]
-        raise BuildError(
-            f"the compiler failed with exit code {done.returncode} ({' '.join(command[:5])} ...):\n{shown}"
-        )
-    return done.stdout
-
-
-def _has_cache() -> bool:
-    """Whether zig can write to the folder of its cache, found by zig's own rules; not asked on Windows.
-
-    Source: https://ziglang.org, src/introspect.zig, resolveGlobalCacheDir.
-    """
-    given, common, home = (os.environ.get(name) for name in ("ZIG_GLOBAL_CACHE_DIR", "XDG_CACHE_HOME", "HOME"))
-    if os.name == "nt":
-        return True
-    if not (given or common or home):
-        return False
-    folder = Path(given or (Path(common, "zig") if common else Path(str(home), ".cache", "zig")))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return False
-    return os.access(folder, os.W_OK)
+    done = run(command, folder)
+    if done.code != 0:
+        shown = (done.errors or done.output).strip()[-4000:]
+        raise BuildError(f"the compiler failed with exit code {done.code} ({' '.join(command[:5])} ...):\n{shown}")
+    return done.output
 
 
 def binaries_text(folders: Iterable[str], compiler: str) -> str:

@@ -29,7 +29,23 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     if len(equations.rows):
         found[names.derivative(names.DISSIPATED_ENERGY)] = everything
     found |= {state: frozenset([state]) for state in states}
-    moving = {str(graph.leaf[rate]) for rate in equations.variables.rates}  # these are no variables of the FMU
+    return _named(equations, found)
+
+
+def start_dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
+    """{state: names on which its value at the start depends} of the states that constraints with mass may move there.
+
+    Starts that are all given, but miss the constraints by little, are moved: each by all of those that its constraints
+    tie it to.
+    """
+    states, following = _states(equations)
+    tied = _solved(equations, states, massless=False)
+    return _named(equations, {name: _without(uses, following) for name, uses in tied.items()})
+
+
+def _named(equations: EquationsOfMotion, found: Mapping[str, frozenset[str]]) -> dict[str, frozenset[str]]:
+    """The same by names of variables of the FMU: rates of inputs are none."""
+    moving = {str(equations.graph.leaf[rate]) for rate in equations.variables.rates}
     return {name: frozenset("time" if used == "t" else used for used in uses - moving) for name, uses in found.items()}
 
 
@@ -39,7 +55,7 @@ def _states(equations: EquationsOfMotion) -> tuple[list[str], dict[str, frozense
     coordinates = [q.name for q in m.coordinates]
     x = [*coordinates, *map(names.velocity, coordinates), *(state.name for state in integrated_states(m))]
     states = [x[i] for i in continuous_states(m)]
-    return states, _following(equations, {*x} - {*states})
+    return states, _solved(equations, {*x} - {*states}, massless=True)
 
 
 def _blocks(equations: EquationsOfMotion) -> tuple[dict[str, frozenset[str]], frozenset[str]]:
@@ -67,28 +83,29 @@ def _derivatives(equations: EquationsOfMotion, known: Mapping[str, frozenset[str
     return found | {names.derivative(x): _without(equations.graph.symbols([node]), known) for x, node in rates}
 
 
-def _following(equations: EquationsOfMotion, massless: Iterable[str]) -> dict[str, frozenset[str]]:
-    """{name: variables that it depends on} of the coordinates and velocities ``massless``.
+def _solved(equations: EquationsOfMotion, wanted: Iterable[str], *, massless: bool) -> dict[str, frozenset[str]]:
+    """{name: variables that it depends on} of the ``wanted`` coordinates and velocities that constraints determine.
 
-    They are all the variables in the equations that determine the coordinate or velocity. Coordinates are solved for
+    They are all the variables in the equations that determine the coordinate or velocity: constraints of coordinates
+    that are ``massless``, or the others, which move all that they tie from where it is. Coordinates are solved for
     first, those of one equation together, and then velocities. Rates of inputs are left out, because they are no
     variables of the FMU.
     """
     graph, m, c = equations.graph, equations.mechanism, equations.constraints
-    wanted = {*massless}
+    wanted = {*wanted}
     found: dict[str, frozenset[str]] = {}
-    positions = [q.name for q in m.coordinates if q.name in wanted]
-    velocities = [v for q in m.coordinates if (v := names.velocity(q.name)) in wanted]
-    rows = [k for k, constraint in enumerate(m.constraints) if constraint.massless]
+    coordinates = [q.name for q in m.coordinates]
+    rows = [k for k, constraint in enumerate(m.constraints) if bool(constraint.massless) == massless]
     rates = {str(graph.leaf[rate]) for rate in equations.variables.rates}
-    for unknowns, nodes in (
-        (positions, [c.positions[k] for k in rows if k < len(c.positions)]),
-        (velocities, [c.velocities[k] for k in rows]),
+    for level, nodes in (
+        (coordinates, [c.positions[k] for k in rows if k < len(c.positions)]),
+        (map(names.velocity, coordinates), [c.velocities[k] for k in rows]),
     ):
+        unknowns = wanted.intersection(level)
         uses = [graph.symbols([node]) - rates for node in nodes]
         determined: dict[str, frozenset[str]] = {}
-        for tied in united(map(set(unknowns).intersection, uses)):
-            others = [used.difference(unknowns) for used in uses if used & tied]
+        for tied in united(map(unknowns.intersection, uses)):
+            others = [used.difference(unknowns if massless else ()) for used in uses if used & tied]
             solved = frozenset().union(*(_without(rest, found) for rest in others))
             determined |= dict.fromkeys(sorted(tied), solved)
         found |= determined

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from itertools import chain, islice
 
 from lag2fmu.analysis.report import analysis_sections
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.formulas import Formula, formulas
+from lag2fmu.dynamics.formulas import Formula, formulas, printed
 from lag2fmu.dynamics.functions import Program
+from lag2fmu.explain.hybrid import Hybrid
 from lag2fmu.fmu.backends.backend import Content
 from lag2fmu.fmu.carried import EQUATIONS
 from lag2fmu.fmu.elements import ENUMERATIONS
@@ -25,6 +27,9 @@ from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import METHODS
 
 Row = dict[str, str]
+
+MOST_LAWS = 40
+"""The most laws of contacts and their like on a page: a heap of 60 spheres has 1830."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +94,7 @@ def _written(equations: EquationsOfMotion, program: Program) -> dict[str, object
     """The variables of the template on the equations and on their analysis."""
     return {
         "formulas": _formulas(equations),
+        "laws": _laws(equations),
         "structure": _structure(equations, program),
         "analysis": analysis_sections(equations, closed_forms=False),
     }
@@ -145,6 +151,14 @@ def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ..
         ("Constraints", found.constraints),
     ]
     return [(heading, group) for heading, group in groups if group]
+
+
+def _laws(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ...]]]:
+    """(sentence, formulas) of the laws of contacts, stops, latches, dry frictions and tables, MOST_LAWS of them."""
+    hybrid = Hybrid(equations.mechanism)
+    laws = list(islice(chain(hybrid.contacts(), hybrid.forces()), MOST_LAWS + 1))
+    told = [(law.sentence, printed(equations, law.formulas)) for law in laws[:MOST_LAWS]]
+    return [*told, ("and more, which are not written out here", ())] if len(laws) > MOST_LAWS else told
 
 
 def _operations(program: Program) -> str:

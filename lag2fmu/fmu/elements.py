@@ -33,7 +33,7 @@ ENUMERATIONS = {
         },
     )
 }
-"""The types that variables may have beside Real and Integer; the values are those of ElementMode in the runtime."""
+"""The types that variables may have beside Real and Integer; the values are those of ElementMode in the engine."""
 
 
 def element_names(mechanism: Mechanism) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -15,15 +15,15 @@ CLOCK = "Clock"
 """The type of a variable that ticks."""
 
 
-def add_event_variables(builder: Builder, mechanism: Mechanism, program: Program) -> None:
-    """Add an indicator for each event function, and a clock for each contact or side of a stop.
+def add_event_variables(builder: Builder, mechanism: Mechanism, program: Program, *, clocks: bool) -> None:
+    """Add an indicator for each event function, and with ``clocks`` one for each contact or side of a stop.
 
     An output clock is no unknown at initialization, and has no ``initial``: modelica/fmi-standard, issue 1449.
     """
     for i, (name, doc) in enumerate(_indicators(mechanism, program)):
         indicator = ScalarVariable(name, 0, "local", "continuous", "calculated", doc=doc)
         builder.add(indicator, "VARIABLE_INDICATOR", i)
-    for i, contact in enumerate(mechanism.unilaterals):
+    for i, contact in enumerate(mechanism.unilaterals if clocks else ()):
         doc = f"ticks at each impact of {contact.name}"
         causality = "output" if names.impact(contact.name) in program.outputs else "local"
         clock = ScalarVariable(names.impact(contact.name), 0, causality, "discrete", doc=doc)
@@ -31,7 +31,7 @@ def add_event_variables(builder: Builder, mechanism: Mechanism, program: Program
 
 
 def event_names(mechanism: Mechanism, program: Program) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The names of the indicators that come to 0 at events, and those of the impacts, in the order of the runtime."""
+    """The names of the indicators that come to 0 at events, and those of the impacts, in the order of the engine."""
     indicators = tuple(name for name, _ in _indicators(mechanism, program))
     return indicators, tuple(names.impact(contact.name) for contact in mechanism.unilaterals)
 

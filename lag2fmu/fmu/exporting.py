@@ -14,12 +14,12 @@ from lag2fmu.fmu.advice import damping, moved_starts, stack_of_events, steps_ove
 from lag2fmu.fmu.backends.backend import Backend, Choices
 from lag2fmu.fmu.backends.native import NATIVE
 from lag2fmu.fmu.backends.python import PYTHON
-from lag2fmu.fmu.carried import DESCRIPTION, EQUATIONS, MECHANISM_ENTRY, WITHOUT
+from lag2fmu.fmu.carried import CLOCKS, DESCRIPTION, EQUATIONS, MECHANISM_ENTRY, WITHOUT
 from lag2fmu.fmu.compilers import Progress
 from lag2fmu.fmu.deriving import derived
 from lag2fmu.fmu.documentation import Subject, documentation
 from lag2fmu.fmu.icon import icon
-from lag2fmu.fmu.live_module import live, page_choice
+from lag2fmu.fmu.live_module import page_maker
 from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.picture import scene_at_start
 from lag2fmu.fmu.record import Fmu, Model, fmu_path, is_fmu
@@ -70,7 +70,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     - ``arrays``: coordinates and the variables that belong to them are arrays, which FMI 3.0 has.
     - ``start``: "given", or "equilibrium" for a start at rest in the equilibrium found from the given start.
     - ``without``: the parts that are left out, of WITHOUT.
-    - ``page``: "live", a page in which the mechanism moves, or "static".
+    - ``page``: "live", a page in which the mechanism moves, or "static"; by default live where that costs little.
     - ``samples``: a direct integration, with which a live page compares its trajectory.
 
     Raises LoadError, ExportError, DerivationError or BuildError.
@@ -82,15 +82,14 @@ def export(  # noqa: PLR0913 (choices of the user)
     version = VERSIONS[fmi]
     if arrays and not version.has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
-    maker = live if page_choice(page) == "live" else None
-    choices = Choices(
-        solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, frozenset(without), maker
-    )
+    left_out, maker = frozenset(without), page_maker(page)
+    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, left_out, maker)
     build = BACKENDS[backend].prepare(choices)
-    target = Path(path) if path is not None else Path(f"{mechanism.name}.fmu")
+    target = Path(f"{mechanism.name}.fmu" if path is None else path)
     _check_target(target)
     _check_texts(mechanism)
-    found = derived(mechanism, solver, BACKENDS[backend].solvers, outputs, events=version.has_ports)
+    ticking = version.has_ports and CLOCKS not in without
+    found = derived(mechanism, solver, BACKENDS[backend].solvers, outputs, events=ticking)
     mechanism, equations, program, method = found.mechanism, found.equations, found.program, METHODS[found.solver]
     content = build(mechanism, equations, program, found.solver, found.vibrations)
     scene = scene_at_start(equations)
@@ -158,7 +157,7 @@ def _check_target(path: Path) -> None:
 
 def _check_texts(mechanism: Mechanism) -> None:
     """Raise ExportError for titles and descriptions that modelDescription.xml cannot hold."""
-    texts = {"title": mechanism.title, "source": mechanism.source, **mechanism.imprint}
+    texts = {"title": mechanism.title, "source": mechanism.provenance, **mechanism.imprint}
     for table in ("coordinates", "states", "parameters", "inputs", "outputs"):
         texts |= {f"{table}.{part.name}.doc": part.doc for part in getattr(mechanism, table)}
     for place, text in texts.items():

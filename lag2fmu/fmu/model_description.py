@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from lag2fmu.fmu.ports import Port
 from lag2fmu.fmu.scalar_variable import ScalarVariable
-from lag2fmu.language.vocabulary import free_names
 from lag2fmu.mechanism.record import Mechanism
 
 
@@ -43,15 +42,14 @@ class ModelDescription:
     fmi: str = "2.0"
 
 
-def heeds_steps(mechanism: Mechanism) -> bool:
+def heeds_steps(description: ModelDescription) -> bool:
     """Whether an FMU in model exchange has to hear of the importer's steps.
 
-    There are five reasons. An event brings states back that drift off the constraints beyond the importer's tolerance.
-    Singular positions are passed with the accelerations of the last step. The FMU gives notice of coordinates that
-    leave their ranges, and of motions that are moved without velocities. A force of friction that becomes negative ends
-    the run.
+    There are six reasons. What event functions are beside 0 at an event is forgotten after the next step. An event
+    brings states back that drift off the constraints beyond the importer's tolerance. Singular positions are passed
+    with the accelerations of the last step. The FMU gives notice of coordinates that leave their ranges, and of motions
+    that are moved without velocities. A force of friction that becomes negative ends the run.
     """
+    mechanism = description.mechanism
     bounded = any(c.minimum is not None or c.maximum is not None for c in mechanism.coordinates)
-    constant = {parameter.name for parameter in mechanism.parameters}
-    varies = any(not free_names([friction.force]) <= constant for friction in mechanism.frictions)
-    return bool(mechanism.constraints or mechanism.motions) or bounded or varies
+    return bool(mechanism.constraints or mechanism.motions or description.interface.event_indicators) or bounded

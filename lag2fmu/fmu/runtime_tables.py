@@ -1,4 +1,4 @@
-"""The tables of the runtime in C, made from the variables of an FMU."""
+"""The tables of the engine in C, made from the variables of an FMU."""
 
 from __future__ import annotations
 

@@ -11,8 +11,9 @@ from lag2fmu.language.units import Unit
 class ScalarVariable:
     """One ScalarVariable; ``start`` and bounds are in SI units; ``dependencies`` are names, None if not listed.
 
-    ``derivative_of`` names the state whose derivative the variable is; ``state`` marks the continuous states. ``type``
-    is Real, Integer or the name of an enumeration, see ``elements``.
+    ``derivative_of`` names the state whose derivative the variable is; ``state`` marks the continuous states, and
+    ``start_dependencies`` are those of the value at the start of a state that constraints may move there. ``type`` is
+    Real, Integer or the name of an enumeration, see ``elements``.
     """
 
     name: str
@@ -29,4 +30,5 @@ class ScalarVariable:
     derivative_of: str | None = None
     state: bool = False
     dependencies: tuple[str, ...] | None = None
+    start_dependencies: tuple[str, ...] = ()
     type: str = "Real"

@@ -10,7 +10,7 @@ from lag2fmu.fmu.xml_text import document
 
 PREFIX_HEADER = "prefix.h"
 _DECLARATION = re.compile(r"^(?!typedef|static)[A-Za-z][\w *]*?(\w+)(?:\(|\[|;)", re.MULTILINE)
-"""A function or variable that a header of the runtime declares: it begins in the first column."""
+"""A function or variable that a header of the engine declares: it begins in the first column."""
 
 
 def compiled_files(sources: Mapping[str, str]) -> tuple[str, ...]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 
@@ -50,9 +50,21 @@ def structure(variables: Sequence[ScalarVariable], *, known_parameters: bool) ->
     return Structure(
         tuple(_unknown(v, continuous, set()) for v in variables if v.causality == "output"),
         tuple(_unknown(v, continuous, set()) for v in variables if v.derivative_of is not None),
-        tuple(_unknown(v, exact, solved) for v in variables if _is_initial_unknown(v)),
+        tuple(_unknown(v, exact, solved) for v in _at_start(variables, solved) if _is_initial_unknown(v)),
         tuple(_unknown(v, continuous, set()) for v in variables if v.causality not in KNOWN),
     )
+
+
+def _at_start(variables: Sequence[ScalarVariable], solved: set[str]) -> Iterator[ScalarVariable]:
+    """The same with dependencies in Initialization Mode, where constraints may move states that are not ``solved``."""
+    moved = {v.name: {*v.start_dependencies} - solved for v in variables if v.start_dependencies}
+    order = {v.name: i for i, v in enumerate(variables)}
+    for v in variables:
+        if moved.keys().isdisjoint(v.dependencies or ()):
+            yield v
+        else:
+            listed = {used for name in v.dependencies or () for used in (name, *moved.get(name, ()))}
+            yield replace(v, dependencies=tuple(sorted(listed, key=order.__getitem__)))
 
 
 def _is_initial_unknown(v: ScalarVariable) -> bool:

@@ -14,14 +14,14 @@ from difflib import get_close_matches
 
 from lag2fmu.description import names
 from lag2fmu.description.symbols import Coordinate
-from lag2fmu.dynamics.constraints import ambiguous
+from lag2fmu.dynamics.consistent_starts import ambiguous
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.builder import Builder, VariableTable
-from lag2fmu.fmu.dependencies import dependencies
+from lag2fmu.fmu.dependencies import dependencies, start_dependencies
 from lag2fmu.fmu.elements import add_elements, element_variables
 from lag2fmu.fmu.event_variables import add_event_variables, indicator_dependencies
 from lag2fmu.fmu.input_variables import input_variables
@@ -51,11 +51,13 @@ _SETTINGS = {
 }
 
 
-def build_table(equations: EquationsOfMotion, program: Program, *, events: bool = False) -> VariableTable:
+def build_table(
+    equations: EquationsOfMotion, program: Program, *, events: bool = False, clocks: bool = True
+) -> VariableTable:
     """The variables of the FMU of ``equations``; ``program.outputs`` are outputs beside q and qd.
 
-    With ``events`` event indicators and clocks are among them, which FMI 2.0 cannot declare. Starts and bounds are in
-    SI units. Causality, variability and initial are those that the FMI 2.0.5 specification, section 2.2.7, allows
+    With ``events`` event indicators and ``clocks`` are among them, which FMI 2.0 cannot declare. Starts and bounds are
+    in SI units. Causality, variability and initial are those that the FMI 2.0.5 specification, section 2.2.7, allows
     together.
     """
     mechanism = equations.mechanism
@@ -71,13 +73,17 @@ def build_table(equations: EquationsOfMotion, program: Program, *, events: bool 
     add_elements(builder, mechanism, program.outputs)
     _add_derivatives(builder, mechanism)
     if events:
-        add_event_variables(builder, mechanism, program)
+        add_event_variables(builder, mechanism, program, clocks=clocks)
     found = dependencies(equations)
     order = {v.name: i for i, v in enumerate(builder.variables)}
     if events:
         found |= indicator_dependencies(mechanism, program, found, order)
+    listed = [
+        {name: tuple(sorted(uses - hidden, key=order.__getitem__)) for name, uses in some.items()}
+        for some in (found, start_dependencies(equations))
+    ]
     variables = tuple(
-        replace(v, dependencies=tuple(sorted(found[v.name] - hidden, key=order.__getitem__))) if v.name in found else v
+        replace(v, dependencies=listed[0].get(v.name), start_dependencies=listed[1].get(v.name, ()))
         for v in builder.variables
     )
     return VariableTable(variables, runtime_tables(mechanism, program, builder.slots, variables))

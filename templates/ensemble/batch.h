@@ -1,4 +1,4 @@
-/* A batch of runs of one mechanism, as the caller describes it; lanes and the scalar runtime read the same record.
+/* A batch of runs of one mechanism, as the caller describes it; lanes and the scalar engine read the same record.
 
    All values are in SI units. The quantities that can be asked for stand in one vector: states x = (q, qd, z); the
    unknowns (qdd, multipliers); the derivatives of z; the locals y; the inputs u. */
@@ -10,8 +10,8 @@
 enum {
     RUN_WAITS = 0,
     RUN_DONE = 1,
-    RUN_LEFT = 2,   /* the run has left its lane and waits for the scalar runtime */
-    RUN_FAILED = 3  /* the scalar runtime could not complete the run, and gave the reason */
+    RUN_LEFT = 2,   /* the run has left its lane and waits for the scalar engine */
+    RUN_FAILED = 3  /* the scalar engine could not complete the run, and gave the reason */
 };
 
 #define BATCH_STOPPED ((int64_t)1 << 62) /* if *next has this value, all threads end as soon as they can */
@@ -39,13 +39,13 @@ typedef struct {
     double *minima, *maxima;      /* [runs][extremes] */
     double *crossed;              /* s, [runs][crossings][most_crossings] */
     int64_t *crossing_counts;     /* [runs][crossings]; may be more than most_crossings, which are stored */
-    double *event_times;          /* s, [runs][events][most_events]; of events in the scalar runtime, lanes have none */
+    double *event_times;          /* s, [runs][events][most_events]; of events in the scalar engine, lanes have none */
     int64_t *event_counts;        /* [runs][events]; may be more than most_events, which are stored */
     double *reached;              /* s, [runs] */
     int64_t *accepted;            /* [runs]; solver steps */
     int64_t *status;              /* [runs] */
     int64_t *next;                /* the next run that waits, shared by all threads */
-    char *reasons;                /* [runs][1024], of runs that failed in the scalar runtime; lanes write none */
+    char *reasons;                /* [runs][1024], of runs that failed in the scalar engine; lanes write none */
 } Batch;
 
 static inline int batch_stopped(const Batch *batch) {

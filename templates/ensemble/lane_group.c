@@ -48,7 +48,7 @@ void group_derivative(Group *group, Mask mask, Lanes time, const Lanes states[],
 }
 
 void group_begin_constraints(Group *group, Mask mask) {
-    static const double STILL_THERE = 1e-3; /* as the scalar runtime has it */
+    static const double STILL_THERE = 1e-3; /* as the scalar engine has it */
     Lanes inputs[SIZE_SIGNALS], unknowns[N_UNKNOWNS];
     Lanes pivots[N_COORDINATES], margins[SIZE_CONSTRAINTS], squares[SIZE_CONSTRAINTS], mass[N_COORDINATES];
     group_inputs(group, group->time, inputs);

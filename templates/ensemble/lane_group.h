@@ -71,7 +71,7 @@ void method_dense(Group *group, Mask mask);
 /* Begins the method's memory anew, at a point that is new to it, in the lanes of a mask. */
 void method_begin(Group *group, Mask mask);
 
-/* Prepares the interpolant of the trial step (as in dense_output.h of the runtime); the mask says which lanes use
+/* Prepares the interpolant of the trial step (as in dense_output.h of the engine); the mask says which lanes use
    it. */
 void group_dense(Group *group, Mask mask);
 

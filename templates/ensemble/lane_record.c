@@ -33,7 +33,7 @@ static void evaluate(Group *group, Mask mask, Lanes time, const Lanes states[], 
     }
 }
 
-/* The states within the trial step, theta = 0 ... 1, see dense_output.h of the runtime. */
+/* The states within the trial step, theta = 0 ... 1, see dense_output.h of the engine. */
 static void interpolate(const Group *group, Lanes theta, Lanes states[]) {
     const Lanes factors[2] = {theta, 1.0 - theta};
     for (int i = 0; i < N_STATES; i++) {

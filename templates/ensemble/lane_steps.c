@@ -1,5 +1,5 @@
 /* Steps in lanes, each with its own length and error control. The rules, and their numbers, are those of the scalar
-   runtime (step_size.c). Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential
+   engine (step_size.c). Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential
    Equations I, 2nd edition, sections II.1, II.4 and II.10; Hairer, Wanner, Solving Ordinary Differential Equations II,
    2nd edition, section IV.2 (the PI controller). */
 #include <math.h>

@@ -1,5 +1,5 @@
 /* Variational integrators in lanes, without constraints; the method, its iteration and its numbers are those of the
-   scalar runtime, see variational.c there. A lane whose iteration has ended rests while its neighbours go on. */
+   scalar engine, see variational.c there. A lane whose iteration has ended rests while its neighbours go on. */
 #include <math.h>
 
 #include "lane_equations.h"

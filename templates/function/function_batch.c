@@ -1,4 +1,4 @@
-/* The functions of lane_equations.h at many points, a group of lanes at a time. */
+/* The function of lane_equations.h at many points, a group of lanes at a time. */
 #include "lane_equations.h"
 #include "lane_math.h"
 
@@ -11,7 +11,6 @@
 /* Points stand one after another; a stride of 0 gives all of them the same values. */
 typedef struct {
     int64_t first, end;  /* the points to compute */
-    int64_t jacobian;    /* 1: the entries of the Jacobians, 0: the derivatives of the states */
     const double *t, *x, *u, *p;
     int64_t strides[4];  /* of t, x, u, p, in doubles */
     double *results;     /* [points][results of one] */
@@ -40,22 +39,17 @@ static void gather(const double from[], int64_t stride, int size, int64_t first,
 EXPORTED void function_values(const Points *points) {
     Lanes t = lanes_of(0.0); /* gather fills it lane by lane, which gcc does not follow */
     Lanes x[N_STATES], u[SIZE_SIGNALS], p[SIZE_PARAMETERS], results[SIZE_RESULTS], pivots[N_PIVOTS];
-    const int count = points->jacobian ? N_ENTRIES : N_STATES;
     for (int64_t first = points->first; first < points->end; first += LANES) {
         const int64_t last = points->end - 1;
         gather(points->t, points->strides[0], 1, first, last, &t);
         gather(points->x, points->strides[1], N_STATES, first, last, x);
         gather(points->u, points->strides[2], N_SIGNALS, first, last, u);
         gather(points->p, points->strides[3], N_PARAMETERS, first, last, p);
-        if (points->jacobian) {
-            lanes_jacobian(t, x, u, p, results, pivots);
-        } else {
-            lanes_derivative(t, x, u, p, results, pivots);
-        }
-        for (int i = 0; i < count; i++) {
+        lanes_values(t, x, u, p, results, pivots);
+        for (int i = 0; i < N_RESULTS; i++) {
             const Lanes sound = only_where_sound(pivots, results[i]);
             for (int lane = 0; lane < LANES && first + lane <= last; lane++) {
-                points->results[(first + lane) * count + i] = sound[lane];
+                points->results[(first + lane) * N_RESULTS + i] = sound[lane];
             }
         }
     }

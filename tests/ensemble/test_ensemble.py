@@ -1,4 +1,4 @@
-"""Batches in lanes agree with the FMU's own runtime and with the FMU, whatever the neighbours and the threads."""
+"""Batches in lanes agree with the FMU's own engine and with the FMU, whatever the neighbours and the threads."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_a_run_gives_the_same_bits_whatever_runs_beside_it() -> None:
         assert alone.final["theta2"][0] == together.final["theta2"][i]
 
 
-SLOW = pytest.mark.slow  # each compiles the whole runtime
+SLOW = pytest.mark.slow  # each compiles the whole engine
 
 
 @SLOW
@@ -205,7 +205,7 @@ def test_both_zeros_of_a_quantity_that_turns_just_beyond_0() -> None:
 
 @SLOW
 def test_zeros_and_extremes_of_scalar_runs() -> None:
-    """The same in the scalar runtime, and a vibration that is fast beside the run."""
+    """The same in the scalar engine, and a vibration that is fast beside the run."""
     a = 0.5 * np.pi + np.array([1e-2, 1e-4])
     scalar = ensemble("pendulum", lanes=0)
     asked = {"starts": {"theta": a}, "parameters": {"l": 1.0}, "tolerance": 1e-10, "extremes": ["theta", "theta_dot"]}

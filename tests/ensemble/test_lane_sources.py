@@ -51,7 +51,8 @@ def rendered(model: str, lanes: int, solver: str) -> Mapping[str, Mapping[str, s
     names = dict.fromkeys("xup", ("entry",))
     return {
         "lanes": render_lanes(program, tables, method, lanes),
-        "function": render_function(functions, model, lanes),
+        "function": render_function(functions, model, lanes, jacobian=False),
+        "jacobian": render_function(functions, model, lanes, jacobian=True),
         "external": render_external(functions, model, names),
         "scalar": render_scalar(program, tables, method),
     }
@@ -64,7 +65,7 @@ def rendered(model: str, lanes: int, solver: str) -> Mapping[str, Mapping[str, s
     [("four_bar_linkage", 4, "dop853"), ("double_pendulum", 1, "dop853"), ("double_pendulum", 4, "verlet")],
 )
 def test_compilers_have_nothing_to_say(model: str, lanes: int, solver: str, compiler: str, tmp_path: Path) -> None:
-    """With -Wall -Wextra -Wpedantic -Wconversion -Werror; the scalar runtime once."""
+    """With -Wall -Wextra -Wpedantic -Wconversion -Werror; the scalar engine once."""
     own = ("-march=native",) if compiler == "gcc" else ()  # it warns of vectors that no register holds
     for name, sources in rendered(model, lanes, solver).items():
         if name != "scalar" or model == "four_bar_linkage":

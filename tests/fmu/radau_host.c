@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "equations.h"
+#include "derivative.h"
 #include "fmi2Functions.h"
 #include "integrator.h"
 #include "jacobian.h"
@@ -74,7 +74,7 @@ static int take_fixed_steps(double tolerance, double stop, int count) {
     Instance *instance = start(tolerance);
     State *state = &instance->state;
     Residuals residuals = {0.0, 0.0};
-    if (!equations_derivative(instance, 0.0, state->states, state->first_stage)) {
+    if (!derivative_at(instance, 0.0, state->states, state->first_stage)) {
         return 1;
     }
     for (int i = 1; i <= count; i++) {
@@ -105,7 +105,7 @@ static int compare_jacobian(double stop) {
         for (int sign = 0; sign < 2; sign++) {
             memcpy(states, instance->state.states, sizeof states);
             states[i] += sign == 0 ? -h : h;
-            if (!equations_derivative(instance, stop, states, side[sign])) {
+            if (!derivative_at(instance, stop, states, side[sign])) {
                 return 1;
             }
         }

@@ -6,8 +6,10 @@ from collections.abc import Callable
 from math import asin, cos, sin, sqrt
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from scipy.integrate import solve_ivp
 from stepping import ERROR, Stepping
 
@@ -539,3 +541,18 @@ def test_output_derivatives_include_multipliers(name: str, fmu) -> None:
         size = np.abs(values).max() + np.abs(first).max()
         assert np.array(exact[0]) == pytest.approx(first, abs=2e-8 * size)
         assert np.array(exact[1]) == pytest.approx(second, abs=2e-6 * size)
+
+
+@pytest.mark.parametrize(("model", "step"), [("four_bar_linkage", 0.05), ("heavy_top_quaternion", 0.1)])
+def test_steps_of_the_importer_that_are_too_long_are_told(model: str, step: float, exported) -> None:
+    """Explicit Euler leaves the constraints: not the start is wrong, but the steps are, and shorter ones go through."""
+    sentences: list[str] = []
+    options = {"solver": "Euler", "fmi_type": "ModelExchange", "validate": False}
+    logger = lambda *parts: sentences.append(parts[-1].decode())  # noqa: E731
+    path = str(exported(model).path)
+    with pytest.raises(FMICallException):
+        fmpy.simulate_fmu(path, stop_time=5.0, step_size=step, output_interval=step, logger=logger, **options)
+    assert any("its steps are too long: shorten them, take a solver of higher order" in x for x in sentences)
+    assert not any("start nearer" in x for x in sentences)
+    short = fmpy.simulate_fmu(path, stop_time=0.1, step_size=1e-4, output_interval=0.1, logger=logger, **options)
+    assert short["time"][-1] == pytest.approx(0.1)

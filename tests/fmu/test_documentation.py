@@ -12,7 +12,9 @@ from xml.etree import ElementTree
 import pytest
 from archives import awkward_names
 
+from lag2fmu import derive, load
 from lag2fmu.fmu import Fmu, export
+from lag2fmu.fmu import documentation as module
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
 
@@ -101,6 +103,21 @@ def test_small_mechanisms_have_formulas(exported) -> None:
     assert "math" in found.tags
     assert found.text.count(r"\[ ") == found.text.count(r" \]") == 5
     assert "l_{1} l_{2} m_{2}" in found.text
+
+
+def test_forces_of_contacts_stand_in_the_equations_with_their_laws(exported) -> None:
+    """The rope of the crane pulls on all three coordinates, and its law and those of the stops are told."""
+    found = page(exported("crane"))
+    assert found.text.count(r"\mathrm{rope}_{\mathrm{force}}") == 3
+    for sentence in ("contact rope: gap and force", "stop end_lower: gap and force", "stop end_upper: gap and force"):
+        assert sentence in found.text
+
+
+def test_a_page_of_many_contacts_stays_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST_LAWS", 2)
+    laws = module._laws(derive(load("crane")))
+    assert [bool(group) for _, group in laws] == [False, True, False]
+    assert laws[-1][0] == "and more, which are not written out here"
 
 
 def test_large_mechanisms_have_their_structure(exported) -> None:

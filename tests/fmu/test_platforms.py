@@ -197,31 +197,6 @@ def test_the_readers_refuse_other_files(reader) -> None:
 
 
 @pytest.mark.usefixtures("compiled_anew")
-@pytest.mark.skipif(os.name == "nt", reason="zig asks Windows for its folder")
-def test_a_compiler_without_a_folder_of_its_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    """Without HOME it gets a temporary one, and a remedy is named."""
-    given: dict[str, str] = {}
-
-    def run(command: list[str], env: dict[str, str], cwd: Path, **_: object) -> subprocess.CompletedProcess[str]:
-        given.update(env)
-        (cwd / command[command.index("-o") + 1]).write_bytes(b"library")
-        return subprocess.CompletedProcess(command, 0, "", "")
-
-    monkeypatch.setattr(subprocess, "run", run)
-    for name in ("HOME", "XDG_CACHE_HOME", "ZIG_GLOBAL_CACHE_DIR"):
-        monkeypatch.delenv(name, raising=False)
-    assert compile_library({}, tmp_path, "x", PLATFORMS["linux64"]) == b"library"
-    assert Path(given["ZIG_GLOBAL_CACHE_DIR"]).name == "cache"
-    assert "set ZIG_GLOBAL_CACHE_DIR, or HOME" in caplog.text
-    monkeypatch.setenv("HOME", str(tmp_path))
-    given.clear()
-    compile_library({}, tmp_path, "x", PLATFORMS["linux64"])
-    assert "ZIG_GLOBAL_CACHE_DIR" not in given
-
-
-@pytest.mark.usefixtures("compiled_anew")
 def test_no_room_for_temporary_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "absent"))
     with pytest.raises(BuildError, match="set TMPDIR to another folder"):

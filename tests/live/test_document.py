@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
 
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu import live_module
+from lag2fmu.fmu import export, live_module
+from lag2fmu.fmu.backends import native
 from lag2fmu.fmu.live_module import page_choice
 from lag2fmu.live.document import script
 from lag2fmu.live.samples import Samples
@@ -45,6 +47,30 @@ def test_every_module_is_used_and_fits() -> None:
         text = path.read_text("utf-8")
         assert _opening(path) in joined, path.name
         assert text.count("\n") <= 300, path.name
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.parametrize("most_text", [1000, live_module.MOST_TEXT])
+def test_a_page_that_costs_much_stands_still(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture, backend: str, most_text: int
+) -> None:
+    """And says which option makes it live."""
+
+    def costly(_sources: object, _functions: object) -> bytes:
+        assert most_text > 1000, "what is too long is not compiled"
+        return bytes(live_module.MOST_BYTES + 1)
+
+    monkeypatch.setenv(live_module.VARIABLE, "live")
+    monkeypatch.setattr(live_module, "compile_module", costly)
+    monkeypatch.setattr(live_module, "MOST_TEXT", most_text)
+    monkeypatch.setattr(native, "compile_libraries", lambda *_: [b"library"])
+    fmu = export("pendulum", tmp_path / "still.fmu", backend=backend)
+    with ZipFile(fmu.path) as archive:
+        text = archive.read("documentation/index.html").decode()
+    assert "This page stands still" in text
+    assert "<code>--page live</code> makes it all the same" in text
+    assert "wasm" not in text
+    assert "warning: This page stands still" in caplog.text
 
 
 def test_a_page_is_live_unless_it_is_said_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,7 +18,7 @@ NONE = 2.0
 @pytest.fixture(scope="module")
 def descent(tmp_path_factory: pytest.TempPathFactory) -> Descent:
     """The first descent of a polynomial that is given as a function of theta; about 0.3 s to compile."""
-    core = resource_folder("templates") / "runtime" / "core"
+    core = resource_folder("templates") / "engine" / "base"
     sources = {name: (core / name).read_text("utf-8") for name in ("roots.h", "roots.c")}
     library = compiled(tmp_path_factory.mktemp("roots"), sources)
     library.roots_first_descent.restype = ctypes.c_double

@@ -1,4 +1,4 @@
-"""The C runtime in templates/runtime: compiled with strict flags, driven by a C host and by fmpy.
+"""The C runtime in templates/engine: compiled with strict flags, driven by a C host and by fmpy.
 
 The mechanisms here are written by hand, in place of the generator: a double pendulum, and a motion that ends.
 """
@@ -18,7 +18,7 @@ from fmpy.fmi2 import FMU2Model, FMU2Slave
 from scipy.integrate import solve_ivp
 
 from lag2fmu.codegen import METHODS, TABLEAUS, Tableau
-from lag2fmu.codegen.sources import runtime_files
+from lag2fmu.codegen.sources import engine_files
 from lag2fmu.codegen.templates import render
 
 HERE = Path(__file__).parent
@@ -49,8 +49,8 @@ SOLVERS = {"heun_euler": HEUN, "dopri5": TABLEAUS["dopri5"], "rk4": TABLEAUS["rk
 def build(target: Path, mechanism: str, solver: str, compiler: list[str], flags: list[str], extra: list[Path]) -> Path:
     """Compile the runtime with a mechanism and a solver; returns target, raises AssertionError with the messages."""
     method = SOLVERS[solver]
-    variants = ("constraints", "massless", "events", "contacts", "further", "tables")
-    files = runtime_files(method, dict.fromkeys(variants, False))
+    variants = ("constraints", "massless", "events", "timed", "contacts", "further", "tables")
+    files = engine_files(method, dict.fromkeys(variants, False))
     files |= {
         name: render(f"mechanism/{name}.jinja", {"method": method, "program": {"resting": 0}})
         for name in method.generated_files

@@ -145,7 +145,7 @@ def test_the_order_shows(name: str, weights: str, order: int, count: int) -> Non
 
 
 def within(method: Tableau, h: float, theta: float) -> Vector:
-    """y(theta h) after one step of length ``h`` from (2, 1), nested as templates/runtime/dense_output.h has it."""
+    """y(theta h) after one step of length ``h`` from (2, 1), nested as templates/engine/dense_output.h has it."""
     y = np.array([2.0, 1.0])
     k = stages(method, 0.0, y, h)
     f0 = h * np.array(method.b, dtype=float) @ k[: method.stages]

@@ -2,42 +2,21 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+from by_hand import SOURCE, SOURCES, TOKEN, by_hand
 
 import lag2fmu
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.compilers import compile_library, host_platform
-from lag2fmu.fmu.versions import VERSIONS
 
 pytest.importorskip("xarray", reason='the extra "sweeps" is not installed')
 pytestmark = [pytest.mark.fmu, pytest.mark.slow]
 
-SOURCES = Path(__file__).parents[1] / "checking"
-TOKEN = "{a7b1c4de-0123-4567-89ab-cdef01234567}"
-XML_2 = f"""<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="by_hand" guid="{TOKEN}">
-  <CoSimulation modelIdentifier="by_hand"/>
-  <UnitDefinitions><Unit name="m"><BaseUnit m="1"/></Unit></UnitDefinitions>
-  <DefaultExperiment startTime="0" stopTime="1" stepSize="0.125"/>
-  <ModelVariables>
-    <ScalarVariable name="x" valueReference="0" causality="output" initial="calculated"><Real unit="m"/>
-    </ScalarVariable>
-    <ScalarVariable name="u" valueReference="1" causality="input"><Real start="0"/></ScalarVariable>
-    <ScalarVariable name="k" valueReference="2" causality="parameter" variability="tunable"><Real start="2"/>
-    </ScalarVariable>
-  </ModelVariables>
-  <ModelStructure><Outputs><Unknown index="1"/></Outputs><InitialUnknowns><Unknown index="1"/></InitialUnknowns>
-  </ModelStructure>
-</fmiModelDescription>
-"""
 XML_3 = f"""<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="3.0" modelName="by_hand" instantiationToken="{TOKEN}">
-  <CoSimulation modelIdentifier="by_hand" canHandleVariableCommunicationStepSize="true"/>
+<fmiModelDescription fmiVersion="3.0" modelName="faulty" instantiationToken="{TOKEN}">
+  <CoSimulation modelIdentifier="faulty" canHandleVariableCommunicationStepSize="true"/>
   <DefaultExperiment startTime="0" stopTime="1" stepSize="0.125"/>
   <ModelVariables>
     <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
@@ -52,25 +31,12 @@ XML_3 = f"""<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def made(folder: Path, source: str, description: str, version: str) -> Path:
-    """The FMU of C text, for this machine."""
-    platform, path = host_platform(), folder / f"by_hand{version}.fmu"
-    library = compile_library({"by_hand.c": source}, fmi_headers(), "by_hand", platform)
-    folders = VERSIONS[version].folders(platform)
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", description)
-        for name in folders:
-            archive.writestr(f"binaries/{name}/by_hand{platform.suffix}", library)
-    return path
-
-
 def test_an_fmu_2_of_another_tool(tmp_path: Path) -> None:
     """x(t + h) = x + h (u + k) from 1, so that x = 1 + t (u + k); here it refuses steps with k below 0."""
-    source = (SOURCES / "faulty_fmu.c").read_text("utf-8")
-    refusing = source.replace(
+    refusing = SOURCE.replace(
         "    (void)no_set;\n", "    (void)no_set;\n    if (self->value[2] < 0.0) return fmi2Error;\n"
     )
-    fmu = made(tmp_path, refusing, XML_2, "2.0")
+    fmu = by_hand(tmp_path / "x.fmu", refusing)
     vary = {"k": [-1.0, 0.5, 2.0], "u": [0.0, 0.25]}
     found = lag2fmu.sweep(fmu, vary, times=[0.5, 1.0], path=tmp_path / "out.nc")
     k, u, t = np.meshgrid(*vary.values(), [0.5, 1.0], indexing="ij")
@@ -86,7 +52,7 @@ def test_an_fmu_2_of_another_tool(tmp_path: Path) -> None:
 
 def test_an_fmu_3_of_another_tool(tmp_path: Path) -> None:
     """Euler steps h/8 of dx1/dt = u - k x1: x1 goes to u/k by the factor 1 - k h/8 each."""
-    fmu = made(tmp_path, (SOURCES / "faulty_fmu3.c").read_text("utf-8"), XML_3, "3.0")
+    fmu = by_hand(tmp_path / "x.fmu", (SOURCES / "faulty_fmu3.c").read_text("utf-8"), XML_3, "3.0")
     k = np.array([0.5, 1.0, 2.0])
     found = lag2fmu.sweep(fmu, {"k": k, "u": [0.5]}, at_end=True)
     (name,) = (name for name in found.data_vars if name.startswith("x") and "1" in name)

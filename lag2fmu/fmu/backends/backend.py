@@ -17,7 +17,7 @@ from lag2fmu.fmu.versions.version import Version
 from lag2fmu.live.page import Live
 from lag2fmu.mechanism.record import Mechanism
 
-Maker = Callable[[EquationsOfMotion, Program, Sequence[ScalarVariable], Mapping[str, str]], Live]
+Maker = Callable[[EquationsOfMotion, Program, Sequence[ScalarVariable], Mapping[str, str]], Live | None]
 """A function from equations, program, variables and C sources of an FMU to the content of a live page."""
 
 

@@ -6,10 +6,10 @@ import hashlib
 import importlib.metadata
 import uuid
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from lag2fmu.building.process import compiling
 from lag2fmu.codegen.sources import render_sources
 from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.adjoint import with_adjoints
@@ -17,8 +17,9 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
-from lag2fmu.fmu.carried import SOURCES
+from lag2fmu.fmu.carried import CLOCKS, SOURCES
 from lag2fmu.fmu.compilers import binaries_text, choose_platforms, compile_libraries
+from lag2fmu.fmu.live_module import STILL
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.sources import compiled_files, source_files
@@ -49,11 +50,12 @@ class _Native:
             mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str, vibrations: Vibrations
         ) -> Content:
             version = choices.version
+            clocks = CLOCKS not in choices.without
             description, sources = describe(
-                mechanism, equations, program, solver, vibrations, version, arrays=choices.arrays
+                mechanism, equations, program, solver, vibrations, version, arrays=choices.arrays, clocks=clocks
             )
             identifier = description.model_identifier
-            with ThreadPoolExecutor(1) as beside:
+            with compiling(1) as beside:
                 page = (
                     beside.submit(choices.live, equations, program, description.variables, sources)
                     if choices.live
@@ -71,8 +73,9 @@ class _Native:
             places = [folder for built_for in platforms for folder in version.folders(built_for)]
             binaries = binaries_text(places, choices.compiler)
             made = None if page is None else page.result()
-            resources = (_SOURCES.format(version.name),) if delivered else ()
-            return Content(description, files, binaries, resources, made)
+            resources = [_SOURCES.format(version.name)] if delivered else []
+            resources += [STILL] if choices.live and made is None else []
+            return Content(description, files, binaries, tuple(resources), made)
 
         return build
 
@@ -89,13 +92,14 @@ def describe(
     version: Version = FMI2,
     *,
     arrays: bool = False,
+    clocks: bool = True,
 ) -> tuple[ModelDescription, Mapping[str, str]]:
     """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both.
 
     ``vibrations`` are those of which the FMU warns if its steps do not resolve them. ``arrays``: coordinates and the
-    variables that belong to them are arrays, which FMI 2.0 does not have. Values are in SI units.
+    variables that belong to them are arrays; ``clocks`` tick at impacts. FMI 2.0 has neither. Values are in SI units.
     """
-    table = build_table(equations, program, events=version.has_ports)
+    table = build_table(equations, program, events=version.has_ports, clocks=clocks)
     tables = replace(table.tables, vibrations=vibrations)
     ports = ports_of(mechanism, table, arrays=arrays) if version.has_ports else ()
     tables = replace(tables, ports=port_table(ports) if ports else None)

@@ -23,6 +23,7 @@ from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.backends.native import describe
 from lag2fmu.fmu.carried import EQUATIONS, SOURCES
 from lag2fmu.fmu.compilers import PLATFORMS, host_platform
+from lag2fmu.fmu.live_module import STILL
 from lag2fmu.fmu.model_description import Interface, ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.variables import build_table
@@ -87,7 +88,8 @@ class _Python:
             if choices.live:
                 native, sources = describe(mechanism, equations, program, solver, vibrations)
                 made = choices.live(equations, program, native.variables, sources)
-            return Content(description, files, binaries_of_pythonfmu(platforms), _RESOURCES, made)
+            resources = (*_RESOURCES, STILL) if choices.live and made is None else _RESOURCES
+            return Content(description, files, binaries_of_pythonfmu(platforms), resources, made)
 
         return build
 
@@ -171,7 +173,7 @@ def _module(program: Program, tables: RuntimeTables, description: ModelDescripti
         tables,
         TABLEAUS[description.solver],
         description.guid,
-        {"title": mechanism.title, "source": mechanism.source},
+        {"title": mechanism.title, "source": mechanism.provenance},
         {v.name: (_unit(v), v.doc) for v in description.variables},
     ).encode()
 

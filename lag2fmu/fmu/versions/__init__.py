@@ -1,4 +1,4 @@
-"""The versions of FMI: for each a writer here and a gate in templates/runtime."""
+"""The versions of FMI: for each a writer here and a gate in templates/engine."""
 
 from collections.abc import Mapping
 

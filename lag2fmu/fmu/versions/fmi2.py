@@ -69,7 +69,7 @@ def _capabilities(root: ET.Element, description: ModelDescription) -> None:
     }
     for kind, offered in description.interface.capabilities.items():
         capabilities = dict(offered)
-        if kind == "ModelExchange" and heeds_steps(description.mechanism):
+        if kind == "ModelExchange" and heeds_steps(description):
             capabilities["completedIntegratorStepNotNeeded"] = "false"
         parent = ET.SubElement(root, kind, common | capabilities)
         if description.source_files:

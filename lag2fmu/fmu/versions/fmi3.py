@@ -78,7 +78,7 @@ def _capabilities(root: ET.Element, description: ModelDescription) -> None:
         "canSerializeFMUState": "true",
     }
     for kind, offered in description.interface.capabilities.items():
-        heeds = kind == "ModelExchange" and heeds_steps(description.mechanism)
+        heeds = kind == "ModelExchange" and heeds_steps(description)
         needs = {"needsCompletedIntegratorStep": "true"} if heeds else {}
         ET.SubElement(root, kind, {**common, **offered, **needs})
 

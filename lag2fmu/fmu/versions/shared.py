@@ -26,7 +26,7 @@ def head(description: ModelDescription) -> dict[str, str]:
 
 
 def _description(mechanism: Mechanism) -> str:
-    return f"{mechanism.title}. {mechanism.source}".strip()
+    return f"{mechanism.title}. {mechanism.provenance}".strip()
 
 
 def _generation_time() -> dict[str, str]:

@@ -22,7 +22,7 @@ CATEGORIES = {
 class Version:
     """A version of FMI by its ``name``, as ``--fmi`` and the attribute fmiVersion have it.
 
-    - ``gate``: the folder of its functions in templates/runtime, and the beginning of their names.
+    - ``gate``: the folder of its functions in templates/engine, and the beginning of their names.
     - ``interface``: the capabilities of its FMUs.
     - ``to_xml``: writes modelDescription.xml.
     - ``folders``: the folders of a platform in binaries/.

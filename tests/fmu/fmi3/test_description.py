@@ -13,6 +13,7 @@ from describing import described
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
+import lag2fmu
 from lag2fmu.checking.description import read_document
 from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.checking.fmi3.rulebook import FMI3
@@ -116,6 +117,8 @@ def test_a_clock_that_is_named_is_an_output(tmp_path: Path) -> None:
     assert [re.findall(r"InitialUnknowns does not|floor_impact", problem) for problem in problems] == [
         ["InitialUnknowns does not", "floor_impact"]
     ]
+    with pytest.raises(ExportError, match="--output floor_impact: there is no such variable"):
+        lag2fmu.export("bouncing_ball", tmp_path / "x.fmu", outputs=["floor_impact"], fmi="3.0", without=["clocks"])
     with pytest.raises(ExportError, match="--output floor_impact: there is no such variable"):
         described(load("bouncing_ball"), ["floor_impact"])
 

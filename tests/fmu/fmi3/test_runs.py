@@ -211,3 +211,20 @@ def test_the_archive_is_laid_out_as_the_standard_says(cradle: Fmu) -> None:
     assert {name.split("/")[1] for name in names if name.startswith("binaries/")} <= {
         *("x86_64-linux", "aarch64-linux", "x86_64-windows", "x86_64-darwin", "aarch64-darwin")
     }
+
+
+@pytest.mark.slow
+def test_clocks_can_be_left_out(exported, tmp_path: Path) -> None:
+    """For importers that do not know them: no variable of type Clock, a clean check, and the same bits."""
+    path = tmp_path / "ball.fmu"
+    lag2fmu.export("bouncing_ball", path, fmi="3.0", without=["clocks"], page="static")
+    found = read_model_description(path)
+    assert "Clock" not in {v.type for v in found.modelVariables}
+    assert "Clock" not in zipfile.ZipFile(path).read("modelDescription.xml").decode()
+    assert problems(path) == []
+    for events in (False, True):
+        options = Run(stop_time=1.5, step=0.1, outputs=["y", "floor_impacts"], events=events)
+        ours = simulate_fmu(path, options)
+        with_clocks = simulate_fmu(exported("bouncing_ball", fmi="3.0", optimised=True).path, options)
+        assert np.array_equal(ours.values, with_clocks.values)
+        assert ours["floor_impacts"][-1] >= 2

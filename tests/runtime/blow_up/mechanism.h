@@ -37,6 +37,7 @@
 #define TIME_DEPENDENT 0
 #define N_COLOURS 1
 #define N_VIBRATIONS 0
+#define N_ARGUMENTS 0
 #define SIZE_VIBRATIONS 1
 
 extern const Variable VARIABLES[N_VARIABLES];
@@ -48,6 +49,13 @@ extern const double NOMINAL_STATES[N_STATES];
 extern const char *const COORDINATE_NAMES[N_COORDINATES];
 extern const char *const CONSTRAINT_NAMES[SIZE_CONSTRAINTS];
 extern const double VIBRATIONS[SIZE_VIBRATIONS];
+extern const char *const EVENT_NAMES[1];
+typedef struct {
+    const char *table;
+    int position;
+    double least, greatest;
+} TableArgument;
+extern const TableArgument ARGUMENTS[1];
 extern const int VIBRATING[SIZE_VIBRATIONS];
 extern const int MOTION_RATES[SIZE_MOTIONS];
 extern const int BOUNDED[SIZE_BOUNDED];

@@ -1,0 +1,84 @@
+/* The steps of equations_tangent backwards, each transposed. */
+#include "adjoint.h"
+
+#include <stddef.h>
+
+#include "adjoint_parts.h"
+#include "equations.h"
+#include "seeds.h"
+#include "values.h"
+
+double *adjoint_weight(Tangent *weights, Seed *sensitivity, const Variable *variable) {
+    const bool moves = variable->kind != VARIABLE_IMPULSE;
+    return moves ? (double *)value_in_tangent(sensitivity, weights, variable) : NULL;
+}
+
+static bool any(const double values[], int count) {
+    bool found = false;
+    for (int i = 0; i < count && !found; i++) {
+        found = values[i] != 0.0;
+    }
+    return found;
+}
+
+/* What depends on parameters alone. */
+static void add_dependent(const Instance *instance, const Tangent *weights, Seed *sensitivity) {
+    Seed term = {0};
+    mechanism_dependent_adjoint(instance->state.parameters, weights->dependent, term.parameters);
+    seed_add(sensitivity, &term);
+}
+
+/* Accelerations, multipliers, rates of further states and locals. */
+static bool add_motion(Instance *instance, const Tangent *weights, Seed *sensitivity) {
+    const State *state = &instance->state;
+    const Cache *cache = &instance->cache;
+    double unknowns[N_UNKNOWNS], change[N_RESIDUALS] = {0.0};
+    Seed term = {0};
+    Spread spread;
+    if (!equations_accelerations(instance) || !equations_factorize(instance)) {
+        return false;
+    }
+    mechanism_unknowns_adjoint(state->time, state->states, state->inputs, state->parameters, cache->reported,
+                               weights->further, weights->locals, unknowns);
+    for (int i = 0; i < N_UNKNOWNS; i++) {
+        unknowns[i] += weights->accelerations[i];
+    }
+    multipliers_spread_adjoint(instance, unknowns, &spread);
+    contacts_answer_adjoint(instance, unknowns, sensitivity);
+    system_answer_adjoint(&cache->system, unknowns, change);
+    multipliers_spread_knowns(instance, &spread, change, sensitivity);
+    accelerations_stabilise_adjoint(instance, change);
+    mechanism_adjoint(state->time, state->states, state->inputs, state->parameters, cache->reported, change,
+                      weights->further, weights->locals, &term.time, term.states, term.inputs, term.parameters);
+    seed_add(sensitivity, &term);
+    return true;
+}
+
+/* equations_settle_seed */
+static bool settle_adjoint(Instance *instance, Seed *sensitivity) {
+    const bool solving = instance->state.phase == PHASE_SOLVING_START;
+    if (N_CONSTRAINTS == 0 || (N_MASSLESS == 0 && !solving)) {
+        return true;
+    }
+    if (!equations_accelerations(instance)) {
+        return false;
+    }
+    if (!solving) {
+        return massless_settle_adjoint(instance, sensitivity);
+    }
+    constraints_settle_adjoint(instance, sensitivity);
+    return true;
+}
+
+bool equations_adjoint(Instance *instance, const Tangent *weights, Seed *sensitivity) {
+    if (!equations_settle(instance)) {
+        return false;
+    }
+    add_dependent(instance, weights, sensitivity);
+    if ((any(weights->accelerations, N_UNKNOWNS) || any(weights->further, N_FURTHER) ||
+         any(weights->locals, N_LOCALS)) &&
+        !add_motion(instance, weights, sensitivity)) {
+        return false;
+    }
+    return settle_adjoint(instance, sensitivity);
+}

@@ -1,0 +1,231 @@
+/* Steps of the motion and its derivatives by the explicit Runge-Kutta method, with one control of both errors. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "directions.h"
+#include "event_steps.h"
+#include "inputs.h"
+#include "notices.h"
+#include "projection.h"
+#include "settings.h"
+#include "solver_steps.h"
+#include "step_size.h"
+#include "tableau.h"
+
+typedef const double (*Stages)[N_STATES];
+
+/* The directions through the stages of the trial step that the instance has just made, from one up to another. */
+static bool take_stages(Variations *variations, Step step, int first, int end) {
+    const Instance *instance = &variations->study.instance;
+    const State *state = &instance->state;
+    double states[N_STATES];
+    for (int i = first; i < end; i++) {
+        const double time = TABLEAU.c[i] == 1.0 ? step.end : state->time + TABLEAU.c[i] * step.length;
+        tableau_states(i, step.length, state->states, (Stages)instance->scratch.solver.stages, states);
+        for (int d = 0; d < variations->count; d++) {
+            Direction *direction = &variations->directions[d];
+            tableau_states(i, step.length, direction->states, (Stages)direction->stages, direction->seed.states);
+        }
+        if (!directions_evaluate(variations, time, states)) {
+            return false;
+        }
+        for (int d = 0; d < variations->count; d++) {
+            memcpy(variations->directions[d].stages[i], variations->directions[d].rates, N_STATES * sizeof(double));
+        }
+    }
+    return true;
+}
+
+/* The directions through that trial step. */
+static bool step_directions(Variations *variations, Step step) {
+    for (int d = 0; d < variations->count; d++) {
+        Direction *direction = &variations->directions[d];
+        memcpy(direction->stages[0], direction->slope, sizeof direction->slope);
+        memcpy(direction->new_states, direction->states, sizeof direction->states);
+        memcpy(direction->new_slope, direction->slope, sizeof direction->slope);
+    }
+    if (!(step.length > 0.0)) {
+        return true;
+    }
+    if (!take_stages(variations, step, 1, TABLEAU.stages)) {
+        return false;
+    }
+    for (int d = 0; d < variations->count; d++) {
+        Direction *direction = &variations->directions[d];
+        if (TABLEAU.first_same_as_last) {
+            memcpy(direction->new_states, direction->seed.states, sizeof direction->new_states);
+            memcpy(direction->new_slope, direction->rates, sizeof direction->new_slope);
+        } else {
+            tableau_states(STAGES, step.length, direction->states, (Stages)direction->stages, direction->new_states);
+        }
+    }
+    return true;
+}
+
+/* The error of one direction in units of the tolerance, as that of the states: see solver_error. */
+static double direction_error(const Direction *direction, Step step, double tolerance) {
+    double estimate[N_STATES], other[N_STATES], error = 0.0, second = 0.0;
+    tableau_errors(step.length, (Stages)direction->stages, estimate, other);
+    for (int i = 0; i < N_STATES; i++) {
+        const double size = larger(fabs(direction->states[i]), fabs(direction->new_states[i]));
+        const double unit = 1.0 / (tolerance * (size + NOMINAL_STATES[i] / direction->scale));
+        if (!isfinite(estimate[i])) {
+            return HUGE_VAL;
+        }
+        error = larger(error, unit * fabs(estimate[i]));
+        second = larger(second, unit * fabs(other[i]));
+    }
+    const double ratio = 0.1 * second / error;
+    return second > 0.0 && error > 0.0 ? error / sqrt(1.0 + ratio * ratio) : error;
+}
+
+/* The greater error of the motion and of its derivatives, HUGE_VAL where a trial step cannot be computed. */
+static double try_step(Variations *variations, Step step) {
+    Instance *instance = &variations->study.instance;
+    const double tolerance = solver_tolerance(&instance->state);
+    int worst;
+    begin_trial(instance, step);
+    if (!solver_step(instance, step)) {
+        return HUGE_VAL;
+    }
+    double error = solver_error(instance, step, tolerance, &worst);
+    if (error <= 1.0 && !step_directions(variations, step)) {
+        return HUGE_VAL;
+    }
+    for (int d = 0; d < variations->count && error <= 1.0; d++) {
+        error = larger(error, direction_error(&variations->directions[d], step, tolerance));
+    }
+    if (!(error <= 1.0)) {
+        instance->failure = (Failure){.kind = FAILURE_ACCURACY, .time = instance->state.time, .state = worst,
+                                      .amount = error, .step = step.length};
+    }
+    return isfinite(error) ? error : HUGE_VAL;
+}
+
+/* The derivatives at the end of a good step: on the constraints, with their slopes. */
+static bool finish_directions(Variations *variations, Step step, bool repeated) {
+    const double *states = variations->study.instance.scratch.new_states;
+    if (repeated && !step_directions(variations, step)) {
+        return false;
+    }
+    if ((N_CONSTRAINTS == 0 && TABLEAU.first_same_as_last) || !(step.length > 0.0)) {
+        return true;
+    }
+    for (int d = 0; d < variations->count; d++) {
+        Direction *direction = &variations->directions[d];
+        memcpy(direction->seed.states, direction->new_states, sizeof direction->new_states);
+    }
+    if (!directions_project(variations, step.end, states) || !directions_evaluate(variations, step.end, states)) {
+        return false;
+    }
+    for (int d = 0; d < variations->count; d++) {
+        Direction *direction = &variations->directions[d];
+        memcpy(direction->new_states, direction->seed.states, sizeof direction->new_states);
+        memcpy(direction->new_slope, direction->rates, sizeof direction->new_slope);
+    }
+    return true;
+}
+
+/* The interpolant of one direction in the step, as dense_begin makes that of the states. */
+static void begin_dense(Direction *direction, const Dense *motion, Step step) {
+    Dense *dense = &direction->dense;
+    dense->start = motion->start;
+    dense->end = motion->end;
+    dense->rate = motion->rate;
+    memcpy(dense->states, direction->states, sizeof dense->states);
+    for (int i = 0; i < N_STATES; i++) {
+        dense->terms[0][i] = direction->new_states[i] - direction->states[i];
+        dense->terms[1][i] = step.length * direction->slope[i] - dense->terms[0][i];
+        dense->terms[2][i] = dense->terms[0][i] - step.length * direction->new_slope[i] - dense->terms[1][i];
+    }
+    tableau_dense(step.length, (Stages)direction->stages, dense->terms);
+}
+
+/* Samples at the times within the step, which is about to be accepted. */
+static bool sample_within(Variations *variations, const Request *request, Step step, int *next) {
+    Instance *instance = &variations->study.instance;
+    const Dense *dense = &instance->state.dense;
+    double states[N_STATES];
+    if (*next >= request->n_times || !(request->times[*next] < step.end)) {
+        return true;
+    }
+    if (!dense_begin(instance, step) || !take_stages(variations, step, TABLEAU.stages, STAGES)) {
+        return false;
+    }
+    for (int d = 0; d < variations->count; d++) {
+        begin_dense(&variations->directions[d], dense, step);
+    }
+    for (; *next < request->n_times && request->times[*next] < step.end; (*next)++) {
+        const double time = request->times[*next];
+        dense_states(dense, time, states);
+        for (int d = 0; d < variations->count; d++) {
+            dense_states(&variations->directions[d].dense, time, variations->directions[d].seed.states);
+        }
+        if (!directions_sample(variations, request, *next, time, states)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool accept(Variations *variations, Step step) {
+    accept_step(&variations->study.instance, step);
+    for (int d = 0; d < variations->count; d++) {
+        Direction *direction = &variations->directions[d];
+        memcpy(direction->states, direction->new_states, sizeof direction->states);
+        memcpy(direction->slope, direction->new_slope, sizeof direction->slope);
+    }
+    return !variations->study.instance.state.event_pending || directions_pass(variations);
+}
+
+/* At the beginning of a stretch of smooth inputs. */
+static bool begin_stretch(Variations *variations, double end) {
+    Instance *instance = &variations->study.instance;
+    instance->failure.kind = FAILURE_NONE;
+    instance->scratch.step_end = end;
+    begin_notices(instance);
+    instance_forget_motion(instance);
+    inputs_begin(instance);
+    for (int d = 0; d < variations->count; d++) {
+        Direction *direction = &variations->directions[d];
+        memcpy(direction->seed.states, direction->states, sizeof direction->states);
+    }
+    return (!ENDS_AT_EVENTS || events_begin(instance)) && update_first_stage(instance) &&
+           directions_settle(variations);
+}
+
+bool directions_integrate(Variations *variations, const Request *request, double end, int *next) {
+    Instance *instance = &variations->study.instance;
+    State *state = &instance->state;
+    bool rejected = false;
+    if (!begin_stretch(variations, end)) {
+        return false;
+    }
+    if (!(state->next_step > 0.0)) {
+        state->next_step = state->settings[SETTING_STEP] > 0.0 ? state->settings[SETTING_STEP] : first_step(instance);
+    }
+    while (state->time < end) {
+        const double shortest = 16.0 * DBL_EPSILON * larger(fabs(state->time), fabs(end));
+        state->next_step = larger(state->next_step, shortest);
+        const Step tried = choose_step(instance, end, end);
+        Step step = tried;
+        const double error = try_step(variations, step);
+        if (error <= 1.0 && bring_back_result(instance, step) && end_at_event(instance, &step) &&
+            finish_directions(variations, step, step.end != tried.end)) {
+            propose(state, tried, error, rejected);
+            rejected = false;
+            if (!sample_within(variations, request, step, next) || !accept(variations, step)) {
+                return false;
+            }
+        } else {
+            rejected = true;
+            propose_shorter(state, tried, error);
+            if (state->next_step < shortest) {
+                return false;
+            }
+        }
+    }
+    inputs_end(instance);
+    return true;
+}

@@ -1,0 +1,142 @@
+#include "directions.h"
+
+#include <string.h>
+
+#include "accelerations.h"
+#include "contacts.h"
+#include "equations.h"
+#include "further.h"
+#include "inputs.h"
+#include "projection.h"
+#include "solver_steps.h"
+#include "system.h"
+#include "values.h"
+
+enum { N = N_COORDINATES };
+
+bool directions_evaluate(Variations *variations, double time, const double states[]) {
+    Instance *instance = &variations->study.instance;
+    System *system = &instance->scratch.system;
+    double inputs[N_SIGNALS], unknowns[N_UNKNOWNS], change[N_RESIDUALS], answer[N_UNKNOWNS];
+    memcpy(inputs, inputs_at(instance, time), sizeof inputs);
+    if (!accelerations_at(instance, time, states, inputs, unknowns) ||
+        !system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
+        return false;
+    }
+    if (N_FURTHER > 0 && !multipliers_unique(instance)) {
+        multipliers_spread(system, unknowns);
+    }
+    for (int d = 0; d < variations->count; d++) {
+        Direction *direction = &variations->directions[d];
+        const Seed *seed = &direction->seed;
+        mechanism_residual_tangent(time, states, inputs, instance->state.parameters, unknowns, seed->time,
+                                   seed->states, seed->inputs, seed->parameters, change);
+        system_answer(system, change, answer);
+        contacts_answer(instance, system, time, states, inputs, unknowns, seed, answer);
+        memcpy(direction->rates, seed->states + N, N * sizeof(double));
+        memcpy(direction->rates + N, answer, N * sizeof(double));
+        further_tangent(instance, time, states, inputs, unknowns, seed, answer, direction->rates + 2 * N);
+    }
+    return true;
+}
+
+/* One level of directions_project: positions by the first rows, the holonomic ones, or velocities by all rows. */
+static bool project_level(Variations *variations, double time, const double states[], bool positions) {
+    const double zero[N_UNKNOWNS] = {0.0};
+    const int rows = positions ? N_HOLONOMIC : N_CONSTRAINTS;
+    Instance *instance = &variations->study.instance;
+    System *system = &instance->scratch.system;
+    double inputs[N_SIGNALS], change[N_RESIDUALS], right[SIZE_CONSTRAINTS], answer[N_UNKNOWNS];
+    memcpy(inputs, inputs_at(instance, time), sizeof inputs);
+    if (!system_factorize(instance, time, states, inputs, rows, 0.0, system)) {
+        return false;
+    }
+    for (int d = 0; d < variations->count; d++) {
+        Seed *seed = &variations->directions[d].seed;
+        mechanism_residual_tangent(time, states, inputs, instance->state.parameters, zero, seed->time, seed->states,
+                                   seed->inputs, seed->parameters, change);
+        for (int k = 0; k < rows; k++) {
+            right[k] = -change[N_UNKNOWNS + (positions ? N_CONSTRAINTS : 0) + k];
+        }
+        system_solve(system, zero, right, NULL, answer);
+        for (int i = 0; i < N; i++) {
+            seed->states[(positions ? 0 : N) + i] += answer[i];
+        }
+    }
+    return true;
+}
+
+bool directions_project(Variations *variations, double time, const double states[]) {
+    return N_CONSTRAINTS == 0 || ((N_HOLONOMIC == 0 || project_level(variations, time, states, true)) &&
+                                  project_level(variations, time, states, false));
+}
+
+bool directions_settle(Variations *variations) {
+    const State *state = &variations->study.instance.state;
+    if (!directions_project(variations, state->time, state->states) ||
+        !directions_evaluate(variations, state->time, state->states)) {
+        return false;
+    }
+    for (int d = 0; d < variations->count; d++) {
+        Direction *direction = &variations->directions[d];
+        memcpy(direction->states, direction->seed.states, sizeof direction->states);
+        memcpy(direction->slope, direction->rates, sizeof direction->slope);
+    }
+    return true;
+}
+
+/* The derivatives along a direction of what is read at the probe's point. */
+static bool sample_slopes(Variations *variations, const Request *request, int d, double slopes[]) {
+    Instance *probe = &variations->probe;
+    const Seed *seed = &variations->directions[d].seed;
+    Tangent tangent;
+    bool whole = false;
+    for (int i = 0; i < request->n_outputs; i++) {
+        whole = whole || value_needs_tangent(VARIABLES[request->outputs[i]].kind);
+    }
+    equations_dependent_tangent(probe, seed, &tangent);
+    if (whole && !equations_tangent(probe, seed, &tangent)) {
+        return false;
+    }
+    for (int i = 0; i < request->n_outputs; i++) {
+        slopes[i * variations->count + d] = *value_in_tangent(seed, &tangent, &VARIABLES[request->outputs[i]]);
+    }
+    return true;
+}
+
+bool directions_sample(Variations *variations, const Request *request, int sample, double time,
+                       const double states[]) {
+    Instance *instance = &variations->study.instance, *probe = &variations->probe;
+    const size_t place = (size_t)sample * (size_t)request->n_outputs;
+    bool moved;
+    probe->state = instance->state;
+    probe->state.time = time;
+    probe->state.ahead = 0;
+    memcpy(probe->state.inputs, inputs_at(instance, time), N_SIGNALS * sizeof(double));
+    memcpy(probe->state.states, states, N_STATES * sizeof(double));
+    probe->scratch.inputs_move = false;
+    instance_forget_cache(probe);
+    if (!project(probe, time, probe->state.states, &moved) || !directions_project(variations, time, states) ||
+        !study_read(probe, request, request->values + place)) {
+        instance->failure = probe->failure;
+        return false;
+    }
+    for (int d = 0; d < variations->count; d++) {
+        if (!sample_slopes(variations, request, d, request->slopes + place * (size_t)variations->count)) {
+            instance->failure = probe->failure;
+            return false;
+        }
+    }
+    return true;
+}
+
+bool directions_stand(Variations *variations, Instance *instance) {
+    for (int d = 0; d < variations->count; d++) {
+        Direction *direction = &variations->directions[d];
+        if (!equations_settle_seed(instance, &direction->seed)) {
+            return study_explain(&variations->study);
+        }
+        memcpy(direction->states, direction->seed.states, sizeof direction->states);
+    }
+    return true;
+}

@@ -1,0 +1,42 @@
+/* Contacts, stops, dry friction and latches: their part in the events of a mechanism, see events.h.
+   contact_events_none.c is for mechanisms without them. */
+#ifndef CONTACT_EVENTS_H
+#define CONTACT_EVENTS_H
+
+#include "instance.h"
+
+/* values[N_EVENTS - N_SWITCHES] of their event functions, as events_evaluate says. */
+bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]);
+
+/* An event that the event functions do not show, given their values[N_EVENTS] at the present point; -1 for none. An
+   open contact is below 0 by more than rounding, and approaches: an input whose position and velocity do not belong
+   together can bring it there behind the back of a function that comes down to 0 elsewhere. Or a slip in space has
+   become slower than errors of the states. */
+int contacts_overdue(Instance *instance, const double values[]);
+
+/* In model exchange the states drift off the rows that hold. Moves them back, before switches turn and the rows become
+   others, so that a closed contact is at rest. *jumped is set if states changed. Returns false, with instance->failure,
+   if there are no such states. */
+bool contacts_undo_drift(Instance *instance, bool *jumped);
+
+/* gaps[N_UNILATERALS] at the present point, also below 0. */
+void contacts_gaps(Instance *instance, double gaps[]);
+
+/* A switch has turned, and gaps were before[N_UNILATERALS] until then. Contacts open whose gap has jumped up, as at the
+   edge of a table. Returns false, with instance->failure, where a gap has jumped below 0. */
+bool contacts_jump(Instance *instance, const double before[]);
+
+/* Does the part of events_settle for contacts; due[N_EVENTS - N_SWITCHES] or NULL. *jumped is set if states changed.
+   *again is set if everything has to be decided once more, with the new states. Otherwise both are left as they are. */
+bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again);
+
+/* Are the forces of dry frictions 0 or more at a point? unknowns[n + m] are the accelerations and multipliers there, or
+   NULL if they have to be found. Returns false, with instance->failure, if a force is less. */
+bool contacts_oppose(Instance *instance, double time, const double states[], const double unknowns[]);
+
+/* Changes the multipliers behind the accelerations in unknowns[n + m] at the present point, where rows are redundant:
+   into those of least norm among all with the same forces that obey the laws of contacts and dry friction. These are
+   shown. Nothing changes where there are none. The system is factorised at the point. */
+void contacts_share(Instance *instance, const System *system, double unknowns[]);
+
+#endif

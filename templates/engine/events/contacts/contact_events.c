@@ -1,0 +1,245 @@
+/* The event functions of contacts and dry frictions. A contact has two. While it is open they are the gap, and 1, or
+   the time that is left to the top of the last rebound of a cascade. While
+   it is closed the first is the force that keeps it closed; the second is the slip velocity along the direction of
+   sliding, or, while it sticks, how much more force friction could bear, or, while it waits for a lever, how much more
+   it may slip. A dry friction has the second one alone. */
+#include "contact_events.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "accelerations.h"
+#include "contact_modes.h"
+#include "inputs.h"
+#include "scale.h"
+#include "settings.h"
+#include "shared_loads.h"
+#include "system.h"
+
+/* A slip that is steadied has a direction by itself beyond so many times the steadying speed, and has turned back
+   beyond this part of it. */
+static const double BY_ITSELF = 3.0, TURNED_BACK = 0.05;
+
+/* Slips in space are looked at from so many tolerances of the greatest velocity on. */
+static const double LOOK = 1e3;
+
+/* What the event functions are made of. */
+typedef struct {
+    double gaps[SIZE_UNILATERALS], slips[SIZE_FRICTIONAL]; /* slip velocities of the rows that may slide */
+    double unknowns[N_UNKNOWNS];
+    double restitution[SIZE_UNILATERALS], friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
+    double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS], capacity[SIZE_FRICTIONS];
+} Point;
+
+/* Does some event function depend on forces? */
+static bool loaded(const State *state) {
+    bool found = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        found = found || contact_closed(state, i);
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        found = found || friction_sticks(state, i);
+    }
+    return found;
+}
+
+static double force_of(const Point *point, int row) {
+    return point->unknowns[N_COORDINATES + ROW_PLACES[row]];
+}
+
+/* The length of the force, or of the slip velocity along the directions, of a contact. */
+static double friction_of(const Point *point, int contact) {
+    double square = 0.0;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        square += force_of(point, row) * force_of(point, row);
+    }
+    return sqrt(square);
+}
+
+/* Of a contact that slides: the slip velocity along its direction. A slip in space that is steadied goes on in this way
+   until it is fast enough to have a direction by itself, or has turned back by more than errors of the states. */
+static double slip_margin(const State *state, const Point *point, int contact) {
+    const double steady = contact_steady(state, contact);
+    double along = 0.0, speed = 0.0, length = 0.0;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        const double direction = row_direction(state, row), slip = point->slips[row - FIRST_SLIP];
+        along += direction * slip;
+        speed = hypot(speed, slip);
+        length = hypot(length, direction);
+    }
+    along /= length;
+    return steady > 0.0 ? (along + TURNED_BACK * steady) * (1.0 - speed / (BY_ITSELF * steady)) : along;
+}
+
+/* Impacts that accumulate end at a time, or before it where the force of the contact comes down to 0: the product of
+   both is smooth up to there. */
+static double rest_of_impacts(const State *state, double time, int contact, double force) {
+    const double left = state->rest_time[contact] - time;
+    return left <= 0.0 ? left : force <= 0.0 ? force : left * force;
+}
+
+static void evaluate_contact(const State *state, const Point *point, double time, int contact, double values[]) {
+    values[1] = 1.0;
+    if (!contact_closed(state, contact)) {
+        values[0] = point->gaps[contact];
+        values[1] = state->cascading[contact] == CASCADE_RISES ? state->top_time[contact] - time : 1.0;
+        return;
+    }
+    values[0] = force_of(point, contact);
+    if (state->cascading[contact]) {
+        values[0] = rest_of_impacts(state, time, contact, values[0]);
+    }
+    if (contact_waits(state, contact)) {
+        values[1] = WAITING_SLIP - fabs(point->slips[SLIP_ROWS[contact] - FIRST_SLIP]);
+    } else if (contact_sticks(state, contact)) {
+        const double holding = fmax(point->friction[contact], point->holding[contact]);
+        values[1] = holding * force_of(point, contact) - friction_of(point, contact);
+    } else if (SLIP_ROWS[contact + 1] > SLIP_ROWS[contact]) {
+        values[1] = slip_margin(state, point, contact);
+    }
+}
+
+static double evaluate_friction(const State *state, const Point *point, int friction) {
+    const int row = FIRST_FRICTION + friction;
+    const double capacity = fmax(point->force[friction], point->capacity[friction]);
+    if (friction_waits(state, friction)) {
+        return WAITING_SLIP - fabs(point->slips[row - FIRST_SLIP]);
+    }
+    return friction_sticks(state, friction) ? capacity - fabs(force_of(point, row))
+                                            : row_direction(state, row) * point->slips[row - FIRST_SLIP];
+}
+
+static void find_limits(Instance *instance, double time, const double states[], Point *point) {
+    const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
+    mechanism_contacts(time, states, inputs, parameters, point->restitution, point->friction, point->holding);
+    mechanism_friction(time, states, inputs, parameters, point->unknowns, point->sliding, point->force,
+                       point->capacity);
+}
+
+static Sharing sharing_at(const Instance *instance, const System *system, const Point *point) {
+    return (Sharing){&instance->state, &system->constraints, point->holding, point->capacity};
+}
+
+void contacts_share(Instance *instance, const System *system, double unknowns[]) {
+    const State *state = &instance->state;
+    Point point;
+    if (multipliers_unique(instance)) {
+        return;
+    }
+    memcpy(point.unknowns, unknowns, sizeof point.unknowns);
+    find_limits(instance, state->time, state->states, &point);
+    const Sharing sharing = sharing_at(instance, system, &point);
+    loads_obey(&sharing, unknowns + N_COORDINATES);
+}
+
+/* What holds ends where no loads obey the laws: the functions are those of the loads that are farthest from it, unless
+   those of least norm tell already that nothing ends. */
+static void choose_loads(Instance *instance, double time, const double states[], Point *point) {
+    Scratch *scratch = &instance->scratch;
+    find_limits(instance, time, states, point);
+    if (!multipliers_unique(instance)) {
+        const Sharing sharing = sharing_at(instance, &scratch->system, point);
+        double *multipliers = point->unknowns + N_COORDINATES;
+        const bool well = instance->shown_loads != LOADS_CENTRED && loads_least(&sharing, multipliers);
+        if (!well && instance->shown_loads != LOADS_LEAST) {
+            loads_centre(&sharing, multipliers);
+        }
+        scratch->loads_shared = true;
+        find_limits(instance, time, states, point);
+    }
+}
+
+bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]) {
+    const State *state = &instance->state;
+    const double *inputs = inputs_at(instance, time), *parameters = state->parameters;
+    Point point;
+    memset(point.unknowns, 0, sizeof point.unknowns);
+    if (loaded(state)) {
+        if (!accelerations_at(instance, time, states, inputs, point.unknowns)) {
+            return false;
+        }
+        choose_loads(instance, time, states, &point);
+    }
+    mechanism_slips(time, states, inputs, parameters, point.gaps, point.slips);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        evaluate_contact(state, &point, time, i, values + 2 * i);
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        values[2 * N_UNILATERALS + i] = evaluate_friction(state, &point, i);
+    }
+    return true;
+}
+
+/* Does an open contact approach below 0 by more than rounding? */
+static bool sinks(const State *state, const ElementRows *rows, int contact, double gap) {
+    const double size = row_size(rows, contact);
+    return !contact_closed(state, contact) && gap < -HYSTERESIS * size &&
+           rows->velocities[contact] < -10.0 * HYSTERESIS * size;
+}
+
+/* Is a slip in space, which has a direction by itself, slower than errors of the states? The solver would follow the
+   noise of its direction in ever shorter steps. */
+static bool fades(const State *state, const ElementRows *rows, int contact) {
+    const int first = SLIP_ROWS[contact];
+    return contact_slips(contact) == 2 && contact_slides(state, contact) && contact_steady(state, contact) == 0.0 &&
+           hypot(rows->velocities[first], rows->velocities[first + 1]) <= contact_loose_speed(state, rows, contact);
+}
+
+int contacts_overdue(Instance *instance, const double values[]) {
+    const State *state = &instance->state;
+    const double *gaps = values + N_SWITCHES;
+    const double slow = LOOK * solver_tolerance(state) * states_pace(state);
+    ElementRows rows;
+    bool possible = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        possible = possible || (!contact_closed(state, i) && gaps[2 * i] < 0.0) ||
+                   (contact_slips(i) == 2 && contact_slides(state, i) && gaps[2 * i + 1] < slow);
+    }
+    if (!possible) {
+        return -1;
+    }
+    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &rows);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        if (sinks(state, &rows, i, gaps[2 * i])) {
+            return 2 * i;
+        }
+        if (fades(state, &rows, i)) {
+            return 2 * i + 1;
+        }
+    }
+    return -1;
+}
+
+static bool report_pushing(Instance *instance, double time, int friction, double force) {
+    Failure *failure = &instance->failure;
+    failure->kind = FAILURE_PUSHING;
+    failure->time = time;
+    failure->count = ROW_PLACES[FIRST_FRICTION + friction];
+    failure->amount = force;
+    return false;
+}
+
+bool contacts_oppose(Instance *instance, double time, const double states[], const double unknowns[]) {
+    Point point;
+    double greatest = 1.0;
+    if (N_FRICTIONS == 0) {
+        return true;
+    }
+    memset(point.unknowns, 0, sizeof point.unknowns);
+    if (unknowns != NULL) {
+        memcpy(point.unknowns, unknowns, sizeof point.unknowns);
+    } else if (LOADED_FRICTION &&
+               !accelerations_at(instance, time, states, inputs_at(instance, time), point.unknowns)) {
+        return false;
+    }
+    find_limits(instance, time, states, &point);
+    for (int k = N_COORDINATES; k < N_UNKNOWNS; k++) {
+        greatest = fmax(greatest, fabs(point.unknowns[k]));
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        if (!(point.force[i] >= -OBEYED * greatest)) {
+            return report_pushing(instance, time, i, point.force[i]);
+        }
+    }
+    return true;
+}

@@ -1,0 +1,245 @@
+/* Modes at an event. First latches follow their switches, then impacts take place, then modes are chosen that forces
+   and accelerations allow. In the end the states are moved onto the rows that hold. Pfeiffer, Glocker, Multibody
+   Dynamics with Unilateral Contacts, 1996, chapters 5 and 8. */
+#include <math.h>
+#include <string.h>
+
+#include "constraints.h"
+#include "contact_events.h"
+#include "contacts.h"
+#include "inputs.h"
+#include "scale.h"
+#include "settings.h"
+#include "settling.h"
+#include "stopping_slips.h"
+
+enum { N = N_COORDINATES, K = N_CONSTRAINTS };
+
+/* Latches obey their switches. A latch that begins to hold a position holds it where it is. Returns whether one begins
+   to hold or lets go. */
+static bool update_latches(Settling *settling) {
+    State *state = &settling->instance->state;
+    bool changed = false;
+    for (int i = 0; i < N_LATCHES; i++) {
+        const int row = FIRST_LATCH + i;
+        const bool holds = state->parameters[N_MASKS + LATCH_SWITCHES[i]] > 0.0;
+        changed = changed || holds != row_active(state, row);
+        if (holds && !row_active(state, row) && i < N_OFFSETS) {
+            state->parameters[FIRST_OFFSET + i] = settling->rows.positions[FIRST_OFFSET_ROW + i];
+        }
+        row_activate(state, row, holds);
+    }
+    return changed;
+}
+
+/* Does the contact come to be closed here, or touch by chance? */
+static bool meets(const Settling *settling, int contact) {
+    return settling_due(settling, 2 * contact) ||
+           settling->rows.positions[contact] <= AT_REST * row_size(&settling->rows, contact);
+}
+
+/* Contacts that are closed, that come to be closed here, and those that touch by chance. */
+static void find_touching(Settling *settling) {
+    const State *state = &settling->instance->state;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        settling->touching[i] = contact_closed(state, i) || meets(settling, i);
+    }
+}
+
+static void forget_modes(State *state) {
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        contact_open(state, i);
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        friction_stick(state, i);
+    }
+    for (int i = 0; i < N_LATCHES; i++) {
+        row_activate(state, FIRST_LATCH + i, false);
+    }
+}
+
+/* Is the contact at the top of the last rebound of its cascade? */
+static bool at_top(const Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    return state->cascading[contact] == CASCADE_RISES &&
+           (settling_due(settling, 2 * contact + 1) || state->time >= state->top_time[contact]);
+}
+
+/* Ends cascades whose time is over, or whose contact bears nothing or comes down before the top. */
+static void end_cascades(Settling *settling) {
+    State *state = &settling->instance->state;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const bool over = state->cascading[i] == CASCADE_RESTS && state->time >= state->rest_time[i];
+        if (state->cascading[i] && (settling_due(settling, 2 * i) || over) && !at_top(settling, i)) {
+            state->cascading[i] = CASCADE_NONE;
+        }
+    }
+}
+
+/* Is no velocity of the states[N_STATES] farther from the present one than errors of the location make it? */
+static bool changes_little(const Settling *settling, const double states[]) {
+    const State *state = &settling->instance->state;
+    const double most = LOCATED * states_pace(state);
+    bool little = true;
+    for (int i = 0; i < N; i++) {
+        little = little && fabs(states[N + i] - state->states[N + i]) <= most * NOMINAL_STATES[i];
+    }
+    return little;
+}
+
+/* Slips along a line that are due and that friction then holds are at rest: what is left of them is the error of the
+   location, or what an importer's step has gone on beyond the stop. Velocities that were set anew are neither. */
+static bool stop_slips(Settling *settling, bool *jumped) {
+    double states[N_STATES];
+    StoppingSlips slips;
+    if (!slips_find(settling, &slips)) {
+        return true;
+    }
+    if (!settling_measure(settling)) {
+        return false;
+    }
+    find_touching(settling);
+    slips_stop(settling, &slips);
+    if (slips.stopped && settling_find_states(settling, states) &&
+        (slips.within_step || changes_little(settling, states))) {
+        settling_take(settling, states, jumped);
+    } else if (slips.stopped) {
+        slips_pass(settling, &slips);
+    }
+    return true;
+}
+
+/* Closes contacts at the top of the last rebound, which is lower than the tolerance; unless others have thrown them
+   higher since. Their height and what is left of their velocity are lost. */
+static bool close_at_top(Settling *settling, bool *jumped) {
+    State *state = &settling->instance->state;
+    bool found = false, closed = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        found = found || at_top(settling, i);
+    }
+    if (!found) {
+        return true;
+    }
+    if (!settling_measure(settling)) {
+        return false;
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const int k = ROW_PLACES[i];
+        const double gap = settling->rows.positions[i], v = settling->velocity[k], a = -settling->free[k];
+        const double up = fmax(v, 0.0), low = 2.0 * solver_tolerance(state) * row_size(&settling->rows, i);
+        if (!at_top(settling, i)) {
+            continue;
+        }
+        state->cascading[i] = CASCADE_NONE;
+        settling->due[2 * i] = settling->due[2 * i + 1] = false;
+        if (a > 0.0 && gap + 0.5 * up * up / a <= low) {
+            state->states[DISSIPATED] += (a * gap + 0.5 * v * v) / settling->delassus[k * K + k];
+            settling_close(settling, i);
+            state->cascading[i] = CASCADE_RESTS;
+            closed = true;
+        }
+    }
+    return !closed || settling_move(settling, jumped);
+}
+
+bool contacts_undo_drift(Instance *instance, bool *jumped) {
+    bool closed = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        closed = closed || contact_closed(&instance->state, i);
+    }
+    if (!closed || !instance->policy->stabilise) {
+        return true;
+    }
+    Settling settling = {.instance = instance};
+    return settling_move(&settling, jumped);
+}
+
+/* An importer's solver locates an impact where the indicator is 0, a little inside: bodies that meet are put back to
+   where they touch, so that no gap is negative after the event. If they cannot all touch, they stay where they are. */
+static bool undo_overlap(Settling *settling, bool *jumped) {
+    Instance *instance = settling->instance;
+    State *state = &instance->state;
+    double states[N_STATES];
+    bool open[SIZE_UNILATERALS], found = false, moved;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        open[i] = !contact_closed(state, i);
+        found = found || (open[i] && settling_due(settling, 2 * i));
+    }
+    if (!found || !instance->policy->stabilise) {
+        return true;
+    }
+    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        row_activate(state, i, !open[i] || meets(settling, i));
+    }
+    memcpy(states, state->states, sizeof states);
+    const bool touch = constraints_regroup(instance) &&
+                       constraints_project(instance, state->time, inputs_at(instance, state->time), states, &moved);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        row_activate(state, i, !open[i]);
+        if (touch && open[i] && settling_due(settling, 2 * i)) {
+            state->event_rests[N_SWITCHES + 2 * i] = 0.0; /* the next impact is not as far inside */
+        }
+    }
+    if (touch) {
+        *jumped = *jumped || memcmp(states, state->states, N * sizeof(double)) != 0;
+        memcpy(state->states, states, N * sizeof(double));
+    }
+    state->usual_known = 0;
+    return constraints_regroup(instance);
+}
+
+/* Is no gap negative at the start? Gaps that are closed but for a part of nominal values are. */
+static bool starts_apart(Settling *settling) {
+    Failure *failure = &settling->instance->failure;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        if (settling->rows.positions[i] < -TYPED * row_size(&settling->rows, i)) {
+            failure->kind = FAILURE_PENETRATION;
+            failure->time = settling->instance->state.time;
+            failure->count = ROW_PLACES[i];
+            failure->amount = settling->rows.positions[i];
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Does nothing hold, and is nothing due but gaps? */
+static bool flies(const Instance *instance, const bool due[]) {
+    bool free = due != NULL && !contacts_hold(instance);
+    for (int k = 0; k < 2 * N_UNILATERALS + N_FRICTIONS && free; k++) {
+        free = !due[k] || (k < 2 * N_UNILATERALS && k % 2 == 0);
+    }
+    return free;
+}
+
+bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again) {
+    Settling settling = {.instance = instance};
+    const bool flew = flies(instance, due);
+    bool collided = false, moved = false;
+    if (due == NULL) {
+        forget_modes(&instance->state);
+    } else {
+        memcpy(settling.due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
+    }
+    end_cascades(&settling);
+    if (!undo_overlap(&settling, &moved) || !close_at_top(&settling, &moved)) {
+        return false;
+    }
+    if (!stop_slips(&settling, &moved) || !settling_stop_in_space(&settling, &moved) || !settling_measure(&settling)) {
+        return false;
+    }
+    if (due == NULL && !starts_apart(&settling)) {
+        return false;
+    }
+    update_latches(&settling);
+    find_touching(&settling);
+    if (!settling_impacts(&settling, &collided) || !settling_modes(&settling, &moved) ||
+        !settling_move(&settling, &moved) ||
+        !contacts_oppose(instance, instance->state.time, instance->state.states, NULL)) {
+        return false;
+    }
+    *jumped = *jumped || collided || moved;
+    *again = *again || moved || (collided && !(flew && !contacts_hold(instance))); /* in flight impacts decide alone */
+    return true;
+}

@@ -1,0 +1,39 @@
+/* Gaps that jump where a switch turns: a table ends there, or a step begins. */
+
+#include "contact_events.h"
+#include "contact_modes.h"
+#include "inputs.h"
+#include "scale.h"
+
+static void measure(Instance *instance, ElementRows *rows) {
+    const State *state = &instance->state;
+    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), rows);
+}
+
+void contacts_gaps(Instance *instance, double gaps[]) {
+    ElementRows rows;
+    measure(instance, &rows);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        gaps[i] = rows.positions[i];
+    }
+}
+
+bool contacts_jump(Instance *instance, const double before[]) {
+    const double most = instance->policy->stabilise ? LOCATED_LOOSELY : LOCATED;
+    ElementRows rows;
+    measure(instance, &rows);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const double gap = rows.positions[i], change = gap - before[i], size = row_size(&rows, i);
+        if (contact_closed(&instance->state, i) && change > LOCATED * size) {
+            instance->state.event_rests[N_SWITCHES + 2 * i] = 0.0; /* it was of the force, not of the gap */
+            contact_open(&instance->state, i);
+        } else if (change < -most * size && gap < -most * size) {
+            instance->failure.kind = FAILURE_JUMP;
+            instance->failure.time = instance->state.time;
+            instance->failure.count = ROW_PLACES[i];
+            instance->failure.amount = gap;
+            return false;
+        }
+    }
+    return true;
+}

@@ -1,0 +1,168 @@
+/* Which forces obey the laws at the measured point: complementarity of forces and accelerations. Forces of dry friction
+   may depend on what other rows bear; they are found by repetition. */
+#include <math.h>
+#include <string.h>
+
+#include "complementarity.h"
+#include "inputs.h"
+#include "repetition.h"
+#include "scale.h"
+#include "settings.h"
+#include "settling.h"
+
+enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_REPETITIONS = 200, FEW_REPETITIONS = 50 };
+
+/* Does the slip of a row along which no force has a lever have a direction? */
+static bool moves_without_lever(const Settling *settling, int row) {
+    const int k = ROW_PLACES[row];
+    return settling->determined[k] && fabs(settling->velocity[k]) > 0.5 * WAITING_SLIP;
+}
+
+static void set_slips(Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    const int first = SLIP_ROWS[contact], end = SLIP_ROWS[contact + 1];
+    const double speed = settling_slip_speed(settling, contact), mu = settling->friction[contact];
+    const bool stops = settling->stopping[2 * contact + 1];
+    const bool rests = end > first && (stops || (speed <= settling_least_speed(settling, first) &&
+                                                 !moves_without_lever(settling, first)));
+    const bool yields = contact_sticks(state, contact) && settling_due(settling, 2 * contact + 1);
+    for (int row = first; row < end; row++) {
+        const double along = rests ? 0.0 : settling_slip_velocity(settling, contact, row) / speed;
+        settling->row[ROW_PLACES[row]] = (Row){.law = rests ? ROW_TANGENTIAL : ROW_SLIDING,
+                                               .normal = ROW_PLACES[contact],
+                                               .friction = yields ? mu * (1.0 - YIELDS) : mu,
+                                               .holding = yields ? mu * (1.0 - YIELDS)
+                                                                 : fmax(mu, settling->holding[contact]),
+                                               .value = along,
+                                               .holds = stops || (contact_sticks(state, contact) && !yields)};
+    }
+}
+
+static void set_contact(Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    const int k = ROW_PLACES[contact];
+    const bool rests = settling->touching[contact] &&
+                       (state->cascading[contact] == CASCADE_RESTS ||
+                        settling->velocity[k] <= settling_least_speed(settling, contact));
+    settling->row[k] = (Row){.law = rests ? ROW_UNILATERAL : ROW_FREE, .holds = contact_closed(state, contact)};
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        settling->row[ROW_PLACES[row]] = (Row){.law = ROW_FREE};
+    }
+    if (rests) {
+        set_slips(settling, contact);
+    }
+}
+
+static void set_friction(Settling *settling, int friction, double force, double capacity, double greatest) {
+    const State *state = &settling->instance->state;
+    const int row = FIRST_FRICTION + friction, k = ROW_PLACES[row];
+    const double w = settling_slip_located(settling, row, 2 * N_UNILATERALS + friction);
+    const bool yields = friction_sticks(state, friction) && settling_due(settling, 2 * N_UNILATERALS + friction);
+    const bool stops = settling->stopping[2 * N_UNILATERALS + friction];
+    if (stops || (fabs(w) <= settling_least_speed(settling, row) && !moves_without_lever(settling, row))) {
+        const double least = fmax(force - YIELDS * greatest, 0.0);
+        settling->row[k] = (Row){.law = ROW_BOUNDED,
+                                 .friction = yields ? least : force,
+                                 .holding = yields ? least : fmax(force, capacity),
+                                 .holds = stops || (friction_sticks(state, friction) && !yields)};
+    } else {
+        settling->row[k] = (Row){.law = ROW_GIVEN, .value = w > 0.0 ? -force : force};
+    }
+}
+
+static void set_rows(Settling *settling, const double force[], const double capacity[]) {
+    const State *state = &settling->instance->state;
+    double greatest = 0.0;
+    for (int k = 0; k < K; k++) {
+        settling->row[k] = (Row){.law = ROW_BILATERAL};
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        set_contact(settling, i);
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        greatest = fmax(greatest, force[i]);
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        set_friction(settling, i, force[i], capacity[i], greatest);
+    }
+    for (int row = FIRST_LATCH; row < N_ROWS; row++) {
+        settling->row[ROW_PLACES[row]].law = row_active(state, row) ? ROW_BILATERAL : ROW_FREE;
+    }
+}
+
+/* Has the motion made the slip of a row at rest too fast to wait for a lever? */
+static bool any_moves_without_lever(const Settling *settling) {
+    bool found = false;
+    for (int row = FIRST_SLIP; row < FIRST_LATCH; row++) {
+        const RowLaw law = settling->row[ROW_PLACES[row]].law;
+        found = found || ((law == ROW_BOUNDED || law == ROW_TANGENTIAL) && moves_without_lever(settling, row));
+    }
+    return found;
+}
+
+/* lambda and w of all rows, with determined[] as it is known. Returns false if there are none. */
+static bool solve_laws(Settling *settling, bool determined[]) {
+    const State *state = &settling->instance->state;
+    const Problem problem = {.rows = K,
+                             .delassus = settling->delassus,
+                             .free = settling->free,
+                             .row = settling->row,
+                             .determined = determined};
+    double unknowns[N_UNKNOWNS] = {0.0};
+    double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS] = {0.0}, capacity[SIZE_FRICTIONS] = {0.0};
+    Repetition last;
+    memset(&last, 0, sizeof last);
+    for (int i = 0; i < MOST_REPETITIONS; i++) {
+        double change = 0.0, greatest = 0.0;
+        mechanism_friction(state->time, state->states, inputs_at(settling->instance, state->time), state->parameters,
+                           unknowns, sliding, force, capacity);
+        set_rows(settling, force, capacity);
+        if (!complementarity_solve(&problem, settling->lambda, settling->w)) {
+            return false;
+        }
+        for (int k = 0; k < K; k++) {
+            change = fmax(change, fabs(settling->lambda[k] - unknowns[N + k]));
+            greatest = fmax(greatest, fabs(settling->lambda[k]));
+        }
+        repetition_proceed(&last, settling->lambda, i > FEW_REPETITIONS, unknowns + N);
+        if (change <= SOLVED * greatest || N_FRICTIONS == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Is the row of a slip at rest itself 0 to rounding, and does the motion not change that at once? Then no velocities
+   make the mechanism slip, as with a slide that is driven by the sine of its crank, at the dead centre. */
+static bool vanishes(const Settling *settling, int row) {
+    const double pace = states_pace(&settling->instance->state);
+    const RowLaw law = settling->row[ROW_PLACES[row]].law;
+    double lever = 0.0;
+    for (int i = 0; i < N; i++) {
+        lever = fmax(lever, fabs(settling->rows.jacobian[row * N + i]) * NOMINAL_STATES[i]);
+    }
+    return (law == ROW_BOUNDED || law == ROW_TANGENTIAL) && lever <= NOISE &&
+           fabs(settling->rows.gamma[row]) <= NOISE * pace * pace;
+}
+
+static void find_vanishing(Settling *settling) {
+    for (int row = FIRST_SLIP; row < FIRST_LATCH; row++) {
+        const int k = ROW_PLACES[row];
+        if (vanishes(settling, row)) {
+            settling->determined[k] = true;
+            settling->lambda[k] = settling->w[k] = 0.0;
+        }
+    }
+}
+
+bool settling_laws(Settling *settling) {
+    bool determined[K] = {false};
+    memset(settling->determined, 0, sizeof settling->determined);
+    bool solved = solve_laws(settling, determined);
+    memcpy(settling->determined, determined, sizeof determined);
+    find_vanishing(settling);
+    if (solved && any_moves_without_lever(settling)) {
+        solved = solve_laws(settling, NULL);
+    }
+    return solved;
+}

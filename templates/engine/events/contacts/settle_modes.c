@@ -1,0 +1,174 @@
+/* Which touching contacts stay closed, and what sticks, as the laws say. */
+#include <float.h>
+#include <math.h>
+
+#include "complementarity.h"
+#include "notices.h"
+#include "scale.h"
+#include "settings.h"
+#include "settling.h"
+
+enum { K = N_CONSTRAINTS };
+
+/* Does an open contact close here although it moves apart? It does if its gap is negative by rounding and the motion is
+   too slow to make the gap positive. */
+static bool stays_near(const Settling *settling, int contact) {
+    return settling_due(settling, 2 * contact) && !contact_closed(&settling->instance->state, contact);
+}
+
+/* Impacts of these contacts, which have just rebounded or stay near, accumulate: what is left of them is lower than the
+   tolerance. They close at the top of this rebound, where they are at rest, and stay so as long as the other impacts
+   would last: from rest to rest the normal impulse is weight times time, and friction takes its part of that. Contacts
+   that the impact of another one lifts less than is seen, as the edges of a rocking block at last lift each other
+   without end, close at once. */
+static void begin_cascades(Settling *settling) {
+    State *state = &settling->instance->state;
+    /* A gap that opens no more than its rounding is not seen to open. In model exchange each impact is found inside by
+       the hysteresis of its indicator, and this fall lifts the next one again: ten times as much is not seen there. */
+    const double unseen = settling->instance->policy->stabilise ? 10.0 * HYSTERESIS : DBL_EPSILON;
+    bool struck = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        struck = struck || settling->rebounds[i];
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const int k = ROW_PLACES[i];
+        const double v = settling->velocity[k], a = settling->w[k], e = settling->restitution[i];
+        const bool bounces = settling->rebounds[i] || stays_near(settling, i);
+        const double seen = (bounces ? solver_tolerance(state) : unseen) * row_size(&settling->rows, i);
+        const double lowest = bounces ? fmax(seen, -settling->rows.positions[i]) : seen;
+        const bool lifted = struck && settling->touching[i];
+        if ((bounces || lifted) && settling->row[k].law == ROW_FREE && a < 0.0 && e < 1.0 &&
+            v * v <= -2.0 * a * lowest) {
+            state->cascading[i] = bounces ? CASCADE_RISES : CASCADE_RESTS;
+            state->states[DISSIPATED] += bounces ? 0.0 : 0.5 * v * v / settling->delassus[k * K + k];
+            state->top_time[i] = state->time + v / -a;
+            state->rest_time[i] = state->time + 2.0 * v / (-a * (1.0 - e));
+        }
+    }
+}
+
+void settling_close(Settling *settling, int contact) {
+    State *state = &settling->instance->state;
+    const int first = SLIP_ROWS[contact], count = contact_slips(contact);
+    double velocity[2] = {0.0};
+    for (int i = 0; i < count; i++) {
+        velocity[i] = settling->velocity[ROW_PLACES[first + i]];
+    }
+    if (count > 0 && settling_slip_speed(settling, contact) > settling_least_speed(settling, first)) {
+        contact_slide(state, contact, velocity, 0.0);
+    } else {
+        contact_stick(state, contact);
+    }
+}
+
+/* A contact that has come to bear nothing opens. Its gap grows with a high power of the time at first, slower than the
+   errors of an importer's solver, which starts anew here: its event indicator begins so far above 0. So does that of a
+   contact which rises no higher than these errors. */
+static void lift_off(Settling *settling, int contact) {
+    State *state = &settling->instance->state;
+    double *rest = &state->event_rests[N_SWITCHES + 2 * contact];
+    const bool lifted = settling->row[ROW_PLACES[contact]].law == ROW_FREE; /* by an impact: the gap grows at once */
+    const bool slowly = (contact_closed(state, contact) && !lifted) || state->cascading[contact] == CASCADE_RISES;
+    if (settling->instance->policy->stabilise && slowly) {
+        *rest = fmax(*rest, solver_tolerance(state) * row_size(&settling->rows, contact));
+    }
+    contact_open(state, contact);
+}
+
+/* Has the force of a closed contact come down to 0 here? Its friction then comes to its limit together with it. */
+static bool gives_way(const Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    const bool due = settling_due(settling, 2 * contact) || settling_due(settling, 2 * contact + 1);
+    return due && contact_closed(state, contact) && !state->cascading[contact] &&
+           !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
+}
+
+/* Where a contact gives way, or has just done so, one that is open does not close for a force that is rounding. Else
+   the contacts of a body that leaves its support at once would take turns in being the last one, and one would close
+   again for the rounding of an input that is set at this time. */
+static bool follows(const Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    bool given = state->due[N_SWITCHES + 2 * contact] && state->event_time >= state->time;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        given = given || (i != contact && gives_way(settling, i));
+    }
+    return given && !contact_closed(state, contact) && !settling_due(settling, 2 * contact) &&
+           !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
+}
+
+/* Where a contact opens or closes, its first event function becomes another one: the gap instead of the force, or the
+   force instead of the gap. What was left of the one is no rounding of the other. */
+static void carry_out_contact(Settling *settling, int contact, bool leaves) {
+    State *state = &settling->instance->state;
+    const int k = ROW_PLACES[contact];
+    const bool opens = settling->row[k].law != ROW_UNILATERAL || settling->w[k] > 0.0 || leaves;
+    if (opens == contact_closed(state, contact)) {
+        state->event_rests[N_SWITCHES + 2 * contact] = 0.0;
+    }
+    if (opens) {
+        lift_off(settling, contact);
+    } else {
+        settling_carry_out_slip(settling, contact);
+    }
+}
+
+/* A dry friction that cannot hold anything slides, also where something else holds the same motion: a row that sticks
+   would share its load, and yield to the first rounding. */
+static void carry_out_friction(Settling *settling, int friction) {
+    State *state = &settling->instance->state;
+    const int row = FIRST_FRICTION + friction, k = ROW_PLACES[row];
+    const bool holds = settling->row[k].law == ROW_BOUNDED && settling->row[k].holding > 0.0;
+    const double located = settling_slip_located(settling, row, 2 * N_UNILATERALS + friction);
+    const double w = settling->row[k].law == ROW_GIVEN ? located : settling->w[k];
+    if (w != 0.0 || !holds) {
+        friction_slide(state, friction, w != 0.0 ? w : row_direction(state, row));
+    } else if (settling->determined[k]) {
+        friction_wait(state, friction);
+    } else {
+        friction_stick(state, friction);
+    }
+}
+
+/* Gives notice if the laws allow another motion than the one that is chosen. */
+static void watch_solutions(Settling *settling) {
+    const Problem problem = {
+        .rows = K, .delassus = settling->delassus, .free = settling->free, .row = settling->row};
+    const int row = complementarity_other(&problem);
+    for (int i = 0; i < N_UNILATERALS && row >= 0; i++) {
+        if (row == ROW_PLACES[i]) {
+            give_notice(settling->instance, NOTICE_TWO_SOLUTIONS, 0.0, N_SWITCHES + 2 * i);
+        }
+    }
+}
+
+bool settling_modes(Settling *settling, bool *jumped) {
+    Instance *instance = settling->instance;
+    const bool solved =
+        settling_laws(settling) || (settling_without_collision(settling, jumped) && settling_laws(settling));
+    if (!solved) {
+        instance->failure.kind = FAILURE_MODES;
+        instance->failure.time = instance->state.time;
+        return false;
+    }
+    watch_solutions(settling);
+    begin_cascades(settling);
+    bool leaves[SIZE_UNILATERALS];
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        leaves[i] = gives_way(settling, i) || follows(settling, i);
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const int64_t cascade = instance->state.cascading[i];
+        if (cascade == CASCADE_RESTS && settling->row[ROW_PLACES[i]].law == ROW_FREE) {
+            settling_close(settling, i);
+            continue;
+        }
+        carry_out_contact(settling, i, leaves[i]);
+        if (cascade == CASCADE_RISES && !contact_closed(&instance->state, i)) {
+            instance->state.cascading[i] = cascade;
+        }
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        carry_out_friction(settling, i);
+    }
+    return true;
+}

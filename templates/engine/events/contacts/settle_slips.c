@@ -1,0 +1,143 @@
+/* How slips begin, and how those in space come to rest. These have a direction, which errors of the states turn where
+   they are slow. */
+#include <math.h>
+
+#include "inputs.h"
+#include "settings.h"
+#include "settling.h"
+
+enum { K = N_CONSTRAINTS };
+
+static bool slips_in_space(int contact) {
+    return contact_slips(contact) == 2;
+}
+
+static double loose_speed(const Settling *settling, int contact) {
+    return contact_loose_speed(&settling->instance->state, &settling->rows, contact);
+}
+
+/* Is the slip in space so slow that it may be at rest? */
+static bool is_slow(const Settling *settling, int contact) {
+    return slips_in_space(contact) && contact_slides(&settling->instance->state, contact) &&
+           settling_slip_speed(settling, contact) <= loose_speed(settling, contact);
+}
+
+/* A slip in space that is due has turned away from the direction that it began with, and may be at rest or not. */
+static bool comes_to_rest(const Settling *settling, int contact) {
+    return settling_due(settling, 2 * contact + 1) && is_slow(settling, contact);
+}
+
+/* Brings velocity[] up to date for contacts in space, if one of their slips is due. */
+static void find_velocities(Settling *settling) {
+    const State *state = &settling->instance->state;
+    bool needed = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        needed = needed || (slips_in_space(i) && settling_due(settling, 2 * i + 1));
+    }
+    if (!needed) {
+        return;
+    }
+    rows_evaluate(settling->instance, state->time, state->states, inputs_at(settling->instance, state->time),
+                  &settling->rows);
+    for (int row = 0; row < N_ROWS; row++) {
+        settling->velocity[ROW_PLACES[row]] = settling->rows.velocities[row];
+    }
+}
+
+bool settling_stop_in_space(Settling *settling, bool *jumped) {
+    bool stops = false;
+    find_velocities(settling);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        stops = stops || comes_to_rest(settling, i);
+    }
+    if (!stops) {
+        return true;
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) { /* of a body together: none is located more sharply than the one due */
+        if (is_slow(settling, i)) {
+            contact_stick(&settling->instance->state, i);
+            settling->due[2 * i + 1] = false;
+        }
+    }
+    return settling_move(settling, jumped);
+}
+
+/* Is there friction beyond the rounding of forces? A foot that others relieve of its load has none. */
+static bool bears_friction(const Settling *settling, int contact) {
+    bool found = false;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        found = found || settling_bears(settling, contact, fabs(settling->lambda[ROW_PLACES[row]]));
+    }
+    return found;
+}
+
+/* What a row of slip begins to do, its contact being closed. A slip in space that begins does so against the friction,
+   as Coulomb's law says: where w is small the friction tells the direction better. */
+static double slip_begins(const Settling *settling, int contact, int row) {
+    const int place = ROW_PLACES[row];
+    if (settling->row[place].law == ROW_SLIDING) {
+        return settling_slip_velocity(settling, contact, row);
+    }
+    return slips_in_space(contact) && bears_friction(settling, contact) ? -settling->lambda[place] : settling->w[place];
+}
+
+/* Does the contact slip, or begin to? */
+static bool slips(const Settling *settling, int contact) {
+    bool found = false;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        const int place = ROW_PLACES[row];
+        found = found || settling->row[place].law == ROW_SLIDING || settling->w[place] != 0.0;
+    }
+    return found;
+}
+
+/* The greatest deceleration of a slip by its friction alone, in m/s^2. */
+static double slip_deceleration(const Settling *settling, int contact) {
+    double stiffest = 0.0;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        const int k = ROW_PLACES[row];
+        stiffest = fmax(stiffest, settling->delassus[k * K + k]);
+    }
+    return settling->friction[contact] * settling->lambda[ROW_PLACES[contact]] * stiffest;
+}
+
+/* The speed up to which friction in space keeps the direction that a slip begins with from rest. Below the errors of
+   the states the slip has none by itself. The slower it is, the stiffer is its friction: by its deceleration over the
+   speed. Steps of fixed length do not follow more than they are short. */
+static double steadying_speed(const Settling *settling, int contact) {
+    if (!slips_in_space(contact) || settling->row[ROW_PLACES[SLIP_ROWS[contact]]].law == ROW_SLIDING) {
+        return 0.0;
+    }
+    const double setting = settling->instance->state.settings[SETTING_STEP];
+    const double step = ADAPTIVE ? 0.0 : setting > 0.0 ? setting : DEFAULT_SOLVER_STEP;
+    return fmax(STEADIER * loose_speed(settling, contact), step * slip_deceleration(settling, contact));
+}
+
+/* Is the slip steadied, with no reason for another direction? */
+static bool goes_on(const Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    return contact_slides(state, contact) && contact_steady(state, contact) > 0.0 &&
+           !settling_due(settling, 2 * contact + 1);
+}
+
+void settling_carry_out_slip(Settling *settling, int contact) {
+    State *state = &settling->instance->state;
+    const int first = SLIP_ROWS[contact];
+    double begins[2] = {0.0};
+    if (!slips(settling, contact)) {
+        const bool waits = contact_slips(contact) == 1 && settling->determined[ROW_PLACES[first]];
+        (waits ? contact_wait : contact_stick)(state, contact);
+        return;
+    }
+    if (goes_on(settling, contact)) {
+        return;
+    }
+    for (int i = 0; i < contact_slips(contact); i++) {
+        begins[i] = slip_begins(settling, contact, first + i);
+    }
+    contact_slide(state, contact, begins, steadying_speed(settling, contact));
+    state->slip_decelerations[contact] = slip_deceleration(settling, contact);
+    if (slips_in_space(contact)) { /* the speed along a new direction is another function */
+        state->event_rests[N_SWITCHES + 2 * contact + 1] = 0.0;
+    }
+}

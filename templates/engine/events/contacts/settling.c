@@ -1,0 +1,161 @@
+#include "settling.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "constraints.h"
+#include "inputs.h"
+#include "mass_matrix.h"
+#include "scale.h"
+#include "settings.h"
+#include "system.h"
+
+enum { N = N_COORDINATES, K = N_CONSTRAINTS };
+
+bool settling_due(const Settling *settling, int function) {
+    return settling->due[function];
+}
+
+double settling_least_speed(const Settling *settling, int row) {
+    return row_least_speed(&settling->instance->state, &settling->rows, row);
+}
+
+bool settling_bears(const Settling *settling, int contact, double force) {
+    const int k = ROW_PLACES[contact];
+    return force * settling->delassus[k * K + k] * DEFAULT_SOLVER_STEP > settling_least_speed(settling, contact);
+}
+
+/* The rows of all constraints: those that modes switch without their masks. */
+static void gather_rows(Settling *settling, const System *system, double gamma[]) {
+    memcpy(settling->jacobian, system->constraints.jacobian, sizeof settling->jacobian);
+    memcpy(gamma, system->gamma, K * sizeof(double));
+    memset(settling->velocity, 0, sizeof settling->velocity);
+    for (int k = 0; k < K; k++) {
+        settling->permanent[k] = true;
+    }
+    for (int row = 0; row < N_ROWS; row++) {
+        const int k = ROW_PLACES[row];
+        memcpy(settling->jacobian + k * N, settling->rows.jacobian + row * N, N * sizeof(double));
+        gamma[k] = settling->rows.gamma[row];
+        settling->velocity[k] = settling->rows.velocities[row];
+        settling->permanent[k] = false;
+    }
+}
+
+static double dot(const double a[], const double b[]) {
+    double sum = 0.0;
+    for (int i = 0; i < N; i++) {
+        sum += a[i] * b[i];
+    }
+    return sum;
+}
+
+static bool report_law(Settling *settling, FailureKind kind, int contact, double coefficient) {
+    Failure *failure = &settling->instance->failure;
+    failure->kind = kind;
+    failure->time = settling->instance->state.time;
+    failure->count = ROW_PLACES[contact];
+    failure->amount = coefficient;
+    return false;
+}
+
+/* The coefficients of the contacts at the present parameters, if the laws of contact have a meaning for them. */
+static bool find_coefficients(Settling *settling) {
+    const State *state = &settling->instance->state;
+    mechanism_contacts(state->time, state->states, inputs_at(settling->instance, state->time), state->parameters,
+                       settling->restitution, settling->friction, settling->holding);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const double restitution = settling->restitution[i], friction = settling->friction[i];
+        if (!(restitution >= 0.0 && restitution <= 1.0)) {
+            return report_law(settling, FAILURE_RESTITUTION, i, restitution);
+        }
+        if (!(friction >= 0.0)) {
+            return report_law(settling, FAILURE_FRICTION, i, friction);
+        }
+    }
+    return true;
+}
+
+bool settling_measure(Settling *settling) {
+    Instance *instance = settling->instance;
+    const State *state = &instance->state;
+    System *system = &instance->scratch.system;
+    const double *inputs = inputs_at(instance, state->time);
+    double gamma[K], acceleration[N];
+    if (!system_factorize(instance, state->time, state->states, inputs, 0, 0.0, system)) {
+        return false;
+    }
+    if (!find_coefficients(settling)) {
+        return false;
+    }
+    rows_evaluate(instance, state->time, state->states, inputs, &settling->rows);
+    gather_rows(settling, system, gamma);
+    mass_divide(system, system->forcing, acceleration);
+    for (int k = 0; k < K; k++) {
+        mass_divide(system, settling->jacobian + k * N, settling->response + k * N);
+        settling->free[k] = gamma[k] + dot(settling->jacobian + k * N, acceleration);
+    }
+    for (int k = 0; k < K; k++) {
+        for (int j = 0; j <= k; j++) {
+            const double entry = dot(settling->jacobian + k * N, settling->response + j * N);
+            settling->delassus[k * K + j] = entry;
+            settling->delassus[j * K + k] = entry;
+        }
+    }
+    return true;
+}
+
+bool settling_find_states(Settling *settling, double states[]) {
+    Instance *instance = settling->instance;
+    State *state = &instance->state;
+    bool moved;
+    state->usual_known = 0;
+    memcpy(states, state->states, sizeof state->states);
+    if (!constraints_regroup(instance) ||
+        !constraints_project(instance, state->time, inputs_at(instance, state->time), states, &moved)) {
+        return false;
+    }
+    const double dust = SOLVED * states_pace(state);
+    for (int i = 0; i < N; i++) {
+        if (fabs(states[N + i]) <= dust * NOMINAL_STATES[i]) {
+            states[N + i] = 0.0;
+        }
+    }
+    return true;
+}
+
+void settling_take(Settling *settling, const double states[], bool *jumped) {
+    State *state = &settling->instance->state;
+    *jumped = *jumped || memcmp(states, state->states, sizeof state->states) != 0;
+    memcpy(state->states, states, sizeof state->states);
+}
+
+bool settling_move(Settling *settling, bool *jumped) {
+    double states[N_STATES];
+    if (!settling_find_states(settling, states)) {
+        return false;
+    }
+    settling_take(settling, states, jumped);
+    return true;
+}
+
+double settling_slip_located(const Settling *settling, int row, int function) {
+    const State *state = &settling->instance->state;
+    const double velocity = settling->velocity[ROW_PLACES[row]], direction = row_direction(state, row);
+    return fabs(velocity) <= state->event_rests[N_SWITCHES + function] && direction != 0.0
+               ? direction * fabs(velocity)
+               : velocity;
+}
+
+double settling_slip_speed(const Settling *settling, int contact) {
+    double speed = 0.0;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        speed = hypot(speed, settling->velocity[ROW_PLACES[row]]);
+    }
+    return speed;
+}
+
+double settling_slip_velocity(const Settling *settling, int contact, int row) {
+    return contact_slips(contact) == 2 ? settling->velocity[ROW_PLACES[row]]
+                                       : settling_slip_located(settling, row, 2 * contact + 1);
+}

@@ -1,0 +1,90 @@
+/* Choosing modes at one point: what is known there, row by row of all constraints. */
+#ifndef SETTLING_H
+#define SETTLING_H
+
+#include "complementarity.h"
+#include "contact_modes.h"
+#include "linear_solve.h"
+
+/* All K = N_CONSTRAINTS constraints, rows that modes switch included, whatever their modes. A touching contact has a
+   gap of 0. The contacts that leave have a gap that opens. */
+typedef struct {
+    Instance *instance;
+    bool due[2 * N_UNILATERALS + N_FRICTIONS + 1];    /* as contacts_settle says; one more: there may be none */
+    bool stopping[2 * N_UNILATERALS + N_FRICTIONS + 1]; /* by event function: a slip along a line that is due */
+    ElementRows rows;
+    double jacobian[N_CONSTRAINTS * N_COORDINATES];
+    double response[N_CONSTRAINTS * N_COORDINATES];   /* row k: M^-1 g_k */
+    double delassus[N_CONSTRAINTS * N_CONSTRAINTS];   /* G M^-1 G^T */
+    double velocity[N_CONSTRAINTS];
+    double free[N_CONSTRAINTS];                       /* accelerations without forces of constraints */
+    double restitution[SIZE_UNILATERALS], friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
+    bool permanent[N_CONSTRAINTS];
+    bool touching[SIZE_UNILATERALS];
+    bool rebounds[SIZE_UNILATERALS];                  /* an impact has just taken place there */
+    Row row[N_CONSTRAINTS];
+    double lambda[N_CONSTRAINTS], w[N_CONSTRAINTS];
+    bool determined[N_CONSTRAINTS];                   /* no friction along the row has a lever */
+} Settling;
+
+/* Brings everything up to date with the present point. Returns false, with instance->failure, where M is
+   singular or a coefficient of restitution or friction has no meaning. */
+bool settling_measure(Settling *settling);
+
+/* A velocity along a row that is as good as 0. */
+double settling_least_speed(const Settling *settling, int row);
+
+/* Is this force (N) of a contact more than rounding? Along the normal it would soon give a speed that is not as good as
+   0. */
+bool settling_bears(const Settling *settling, int contact, double force);
+
+/* states[N_STATES] = the present ones, moved onto the rows that the modes hold. Velocities that are rounding errors
+   become 0, so that a body at rest does not creep. Returns false, with instance->failure, if there are no such
+   states. */
+bool settling_find_states(Settling *settling, double states[]);
+
+/* Makes states[N_STATES] the present ones; *jumped is set if they are others. */
+void settling_take(Settling *settling, const double states[], bool *jumped);
+
+/* Finds such states and takes them. */
+bool settling_move(Settling *settling, bool *jumped);
+
+/* Brings slips in space that have come to rest to rest, before everything else is decided; *jumped is set if states
+   changed. Returns false, with instance->failure, as settling_move does. */
+bool settling_stop_in_space(Settling *settling, bool *jumped);
+
+/* The velocity of a row of slip along a line, with its event function. One that is no more than the error of its last
+   location has the direction that it slides in. */
+double settling_slip_located(const Settling *settling, int row, int function);
+
+/* The slip velocity along a row of a contact, in m/s. */
+double settling_slip_velocity(const Settling *settling, int contact, int row);
+
+/* The speed of the slip of a contact, in m/s. */
+double settling_slip_speed(const Settling *settling, int contact);
+
+/* Closes a contact whose impacts accumulate as it moves. Its velocity vanishes when the states are moved onto the rows;
+   then forces are found once more, because those of the motion before may not keep all contacts of a body closed. */
+void settling_close(Settling *settling, int contact);
+
+/* Lets a closed contact with friction slide or stick, as the laws have decided. */
+void settling_carry_out_slip(Settling *settling, int contact);
+
+/* Is something due with this event function: 2 i and 2 i + 1 of contact i, 2 N_UNILATERALS + i of dry friction i? */
+bool settling_due(const Settling *settling, int function);
+
+/* Impacts: changes velocities until nothing approaches, and latches hold. *jumped is set if velocities changed. */
+bool settling_impacts(Settling *settling, bool *jumped);
+
+/* An impact without a collision, where sliding friction leaves no forces that obey the laws: it stops a slip. Returns
+   false if that is not the reason. */
+bool settling_without_collision(Settling *settling, bool *jumped);
+
+/* Sets row[], lambda[], w[] and determined[] by the laws at the measured point. Returns false without a solution. */
+bool settling_laws(Settling *settling);
+
+/* Chooses which touching contacts stay closed and what sticks, by forces and accelerations; *jumped is set if an impact
+   without a collision was needed. Returns false, with instance->failure, if no modes obey the laws. */
+bool settling_modes(Settling *settling, bool *jumped);
+
+#endif

@@ -1,0 +1,105 @@
+#include "stopping_slips.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { K = N_CONSTRAINTS, FUNCTIONS = 2 * N_UNILATERALS + N_FRICTIONS };
+
+static bool is_friction(int function) {
+    return function >= 2 * N_UNILATERALS;
+}
+
+static int row_of(int function) {
+    return is_friction(function) ? FIRST_FRICTION + function - 2 * N_UNILATERALS : SLIP_ROWS[function / 2];
+}
+
+static bool slides_along_a_line(const State *state, int function) {
+    const int contact = function / 2;
+    return is_friction(function)
+               ? !friction_sticks(state, function - 2 * N_UNILATERALS)
+               : function % 2 == 1 && contact_slides(state, contact) && contact_slips(contact) == 1;
+}
+
+bool slips_find(Settling *settling, StoppingSlips *slips) {
+    const State *state = &settling->instance->state;
+    bool found = false;
+    memset(slips, 0, sizeof *slips);
+    for (int function = 0; function < FUNCTIONS; function++) {
+        if (settling->due[function] && slides_along_a_line(state, function)) {
+            slips->direction[function] = row_direction(state, row_of(function));
+            settling->stopping[function] = true;
+            settling->due[function] = false;
+            found = true;
+        }
+    }
+    return found;
+}
+
+static void stick(State *state, int function) {
+    if (is_friction(function)) {
+        friction_stick(state, function - 2 * N_UNILATERALS);
+    } else {
+        contact_stick(state, function / 2);
+    }
+}
+
+/* Slides on in the other direction. What the velocity is on the wrong side of 0 is an error of the location. */
+static void turn(Settling *settling, int function, double direction) {
+    State *state = &settling->instance->state;
+    const double other = -direction, wrong = direction * settling->velocity[ROW_PLACES[row_of(function)]];
+    double *rest = &state->event_rests[N_SWITCHES + function];
+    if (is_friction(function)) {
+        friction_slide(state, function - 2 * N_UNILATERALS, other);
+    } else {
+        contact_slide(state, function / 2, &other, 0.0);
+    }
+    *rest = fmax(*rest, 2.0 * wrong);
+}
+
+/* The length of the last step of an importer's solver, s; 0 where the instance integrates. */
+static double last_step(const Instance *instance) {
+    const State *state = &instance->state;
+    const double *ends = state->step_ends;
+    return !instance->policy->stabilise ? 0.0 : state->time > ends[0] ? state->time - ends[0] : ends[0] - ends[1];
+}
+
+/* Could friction have made the speed of this row in the last step? It turns to the other side of its limits. */
+static bool within_step(const Settling *settling, int k) {
+    const Row *row = &settling->row[k];
+    const double limit = row->law == ROW_TANGENTIAL ? row->holding * settling->lambda[row->normal] : row->holding;
+    return fabs(settling->velocity[k]) <= 2.0 * limit * settling->delassus[k * K + k] * last_step(settling->instance);
+}
+
+/* Does friction hold the row of a slip that stops? */
+static bool holds(const Settling *settling, int k) {
+    const RowLaw law = settling->row[k].law;
+    return (law == ROW_BOUNDED || law == ROW_TANGENTIAL) && settling->w[k] == 0.0 && !settling->determined[k];
+}
+
+void slips_stop(Settling *settling, StoppingSlips *slips) {
+    const bool solved = settling_laws(settling);
+    slips->within_step = solved;
+    for (int function = 0; function < FUNCTIONS; function++) {
+        const int k = ROW_PLACES[row_of(function)];
+        if (!settling->stopping[function]) {
+            continue;
+        }
+        settling->stopping[function] = false;
+        if (!solved || holds(settling, k)) {
+            stick(&settling->instance->state, function);
+            slips->stopped = true;
+            slips->within_step = slips->within_step && within_step(settling, k);
+        } else {
+            turn(settling, function, slips->direction[function]);
+            slips->direction[function] = 0.0;
+        }
+    }
+}
+
+void slips_pass(Settling *settling, const StoppingSlips *slips) {
+    for (int function = 0; function < FUNCTIONS; function++) {
+        if (slips->direction[function] != 0.0) {
+            turn(settling, function, slips->direction[function]);
+        }
+    }
+}

@@ -1,0 +1,25 @@
+/* Slips along a line whose event is due: of contacts with one direction of sliding, and of dry frictions. */
+#ifndef STOPPING_SLIPS_H
+#define STOPPING_SLIPS_H
+
+#include "settling.h"
+
+typedef struct {
+    double direction[2 * N_UNILATERALS + N_FRICTIONS + 1]; /* in which each slid, by event function; 0 where none is
+                                                              due; one more: there may be none */
+    bool stopped;     /* friction holds some of them */
+    bool within_step; /* friction could have made all their speed in the last step of an importer's solver */
+} StoppingSlips;
+
+/* Notes those that are due, in settling->stopping too; they are no longer due. Returns whether there are any. */
+bool slips_find(Settling *settling, StoppingSlips *slips);
+
+/* Those that forces hold from now on stick, by the laws at the measured point. The others pass through 0, as the slip
+   of a slider does at the dead centre of its crank, where its velocities do not make it slip: they slide in the other
+   direction. */
+void slips_stop(Settling *settling, StoppingSlips *slips);
+
+/* Those that stuck by slips_stop slide on in the other direction instead. */
+void slips_pass(Settling *settling, const StoppingSlips *slips);
+
+#endif

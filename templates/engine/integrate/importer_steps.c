@@ -1,0 +1,128 @@
+#include "importer_steps.h"
+
+#include <string.h>
+
+#include "constraints.h"
+#include "contact_events.h"
+#include "equations.h"
+#include "events.h"
+#include "massless.h"
+#include "notices.h"
+#include "scale.h"
+#include "settings.h"
+#include "timed_switches.h"
+#include "watching.h"
+
+static bool drifted(const Instance *instance) {
+    const State *state = &instance->state;
+    return constraints_drift(instance, state->time, state->states, state->inputs) >
+           DRIFT * solver_tolerance(state);
+}
+
+static void note_step_end(State *state) {
+    if (state->time != state->step_ends[0]) {
+        state->step_ends[1] = state->step_ends[0];
+        state->step_ends[0] = state->time;
+    }
+}
+
+/* Is the event function k a gap that is still as near to 0 as errors of the solver are? A gap whose last force has
+   vanished opens with a high power of the time. */
+static bool opens_slowly(const State *state, int k, double value) {
+    const int function = k - N_SWITCHES;
+    return function >= 0 && function < 2 * N_UNILATERALS && function % 2 == 0 && value <= state->event_rests[k];
+}
+
+/* The solver has made a step: what was left of event functions at their last event has ended with it. Is an indicator
+   below 0 without it, so that there is an event? */
+static bool forget_rests(Instance *instance) {
+    State *state = &instance->state;
+    double values[N_EVENTS + 1]; /* one more: there may be none */
+    bool rested = false, below = false;
+    for (int k = 0; k < N_EVENTS; k++) {
+        rested = rested || state->event_rests[k] > 0.0;
+    }
+    if (!rested || !events_evaluate(instance, state->time, state->states, values)) {
+        return false;
+    }
+    for (int k = 0; k < N_EVENTS; k++) {
+        state->event_rests[k] = opens_slowly(state, k, values[k]) ? state->event_rests[k] : 0.0;
+    }
+    instance->cache.indicators_valid = false;
+    for (int k = 0; k < N_EVENTS && equations_indicators(instance); k++) {
+        below = below || instance->cache.indicators[k] <= 0.0;
+    }
+    return below;
+}
+
+bool importer_completes_step(Instance *instance) {
+    begin_notices(instance);
+    watch_motions(instance);
+    keep_motions(&instance->state);
+    if (!equations_massless(instance)) {
+        return false;
+    }
+    watch_ranges(instance);
+    massless_keep(&instance->state);
+    equations_remember(instance);
+    note_step_end(&instance->state);
+    return forget_rests(instance) || drifted(instance) ||
+           !contacts_oppose(instance, instance->state.time, instance->state.states, NULL);
+}
+
+void importer_enters_event(Instance *instance) {
+    if (equations_massless(instance)) {
+        massless_keep(&instance->state);
+    }
+}
+
+/* Moves the states onto the constraints. */
+static bool pull_back(Instance *instance, bool *changed) {
+    State *state = &instance->state;
+    double states[N_STATES];
+    bool moved;
+    memcpy(states, state->states, sizeof states);
+    if (!constraints_project(instance, state->time, state->inputs, states, &moved)) {
+        return false;
+    }
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        const int k = CONTINUOUS_STATES[i];
+        *changed = *changed || memcmp(&states[k], &state->states[k], sizeof(double)) != 0;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        instance_assign(instance, &state->states[i], states[i]);
+    }
+    massless_keep(state);
+    return true;
+}
+
+static bool meet_constraints(Instance *instance, bool *changed) {
+    if (massless_return(instance)) {
+        return pull_back(instance, changed);
+    }
+    return equations_massless(instance) && (!drifted(instance) || pull_back(instance, changed));
+}
+
+bool importer_updates_states(Instance *instance, bool *changed) {
+    bool jumped;
+    *changed = false;
+    if (!meet_constraints(instance, changed)) {
+        return false;
+    }
+    instance->state.modes_settled = 0;
+    if (!events_refresh(instance, &jumped) || !events_go_on(instance)) {
+        return false;
+    }
+    *changed = *changed || jumped;
+    return true;
+}
+
+double importer_next_event(Instance *instance) {
+    return timed_next(instance);
+}
+
+void importer_leaves_event(Instance *instance) {
+    State *state = &instance->state;
+    state->step_ends[0] = state->step_ends[1] = state->time;
+    equations_remember(instance);
+}

@@ -1,0 +1,173 @@
+/* Moreau-Jean time stepping: impacts, contacts and friction obey their laws as impulses over each step, and no event is
+   located. q moves on with the mean of the velocities at both ends, forces are those in the middle of the step: without
+   contacts this is the leapfrog method. The error is of first order, the cost of a step bounded whatever happens in it.
+   Moreau, Numerical aspects of the sweeping process, Comput. Methods Appl. Mech. Eng. 177, 1999. */
+#include <math.h>
+#include <string.h>
+
+#include "contact_events.h"
+#include "further.h"
+#include "inputs.h"
+#include "scale.h"
+#include "solver.h"
+#include "step_failure.h"
+#include "step_impulses.h"
+#include "step_modes.h"
+#include "step_positions.h"
+#include "tables.h"
+
+enum { N = N_COORDINATES, K = N_CONSTRAINTS };
+
+const Method METHOD = {.name = "moreau", .order = 1};
+
+/* The velocities after the impulses. */
+static void find_velocities(Instance *instance, double length, double qd[]) {
+    const double *before = instance->state.states + N;
+    const SolverScratch *scratch = &instance->scratch.solver;
+    double start[N] = {0.0}, changes[N];
+    stepped_respond(instance, scratch->impulses, start, changes);
+    for (int i = 0; i < N; i++) {
+        const double pushed = length * scratch->accelerations[i];
+        const double least = SOLVED * scratch->pace * NOMINAL_STATES[i];
+        const double dust = fmax(MET * (fabs(before[i]) + fabs(pushed)), least);
+        qd[i] = before[i] + (pushed + changes[i]);
+        qd[i] = fabs(qd[i]) <= dust ? 0.0 : qd[i];
+    }
+}
+
+/* The terms that make a singular M regular bear a part of the permanent constraints' impulses. Adds this part. */
+static void complete_impulses(Instance *instance, const double qd[]) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    const System *system = &instance->scratch.system;
+    double changes[N];
+    for (int i = 0; i < N; i++) {
+        changes[i] = qd[i] - instance->state.states[N + i];
+    }
+    for (int row = 0; row < N_PERMANENT; row++) {
+        scratch->impulses[row] -= system->weight[PLACES[row]] * stepped_along(&scratch->at, row, changes);
+    }
+}
+
+/* middle[2n] gets the mean of the velocities at both ends. */
+static void take_mean(const Instance *instance, const double qd[], double middle[]) {
+    for (int i = 0; i < N; i++) {
+        middle[N + i] = 0.5 * (instance->state.states[N + i] + qd[i]);
+    }
+}
+
+/* Moves z with its rate at the middle of the step, and adds the energy that normal impulses take to the dissipated
+   energy, whose rate holds dampers and friction alone. */
+static bool find_further(Instance *instance, double time, double length, const double middle[], double states[]) {
+    const SolverScratch *scratch = &instance->scratch.solver;
+    double unknowns[N_UNKNOWNS], rates[SIZE_FURTHER];
+    unknowns_of(scratch->impulses, length, unknowns);
+    for (int i = 0; i < N; i++) {
+        unknowns[i] = (states[N + i] - instance->state.states[N + i]) / length;
+    }
+    if (!contacts_oppose(instance, time, middle, unknowns) ||
+        !further_rates(instance, time, middle, inputs_at(instance, time), unknowns, rates)) {
+        return false;
+    }
+    for (int i = 2 * N; i < N_STATES; i++) {
+        states[i] = middle[i] + length * rates[i - 2 * N];
+    }
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        const int row = CONTACT_ROWS[c];
+        states[DISSIPATED] -= 0.5 * scratch->impulses[row] * (scratch->at.velocities[row] + scratch->after[row]);
+    }
+    return true;
+}
+
+/* The positions at the end. The work that the correction of q takes from the forces is no loss of energy. */
+static bool find_positions(Instance *instance, Step step, const double middle[], double states[]) {
+    const double *forcing = instance->scratch.system.forcing;
+    double before[N];
+    for (int i = 0; i < N; i++) {
+        states[i] = middle[i] + 0.5 * step.length * states[N + i];
+    }
+    memcpy(before, states, sizeof before);
+    if (!new_states_finite(instance, step) || !step_positions(instance, step.end, states)) {
+        return false;
+    }
+    for (int i = 0; i < N; i++) {
+        states[DISSIPATED] += forcing[i] * (states[i] - before[i]);
+    }
+    return new_states_finite(instance, step);
+}
+
+/* The velocities qd[n] at the end; in middle[2n] the mean of both ends takes the place of those at the beginning.
+   Forces that depend on velocities belong to that mean, too. */
+static bool solve_velocities(Instance *instance, double time, double length, double middle[], double qd[]) {
+    SolverScratch *rows = &instance->scratch.solver;
+    System *system = &instance->scratch.system;
+    if (!stepped_measure(instance, time, middle, &rows->at)) {
+        tables_explain(instance, time, middle, inputs_at(instance, time));
+        return false;
+    }
+    stepped_accelerate(instance, rows->accelerations);
+    step_begin(instance, time, middle, length);
+    for (int pass = 0; pass <= VELOCITY_FORCES; pass++) {
+        if (pass > 0) {
+            stepped_evaluate(instance, time, middle, &rows->end);
+            memcpy(system->forcing, rows->forcing, sizeof system->forcing);
+            stepped_accelerate(instance, rows->accelerations);
+        }
+        if (!step_impulses(instance, time, middle, length)) {
+            return false;
+        }
+        find_velocities(instance, length, qd);
+        take_mean(instance, qd, middle);
+    }
+    complete_impulses(instance, qd);
+    return true;
+}
+
+/* Finds scratch.new_states. */
+static bool find_states(Instance *instance, Step step) {
+    const State *state = &instance->state;
+    double *middle = instance->scratch.stage_states, *states = instance->scratch.new_states;
+    const double half = 0.5 * step.length, time = state->time + half;
+    memcpy(middle, state->states, sizeof instance->scratch.stage_states);
+    for (int i = 0; i < N; i++) {
+        middle[i] += half * middle[N + i];
+    }
+    return solve_velocities(instance, time, step.length, middle, states + N) &&
+           find_further(instance, time, step.length, middle, states) && find_positions(instance, step, middle, states);
+}
+
+bool solver_step(Instance *instance, Step step) {
+    State *state = &instance->state;
+    Scratch *scratch = &instance->scratch;
+    if (!find_states(instance, step)) {
+        return false;
+    }
+    for (int row = 0; row < K; row++) {
+        state->solver.forces[row] = scratch->solver.impulses[row] / step.length;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        scratch->new_derivatives[i] = (scratch->new_states[i] - state->states[i]) / step.length;
+    }
+    step_modes(instance, step.end, scratch->new_states);
+    return true;
+}
+
+/* Steps of fixed length need none of the next functions. */
+double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
+    (void)instance;
+    (void)step;
+    (void)tolerance;
+    *worst = 0;
+    return 0.0;
+}
+
+double solver_stiffness(const Instance *instance) {
+    (void)instance;
+    return 0.0;
+}
+
+bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
+    (void)instance;
+    (void)step;
+    (void)terms;
+    return true;
+}

@@ -1,0 +1,259 @@
+/* The laws of the rows that take part, and the balance of energy over them. */
+#include "step_impulses.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "complementarity_large.h"
+#include "contact_modes.h"
+#include "inputs.h"
+#include "notices.h"
+#include "scale.h"
+
+enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_LOADS = 50, BISECTIONS = 30 };
+
+/* A velocity along a row that is as good as 0. */
+static double least_speed(const SolverScratch *scratch, int row) {
+    return AT_REST * scratch->pace * stepped_size(&scratch->at, row);
+}
+
+bool step_stops(const SolverScratch *scratch, int row) {
+    return fabs(scratch->after[row]) <= least_speed(scratch, row);
+}
+
+void unknowns_of(const double impulses[], double length, double unknowns[]) {
+    memset(unknowns, 0, N * sizeof(double));
+    for (int row = 0; row < K; row++) {
+        unknowns[N + PLACES[row]] = impulses[row] / length;
+    }
+}
+
+void choose_rows(SolverScratch *scratch, const bool which[]) {
+    ChosenRows *chosen = &scratch->chosen;
+    int entries = 0;
+    chosen->count = 0;
+    for (int row = 0; row < K; row++) {
+        chosen->index[row] = which[row] ? chosen->count : -1;
+        if (which[row]) {
+            chosen->rows[chosen->count++] = row;
+        }
+    }
+    for (int i = 0; i < chosen->count; i++) {
+        const int row = chosen->rows[i];
+        chosen->start[i] = entries;
+        for (int e = MEETING_STARTS[row]; e < MEETING_STARTS[row + 1]; e++) {
+            if (which[MEETING_ROWS[e]]) {
+                chosen->column[entries] = chosen->index[MEETING_ROWS[e]];
+                chosen->value[entries++] = scratch->delassus[e];
+            }
+        }
+        memset(&chosen->row[i], 0, sizeof chosen->row[i]);
+        chosen->row[i].law = ROW_BILATERAL;
+    }
+    chosen->start[chosen->count] = entries;
+}
+
+bool solve_chosen(ChosenRows *chosen) {
+    const SparseProblem problem = {chosen->count, chosen->start, chosen->column,
+                                   chosen->value, chosen->free,  chosen->row};
+    const LargeWork work = {chosen->integers, chosen->numbers, K * (K + 1) / 2};
+    double residual;
+    return complementarity_large(&problem, SOLVED, &work, chosen->lambda, chosen->w, &residual) ||
+           residual <= TOLERATED;
+}
+
+/* The greatest velocity in nominal values, at least 1/s. */
+static void find_pace(Instance *instance) {
+    double *pace = &instance->scratch.solver.pace;
+    *pace = 1.0;
+    for (int i = 0; i < N; i++) {
+        *pace = fmax(*pace, fabs(instance->state.states[N + i]) / NOMINAL_STATES[i]);
+    }
+}
+
+/* A contact touches if its gap is closed in the middle of the step. */
+static void find_rows(Instance *instance) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    for (int row = 0; row < K; row++) {
+        const int latch = row - FIRST_LATCH_ROW;
+        scratch->active[row] = latch < 0 || row_active(&instance->state, FIRST_LATCH + latch);
+    }
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        const int row = CONTACT_ROWS[c];
+        const bool touches = scratch->at.positions[row] <= AT_REST * stepped_size(&scratch->at, row);
+        for (int k = row; k < CONTACT_ROWS[c + 1]; k++) {
+            scratch->active[k] = touches;
+        }
+    }
+}
+
+bool step_collides(const Instance *instance, int contact) {
+    const SolverScratch *scratch = &instance->scratch.solver;
+    const int row = CONTACT_ROWS[contact];
+    return scratch->active[row] && !contact_closed(&instance->state, contact) &&
+           scratch->at.velocities[row] < -least_speed(scratch, row);
+}
+
+/* The restitution of a contact that collides. It costs energy to correct a gap that has closed too far; the rebound
+   gets less by this energy. If a rebound would end within two steps, the restitution is 0: the contact closes. */
+static double rebound(const SolverScratch *scratch, int row, double restitution, double length) {
+    const double approach = -scratch->at.velocities[row];
+    const double pressed = fmax(-stepped_along(&scratch->at, row, scratch->accelerations), 0.0);
+    const double depth = fmax(-scratch->at.positions[row] - 0.5 * length * restitution * approach, 0.0);
+    const double square = restitution * restitution - 2.0 * pressed * depth / (approach * approach);
+    const double left = sqrt(fmax(square, 0.0));
+    return left * approach > pressed * length ? left : 0.0;
+}
+
+static void find_coefficients(Instance *instance, double time, const double states[], double length) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    const State *state = &instance->state;
+    double restitution[SIZE_UNILATERALS], sliding[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
+    mechanism_contacts(time, states, inputs_at(instance, time), state->parameters, restitution, sliding, holding);
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        const bool collides = restitution[c] > 0.0 && step_collides(instance, c);
+        scratch->restitution[c] = collides ? rebound(scratch, CONTACT_ROWS[c], restitution[c], length) : 0.0;
+        scratch->friction[c] = contact_sticks(state, c) ? holding[c] : sliding[c];
+    }
+}
+
+/* The forces of dry frictions under the present impulses; returns whether they are as they were. */
+static bool find_dry(Instance *instance, double time, const double states[], double length) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    double unknowns[N_UNKNOWNS], along[SIZE_FRICTIONAL], sliding[SIZE_FRICTIONS], holding[SIZE_FRICTIONS];
+    bool same = true;
+    if (N_FRICTIONS == 0) {
+        return true;
+    }
+    unknowns_of(scratch->impulses, length, unknowns);
+    mechanism_friction(time, states, inputs_at(instance, time), instance->state.parameters, unknowns, along, sliding,
+                       holding);
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        const double force = fmax(friction_sticks(&instance->state, i) ? holding[i] : sliding[i], 0.0);
+        same = same && fabs(force - scratch->dry[i]) <= MET * fmax(force, scratch->dry[i]);
+        scratch->dry[i] = force;
+    }
+    return same;
+}
+
+/* The part of a contact's approaching velocity that comes back, 0 or negative, with this part of the restitution. */
+static double returned(const SolverScratch *scratch, int contact, double part) {
+    return part * scratch->restitution[contact] * fmin(scratch->at.velocities[CONTACT_ROWS[contact]], 0.0);
+}
+
+static void set_laws(SolverScratch *scratch, double length, double part) {
+    ChosenRows *chosen = &scratch->chosen;
+    for (int i = 0; i < chosen->count; i++) {
+        const int row = chosen->rows[i];
+        const double before = scratch->at.velocities[row];
+        chosen->free[i] = before + length * stepped_along(&scratch->at, row, scratch->accelerations);
+        chosen->free[i] += row < N_PERMANENT ? before : 0.0; /* the mean of both ends is 0 */
+        chosen->lambda[i] = scratch->impulses[row];
+    }
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        const int normal = chosen->index[CONTACT_ROWS[c]];
+        if (normal < 0) {
+            continue;
+        }
+        chosen->row[normal].law = ROW_UNILATERAL;
+        chosen->free[normal] += returned(scratch, c, part);
+        for (int i = normal + 1; i <= normal + CONTACT_ROWS[c + 1] - CONTACT_ROWS[c] - 1; i++) {
+            chosen->row[i] = (Row){.law = ROW_TANGENTIAL, .normal = normal, .friction = scratch->friction[c]};
+        }
+    }
+    for (int k = 0; k < N_FRICTIONS; k++) {
+        const int i = chosen->index[FIRST_DRY_ROW + k];
+        chosen->row[i] = (Row){.law = ROW_BOUNDED, .normal = i, .friction = length * scratch->dry[k]};
+    }
+}
+
+/* All laws at once, with this part of the restitution. */
+static bool solve_laws(SolverScratch *scratch, double length, double part) {
+    ChosenRows *chosen = &scratch->chosen;
+    choose_rows(scratch, scratch->active);
+    set_laws(scratch, length, part);
+    if (chosen->count > 0 && !solve_chosen(chosen)) {
+        return false;
+    }
+    memset(scratch->impulses, 0, sizeof scratch->impulses);
+    memset(scratch->after, 0, sizeof scratch->after);
+    for (int i = 0; i < chosen->count; i++) {
+        scratch->impulses[chosen->rows[i]] = chosen->lambda[i];
+        scratch->after[chosen->rows[i]] = chosen->w[i];
+    }
+    for (int row = 0; row < N_PERMANENT; row++) {
+        scratch->after[row] = -scratch->at.velocities[row];
+    }
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        scratch->after[CONTACT_ROWS[c]] -= scratch->active[CONTACT_ROWS[c]] ? returned(scratch, c, part) : 0.0;
+    }
+    return true;
+}
+
+/* Solves the laws again and again until the forces of dry frictions agree with the loads that they depend on. */
+static bool solve_loads(Instance *instance, double time, const double states[], double length, double part) {
+    for (int i = 0; i < MOST_LOADS; i++) {
+        if (!solve_laws(&instance->scratch.solver, length, part)) {
+            return false;
+        }
+        if (find_dry(instance, time, states, length)) {
+            break;
+        }
+    }
+    return true;
+}
+
+/* Do the rows take energy from the motion, or give it none beyond rounding? */
+static bool dissipates(const SolverScratch *scratch) {
+    double lost = 0.0, terms = 0.0;
+    for (int row = N_PERMANENT; row < FIRST_LATCH_ROW; row++) {
+        const double before = scratch->at.velocities[row], after = scratch->after[row];
+        lost -= scratch->impulses[row] * (before + after);
+        terms += fabs(scratch->impulses[row]) * (fabs(before) + fabs(after));
+    }
+    return lost >= -MET * terms;
+}
+
+static bool fail(Instance *instance, double time) {
+    instance->failure.kind = FAILURE_MODES;
+    instance->failure.time = time;
+    return false;
+}
+
+/* The greatest part of the restitution that does not make the energy grow; without any it never does. */
+static bool reduce(Instance *instance, double time, const double states[], double length) {
+    double least = 0.0, most = 1.0;
+    for (int i = 0; i < BISECTIONS; i++) {
+        const double middle = 0.5 * (least + most);
+        const bool good = solve_loads(instance, time, states, length, middle) && dissipates(&instance->scratch.solver);
+        *(good ? &least : &most) = middle;
+    }
+    return solve_loads(instance, time, states, length, least);
+}
+
+void step_begin(Instance *instance, double time, const double states[], double length) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    find_pace(instance);
+    find_rows(instance);
+    find_coefficients(instance, time, states, length);
+    stepped_meet(instance);
+    for (int row = 0; row < K; row++) {
+        scratch->impulses[row] = length * instance->state.solver.forces[row];
+    }
+    memset(scratch->dry, 0, sizeof scratch->dry);
+    find_dry(instance, time, states, length);
+}
+
+bool step_impulses(Instance *instance, double time, const double states[], double length) {
+    const SolverScratch *scratch = &instance->scratch.solver;
+    if (!solve_loads(instance, time, states, length, 1.0)) {
+        return fail(instance, time);
+    }
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        if (scratch->restitution[c] > 0.0 && !dissipates(scratch)) {
+            give_notice(instance, NOTICE_REDUCED, 0.0, N_SWITCHES + 2 * c);
+            return reduce(instance, time, states, length) || fail(instance, time);
+        }
+    }
+    return true;
+}

@@ -1,0 +1,77 @@
+#include "step_modes.h"
+
+#include "contact_modes.h"
+#include "inputs.h"
+#include "step_impulses.h"
+
+static void settle_contact(Instance *instance, int contact) {
+    const SolverScratch *scratch = &instance->scratch.solver;
+    State *state = &instance->state;
+    const int row = CONTACT_ROWS[contact], end = CONTACT_ROWS[contact + 1];
+    bool rests = true;
+    if (scratch->impulses[row] > 0.0 && step_collides(instance, contact)) {
+        state->impacts[contact]++;
+        state->impulses[contact] = scratch->impulses[row];
+    }
+    if (!(scratch->impulses[row] > 0.0) || !step_stops(scratch, row)) {
+        contact_open(state, contact);
+        return;
+    }
+    for (int k = row + 1; k < end; k++) {
+        rests = rests && step_stops(scratch, k);
+    }
+    if (rests) {
+        contact_stick(state, contact);
+    } else {
+        contact_slide(state, contact, scratch->after + row + 1, 0.0);
+    }
+}
+
+/* A latch that begins to hold a position holds it where it is. */
+static void settle_latch(Instance *instance, int latch) {
+    const SolverScratch *scratch = &instance->scratch.solver;
+    State *state = &instance->state;
+    const int row = FIRST_LATCH + latch;
+    const bool holds = state->parameters[N_MASKS + LATCH_SWITCHES[latch]] > 0.0;
+    if (holds && !row_active(state, row) && latch < N_OFFSETS) {
+        state->parameters[FIRST_OFFSET + latch] += scratch->end.positions[FIRST_LATCH_ROW + latch];
+    }
+    row_activate(state, row, holds);
+}
+
+static void turn_switches(Instance *instance, double time, const double states[]) {
+    double margins[N_SWITCHES + 1];
+    double *switches = instance->state.parameters + N_MASKS;
+    if (N_SWITCHES == 0) {
+        return;
+    }
+    mechanism_switches(time, states, inputs_at(instance, time), instance->state.parameters, margins);
+    for (int k = 0; k < N_SWITCHES; k++) {
+        if (switches[k] * margins[k] < 0.0) {
+            switches[k] = -switches[k];
+            instance->cache.least_pivots_valid = false;
+        }
+    }
+}
+
+void step_modes(Instance *instance, double time, const double states[]) {
+    const SolverScratch *scratch = &instance->scratch.solver;
+    State *state = &instance->state;
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        settle_contact(instance, c);
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        if (step_stops(scratch, FIRST_DRY_ROW + i)) {
+            friction_stick(state, i);
+        } else {
+            friction_slide(state, i, scratch->after[FIRST_DRY_ROW + i]);
+        }
+    }
+    turn_switches(instance, time, states);
+    for (int i = 0; i < N_LATCHES; i++) {
+        settle_latch(instance, i);
+    }
+    state->modes_settled = 1;
+    state->rows_known = 0; /* those of the modes before */
+    state->usual_known = 0;
+}

@@ -1,0 +1,103 @@
+#include "step_positions.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "scale.h"
+#include "step_impulses.h"
+
+enum {
+    N = N_COORDINATES,
+    K = N_CONSTRAINTS,
+    MOST_CORRECTIONS = 8,
+    HELD = N_HOLONOMIC - N_UNILATERALS - N_OFFSETS /* permanent holonomic constraints */
+};
+
+/* What a row still needs. */
+static void need(const SteppedRows *at, int row, double value, double *worst, int *which) {
+    const double relative = fabs(value) / stepped_size(at, row);
+    if (!(relative <= *worst)) {
+        *worst = relative;
+        *which = row;
+    }
+}
+
+/* Does a contact stay closed after the step? */
+static bool stays(const SolverScratch *scratch, int contact) {
+    const int row = CONTACT_ROWS[contact];
+    return scratch->impulses[row] > 0.0 && step_stops(scratch, row);
+}
+
+/* Chooses the rows to be moved and returns what is the most that one of them is away, in nominal positions. */
+static double find_needs(const SolverScratch *scratch, const SteppedRows *at, bool moved[], int *which) {
+    double worst = 0.0;
+    memset(moved, 0, K * sizeof(bool));
+    for (int row = 0; row < HELD; row++) {
+        moved[row] = true;
+        need(at, row, at->positions[row], &worst, which);
+    }
+    for (int row = FIRST_LATCH_ROW; row < FIRST_LATCH_ROW + N_OFFSETS; row++) {
+        moved[row] = scratch->active[row];
+        need(at, row, moved[row] ? at->positions[row] : 0.0, &worst, which);
+    }
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        const int row = CONTACT_ROWS[c];
+        const double gap = at->positions[row];
+        moved[row] = scratch->active[row];
+        need(at, row, moved[row] && (gap < 0.0 || stays(scratch, c)) ? gap : 0.0, &worst, which);
+    }
+    return worst;
+}
+
+/* Moves q by what the linearised positions need. */
+static void correct(Instance *instance, const SteppedRows *at, const bool moved[], double q[]) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    ChosenRows *chosen = &scratch->chosen;
+    double pushes[K] = {0.0}, start[N] = {0.0}, changes[N];
+    choose_rows(scratch, moved);
+    for (int i = 0; i < chosen->count; i++) {
+        chosen->free[i] = at->positions[chosen->rows[i]];
+        chosen->lambda[i] = 0.0;
+    }
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        const int i = chosen->index[CONTACT_ROWS[c]];
+        if (i >= 0 && !stays(scratch, c)) {
+            chosen->row[i].law = ROW_UNILATERAL;
+        }
+    }
+    solve_chosen(chosen); /* the best that was found is a step forward, too */
+    for (int i = 0; i < chosen->count; i++) {
+        pushes[chosen->rows[i]] = chosen->lambda[i];
+    }
+    stepped_respond(instance, pushes, start, changes);
+    for (int i = 0; i < N; i++) {
+        q[i] += changes[i];
+    }
+}
+
+static bool fail(Instance *instance, double time, int row, double residual) {
+    Failure *failure = &instance->failure;
+    failure->kind = FAILURE_CONSTRAINTS;
+    failure->time = time;
+    failure->count = 1;
+    failure->constraints[0] = PLACES[row];
+    failure->residuals[0] = residual;
+    return false;
+}
+
+bool step_positions(Instance *instance, double time, double states[]) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    SteppedRows *at = &scratch->end;
+    bool moved[K];
+    double worst = 0.0;
+    int which = 0;
+    for (int i = 0; i <= MOST_CORRECTIONS; i++) {
+        stepped_evaluate(instance, time, states, at);
+        worst = find_needs(scratch, at, moved, &which);
+        if (worst <= MET || i == MOST_CORRECTIONS) {
+            break;
+        }
+        correct(instance, at, moved, states);
+    }
+    return worst <= LOCATED || fail(instance, time, which, at->positions[which]);
+}

@@ -1,0 +1,147 @@
+/* ROS2, a linearly implicit method of order 2 and fixed cost, for stiff mechanisms in real time:
+
+       (I - g h J) k1 = f(t, x),  (I - g h J) k2 = f(t + h, x + h k1) - 2 k1,  x_new = x + h (3 k1 + k2) / 2
+
+   with J = df/dx and g = 1 - 1/sqrt(2), which makes it L-stable. Its order does not depend on J, so that neither df/dt
+   nor the exact J is needed. Verwer, Spee, Blom, Hundsdorfer, A second-order Rosenbrock method applied to photochemical
+   dispersion problems, SIAM J. Sci. Comput. 20 (1999) 1456-1480.
+
+   With k = [a, b], J = [0, I; P, V] and s = g h the system (I - s J) k = r is one of n rows for b:
+
+       (I - s V - s^2 P) b = r_b + s P r_a,   a = r_a + s b
+
+   Further states join the velocities: b then has their part too, and P no columns for it. A step takes two evaluations
+   of the equations, at most N_STATES tangents (see COLOURS) and one factorisation, always.
+
+   Without iteration J must hold over the whole step. Where a stiff direction turns in it, as that of a rod which is
+   nearly rigid does, the stage leaves the slow motion by v^2 h^2 / 2 and is sent back along the direction of the start:
+   the velocity gets an error of the order of k/m omega^4 h^4 a step, which L-stability does not damp. */
+#include <math.h>
+#include <string.h>
+
+#include "derivative.h"
+#include "jacobian.h"
+#include "lu.h"
+#include "solver.h"
+#include "step_failure.h"
+
+const Method METHOD = {.name = "ros2", .order = 2, .damps = true};
+
+enum { N = N_COORDINATES, R = N_RATES };
+
+static const double GAMMA = 0.2928932188134524755991556; /* 1 - 1/sqrt(2) */
+static const double PART = 0.03;  /* the linearization may miss this part of the velocities' change in a step */
+static const double SMALL = 3e-6; /* it may always miss this part of the velocities themselves */
+
+/* matrix = I - s V - s^2 P, row-major. */
+static void assemble(const double jacobian[], double s, double matrix[]) {
+    for (int i = 0; i < R; i++) {
+        for (int j = 0; j < R; j++) {
+            const double p = j < N ? jacobian[j * R + i] : 0.0, v = jacobian[(N + j) * R + i];
+            matrix[i * R + j] = (i == j ? 1.0 : 0.0) - s * (v + s * p);
+        }
+    }
+}
+
+/* Overwrites r[N_STATES] by the solution k of (I - s J) k = r. */
+static void solve_stage(const double jacobian[], const double matrix[], const int rows[], double s, double r[]) {
+    double b[R];
+    for (int j = 0; j < N; j++) {
+        for (int i = 0; i < R; i++) {
+            r[N + i] += s * jacobian[j * R + i] * r[j];
+        }
+    }
+    lu_solve(matrix, rows, R, r + N, b);
+    memcpy(r + N, b, sizeof b);
+    for (int i = 0; i < N; i++) {
+        r[i] += s * r[N + i];
+    }
+}
+
+/* By how much the accelerations and the derivatives of further states at the new states exceed those at the second
+   stage, f2, beyond what J tells of the difference. Both are at the end of the step, so that what moves with time has
+   no part in it. */
+static double beyond_linear(const Scratch *scratch, const double f2[], int i) {
+    double rest = scratch->new_derivatives[N + i] - f2[i];
+    for (int j = 0; j < N_STATES; j++) {
+        rest -= scratch->solver.jacobian[j * R + i] * (scratch->new_states[j] - scratch->stage_states[j]);
+    }
+    return rest;
+}
+
+/* Compares what beyond_linear changes the velocities by in a step with their whole change; maxima in nominal units. */
+static void compare_with_linearization(Instance *instance, Step step, const int rows[], const double f2[]) {
+    Scratch *scratch = &instance->scratch;
+    const double *x = instance->state.states, *x_new = scratch->new_states;
+    double rest[R], answer[R];
+    double missed = 0.0, change = 0.0, size = 1.0;
+    for (int i = 0; i < R; i++) {
+        rest[i] = beyond_linear(scratch, f2, i);
+    }
+    lu_solve(scratch->solver.matrix, rows, R, rest, answer);
+    for (int i = 0; i < R; i++) {
+        missed = fmax(missed, fabs(step.length * answer[i]) / NOMINAL_STATES[N + i]);
+        change = fmax(change, fabs(x_new[N + i] - x[N + i]) / NOMINAL_STATES[N + i]);
+        size = fmax(size, fabs(x_new[N + i]) / NOMINAL_STATES[N + i]);
+    }
+    scratch->solver.missed = missed / (PART * change + SMALL * size);
+}
+
+bool solver_step(Instance *instance, Step step) {
+    const State *state = &instance->state;
+    Scratch *scratch = &instance->scratch;
+    double *k1 = scratch->solver.stages[0], *k2 = scratch->solver.stages[1];
+    const double s = GAMMA * step.length;
+    double f2[R];
+    int rows[R];
+
+    if (!equations_jacobian(instance, state->time, state->states, scratch->solver.jacobian)) {
+        return false;
+    }
+    assemble(scratch->solver.jacobian, s, scratch->solver.matrix);
+    if (!lu_factorize(scratch->solver.matrix, rows, R)) {
+        return report_iteration(instance, step);
+    }
+    memcpy(k1, state->first_stage, sizeof state->first_stage);
+    solve_stage(scratch->solver.jacobian, scratch->solver.matrix, rows, s, k1);
+    for (int i = 0; i < N_STATES; i++) {
+        scratch->stage_states[i] = state->states[i] + step.length * k1[i];
+    }
+    if (!derivative_at(instance, step.end, scratch->stage_states, k2)) {
+        return false;
+    }
+    memcpy(f2, k2 + N, sizeof f2);
+    for (int i = 0; i < N_STATES; i++) {
+        k2[i] -= 2.0 * k1[i];
+    }
+    solve_stage(scratch->solver.jacobian, scratch->solver.matrix, rows, s, k2);
+    for (int i = 0; i < N_STATES; i++) {
+        scratch->new_states[i] = state->states[i] + 0.5 * step.length * (3.0 * k1[i] + k2[i]);
+    }
+    if (!new_states_finite(instance, step) ||
+        !derivative_at(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
+        return false;
+    }
+    compare_with_linearization(instance, step, rows, f2);
+    return true;
+}
+
+/* Steps of fixed length need neither of the next two functions. */
+double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
+    (void)instance;
+    (void)step;
+    (void)tolerance;
+    *worst = 0;
+    return 0.0;
+}
+
+double solver_stiffness(const Instance *instance) {
+    return instance->scratch.solver.missed;
+}
+
+bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
+    (void)instance;
+    (void)step;
+    (void)terms;
+    return true; /* Hermite's cubic is all */
+}

@@ -1,0 +1,106 @@
+/* Step size control. Sources:
+   [HNW]  Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, section II.4;
+   [HW]   Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2 (the PI controller),
+          with the constants of the code dopri5.f of the same authors. */
+#include "step_size.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "contacts.h"
+#include "derivative.h"
+#include "settings.h"
+
+static const double LARGEST_GROWTH = 10.0;
+static const double LARGEST_REDUCTION = 0.2;
+static const double SMALLEST_ERROR = 1e-4; /* the smallest error that the controller remembers */
+static const double STRETCH = 1.05;        /* the last step may be longer by this factor, so that no sliver is left */
+static const double MAX_STEP_SLACK = 1.001;
+static const double WORTHWHILE = 1.25;     /* steps pass the communication point only if longer by this factor */
+static const double LONGEST_PART = 0.02;   /* the longest step under error control by default, in experiments */
+static const double RESTING_PART = 1e-7;   /* the first step where nothing moves, in experiments */
+
+/* The exponent's denominator: the error estimate of a step h is proportional to h to this power. */
+static double error_power(void) {
+    return 1.0 + (METHOD.error_order < METHOD.order ? METHOD.error_order : METHOD.order);
+}
+
+double longest_step(const State *state) {
+    const double setting = state->settings[SETTING_MAX_STEP];
+    const double usual = METHOD.error_order > 0 ? LONGEST_PART * experiment_duration(state) : HUGE_VAL;
+    return setting > 0.0 ? setting : usual;
+}
+
+/* The maximum of |v_i| / weight_i over the states, with the weights of the error estimate at the present point. */
+static double weighted_norm(const State *state, const double v[]) {
+    const double tolerance = solver_tolerance(state);
+    double largest = 0.0;
+    for (int i = 0; i < N_STATES; i++) {
+        largest = larger(largest, fabs(v[i]) / (tolerance * (fabs(state->states[i]) + NOMINAL_STATES[i])));
+    }
+    return largest;
+}
+
+/* [HNW], "Starting step size". */
+double first_step(Instance *instance) {
+    const State *state = &instance->state;
+    Scratch *scratch = &instance->scratch;
+    const double d0 = weighted_norm(state, state->states);
+    const double d1 = weighted_norm(state, state->first_stage);
+    const double h0 = d0 < 1e-5 || d1 < 1e-5 ? RESTING_PART * experiment_duration(state) : 0.01 * d0 / d1;
+
+    for (int i = 0; i < N_STATES; i++) {
+        scratch->stage_states[i] = state->states[i] + h0 * state->first_stage[i];
+    }
+    if (!derivative_at(instance, state->time + h0, scratch->stage_states, scratch->new_derivatives)) {
+        return 1e-3 * h0;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        scratch->new_derivatives[i] = (scratch->new_derivatives[i] - state->first_stage[i]) / h0;
+    }
+    const double largest = larger(d1, weighted_norm(state, scratch->new_derivatives));
+    const double h1 = largest <= 1e-15 ? h0 : pow(0.01 / largest, 1.0 / error_power());
+    return smaller(100.0 * h0, h1);
+}
+
+/* The longest step (s) that follows friction in space: errors that grow in longer ones are seen only when they are as
+   large as the tolerance, which is much for a slip that begins. It is more than rounding of the time, however slow a
+   slip is that comes to rest. */
+static double stable_step(Instance *instance) {
+    const double decay = METHOD.stability > 0.0 ? contacts_decay(instance) : 0.0;
+    const double shortest = 16.0 * DBL_EPSILON * fabs(instance->state.time);
+    return decay > 0.0 ? larger(METHOD.safety * METHOD.stability / decay, shortest) : HUGE_VAL;
+}
+
+Step choose_step(Instance *instance, double end, double horizon) {
+    const State *state = &instance->state;
+    const double longest = smaller(longest_step(state), stable_step(instance));
+    const double proposed = smaller(state->next_step, longest);
+    const double near = end < horizon && end - state->time < proposed / WORTHWHILE ? horizon : end;
+    const double remaining = near - state->time;
+    if (remaining <= STRETCH * proposed && remaining <= MAX_STEP_SLACK * longest) {
+        return (Step){remaining, near, remaining < proposed};
+    }
+    const double next = state->time + proposed;
+    return (Step){next - state->time, next, false};
+}
+
+/* The PI controller of [HW]: h (1/error)^alpha previous_error^beta, bounded. */
+void propose(State *state, Step step, double error, bool after_rejection) {
+    const double beta = 0.2 / error_power();
+    const double alpha = 1.0 / error_power() - 0.75 * beta;
+    double factor = METHOD.safety * exp(beta * state->previous_log_error - alpha * log(error)); /* error 0: infinite */
+    factor = smaller(larger(factor, LARGEST_REDUCTION), after_rejection ? 1.0 : LARGEST_GROWTH);
+    if (step.cut_short) {
+        state->next_step = larger(state->next_step, factor * step.length);
+    } else {
+        state->next_step = factor * step.length;
+        state->previous_log_error = log(larger(error, SMALLEST_ERROR));
+    }
+}
+
+void propose_shorter(State *state, Step step, double error) {
+    const bool measured = error > 1.0 && isfinite(error);
+    const double factor = measured ? METHOD.safety * pow(error, -1.0 / error_power()) : 0.25;
+    state->next_step = step.length * larger(factor, LARGEST_REDUCTION);
+}

@@ -1,0 +1,252 @@
+/* Rounds of impacts, their laws and their balance of energy. */
+#include "impacts.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "complementarity.h"
+#include "scale.h"
+
+enum { MOST_ROUNDS = 5000, MORE_ROUNDS = 100, BISECTIONS = 60 };
+
+/* An impact that takes place at once. */
+typedef struct {
+    const ImpactProblem *problem;
+    double before[SIZE_ROWS];
+    bool takes_part[SIZE_CONTACTS];
+    double restitution[SIZE_CONTACTS];
+    double impulses[SIZE_ROWS];
+    double after[SIZE_ROWS];
+} Round;
+
+/* Rows that bear no impulse but bilateral ones. The velocities are those to start from. */
+static Problem describe(const ImpactProblem *problem, const double velocities[], Row rows[]) {
+    for (int k = 0; k < problem->rows; k++) {
+        memset(&rows[k], 0, sizeof rows[k]);
+        rows[k].law = problem->bilateral[k] ? ROW_BILATERAL : ROW_FREE;
+    }
+    return (Problem){.rows = problem->rows, .delassus = problem->delassus, .free = velocities, .row = rows};
+}
+
+/* A contact that takes part, with this least normal impulse. */
+static void add_contact(const Round *round, int c, double least, Row rows[]) {
+    const ImpactContact *contact = &round->problem->contact[c];
+    rows[contact->normal].law = ROW_UNILATERAL;
+    rows[contact->normal].value = least;
+    for (int k = contact->slip; k < contact->slip + contact->slips; k++) {
+        rows[k].law = ROW_TANGENTIAL;
+        rows[k].normal = contact->normal;
+        rows[k].friction = contact->friction;
+        rows[k].holding = contact->friction;
+    }
+}
+
+/* Newton's law. */
+static bool newton(Round *round) {
+    Row rows[SIZE_ROWS];
+    double free[SIZE_ROWS], w[SIZE_ROWS];
+    const ImpactProblem *problem = round->problem;
+    memcpy(free, round->before, sizeof free);
+    const Problem laws = describe(problem, free, rows);
+    for (int c = 0; c < problem->contacts; c++) {
+        if (round->takes_part[c]) {
+            const int k = problem->contact[c].normal;
+            add_contact(round, c, 0.0, rows);
+            free[k] += round->restitution[c] * fmin(round->before[k], 0.0);
+        }
+    }
+    if (!complementarity_solve(&laws, round->impulses, w)) {
+        return false;
+    }
+    for (int k = 0; k < problem->rows; k++) {
+        round->after[k] = w[k] - (free[k] - round->before[k]);
+    }
+    return true;
+}
+
+/* Poisson's law with this part of the restitution: after a phase of compression, of which the velocities at its end
+   are 0 or more, the expansion returns at least the restitution's part of each normal impulse. Pfeiffer, Glocker,
+   Multibody Dynamics with Unilateral Contacts, 1996, chapter 8. */
+static bool poisson(Round *round, double part) {
+    Row rows[SIZE_ROWS];
+    double compression[SIZE_ROWS], middle[SIZE_ROWS];
+    const ImpactProblem *problem = round->problem;
+    Problem laws = describe(problem, round->before, rows);
+    for (int phase = 0; phase < 2; phase++) {
+        for (int c = 0; c < problem->contacts; c++) {
+            const double returned = part * round->restitution[c];
+            if (round->takes_part[c]) {
+                add_contact(round, c, phase == 0 ? 0.0 : returned * compression[problem->contact[c].normal], rows);
+            }
+        }
+        laws.free = phase == 0 ? round->before : middle;
+        if (!complementarity_solve(&laws, phase == 0 ? compression : round->impulses,
+                                   phase == 0 ? middle : round->after)) {
+            return false;
+        }
+    }
+    for (int k = 0; k < problem->rows; k++) {
+        round->impulses[k] += compression[k];
+    }
+    return true;
+}
+
+/* The kinetic energy that is lost, and the sum of the absolute terms that it follows from. */
+static double lost_energy(const Round *round, double *terms) {
+    const int n = round->problem->rows;
+    double lost = 0.0;
+    *terms = 0.0;
+    for (int k = 0; k < n; k++) {
+        const double impulse = round->impulses[k];
+        lost -= 0.5 * impulse * (round->before[k] + round->after[k]);
+        *terms += fabs(impulse * round->before[k]);
+        for (int j = 0; j < n; j++) {
+            *terms += fabs(impulse * round->problem->delassus[k * n + j] * round->impulses[j]);
+        }
+    }
+    return lost;
+}
+
+static bool dissipates(const Round *round) {
+    double terms;
+    return lost_energy(round, &terms) >= -MET * terms;
+}
+
+/* The greatest part of the restitution with which Poisson's law does not make the energy grow. Without restitution it
+   never does. */
+static bool reduce(Round *round) {
+    double least = 0.0, most = 1.0;
+    for (int i = 0; i < BISECTIONS; i++) {
+        const double middle = 0.5 * (least + most);
+        *(poisson(round, middle) && dissipates(round) ? &least : &most) = middle;
+    }
+    return poisson(round, least);
+}
+
+/* One impact of the contacts that take part. */
+static bool collide(Round *round, ImpactResult *result) {
+    if (!newton(round) || !dissipates(round)) {
+        result->poisson = true;
+        if (!poisson(round, 1.0)) {
+            return false;
+        }
+        if (!dissipates(round)) {
+            result->reduced = true;
+            if (!reduce(round)) {
+                return false;
+            }
+        }
+    }
+    double terms;
+    result->lost += lost_energy(round, &terms);
+    result->rounds++;
+    for (int k = 0; k < round->problem->rows; k++) {
+        result->impulses[k] += round->impulses[k];
+    }
+    memcpy(round->before, round->after, sizeof round->before);
+    return true;
+}
+
+static void start(const ImpactProblem *problem, Round *round, ImpactResult *result) {
+    memset(round, 0, sizeof *round);
+    memset(result, 0, sizeof *result);
+    round->problem = problem;
+    memcpy(round->before, problem->velocities, (size_t)problem->rows * sizeof(double));
+}
+
+/* Velocities of the rows up to these are rest. */
+static void find_slow(const ImpactProblem *problem, double slow[]) {
+    bool counts[SIZE_ROWS];
+    double fastest = 0.0;
+    memcpy(counts, problem->bilateral, (size_t)problem->rows * sizeof(bool));
+    for (int c = 0; c < problem->contacts; c++) {
+        const ImpactContact *contact = &problem->contact[c];
+        counts[contact->normal] = true;
+        for (int k = contact->slip; k < contact->slip + contact->slips; k++) {
+            counts[k] = true;
+        }
+    }
+    for (int k = 0; k < problem->rows; k++) {
+        slow[k] = sqrt(fmax(problem->delassus[k * problem->rows + k], 0.0));
+        fastest = counts[k] && slow[k] > 0.0 ? fmax(fastest, fabs(problem->velocities[k]) / slow[k]) : fastest;
+    }
+    for (int k = 0; k < problem->rows; k++) {
+        slow[k] *= MET * fastest;
+    }
+    for (int c = 0; c < problem->contacts; c++) {
+        const ImpactContact *contact = &problem->contact[c];
+        slow[contact->normal] = fmax(contact->slow, slow[contact->normal]);
+    }
+}
+
+/* Does a bilateral row still move, as one does that begins to hold? */
+static bool is_caught(const Round *round, const double slow[]) {
+    bool any = false;
+    for (int k = 0; k < round->problem->rows; k++) {
+        any = any || (round->problem->bilateral[k] && fabs(round->before[k]) > slow[k]);
+    }
+    return any;
+}
+
+/* Chooses who takes part in the next round; returns whether any contact approaches. */
+static bool next_round(Round *round, const double slow[], const bool loaded[], int counts[]) {
+    bool any = false;
+    for (int c = 0; c < round->problem->contacts; c++) {
+        const int normal = round->problem->contact[c].normal;
+        const double velocity = round->before[normal];
+        const bool approaches = velocity < -slow[normal];
+        round->takes_part[c] = approaches || (loaded[c] && velocity <= slow[normal]);
+        round->restitution[c] = approaches ? round->problem->contact[c].restitution : 0.0;
+        counts[c] += approaches ? 1 : 0;
+        any = any || approaches;
+    }
+    return any;
+}
+
+static bool solve_in_turn(Round *round, const double slow[], ImpactResult *result) {
+    const ImpactProblem *problem = round->problem;
+    const int most = MOST_ROUNDS + MORE_ROUNDS * problem->contacts;
+    bool loaded[SIZE_CONTACTS];
+    for (int c = 0; c < problem->contacts; c++) {
+        loaded[c] = problem->contact[c].loaded;
+    }
+    while (next_round(round, slow, loaded, result->counts) || (result->rounds == 0 && is_caught(round, slow))) {
+        result->closed = result->rounds == most;
+        for (int c = 0; c < problem->contacts && result->closed; c++) {
+            round->takes_part[c] = true;
+            round->restitution[c] = 0.0;
+        }
+        if (!collide(round, result)) {
+            return false;
+        }
+        if (result->closed) {
+            break;
+        }
+        for (int c = 0; c < problem->contacts; c++) {
+            loaded[c] = loaded[c] || (round->takes_part[c] && round->impulses[problem->contact[c].normal] > 0.0);
+        }
+    }
+    return true;
+}
+
+static bool solve_at_once(Round *round, const double slow[], ImpactResult *result) {
+    const bool loaded[SIZE_CONTACTS] = {false};
+    if (!next_round(round, slow, loaded, result->counts) && !is_caught(round, slow)) {
+        return true;
+    }
+    for (int c = 0; c < round->problem->contacts; c++) {
+        round->takes_part[c] = true;
+    }
+    return collide(round, result);
+}
+
+bool impacts_solve(const ImpactProblem *problem, ImpactOrder order, ImpactResult *result) {
+    Round round;
+    double slow[SIZE_ROWS];
+    start(problem, &round, result);
+    find_slow(problem, slow);
+    const bool solved = order == IMPACTS_SEQUENTIAL ? solve_in_turn(&round, slow, result)
+                                                    : solve_at_once(&round, slow, result);
+    memcpy(result->velocities, round.before, sizeof result->velocities);
+    return solved;
+}

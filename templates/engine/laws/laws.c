@@ -1,0 +1,128 @@
+/* The equations of a choice, and whether a solution obeys the laws. */
+#include "laws.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "least_norm.h"
+#include "scale.h"
+#include "vector_length.h"
+
+void laws_evaluate(const Laws *laws, const double x[], double w[]) {
+    for (int i = 0; i < laws->size; i++) {
+        w[i] = laws->offset[i];
+        for (int j = 0; j < laws->size; j++) {
+            w[i] += laws->matrix[i * laws->size + j] * x[j];
+        }
+    }
+}
+
+static void solve_choice(const Laws *laws, const Choice *choice, double x[]) {
+    double matrix[MOST_ACTIVE * MOST_ACTIVE], right[MOST_ACTIVE], change[MOST_ACTIVE], w[MOST_ACTIVE];
+    const int n = laws->size;
+    laws_evaluate(laws, x, w);
+    for (int k = 0; k < n; k++) {
+        double *row = matrix + k * n;
+        if (choice->held[k]) {
+            memcpy(row, laws->matrix + k * n, (size_t)n * sizeof(double));
+            right[k] = -w[k];
+            continue;
+        }
+        memset(row, 0, (size_t)n * sizeof(double));
+        row[k] = 1.0;
+        right[k] = choice->value[k] - x[k];
+        if (laws->normal[k] >= 0) {
+            row[laws->normal[k]] -= choice->slope[k];
+            right[k] += choice->slope[k] * x[laws->normal[k]];
+        }
+    }
+    least_norm_solve(n, matrix, right, change);
+    for (int k = 0; k < n; k++) {
+        x[k] += change[k];
+    }
+}
+
+double laws_terms(const Laws *laws, const double x[], int k) {
+    double sum = laws->terms[k];
+    for (int j = 0; j < laws->size; j++) {
+        sum += fabs(laws->matrix[k * laws->size + j] * x[j]);
+    }
+    return sum;
+}
+
+/* Coulomb's law, or that of dry friction: x against its greatest magnitude limit, both of width components. Terms of
+   this size are in the row; rounding is what all rows leave in it. */
+static bool friction_obeyed(const double x[], const double w[], int width, double limit, double size,
+                            double rounding) {
+    const double force = vector_length(x, width), slip = vector_length(w, width);
+    double difference[2];
+    if (slip <= OBEYED * size + rounding) {
+        return force <= limit + OBEYED * fmax(size, limit) + rounding;
+    }
+    for (int i = 0; i < width; i++) {
+        difference[i] = x[i] + limit * w[i] / slip;
+    }
+    return vector_length(difference, width) * slip <= OBEYED * size * fmax(size, limit);
+}
+
+double laws_limit(const Laws *laws, const double x[], int k) {
+    const int normal = laws->normal[k];
+    return laws->base[k] + (normal >= 0 ? laws->slope[k] * fmax(x[normal], 0.0) : 0.0);
+}
+
+/* What solving all rows together leaves in a row of its own. */
+static double noise(const Laws *laws, const double x[]) {
+    double greatest = 0.0;
+    for (int k = 0; k < laws->size; k++) {
+        greatest = fmax(greatest, laws_terms(laws, x, k));
+    }
+    return NOISE * greatest;
+}
+
+static bool law_obeyed(const Laws *laws, const double x[], const double w[], double rounding, int k) {
+    double size = laws_terms(laws, x, k);
+    if (laws->width[k] == 0) {
+        const double least = -OBEYED * size - rounding;
+        return x[k] >= least && w[k] >= least && fmin(x[k], w[k]) <= -least;
+    }
+    size += laws->width[k] == 2 ? laws_terms(laws, x, k + 1) : 0.0;
+    return laws->width[k] < 0 ||
+           friction_obeyed(x + k, w + k, laws->width[k], laws_limit(laws, x, k), size, rounding);
+}
+
+bool laws_obeyed(const Laws *laws, const double x[]) {
+    double w[MOST_ACTIVE];
+    bool obeyed = true;
+    const double rounding = noise(laws, x);
+    laws_evaluate(laws, x, w);
+    for (int k = 0; k < laws->size && obeyed; k++) {
+        obeyed = law_obeyed(laws, x, w, rounding, k);
+    }
+    return obeyed;
+}
+
+bool laws_bounded(const Laws *laws, const Choice *choice, const double x[]) {
+    bool bounded = true;
+    for (int k = 0; k < laws->size && bounded; k++) {
+        if (laws->width[k] == 0) {
+            bounded = x[k] >= 0.0;
+        } else if (laws->width[k] > 0 && choice->held[k]) {
+            const double most = laws_limit(laws, x, k) + NOISE * laws_terms(laws, x, k);
+            bounded = vector_length(x + k, laws->width[k]) <= most;
+        }
+    }
+    return bounded;
+}
+
+bool laws_try(const Laws *laws, const Choice *choice, double x[]) {
+    solve_choice(laws, choice, x);
+    return laws_obeyed(laws, x);
+}
+
+bool laws_at_rest(const Laws *laws, const double x[], int k) {
+    double w = laws->offset[k];
+    for (int j = 0; j < laws->size; j++) {
+        w += laws->matrix[k * laws->size + j] * x[j];
+    }
+    return fabs(w) <= ACCEPTED * laws_terms(laws, x, k);
+}

@@ -1,0 +1,55 @@
+/* What is left of a Problem when bilateral, sliding and given rows are eliminated. */
+#ifndef LAWS_H
+#define LAWS_H
+
+#include <stdbool.h>
+
+#include "mechanism.h"
+
+enum { MOST_ACTIVE = SIZE_ACTIVE };
+
+/* w = offset + matrix x in units in which rows have diagonal entries of the order of 1; matrix is symmetric if there is
+   no sliding row. */
+typedef struct {
+    int size;
+    double matrix[MOST_ACTIVE * MOST_ACTIVE]; /* size entries a row */
+    double offset[MOST_ACTIVE];
+    double terms[MOST_ACTIVE]; /* the sum of the absolute terms of the offset: its rounding error is a part of that */
+    bool determined[MOST_ACTIVE]; /* bilateral rows alone determine the motion along the row */
+    int width[MOST_ACTIVE];    /* 0: unilateral; friction: 1, or 2 for the first and -1 for the second row of a cone */
+    int normal[MOST_ACTIVE];   /* rows of friction: base + slope x[normal] bounds x; -1: base does */
+    double slope[MOST_ACTIVE];
+    double base[MOST_ACTIVE];
+} Laws;
+
+/* A choice of one equation a row: w = 0, or x = slope x[normal] + value. */
+typedef struct {
+    bool held[MOST_ACTIVE];
+    double slope[MOST_ACTIVE];
+    double value[MOST_ACTIVE];
+} Choice;
+
+/* w[size] for x[size]. */
+void laws_evaluate(const Laws *laws, const double x[], double w[]);
+
+/* The sum of the absolute terms of w[k]. */
+double laws_terms(const Laws *laws, const double x[], int k);
+
+/* Do x[size] and the w that follow obey all laws, to rounding? */
+bool laws_obeyed(const Laws *laws, const double x[]);
+
+/* Changes x[size] as little as the equations chosen allow that it satisfies them: from zeros this gives the solution of
+   least norm. Returns whether x obeys all laws. */
+bool laws_try(const Laws *laws, const Choice *choice, double x[]);
+
+/* Is x of all rows that are held within its bounds, not only to the accuracy of a solution? A contact that pulls and
+   one that sticks beyond its cone do not go on, by however little. */
+bool laws_bounded(const Laws *laws, const Choice *choice, const double x[]);
+
+/* The greatest magnitude of x[k] of a row of friction. */
+double laws_limit(const Laws *laws, const double x[], int k);
+
+/* Is w of this row 0, to rounding? */
+bool laws_at_rest(const Laws *laws, const double x[], int k);
+
+#endif

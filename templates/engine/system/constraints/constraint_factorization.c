@@ -1,0 +1,230 @@
+/* Cholesky with diagonal pivoting, which shows the rank. Golub and Van Loan, Matrix Computations, 4th edition, sections
+   4.2.8 (pivoting) and 5.5 (solutions of least norm). */
+#include "constraint_factorization.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "scale.h"
+
+enum { N = N_COORDINATES, M = N_CONSTRAINTS };
+
+static double inner_product(const double a[], const double b[], int count) {
+    double sum = 0.0;
+    for (int i = 0; i < count; i++) {
+        sum += a[i] * b[i];
+    }
+    return sum;
+}
+
+/* D: a row that restricts nothing gets the scale 0. */
+static void scale_rows(ConstraintFactorization *result) {
+    for (int k = 0; k < result->rows; k++) {
+        const double square = inner_product(result->jacobian + k * N, result->response + k * N, N);
+        result->scale[k] = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
+    }
+}
+
+/* The full matrix P D G M^-1 G^T D P^T in factor. The loops run along the rows of G, which have many zeros, and add to
+   all sums of a row in turn. */
+static void multiply(ConstraintFactorization *result) {
+    for (int i = 0; i < result->rows; i++) {
+        const int row = result->order[i];
+        double sum[M] = {0.0};
+        for (int column = 0; column < N; column++) {
+            const double slope = result->jacobian[row * N + column];
+            for (int j = 0; slope != 0.0 && j <= i; j++) {
+                sum[j] += slope * result->response[result->order[j] * N + column];
+            }
+        }
+        for (int j = 0; j <= i; j++) {
+            const double entry = result->scale[row] * sum[j] * result->scale[result->order[j]];
+            result->factor[i * M + j] = entry;
+            result->factor[j * M + i] = entry;
+        }
+    }
+}
+
+static void swap(double *a, double *b) {
+    const double kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* Brings the largest remaining diagonal entry to row k; returns it. */
+static double bring_pivot(ConstraintFactorization *result, int k) {
+    double *a = result->factor;
+    int best = k;
+    for (int i = k + 1; i < result->rows; i++) {
+        best = a[i * M + i] > a[best * M + best] ? i : best;
+    }
+    if (M > 1 && best != k) {
+        const int kept = result->order[k];
+        result->order[k] = result->order[best];
+        result->order[best] = kept;
+        for (int j = 0; j < result->rows; j++) {
+            swap(&a[k * M + j], &a[best * M + j]);
+        }
+        for (int i = 0; i < result->rows; i++) {
+            swap(&a[i * M + k], &a[i * M + best]);
+        }
+    }
+    return a[k * M + k];
+}
+
+/* Writes column k of L and takes its part out of the rest of the matrix. */
+static void eliminate(double a[], int rows, int k) {
+    a[k * M + k] = sqrt(a[k * M + k]);
+    for (int i = k + 1; i < rows; i++) {
+        a[i * M + k] /= a[k * M + k];
+    }
+    for (int i = k + 1; i < rows; i++) {
+        for (int j = k + 1; j <= i; j++) {
+            a[i * M + j] -= a[i * M + k] * a[j * M + k];
+            a[j * M + i] = a[i * M + j];
+        }
+    }
+}
+
+/* L^T L = normal normal^T. */
+static void factorize_normal(const ConstraintFactorization *f, double normal[]) {
+    for (int i = 0; i < f->rank; i++) {
+        for (int j = 0; j <= i; j++) {
+            double sum = 0.0;
+            for (int k = i; k < f->rows; k++) {
+                sum += f->factor[k * M + i] * f->factor[k * M + j];
+            }
+            normal[i * M + j] = sum;
+            normal[j * M + i] = sum;
+        }
+    }
+    for (int k = 0; k < f->rank; k++) {
+        eliminate(normal, f->rank, k);
+    }
+}
+
+/* Sets the order to begin with: the known independent rows come first. Returns how many of them there are. */
+static int order_rows(ConstraintFactorization *result, const IndependentRows *known) {
+    int placed = 0;
+    int independent = 0;
+    for (int i = 0; i < M; i++) {
+        const int row = known == NULL ? i : (int)known->order[i];
+        if (row < result->rows) {
+            independent += known != NULL && i < known->rank;
+            result->order[placed++] = row;
+        }
+    }
+    return independent;
+}
+
+double constraints_distance(const ConstraintFactorization *f, int k) {
+    return f->factor[k * M + k] / f->scale[f->order[k]];
+}
+
+/* How far the row at place k is held to its usual multiplier: from 0, not at all, to 1, with a continuous slope. */
+static double hold(const ConstraintFactorization *f, const IndependentRows *known, int k) {
+    const double usual = known->distance[f->order[k]];
+    if (!(usual > 0.0)) {
+        return 0.0;
+    }
+    const double ratio = constraints_distance(f, k) / usual;
+    const double rest = 1.0 - ratio * ratio / ABOUT_TO_BE_LOST;
+    return rest > 0.0 ? rest * rest : 0.0;
+}
+
+void constraints_factorize(ConstraintFactorization *result, int rows, const IndependentRows *known, double damping) {
+    result->rows = rows;
+    result->rank = 0;
+    memset(result->held, 0, sizeof result->held);
+    result->holding = false;
+    scale_rows(result);
+    const int independent = order_rows(result, known);
+    multiply(result);
+    for (int k = 0; k < rows; k++) {
+        result->factor[k * M + k] += result->scale[result->order[k]] > 0.0 ? damping : 0.0;
+    }
+    for (int k = 0; k < rows; k++) {
+        const double least = known != NULL && k >= independent && damping <= 0.0 ? CLEARLY_INDEPENDENT : REDUNDANT;
+        const bool kept = k < independent && result->factor[k * M + k] > REDUNDANT;
+        if (!kept && !(bring_pivot(result, k) > least)) {
+            break;
+        }
+        eliminate(result->factor, rows, k);
+        const double held = kept ? hold(result, known, k) : 0.0;
+        result->held[result->order[k]] = held;
+        result->holding = result->holding || held > 0.0;
+        result->rank++;
+    }
+}
+
+/* Overwrites b[size] by L^-1 b. */
+static void solve_lower(const double lower[], int size, double b[]) {
+    for (int i = 0; i < size; i++) {
+        b[i] = (b[i] - inner_product(lower + i * M, b, i)) / lower[i * M + i];
+    }
+}
+
+/* Overwrites b[size] by L^-T b. */
+static void solve_upper(const double lower[], int size, double b[]) {
+    for (int i = size - 1; i >= 0; i--) {
+        b[i] /= lower[i * M + i];
+        for (int j = 0; j < i; j++) {
+            b[j] -= lower[i * M + j] * b[i];
+        }
+    }
+}
+
+void constraints_solve(const ConstraintFactorization *f, const double b[], const double usual[],
+                       double multipliers[]) {
+    double z[M];
+    double other[M];
+    for (int i = 0; i < f->rank; i++) {
+        const int row = f->order[i];
+        const double *lower = f->factor + i * M;
+        z[i] = (f->scale[row] * b[row] - inner_product(lower, z, i)) / lower[i];
+        if (f->holding) {
+            other[i] = usual == NULL ? 0.0 : (f->scale[row] * usual[row] - inner_product(lower, other, i)) / lower[i];
+            z[i] += f->held[row] * (other[i] - z[i]);
+        }
+    }
+    solve_upper(f->factor, f->rank, z);
+    for (int i = 0; i < f->rows; i++) {
+        multipliers[f->order[i]] = i < f->rank ? f->scale[f->order[i]] * z[i] : 0.0;
+    }
+}
+
+/* L^T times any solution is the same; the one of least norm is L (L^T L)^-1 times that. */
+void constraints_spread(const ConstraintFactorization *f, double multipliers[]) {
+    double normal[M * M] = {0.0};
+    double z[M];
+    if (f->rank == f->rows) {
+        return;
+    }
+    factorize_normal(f, normal);
+    for (int i = 0; i < f->rank; i++) {
+        z[i] = 0.0;
+        for (int k = i; k < f->rows; k++) {
+            const double scale = f->scale[f->order[k]];
+            z[i] += scale > 0.0 ? f->factor[k * M + i] * multipliers[f->order[k]] / scale : 0.0;
+        }
+    }
+    solve_lower(normal, f->rank, z);
+    solve_upper(normal, f->rank, z);
+    for (int i = 0; i < f->rows; i++) {
+        const int columns = i < f->rank ? i + 1 : f->rank;
+        const int row = f->order[i];
+        if (f->scale[row] > 0.0) {
+            multipliers[row] = f->scale[row] * inner_product(f->factor + i * M, z, columns);
+        }
+    }
+}
+
+void constraints_respond(const ConstraintFactorization *f, const double multipliers[], double a[]) {
+    for (int k = 0; k < f->rows; k++) {
+        for (int i = 0; i < N; i++) {
+            a[i] += multipliers[k] * f->response[k * N + i];
+        }
+    }
+}

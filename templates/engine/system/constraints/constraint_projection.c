@@ -1,0 +1,75 @@
+/* Moving states onto the constraints after solver steps. Source: Hairer, Wanner, Solving Ordinary Differential
+   Equations II, 2nd edition, section VII.2 (projection methods, simplified Newton iteration). */
+#include <math.h>
+
+#include "constraint_residuals.h"
+#include "constraints.h"
+#include "scale.h"
+#include "system.h"
+
+enum { N = N_COORDINATES, MOST_CORRECTIONS = 12 };
+
+double constraints_drift(const Instance *instance, double time, const double states[], const double inputs[]) {
+    Values values;
+    residuals_evaluate(instance, time, states, inputs, &values);
+    return residual_size(&values, POSITIONS, 1.0, NULL);
+}
+
+/* states[of the level] += the shortest change, in the metric M, that takes the residuals away to first order. */
+static void correct(const Values *values, Level level, const System *system, double states[]) {
+    const double zero[N_COORDINATES] = {0.0};
+    double right[N_CONSTRAINTS];
+    double change[N_UNKNOWNS];
+    for (int k = 0; k < rows_of(level); k++) {
+        right[k] = level == POSITIONS ? -values->positions[k] : -values->velocities[k];
+    }
+    system_solve(system, zero, right, NULL, change);
+    for (int i = 0; i < N; i++) {
+        states[(level == POSITIONS ? 0 : N) + i] += change[i];
+    }
+}
+
+/* Simplified Newton iteration: the system is factorised again only where that is needed to go on. *factorized is the
+   number of rows that the factorisation in scratch stands for. The values are those at the states, before and after. */
+static bool project(Instance *instance, Level level, double time, const double inputs[], double states[],
+                    Values *values, int *factorized, bool *moved) {
+    System *system = &instance->scratch.system;
+    const double unit = residual_unit(level, states);
+    double previous = HUGE_VAL;
+    bool fresh = false;
+    for (int i = 0; i < MOST_CORRECTIONS; i++) {
+        const bool known = *factorized == rows_of(level);
+        const double size = residual_size(values, level, unit, known ? system->constraints.held : NULL);
+        if (size <= SOLVED || (fresh && i > 0 && size <= ACCEPTED && size > 0.5 * previous)) {
+            return true;
+        }
+        fresh = !known || size > 0.1 * previous;
+        if (fresh && !system_factorize(instance, time, states, inputs, rows_of(level), damping_of(size),
+                                       system)) {
+            return false;
+        }
+        *factorized = rows_of(level);
+        correct(values, level, system, states);
+        residuals_evaluate(instance, time, states, inputs, values);
+        *moved = true;
+        previous = size;
+    }
+    if (residual_size(values, level, unit, system->constraints.held) <= ACCEPTED) {
+        return true;
+    }
+    report_constraints(instance, time, values, level);
+    instance->failure.imported = !instance->policy->project;
+    return false;
+}
+
+bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
+    Values values;
+    int factorized = 0;
+    *moved = false;
+    if (instance->state.rows_known && instance->state.rows.rank == 0) {
+        return true; /* in the present modes nothing holds */
+    }
+    residuals_evaluate(instance, time, states, inputs, &values);
+    return (N_HOLONOMIC == 0 || project(instance, POSITIONS, time, inputs, states, &values, &factorized, moved)) &&
+           project(instance, VELOCITIES, time, inputs, states, &values, &factorized, moved);
+}

@@ -1,0 +1,134 @@
+#include "contact_modes.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "contacts.h"
+#include "inputs.h"
+#include "scale.h"
+#include "settings.h"
+
+int contacts_idle(const Instance *instance) {
+    int count = 0;
+    for (int row = 0; row < N_ROWS; row++) {
+        count += !row_active(&instance->state, row);
+    }
+    return count;
+}
+
+bool contacts_hold(const Instance *instance) {
+    return contacts_idle(instance) < N_ROWS;
+}
+
+/* To the slip of a contact in space, sliding friction adds the direction times this speed, m/s (dynamics/modes.py). */
+static const double STEADYING = 1e-12;
+
+/* The vector w is scaled to this length; NULL stands for 0. */
+static void set_contact(State *state, int contact, int64_t mode, const double w[], double length) {
+    const int count = contact_slips(contact);
+    double speed = 0.0;
+    for (int k = 0; w != NULL && k < count; k++) {
+        speed = hypot(speed, w[k]);
+    }
+    row_activate(state, contact, mode != MODE_OPEN);
+    for (int k = 0; k < count; k++) {
+        row_activate(state, SLIP_ROWS[contact] + k, mode == MODE_STICKS);
+        row_direct(state, SLIP_ROWS[contact] + k, speed > 0.0 ? length * w[k] / speed : 0.0);
+    }
+    state->modes[contact] = mode;
+}
+
+void contact_open(State *state, int contact) {
+    state->cascading[contact] = CASCADE_NONE;
+    set_contact(state, contact, MODE_OPEN, NULL, 1.0);
+}
+
+void contact_stick(State *state, int contact) {
+    set_contact(state, contact, contact_slips(contact) > 0 ? MODE_STICKS : MODE_SLIDES, NULL, 1.0);
+}
+
+void contact_wait(State *state, int contact) {
+    contact_stick(state, contact);
+    row_activate(state, SLIP_ROWS[contact], false);
+}
+
+void contact_slide(State *state, int contact, const double w[], double steady) {
+    const int64_t along = w[0] > 0.0 ? MODE_SLIDES_FORWARD : MODE_SLIDES_BACKWARD;
+    if (contact_slips(contact) == 1) {
+        set_contact(state, contact, along, w, 1.0);
+    } else {
+        set_contact(state, contact, MODE_SLIDES, w, fmax(1.0, steady / STEADYING));
+    }
+}
+
+double contact_steady(const State *state, int contact) {
+    double length = 0.0;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        length = hypot(length, row_direction(state, row));
+    }
+    return length > 1.0 + NOISE ? length * STEADYING : 0.0;
+}
+
+const double STEADIER = 4.0;
+
+double contact_loose_speed(const State *state, const ElementRows *rows, int contact) {
+    const double least = row_least_speed(state, rows, SLIP_ROWS[contact]);
+    const double tolerance = fmin(solver_tolerance(state), COARSEST_TOLERANCE);
+    return fmax(least * (1.0 + SLIP_ERROR / AT_REST * tolerance), contact_steady(state, contact) / STEADIER);
+}
+
+/* The speed of a slip, in m/s, slips[] being those of all frictional rows. */
+static double slip_speed(int contact, const double slips[]) {
+    double speed = 0.0;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        speed = hypot(speed, slips[row - FIRST_SLIP]);
+    }
+    return speed;
+}
+
+static bool slides_in_space(const State *state, int contact) {
+    return contact_slips(contact) == 2 && contact_slides(state, contact);
+}
+
+bool contacts_slide_in_space(const Instance *instance) {
+    bool found = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        found = found || slides_in_space(&instance->state, i);
+    }
+    return found;
+}
+
+double contacts_decay(Instance *instance) {
+    const State *state = &instance->state;
+    double gaps[SIZE_UNILATERALS], slips[SIZE_FRICTIONAL], greatest = 0.0;
+    if (!contacts_slide_in_space(instance)) {
+        return 0.0;
+    }
+    mechanism_slips(state->time, state->states, inputs_at(instance, state->time), state->parameters, gaps, slips);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        if (slides_in_space(state, i)) {
+            const double speed = slip_speed(i, slips) + contact_steady(state, i);
+            greatest = fmax(greatest, state->slip_decelerations[i] / speed);
+        }
+    }
+    return greatest;
+}
+
+static void set_friction(State *state, int friction, int64_t mode, double direction) {
+    row_activate(state, FIRST_FRICTION + friction, mode == MODE_STICKS);
+    row_direct(state, FIRST_FRICTION + friction, direction);
+    state->modes[N_UNILATERALS + friction] = mode;
+}
+
+void friction_stick(State *state, int friction) {
+    set_friction(state, friction, MODE_STICKS, 0.0);
+}
+
+void friction_wait(State *state, int friction) {
+    friction_stick(state, friction);
+    row_activate(state, FIRST_FRICTION + friction, false);
+}
+
+void friction_slide(State *state, int friction, double w) {
+    set_friction(state, friction, w > 0.0 ? MODE_SLIDES_FORWARD : MODE_SLIDES_BACKWARD, w > 0.0 ? 1.0 : -1.0);
+}

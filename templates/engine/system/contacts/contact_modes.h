@@ -1,0 +1,64 @@
+/* Modes of contacts, stops and dry frictions, and the masks and directions that carry them out. */
+#ifndef CONTACT_MODES_H
+#define CONTACT_MODES_H
+
+#include "element_rows.h"
+
+/* Of a contact: open; closed, with slips at rest; closed and sliding, along w[slips]: of one slip in the direction of
+   its sign. Friction in space keeps the direction of w as long as the slip is slower than the speed `steady`, in m/s,
+   and has that of the slip beyond it; 0 stands for a speed of rounding. A contact without friction slides. */
+void contact_open(State *state, int contact);
+void contact_stick(State *state, int contact);
+void contact_slide(State *state, int contact, const double w[], double steady);
+
+/* A contact with one slip, or a dry friction, that is at rest where no force along it has a lever, as a slide is at the
+   dead centre of its crank: it shows that it sticks, bears no friction, and holds nothing. It waits until its slip is
+   faster than WAITING_SLIP: then the slip has a direction. */
+void contact_wait(State *state, int contact);
+void friction_wait(State *state, int friction);
+
+/* The speed `steady` of a slip in space, 0 for any other. */
+double contact_steady(const State *state, int contact);
+
+/* A slip in space that begins is steadied up to so many times the speed with which it may come to rest. */
+extern const double STEADIER;
+
+/* The speed, m/s, up to which errors of the states decide on the direction of a slip in space. */
+double contact_loose_speed(const State *state, const ElementRows *rows, int contact);
+
+/* Is the contact closed, and does it stick? */
+static inline bool contact_closed(const State *state, int contact) {
+    return row_active(state, contact);
+}
+
+static inline bool contact_sticks(const State *state, int contact) {
+    return state->modes[contact] == MODE_STICKS;
+}
+
+static inline bool contact_waits(const State *state, int contact) {
+    return contact_sticks(state, contact) && !row_active(state, SLIP_ROWS[contact]);
+}
+
+/* Is the contact closed, and does it not stick? */
+static inline bool contact_slides(const State *state, int contact) {
+    return contact_closed(state, contact) && !contact_sticks(state, contact);
+}
+
+/* The number of rows that the contact slips along: 0, 1, or 2 in space. */
+static inline int contact_slips(int contact) {
+    return SLIP_ROWS[contact + 1] - SLIP_ROWS[contact];
+}
+
+/* Of a dry friction: at rest, or sliding in the direction of the sign of w. */
+void friction_stick(State *state, int friction);
+void friction_slide(State *state, int friction, double w);
+
+static inline bool friction_sticks(const State *state, int friction) {
+    return state->modes[N_UNILATERALS + friction] == MODE_STICKS;
+}
+
+static inline bool friction_waits(const State *state, int friction) {
+    return friction_sticks(state, friction) && !row_active(state, FIRST_FRICTION + friction);
+}
+
+#endif

@@ -1,0 +1,39 @@
+#include "element_rows.h"
+
+#include <math.h>
+
+#include "scale.h"
+
+void rows_evaluate(const Instance *instance, double time, const double states[], const double inputs[],
+                   ElementRows *rows) {
+    mechanism_rows(time, states, inputs, instance->state.parameters, rows->positions, rows->velocities, rows->jacobian,
+                   rows->gamma);
+}
+
+void row_activate(State *state, int row, bool active) {
+    state->parameters[row] = active ? 1.0 : 0.0;
+}
+
+void row_direct(State *state, int row, double direction) {
+    state->parameters[FIRST_DIRECTION + row - FIRST_SLIP] = direction;
+}
+
+double row_size(const ElementRows *rows, int row) {
+    double size = 0.0;
+    for (int i = 0; i < N_COORDINATES; i++) {
+        size = fmax(size, fabs(rows->jacobian[row * N_COORDINATES + i]) * NOMINAL_STATES[i]);
+    }
+    return size > 0.0 ? size : 1.0;
+}
+
+double states_pace(const State *state) {
+    double greatest = 1.0;
+    for (int i = 0; i < N_COORDINATES; i++) {
+        greatest = fmax(greatest, fabs(state->states[N_COORDINATES + i]) / NOMINAL_STATES[i]);
+    }
+    return greatest;
+}
+
+double row_least_speed(const State *state, const ElementRows *rows, int row) {
+    return AT_REST * states_pace(state) * row_size(rows, row);
+}

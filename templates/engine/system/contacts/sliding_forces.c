@@ -1,0 +1,26 @@
+/* Forces of sliding, for methods that work on forces. */
+#include "accelerations.h"
+#include "contacts.h"
+#include "inputs.h"
+#include "sliding_rows.h"
+
+enum { N = N_COORDINATES };
+
+bool contacts_rub(Instance *instance, double time, const double states[], double forces[]) {
+    const double *inputs = inputs_at(instance, time);
+    double unknowns[N_UNKNOWNS];
+    int sliding[SIZE_FRICTIONAL];
+    ElementRows rows;
+    if (!accelerations_at(instance, time, states, inputs, unknowns)) {
+        return false;
+    }
+    rows_evaluate(instance, time, states, inputs, &rows);
+    const int count = sliding_find(&instance->state, sliding);
+    for (int k = 0; k < count; k++) {
+        const double *jacobian = rows.jacobian + sliding[k] * N;
+        for (int i = 0; i < N; i++) {
+            forces[i] += jacobian[i] * unknowns[N + ROW_PLACES[sliding[k]]];
+        }
+    }
+    return true;
+}

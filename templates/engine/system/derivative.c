@@ -1,0 +1,40 @@
+#include "derivative.h"
+
+#include <string.h>
+
+#include "accelerations.h"
+#include "further.h"
+#include "inputs.h"
+#include "system.h"
+#include "tables.h"
+
+/* The rates of the further states. They may depend on multipliers; for redundant constraints these are the multipliers
+   of least norm, which are the ones that are shown. */
+static bool evaluate_further(Instance *instance, double time, const double states[], const double inputs[],
+                             double unknowns[], double rates[]) {
+    System *system = &instance->scratch.system;
+    if (N_FURTHER == N_RESTING) {
+        memset(rates, 0, N_FURTHER * sizeof(double));
+        return true;
+    }
+    if (!multipliers_unique(instance)) {
+        if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
+            return false;
+        }
+        multipliers_spread(system, unknowns);
+    }
+    return further_rates(instance, time, states, inputs, unknowns, rates);
+}
+
+bool derivative_at(Instance *instance, double time, const double states[], double derivatives[]) {
+    const double *inputs = inputs_at(instance, time);
+    double unknowns[N_UNKNOWNS];
+    const bool known = accelerations_at(instance, time, states, inputs, unknowns);
+    memcpy(derivatives, states + N_COORDINATES, N_COORDINATES * sizeof(double));
+    memcpy(derivatives + N_COORDINATES, unknowns, N_COORDINATES * sizeof(double));
+    if (!known || !evaluate_further(instance, time, states, inputs, unknowns, derivatives + 2 * N_COORDINATES)) {
+        tables_explain(instance, time, states, inputs);
+        return false;
+    }
+    return true;
+}

@@ -1,0 +1,143 @@
+"""The compiler's call graph of the C code: files call those of rooms below, in no circle; no function reaches itself.
+
+The calls of files are those of the objects' symbol tables, where taking an address counts as a call. Those of functions
+are gcc's own, static functions included.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections import defaultdict
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+from compiling import COMPILERS
+
+from lag2fmu.codegen.lanes import render_scalar
+from lag2fmu.codegen.sources import ROOMS, render_sources
+from lag2fmu.dynamics.functions import Program
+from lag2fmu.fmu.backends.native import describe, fmi_headers
+from lag2fmu.fmu.deriving import derived
+from lag2fmu.fmu.variables import build_table
+from lag2fmu.fmu.versions import VERSIONS
+from lag2fmu.formats.loading import load
+from lag2fmu.resources import bundled, resource_folder
+from lag2fmu.solvers.methods import METHODS
+
+pytestmark = [
+    pytest.mark.toolchain,
+    pytest.mark.fmu,
+    pytest.mark.skipif("gcc" not in COMPILERS, reason="no gcc: it writes the call graph"),
+]
+
+FAMILIES = ("dopri5", "ros2", "radau5", "gauss4")
+"""A solver of each family that every mechanism takes; time stepping is for contacts."""
+CALL = re.compile(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"')
+
+Graph = dict[str, set[str]]
+ENGINE = resource_folder("templates") / "engine"
+HEIGHT = {path.name: ROOMS.index(room) for room in ROOMS for path in (ENGINE / room).rglob("*.c")}
+HEIGHT |= {path.name: len(ROOMS) for path in (ENGINE / "drivers").rglob("*.c")}
+"""The height of each file's room; generated files are below all."""
+
+
+def _circle(graph: Graph) -> list[str]:
+    """A circle of ``graph``, empty if there is none."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def _compile(folder: Path, file: str) -> tuple[set[str], set[str], list[tuple[str, str]]]:
+    """The symbols that a file defines and uses, and the calls between functions in it."""
+    stem = file.removesuffix(".c")
+    command = ["gcc", "-std=c99", "-O0", "-w", "-c", "-fcallgraph-info", f"-I{fmi_headers()}", file]
+    done = subprocess.run(
+        [*command, f"-I{fmi_headers(VERSIONS['3.0'])}"], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    table = subprocess.run(["nm", f"{stem}.o"], cwd=folder, capture_output=True, text=True, check=True).stdout
+    symbols = [line.split()[-2:] for line in table.splitlines()]
+    defined = {name for kind, name in symbols if kind in "TDBRC"}
+    used = {name for kind, name in symbols if kind == "U"}
+    return defined, used, CALL.findall((folder / f"{stem}.ci").read_text("utf-8"))
+
+
+def circles(folder: Path, sources: Mapping[str, str]) -> tuple[list[str], list[str]]:
+    """A circle of files and one of functions among the C ``sources``, each empty if there is none."""
+    for name, text in sources.items():
+        (folder / name).write_text(text, "utf-8")
+    files = sorted(name for name in sources if name.endswith(".c"))
+    with ThreadPoolExecutor() as pool:
+        found = dict(zip(files, pool.map(lambda file: _compile(folder, file), files), strict=True))
+    home = {symbol: file for file, (defined, *_) in found.items() for symbol in defined}
+    calls: Graph = {file: {home[s] for s in used if s in home} - {file} for file, (_, used, _) in found.items()}
+    upward = [f"{a} calls {b}" for a in calls for b in calls[a] if HEIGHT.get(a, len(ROOMS)) < HEIGHT.get(b, 0)]
+    assert upward == []
+    functions: Graph = defaultdict(set)
+    for *_, edges in found.values():
+        for caller, called in edges:
+            functions[caller].add(called)
+    return _circle(calls), _circle(functions)
+
+
+def _kind(program: Program) -> tuple[bool, ...]:
+    """What decides which files of the engine a mechanism gets, beside its solver."""
+    return (
+        bool(program.constraints),
+        program.hybrid,
+        bool(program.places),
+        program.timed_bounds is not None,
+        bool(program.arguments),
+        program.has_adjoints,
+    )
+
+
+def _sources(model: str, solver: str | None, fmi: str) -> Mapping[str, str]:
+    found = derived(load(model), solver)
+    return describe(found.mechanism, found.equations, found.program, found.solver, found.vibrations, VERSIONS[fmi])[1]
+
+
+def test_circles_are_found(tmp_path: Path) -> None:
+    """Two files in a circle, and a function that calls itself by another one."""
+    one = "int two(int); int one(int i) { return two(i); }"
+    two = "int one(int); static int odd(int); static int even(int i) { return i ? odd(i - 1) : 1; }"
+    two += " static int odd(int i) { return i ? even(i - 1) : 0; } int two(int i) { return even(i) ? one(i) : i; }"
+    files, functions = circles(tmp_path, {"one.c": one, "two.c": two})
+    assert set(files) == {"one.c", "two.c"}
+    assert {"two.c:even", "two.c:odd"} <= set(functions) or {"one", "two"} <= set(functions)
+
+
+@pytest.mark.parametrize("solver", FAMILIES)
+def test_calls_form_a_tree_with_every_family_of_solvers(solver: str, tmp_path: Path) -> None:
+    assert circles(tmp_path, _sources("woodpecker", solver, "2.0")) == ([], [])
+
+
+def test_calls_form_a_tree_with_time_stepping_and_in_runs_apart_from_fmus(tmp_path: Path) -> None:
+    """Time stepping, the library of studies, and that of batches without lanes."""
+    assert circles(tmp_path, _sources("newtons_cradle", "moreau", "3.0")) == ([], [])
+    for name, gate in (("gripper", "study"), ("four_bar_linkage", "study")):
+        found = derived(load(name), "dopri5")
+        tables = build_table(found.equations, found.program).tables
+        (apart := tmp_path / name).mkdir()
+        assert circles(apart, render_sources(found.program, tables, METHODS["dopri5"], "", gate)) == ([], [])
+        (batch := tmp_path / f"{name}_batch").mkdir()
+        assert circles(batch, render_scalar(found.program, tables, METHODS["dopri5"])) == ([], [])
+
+
+def test_calls_form_a_tree_in_every_bundled_mechanism(tmp_path: Path) -> None:
+    """One mechanism of each kind, as bundled mechanisms of one kind have the same files, with the solver that suits."""
+    tried = set()
+    for model in bundled():
+        found = derived(load(model), None)
+        if (kind := (found.solver, _kind(found.program))) not in tried:
+            tried.add(kind)
+            (folder := tmp_path / model).mkdir()
+            assert circles(folder, _sources(model, None, "3.0")) == ([], []), model
+    assert len(tried) > len(FAMILIES)
