@@ -21,6 +21,41 @@ def acceleration(name: str) -> str:
     return f"{name}_ddot"
 
 
+def of_coordinate(name: str) -> dict[str, str]:
+    """{generated name: what it is} of all names that the coordinate ``name`` brings."""
+    return {
+        velocity(name): "velocity",
+        acceleration(name): "acceleration",
+        generalized_force(name): "external force",
+        momentum(name): "momentum",
+        derivative(name): "derivative",
+        derivative(velocity(name)): "derivative of the velocity",
+    }
+
+
+def of_constraint(name: str) -> dict[str, str]:
+    """{generated name: what it is} of all names that the constraint ``name`` brings."""
+    return {multiplier(name): "multiplier", residual(name): "residual"}
+
+
+def of_unilateral(name: str) -> dict[str, str]:
+    """{generated name: what it is} of all names that the contact, or the side of a stop, ``name`` brings."""
+    return {
+        gap(name): "gap",
+        force(name): "normal force",
+        **dict.fromkeys((*frictions(name, 1), *frictions(name, 2)), "friction"),
+        impulse(name): "impulse",
+        mode(name): "mode",
+        impacts(name): "count of impacts",
+        impact(name): "clock of impacts",
+    }
+
+
+def of_friction(name: str) -> dict[str, str]:
+    """{generated name: what it is} of all names that the friction element ``name`` brings."""
+    return {force(name): "force", mode(name): "mode"}
+
+
 def rate(name: str) -> str:
     """Name of the time derivative of an input, which is no variable of the FMU."""
     return f"rate of {name}"

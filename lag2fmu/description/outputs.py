@@ -98,6 +98,6 @@ class Output:
 class Experiment:
     """The default run: stop time and communication step in s, relative tolerance."""
 
-    stop_time: float = key("number", "In s.", default=10.0)
-    step: float = key("number", "Communication step in s.", default=0.01)
+    stop_time: float = key("number", "In s.", default=10.0, unit=SECOND)
+    step: float = key("number", "Communication step in s.", default=0.01, unit=SECOND)
     tolerance: float = key("number", "Relative tolerance of the solver.", default=1e-6)

@@ -66,6 +66,7 @@ class Description:
     _: KW_ONLY
     title: str = key("string", "What it is, in a few words.", default="")
     source: str = key("string", "Where equations and values come from.", default="")
+    not_taken: str = key("string", "What the imported file has, and nothing here is made of.", default="")
     author: str = key("string", "Who wrote it.", default="")
     version: str = key("string", "Its version, e.g. 1.2.", default="")
     copyright: str = key("string", "Whose it is, e.g. (c) 2026 A. Lovelace.", default="")
@@ -130,7 +131,7 @@ class Description:
         Ports, "single", "Which inputs the FMU has; forces and torques at places in, their motion out.", default=Ports()
     )
     experiment: Experiment = table_key(Experiment, "single", "What a default run looks like.", default=Experiment())
-    strict_units: bool = key("flag", "true: dimensions that do not match are an error, not a warning.", default=False)
+    strict_units: bool = key("flag", "true: units that are missing or do not match are an error.", default=False)
 
     def __post_init__(self) -> None:
         normalise(self, "mechanism")
@@ -153,6 +154,11 @@ class Description:
     def imprint(self) -> dict[str, str]:
         """{word: text} of author, version, copyright and license, as far as they are given."""
         return {word: text for word in IMPRINT if (text := getattr(self, word))}
+
+    @property
+    def provenance(self) -> str:
+        """The source, with what was not taken from it."""
+        return "; ".join(filter(None, [self.source, self.not_taken and f"not taken: {self.not_taken}"]))
 
     @property
     def holonomic(self) -> tuple[Constraint, ...]:
@@ -222,10 +228,7 @@ class Description:
         return str(part.frame or WORLD), tuple(part.position or ())
 
     def place(self, name: str) -> Vector:
-        """The position (m) in the fixed frame of the point or body ``name``.
-
-        Raises MechanismError if there is none, or if it is on a frame. ``location`` gives its place on the frame.
-        """
+        """The position (m) of the body or point ``name`` in the world; raises MechanismError if it is on a frame."""
         frame, position = self.location(name)
         if frame != WORLD:
             raise MechanismError(f"'{name}' is on frame '{frame}'; its position is composed along the frames")

@@ -36,7 +36,10 @@ class Coordinate:
     unit: Unit | None = unit_key(order=-1)
     start: float = key("number", "Given and exact, in the unit.", default=0.0, order=-1)
     velocity: float = key(
-        "difference", "Start of the velocity, given and exact, in the unit per s.", default=0.0, order=-1
+        "difference",
+        "Start of the velocity, given and exact, in the unit per s, or a text such as '280 rpm'.",
+        default=0.0,
+        order=-1,
     )
     nominal: float = key(
         "difference", "Typical size, in the unit; the solvers' errors are measured by it.", default=1.0

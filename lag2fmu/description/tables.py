@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise, product
@@ -12,13 +11,12 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from lag2fmu.description.keys import key
+from lag2fmu.description.table_files import is_finite, read_table
 from lag2fmu.description.values import require_text
-from lag2fmu.errors import MechanismError
+from lag2fmu.errors import MechanismError, UnitError
 from lag2fmu.language.unit_parser import checked_unit
 from lag2fmu.language.units import DIMENSIONLESS, Unit
 from lag2fmu.language.vocabulary import table_function
-
-MAX_FILE = 10_000_000
 
 INTERPOLATIONS = ("linear", "pchip", "cubic")
 OUTSIDE = ("hold", "extrapolate", "error")
@@ -42,7 +40,8 @@ class Table:
     and the value. Three columns hold two arguments and the value. The value then is either a column of numbers, where
     the rows fill a grid in any order, or a row of values for each entry of the first argument. A file with more than
     three columns is a grid too: its first row holds the second argument, its first column the first one. Numbers are in
-    ``units``, one for each column, the value's last; by default in SI units. ``grid`` holds the data in SI units.
+    ``units``, one for each column, the value's last; by default in those of the file's heading, as in "omega [rpm],
+    torque [N.m]", or else in SI units. ``grid`` holds the data in SI units.
     Raises MechanismError for data that are no function, UnitError for a text that is no unit.
     """
 
@@ -51,7 +50,9 @@ class Table:
     columns: Sequence[Any] | None = key(
         "columns", "Instead of a file: [[x...], [value...]], or [[x...], [y...], [values...]].", default=None
     )
-    units: Sequence[Unit | str] = key("units", "The units of the columns; by default those of SI.", default=())
+    units: Sequence[Unit | str] = key(
+        "units", "The units of the columns; by default those in the file's heading, or else of SI.", default=()
+    )
     interpolation: str = key(INTERPOLATIONS, "Between the points; by default linear.", default="linear")
     outside: str = key(
         OUTSIDE,
@@ -62,12 +63,13 @@ class Table:
     grid: Grid = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        where = f"tables.{self.name}"
+        where, read = f"tables.{self.name}", None
         self._check_words(where)
         if self.columns is None:
             if self.file is None:
                 raise MechanismError(f"{where}: 'columns' are missing; give them, or a CSV 'file'")
-            object.__setattr__(self, "columns", read_columns(self._path(where), where))
+            read = read_table(self._path(where), where)
+            vars(self).update(columns=read.columns, units=self._agreed(read.units, where))
         if isinstance(self.columns, str) or not isinstance(self.columns, Iterable):
             raise MechanismError(f"{where}.columns: expected an array of columns, got {self.columns!r}")
         columns = tuple(_column(column, f"{where}.columns[{i}]") for i, column in enumerate(self.columns))
@@ -76,6 +78,7 @@ class Table:
         units = self._units(len(columns), where)
         vars(self).update(columns=columns, units=units)
         vars(self)["grid"] = _grid(columns, units, where)
+        self._check_order(where, () if read is None else read.lines)
         if self.interpolation == "pchip" and self.arity == 2:
             raise MechanismError(f"{where}.interpolation: pchip is for one argument; give linear or cubic")
 
@@ -87,6 +90,36 @@ class Table:
         if units and len(units) != count:
             raise MechanismError(f"{where}.units: {len(units)} units of {count} columns; give one each")
         return units
+
+    def _agreed(self, heading: tuple[str, ...], where: str) -> Sequence[Unit | str]:
+        """The units in the ``heading`` of the file, or else ``units``; raises UnitError if these contradict it."""
+        found = tuple(checked_unit(text, f"{where}.file: the heading of '{self.file}'") for text in heading)
+        if not found or not self.units:
+            return found or self.units
+        for unit, other in zip(found, self._units(len(found), where), strict=True):
+            if (unit.dimension, unit.factor, unit.offset) != (other.dimension, other.factor, other.offset):
+                raise UnitError(
+                    f"{where}.units: '{other.name}' contradicts the heading of '{self.file}', which has "
+                    f"'{unit.name}'; leave 'units' out, or correct one of the two"
+                )
+        return found
+
+    def _check_order(self, where: str, lines: tuple[int, ...]) -> None:
+        """Raise MechanismError for arguments that do not increase; ``lines`` are those of the file, () without one."""
+        columns: tuple[Any, ...] = tuple(self.columns or ())
+        by_rows = len(columns) == 3 and isinstance(columns[2][0], tuple)
+        for i, axis in enumerate(columns[: 2 if by_rows else 1] if by_rows or len(columns) == 2 else ()):
+            unit = f" {self.units[i].name}" if self.units else " (SI)"  # type: ignore[union-attr]
+            for j, (before, after) in enumerate(pairwise(axis), 1):
+                if before < after:
+                    continue
+                place = f"columns[{i}], entry {j + 1}"
+                if lines:
+                    place = f"file: line {lines[0] if i else lines[j + by_rows]} of '{self.file}'"
+                raise MechanismError(
+                    f"{where}.{place}: {after!r}{unit} follows {before!r}{unit}; the arguments have to increase: sort "
+                    "the rows, or correct the number"
+                )
 
     def _check_words(self, where: str) -> None:
         """Raise MechanismError for an unknown ``interpolation`` or ``outside``."""
@@ -121,16 +154,9 @@ def _column(column: object, where: str) -> tuple[Any, ...]:
     if entries and all(isinstance(entry, Iterable) and not isinstance(entry, str) for entry in entries):
         return tuple(_column(entry, f"{where}[{i}]") for i, entry in enumerate(entries))
     for i, entry in enumerate(entries):
-        if isinstance(entry, (bool, str)) or not _is_finite(entry):
+        if isinstance(entry, (bool, str)) or not is_finite(entry):
             raise MechanismError(f"{where}[{i}]: {entry!r} is not a finite number")
     return tuple(float(entry) for entry in entries)
-
-
-def _is_finite(entry: Any) -> bool:
-    try:
-        return math.isfinite(float(entry))
-    except (TypeError, ValueError, OverflowError):
-        return False
 
 
 # ------------------------------------------------------------------------------------------------------------- grid
@@ -144,7 +170,8 @@ def _grid(columns: tuple[tuple[Any, ...], ...], units: tuple[Unit, ...], where: 
     by_rows = len(converted) == 3 and any(isinstance(entry, tuple) for entry in converted[2])
     axes, flat = _rows(converted, where) if by_rows else _axes(converted, where)
     for i, axis in enumerate(axes):
-        _check_increasing(axis, f"{where}.columns[{i}]")
+        if len(axis) < 2:
+            raise MechanismError(f"{where}.columns[{i}]: has {len(axis)} entries; give at least 2")
     return Grid(axes, flat)
 
 
@@ -179,73 +206,3 @@ def _axes(columns: list[tuple[float, ...]], where: str) -> tuple[tuple[tuple[flo
     if len(found) != len(values):
         raise MechanismError(f"{where}.columns: {len(values)} rows of {len(found)} different points; give each once")
     return axes, tuple(found[point] for point in product(*axes))
-
-
-def _check_increasing(axis: tuple[float, ...], where: str) -> None:
-    if len(axis) < 2:
-        raise MechanismError(f"{where}: has {len(axis)} entries; give at least 2")
-    for before, after in pairwise(axis):
-        if not before < after:
-            raise MechanismError(f"{where}: {after!r} (SI) follows {before!r}; the arguments have to increase")
-
-
-# ------------------------------------------------------------------------------------------------------------- file
-
-
-def read_columns(path: Path, where: str) -> tuple[Any, ...]:
-    """The columns of the CSV file ``path``: commas, semicolons, tabs or blanks, a header if there is one, # comments.
-
-    Numbers may stand in quotes. Raises MechanismError for a file that cannot be read or holds something else.
-    """
-    rows = _cells(_text_of(path, where))
-    if not rows:
-        raise MechanismError(f"{where}.file: '{path}' holds no numbers")
-    gridded = len(rows[0][1]) > 3 or not _is_finite(rows[0][1][0])
-    for i, (n, cells) in enumerate(rows):
-        fault = _fault(cells[int(gridded and i == 0) :], len(rows[0][1]) - int(gridded and i == 0))
-        if fault:
-            raise MechanismError(f"{where}.file: line {n} of '{path}' {fault}")
-    return _gridded(rows) if gridded else tuple(zip(*([*map(float, cells)] for _, cells in rows), strict=True))
-
-
-def _text_of(path: Path, where: str) -> str:
-    """The text of the file ``path``; raises MechanismError for a file that cannot be read."""
-    try:
-        if path.stat().st_size > MAX_FILE:
-            raise MechanismError(f"{where}.file: '{path}' has more than {MAX_FILE} bytes")
-        return path.read_text("utf-8-sig")
-    except UnicodeDecodeError as error:
-        found = f"byte {error.object[error.start]:#x} at {error.start} is no UTF-8"
-        raise MechanismError(f"{where}.file: '{path}' cannot be read: {found}; save it as UTF-8") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise MechanismError(f"{where}.file: '{path}' cannot be read: {reason}") from None
-
-
-def _fault(cells: list[str], width: int) -> str:
-    """What is wrong with the ``cells`` of a line, or "" if they are ``width`` finite numbers."""
-    if len(cells) != width:
-        return f"has {len(cells)} numbers, the first has {width}; give as many in each line"
-    wrong = next((cell for cell in cells if not _is_finite(cell)), None)
-    if wrong is None:
-        return ""
-    remedy = "correct it, or put a # before the line"
-    if _is_finite(wrong.replace(",", ".")):
-        remedy = f"write decimals with a point, {wrong.replace(',', '.')}"
-    return f"holds {wrong[:40]!r}, which is no finite number; {remedy}"
-
-
-def _cells(text: str) -> list[tuple[int, list[str]]]:
-    """The lines of a CSV file with their numbers, each as its cells, without comments and a header."""
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line.strip()[0] != "#"]
-    mark = next((mark for mark in (";", "\t", ",") if lines and mark in lines[0][1]), None)
-    rows = [(n, [cell.strip(' \t"') for cell in (line.split(mark) if mark else line.split())]) for n, line in lines]
-    headed = bool(rows) and not all(map(_is_finite, rows[0][1][1:])) and not _is_finite(rows[0][1][0])
-    return rows[headed:]
-
-
-def _gridded(rows: list[tuple[int, list[str]]]) -> tuple[Any, ...]:
-    """Both arguments, and a row of values for each entry of the first one."""
-    second = tuple(map(float, rows[0][1][1:]))
-    body = [tuple(map(float, cells)) for _, cells in rows[1:]]
-    return tuple(row[0] for row in body), second, tuple(row[1:] for row in body)

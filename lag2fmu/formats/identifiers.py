@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterable
+from itertools import count
 
 from lag2fmu.description.places import WORLD
 from lag2fmu.errors import LoadError
@@ -31,12 +32,13 @@ def _plain(letter: str) -> str:
 
 
 def identifiers(names: Iterable[str], where: str, taken: Iterable[str] = ()) -> dict[str, str]:
-    """{name: identifier}; one that is ``taken`` gets an underscore behind. Raises LoadError if two are equal."""
+    """{name: identifier}; one that is ``taken`` gets underscores behind. Raises LoadError if two are equal."""
     found: dict[str, str] = {}
-    reserved = {*taken, WORLD}
-    for name in names:
-        text = identifier(name)
-        text = f"{text}_" if text in reserved else text
+    plain = [(name, identifier(name)) for name in names]
+    reserved, used = {*taken, WORLD}, {text for _, text in plain}
+    for name, short in plain:
+        longer = (short + "_" * k for k in count(1))
+        text = next(x for x in longer if x not in used | reserved) if short in reserved else short
         other = next((key for key, value in found.items() if value == text), None)
         if other is not None:
             raise LoadError(f"{where}: '{other}' and '{name}' would both be called '{text}'; rename one")

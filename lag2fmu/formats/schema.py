@@ -14,6 +14,7 @@ from lag2fmu.description.keys import Key
 from lag2fmu.description.ports import ALL, NONE
 from lag2fmu.description.symbols import FILTERED
 from lag2fmu.formats.keys import CONSTRAINT, EXPRESSIONS, NAMED, SINGLE, TABLES
+from lag2fmu.formats.quantities import QUANTITY
 from lag2fmu.language.identifiers import IDENTIFIER, MAX_NAME, SCHEMA_NAME
 
 Schema = dict[str, Any]
@@ -25,6 +26,7 @@ _VECTOR: Schema = {"type": "array", "items": _EXPRESSION, "minItems": 1}
 _AXIS: Schema = {"anyOf": [{"enum": list(places.AXES)}, _VECTOR]}
 _PAIR: Schema = {"type": "array", "items": [_AXIS, _EXPRESSION], "minItems": 2, "maxItems": 2}
 _NAMES: Schema = {"type": "array", "items": {"type": "string"}, "minItems": 1}
+_QUANTITY: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": QUANTITY.pattern}]}
 _ROW: Schema = {"type": "array", "items": {"type": "number"}}
 _COLUMN: Schema = {"type": "array", "items": {"anyOf": [{"type": "number"}, _ROW]}}
 
@@ -32,8 +34,8 @@ VALUES: dict[str, Schema] = {
     "string": {"type": "string"},
     "part": {"type": "string"},
     "unit": {"type": "string"},
-    "number": {"type": "number"},
-    "difference": {"type": "number"},
+    "number": _QUANTITY,
+    "difference": _QUANTITY,
     "flag": {"type": "boolean"},
     "motion": {"anyOf": [{"type": "boolean"}, {"enum": [FILTERED]}]},
     "expression": _EXPRESSION,

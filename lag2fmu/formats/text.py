@@ -13,7 +13,7 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
 
-from lag2fmu.description.keys import keys_of
+from lag2fmu.description.keys import Key, keys_of
 from lag2fmu.description.parts import KINDS
 from lag2fmu.description.places import WORLD
 from lag2fmu.description.record import Description, table_keys
@@ -24,7 +24,7 @@ from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
 from lag2fmu.formats.robots import READERS, robot
 from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.language.units import DIMENSIONLESS
+from lag2fmu.language.units import DIMENSIONLESS, SECOND, Unit
 from lag2fmu.mechanism.assembly import Settable, settable
 from lag2fmu.mechanism.completion import Mechanism, complete
 
@@ -206,7 +206,7 @@ def _values(part: type, table: TomlTable) -> dict[str, Any]:
     for name in filter(table.content.__contains__, keys):
         known = keys[name]
         if known.kind in convert:
-            values[known.field] = table.number(name, convert[str(known.kind)])
+            values[known.field] = _quantity(table, name, known, unit)
         else:
             values[known.field] = _READ["string" if isinstance(known.kind, tuple) else known.kind](table, name)
     if part is Coordinate:
@@ -215,6 +215,13 @@ def _values(part: type, table: TomlTable) -> dict[str, Any]:
         if known.kind in convert and known.default is not None:
             values.setdefault(known.field, convert[str(known.kind)](known.default))
     return values
+
+
+def _quantity(table: TomlTable, name: str, known: Key, unit: Unit) -> float | None:
+    """The number ``name`` in SI: in the unit of its key, or in that of the part, velocities by s."""
+    own = known.unit if isinstance(known.unit, Unit) else unit
+    per = SECOND if known.field in ("velocity", "velocity_given") else None
+    return table.quantity(name, own, known.kind == "difference", per)
 
 
 def _starts(values: dict[str, Any], where: str) -> dict[str, Any]:

@@ -15,12 +15,11 @@ from lag2fmu.description.keys import Key
 from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import FILTERED
 from lag2fmu.errors import TextError, UnitError
+from lag2fmu.formats.quantities import describe, fraction, quantity
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.parser import parse
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.language.units import Unit
-
-MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600
 
 
 class Surroundings(NamedTuple):
@@ -94,6 +93,12 @@ class TomlTable:
         Raises TextError for a value that is no number.
         """
         return convert(fraction(self.content[key], self.place(key))) if key in self.content else None
+
+    def quantity(self, key: str, unit: Unit, difference: bool = False, per: Unit | None = None) -> float | None:
+        """The number ``key`` in SI, None if it is not there, see ``quantities.quantity``; raises TextError as that."""
+        if key not in self.content:
+            return None
+        return quantity(self.content[key], self.place(key), unit, difference=difference, per=per)
 
     def unit(self, key: str = "unit") -> Unit | None:
         """The unit ``key``, None if there is none; raises TextError for a text that is no unit."""
@@ -250,39 +255,3 @@ def _speaking_of(word: str, keys: object) -> str:
     known = keys.values() if isinstance(keys, Mapping) else ()
     said = (key for key in known if isinstance(key, Key) and word.lower() in re.findall(r"\w+", key.doc.lower()))
     return next((f"; '{key.name}' is: {key.doc}" for key in said), "")
-
-
-def describe(value: object) -> str:
-    """Kind and value of an entry for a message, e.g. ``the string 'abc'``, cut where it is long."""
-    kinds = {
-        bool: "a boolean",
-        str: "the string",
-        int: "the number",
-        Decimal: "the number",
-        list: "an array",
-        dict: "a table",
-    }
-    kind = kinds.get(type(value), "the date or time")
-    if isinstance(value, (list, dict)):
-        return kind
-    if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > MAX_BITS:
-        return f"the number {hex(value)[:20]}..."
-    shown = str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, str) else str(value)
-    return f"{kind} {shown if len(shown) <= 40 else shown[:37] + '...'}"
-
-
-def fraction(value: object, where: str) -> Fraction:
-    """``value`` exactly; raises TextError for another type, for inf, nan and what no float holds."""
-    if isinstance(value, bool) or not isinstance(value, (int, Decimal)):
-        raise TextError(f"{where}: expected a number, got {describe(value)}")
-    if isinstance(value, Decimal) and not value.is_finite():
-        raise TextError(f"{where}: {value} is not a finite number")
-    if not value:
-        return Fraction(0)
-    if isinstance(value, int):
-        too_large = value.bit_length() > MAX_BITS
-    else:
-        too_large = abs(value.adjusted()) > MAX_EXPONENT or len(value.as_tuple().digits) > MAX_NUMBER
-    if too_large:
-        raise TextError(f"{where}: {describe(value)} has too many digits or is outside of the range of floats")
-    return Fraction(value)

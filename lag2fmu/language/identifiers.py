@@ -28,10 +28,18 @@ def check_identifier(name: object, where: str) -> None:
         )
 
 
+def _one_apart(a: str, b: str) -> bool:
+    """Whether two names of two letters or more differ in one letter, as kv and kw: too little for a close match."""
+    if min(len(a), len(b)) < 2 or abs(len(a) - len(b)) > 1:
+        return False
+    same = next((i for i, (x, y) in enumerate(zip(a, b, strict=False)) if x != y), min(len(a), len(b)))
+    return a[same + (len(a) >= len(b)) :] == b[same + (len(b) >= len(a)) :]
+
+
 def suggestion(word: str, known: Iterable[str]) -> str:
     """The remedy for an unknown ``word``: similar names in ``known``, or else all of ``known``."""
     known = list(known)
-    near = get_close_matches(word[:MAX_NAME], known, n=2)
+    near = get_close_matches(word[:MAX_NAME], known, n=2) or [name for name in known if _one_apart(word, name)][:2]
     if near:
         return f"did you mean {' or '.join(repr(name) for name in near)}?"
     return f"known are {', '.join(known[:30])}{', ...' if len(known) > 30 else ''}" if known else "there are none"

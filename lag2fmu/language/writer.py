@@ -46,15 +46,37 @@ def to_text(expression: sp.Expr) -> str:
     return str(_TextPrinter({"order": "none"}).doprint(with_decimals(expression)))
 
 
-def with_decimals(expression: Any) -> Any:
-    """``expression``, or a matrix of such, for printing: decimals as symbols that are called like the number."""
-    return expression.xreplace({number: _decimal(number) for number in expression.atoms(sp.Rational)})
+def to_read(expression: sp.Expr) -> str:
+    """``expression`` for people: as ``to_text``, but with coefficients of one kind, and a number alone as a decimal."""
+    if expression.is_Rational and expression.q > 1:
+        return number_text(float(expression)) if _decimal(expression, len(_LONG)) != expression else str(expression)
+    return str(_TextPrinter({"order": "none"}).doprint(with_decimals(expression, alike=True)))
 
 
-def _decimal(number: sp.Rational) -> sp.Expr:
-    """A stand-in that prints ``number`` as a decimal, where that is exact and shorter than the fraction."""
+_LONG = "0.0001"
+"""Where other coefficients are decimals, a fraction is one too if it is no longer than this."""
+
+
+def with_decimals(expression: Any, *, alike: bool = False) -> Any:
+    """``expression``, or a matrix of such, for printing: decimals as symbols that are called like the number.
+
+    ``alike``: where some coefficients are decimals, short fractions become decimals too. Exponents stay.
+    """
+    numbers = expression.atoms(sp.Rational)
+    found = {number: _decimal(number) for number in numbers}
+    if alike and any(found[number] != number for number in numbers):
+        found = {number: _decimal(number, len(_LONG)) for number in numbers - _exponents(expression)}
+    return expression.xreplace(found)
+
+
+def _exponents(expression: Any) -> set[sp.Rational]:
+    return {power.exp for power in expression.atoms(sp.Pow) if power.exp.is_Rational}
+
+
+def _decimal(number: sp.Rational, room: int = 0) -> sp.Expr:
+    """A stand-in that prints ``number`` as a decimal, where that is exact and shorter than the fraction or ``room``."""
     text = number_text(abs(float(number))) if number.q > 1 else ""
-    if not text or len(text) >= len(str(abs(number))) or sp.Rational(text) != abs(number):
+    if not text or len(text) >= max(len(str(abs(number))), room + 1) or sp.Rational(text) != abs(number):
         return number
     return sp.sign(number) * sp.Symbol(text)
 

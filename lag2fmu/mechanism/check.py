@@ -19,7 +19,7 @@ from lag2fmu.mechanism.geometry import check_values
 from lag2fmu.mechanism.loads import rigid_place
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
-from lag2fmu.mechanism.unit_check import mismatches
+from lag2fmu.mechanism.unit_check import mismatches, missing
 
 
 def check(m: Description, brought: Container[str] = ()) -> tuple[Scope, tuple[str, ...]]:
@@ -39,8 +39,9 @@ def check(m: Description, brought: Container[str] = ()) -> tuple[Scope, tuple[st
     check_constraints(m, scope)
     warnings = check_values(m, scope.names_in)
     unfit = tuple(mismatches(m, brought))
-    if unfit and m.strict_units:
-        raise UnitError(unfit[0])
+    faults = (*unfit, *missing(m, brought)) if m.strict_units else ()
+    if faults:
+        raise UnitError(faults[0])
     return scope, (*unfit, *warnings, *doubts(m, scope.names_in))
 
 

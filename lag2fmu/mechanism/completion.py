@@ -20,6 +20,7 @@ from lag2fmu.mechanism import record
 from lag2fmu.mechanism.assembly import assembled
 from lag2fmu.mechanism.check import check
 from lag2fmu.mechanism.compliance import compliant_contacts
+from lag2fmu.mechanism.energy_check import check_energies
 from lag2fmu.mechanism.event_check import check_events, check_meaning
 from lag2fmu.mechanism.filters import with_filters
 from lag2fmu.mechanism.geometry import check_geometry
@@ -103,6 +104,7 @@ def completed(written: Description) -> Completed:
     expanded = replace(expanded, coordinates=_decided(expanded, scope))
     origins = of_parts | of_places | of_contacts | of_joints | of_norms
     check_meaning(expanded, scope)
+    check_energies(expanded)
     found = tuple(unilaterals(expanded))
     check_gaps(expanded, found)
     check_open(expanded, found)

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 
 import sympy as sp
 
+from lag2fmu.description import names
 from lag2fmu.description.events import CONTACTS, IMPACTS, LAWS, Contact, ContactKind, Friction, Stop
 from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
@@ -181,6 +182,17 @@ def _velocities(m: Description) -> Iterator[tuple[str, sp.Expr]]:
         yield f"frictions.{friction.name}.on", sp.sympify(friction.on)
 
 
+def _without_velocity(expression: sp.Expr, whole: sp.Expr, scope: Scope) -> str:
+    """What ``expression`` is instead of a velocity, and the remedy; ``whole`` has its definitions written out."""
+    found = sorted(name for name in free_names([whole]) if scope.meaning[name] == "coordinate")
+    if not found:
+        return "contains no velocity; give the relative velocity"
+    if expression == sp.Symbol(found[0], real=True):
+        return f"is a coordinate, not a velocity; write {names.velocity(found[0])}"
+    rates = ", ".join(map(names.velocity, found))
+    return f"contains coordinates and no velocity; give its rate, with {rates}"
+
+
 def _check_affine(where: str, expression: sp.Expr, poses: Poses, scope: Scope) -> None:
     """Raise MechanismError unless ``expression`` is affine in the velocities and contains one.
 
@@ -189,7 +201,7 @@ def _check_affine(where: str, expression: sp.Expr, poses: Poses, scope: Scope) -
     whole = poses.resolved(expression)
     rates = sorted(name for name in free_names([whole]) if scope.meaning[name] in ("velocity", "motion velocity"))
     if not any(scope.meaning[name] == "velocity" for name in rates):
-        raise MechanismError(f"{where}: '{to_text(expression)}' contains no velocity; give the relative velocity")
+        raise MechanismError(f"{where}: '{to_text(expression)}' {_without_velocity(expression, whole, scope)}")
     generator = random.Random(5)
     for _ in range(_TRIALS):
         point = {name: generator.uniform(0.2, 1.0) for name in sorted(free_names([whole]))}

@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from lag2fmu.description.names import (
     DISSIPATED_ENERGY,
     acceleration,
     derivative,
     drive,
-    force,
-    frictions,
-    gap,
-    generalized_force,
-    impact,
-    impacts,
-    impulse,
-    mode,
-    momentum,
-    multiplier,
-    residual,
+    of_constraint,
+    of_coordinate,
+    of_friction,
+    of_unilateral,
     velocity,
 )
 from lag2fmu.description.record import Description
@@ -29,18 +22,16 @@ from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import check_identifier
 
 
+def _of(brought: Mapping[str, str], owner: str) -> Iterator[tuple[str, str]]:
+    """The names that are ``brought`` {name: what it is} by the ``owner``, with a phrase that names both."""
+    return ((name, f"the {what} of {owner}") for name, what in brought.items())
+
+
 def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
     for q in mechanism.coordinates:
-        of = f"of coordinate '{q.name}'"
-        yield velocity(q.name), f"the velocity {of}"
-        yield acceleration(q.name), f"the acceleration {of}"
-        yield generalized_force(q.name), f"the external force {of}"
-        yield momentum(q.name), f"the momentum {of}"
-        yield derivative(q.name), f"the derivative {of}"
-        yield derivative(velocity(q.name)), f"the derivative of the velocity {of}"
+        yield from _of(of_coordinate(q.name), f"coordinate '{q.name}'")
     for constraint in mechanism.constraints:
-        yield multiplier(constraint.name), f"the multiplier of constraint '{constraint.name}'"
-        yield residual(constraint.name), f"the residual of constraint '{constraint.name}'"
+        yield from _of(of_constraint(constraint.name), f"constraint '{constraint.name}'")
     for motion in mechanism.motions:
         yield velocity(motion.name), f"the velocity of motion input '{motion.name}'"
         yield acceleration(motion.name), f"the acceleration of motion input '{motion.name}'"
@@ -55,18 +46,9 @@ def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
 def _generated_by_events(mechanism: Description) -> Iterator[tuple[str, str]]:
     unilaterals = mechanism.unilateral_names
     for name in unilaterals:
-        of = f"of the contact or stop '{name}'"
-        yield gap(name), f"the gap {of}"
-        yield force(name), f"the normal force {of}"
-        for label in (*frictions(name, 1), *frictions(name, 2)):
-            yield label, f"the friction {of}"
-        yield impulse(name), f"the impulse {of}"
-        yield mode(name), f"the mode {of}"
-        yield impacts(name), f"the count of impacts {of}"
-        yield impact(name), f"the clock of impacts {of}"
+        yield from _of(of_unilateral(name), f"the contact or stop '{name}'")
     for friction in mechanism.frictions:
-        yield force(friction.name), f"the force of the friction element '{friction.name}'"
-        yield mode(friction.name), f"the mode of the friction element '{friction.name}'"
+        yield from _of(of_friction(friction.name), f"the friction element '{friction.name}'")
     if unilaterals or mechanism.frictions:
         yield DISSIPATED_ENERGY, "the energy that contacts and friction dissipate"
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container, Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 
 import sympy as sp
@@ -16,8 +17,15 @@ from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
 from lag2fmu.language.dimensions import ONE, Dimension, DimensionOf, describe, dimension
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
+from lag2fmu.language.vocabulary import symbol
 from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.order import in_order
+from lag2fmu.mechanism.unit_needs import Expected, described_in, needed_units
+
+_RATE_BETWEEN = "rate between points"
+"""Stands for the rate of a damper that has no expression of its own; nothing else is called so."""
+Known = dict[str, Dimension | None]
+Columns = Mapping[str, tuple[Dimension | None, ...]]
 
 
 def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
@@ -40,10 +48,10 @@ def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
         d = _dimension_of(q.unit)
         known[names.generalized_force(q.name)] = None if d is None else _quotient(_dimension_of(JOULE), d)
     for part in parts:
-        known[part.name] = d = _dimension_of(part.unit)
+        d = _dimension_of(part.unit)
         known[names.velocity(part.name)] = per_second(d, 1)
         known[names.acceleration(part.name)] = per_second(d, 2)
-    return known
+    return known | {part.name: _dimension_of(part.unit) for part in parts}  # a parameter may be called damping_j_dot
 
 
 def _quotient(a: Dimension | None, b: Dimension) -> Dimension | None:
@@ -105,6 +113,48 @@ def mismatches(m: Description, brought: Container[str] = ()) -> Iterator[str]:
             yield f"outputs.{output.name}.unit: the {output.quantity} is in {describe(measured)}, not {describe(given)}"
 
 
+def missing(m: Description, brought: Container[str] = ()) -> Iterator[str]:
+    """One sentence for every quantity without a unit whose use has a dimension; ``brought`` as in ``mismatches``.
+
+    Source: A. Kennedy, Dimension types, ESOP 1994.
+    """
+    yield from needed_units(*uses_of(m, brought))
+
+
+def uses_of(m: Description, brought: Container[str] = ()) -> tuple[Description, Known, Columns, list[Expected]]:
+    """``m`` with its own definitions alone, what is known of dimensions, and all expressions; see ``needed_units``."""
+    known, tables = _known_dimensions(m), _columns(m)
+    own = {d.name for d in _own_definitions(m)}
+    infer = DimensionOf(known, tables)
+    for definition in _own_definitions(m):
+        known[definition.name] = _inferred(infer, definition.expression)
+    elements = (*_in_contacts(m, infer), *_in_elements(m, infer))
+    expected = [*_expectations(m, infer), *((where, sp.sympify(x), d) for where, x, d in elements if x is not None)]
+    known[_RATE_BETWEEN] = _dimension_of(METRE / SECOND)
+    expected += [(where, x, _dimension_of(unit)) for where, x, unit in _energies_and_powers(m)]
+    fitting = [(where, x, d) for where, x, d in expected if where.removesuffix(".expression") not in brought]
+    return replace(m, definitions=tuple(d for d in m.definitions if d.name in own)), known, tables, fitting
+
+
+def _energies_and_powers(m: Description) -> Iterator[tuple[str, sp.Expr, Unit]]:
+    """(place, expression, its unit) of what elements store and take: it holds of measures of unknown dimension too."""
+    between = symbol(_RATE_BETWEEN)
+    found: list[tuple[str, object, object, Unit]] = []
+    for spring in m.springs:
+        square = None if spring.elongation is None else sp.sympify(spring.elongation) ** 2
+        found.append((f"springs.{spring.name}.stiffness", spring.stiffness, square, JOULE))
+    for damper in m.dampers:
+        rate = between if damper.rate is None else sp.sympify(damper.rate)
+        found.append((f"dampers.{damper.name}.damping", damper.damping, rate**2, WATT))
+        force = None if damper.force is None else damper.force_at(rate)
+        found.append((f"dampers.{damper.name}.force", force, rate, WATT))
+    for friction in m.frictions:
+        found += [(f"frictions.{friction.name}.force", x, friction.on, WATT) for x in (friction.force, friction.static)]
+    for where, factor, measure, unit in found:
+        if factor is not None and measure is not None and not sp.sympify(factor).is_number:
+            yield where, sp.sympify(factor) * sp.sympify(measure), unit
+
+
 def _mismatch(where: str, expression: sp.Expr, expected: Dimension | None, infer: DimensionOf) -> Iterator[str]:
     """A sentence if the dimension of ``expression`` is known and not the ``expected`` one, or contradicts itself."""
     try:
@@ -113,7 +163,10 @@ def _mismatch(where: str, expression: sp.Expr, expected: Dimension | None, infer
         yield f"{where}: {error}"
         return
     if found is not None and expected is not None and found != expected and not expression.is_number:
-        yield f"{where}: '{to_text(expression)}' is in {describe(found)}, expected {describe(expected)}"
+        yield (
+            f"{where}: '{to_text(expression)}' is in {described_in(where, found)}, "
+            f"expected {described_in(where, expected)}"
+        )
 
 
 def constraint_units(m: Description) -> dict[str, Unit | None]:

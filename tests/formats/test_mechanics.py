@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import keyword
+import random
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -65,6 +67,27 @@ def test_a_pendulum_has_its_closed_form() -> None:
     """theta'' = -g/l sin(theta) - c/m theta'."""
     found = accelerations(load(pendulum(), values_of("m", "length", "g", "c")), [0.3], [0.8])
     assert found[0] == pytest.approx(-9.81 / 0.7 * np.sin(0.3) - 0.2 / 1.3 * 0.8, rel=1e-14)
+
+
+@pytest.mark.parametrize("word", sorted({*random.Random(1).sample(keyword.kwlist, 6), "lambda"}))
+def test_symbols_may_be_named_like_keywords_of_python(word: str) -> None:
+    """A constant, which is a keyword argument, gets an underscore; a coordinate keeps its name."""
+    stiffness, x, force = sp.Symbol(word), dynamicsymbols(f"{word}_x"), dynamicsymbols("as" if word != "as" else "is")
+    method = LagrangesMethod(x.diff(T) ** 2 / 2 - stiffness * x**2 / 2 + force * x, [x])
+    for name in (word, f"{word}_"):
+        mechanism = load(method, {name: 4.0})
+        assert [p.name for p in mechanism.parameters] == [f"{word}_"]
+    moving = dynamicsymbols(word)
+    mechanism = load(LagrangesMethod(moving.diff(T) ** 2 / 2 - sp.Symbol("k") * moving**2 / 2, [moving]), {"k": 4.0})
+    assert [q.name for q in mechanism.coordinates] == [word]
+    assert accelerations(mechanism, [0.5], [0.0])[0] == pytest.approx(-2.0, rel=1e-14)
+
+
+def test_two_names_that_would_come_out_alike_stay_apart() -> None:
+    x = dynamicsymbols("x")
+    method = LagrangesMethod(x.diff(T) ** 2 / 2 - sp.Symbol("lambda") * x**2 - sp.Symbol("lambda_") * x**4, [x])
+    mechanism = load(method, {"lambda": 4.0, "lambda_": 1.5})
+    assert {p.name: p.value for p in mechanism.parameters} == {"lambda__": 4.0, "lambda_": 1.5}
 
 
 def test_constraints_of_lagrange() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -55,6 +56,18 @@ def accelerations(mechanism: Mechanism, **values: float) -> dict[str, float]:
     return dict(zip(names, solve(derive(mechanism), at)[0].tolist(), strict=True))
 
 
+def test_numbers_have_the_units_of_their_use(robot: Robot) -> None:
+    """A file has none. What is left open is a number: factors of joints first, then what a control stands for."""
+    arm = robot(ARM)
+    assert arm.strict_units
+    units = {part.name: part.unit and (part.unit.name or "1") for part in (*arm.parameters, *arm.inputs)}
+    expected = {"gear_u_lift": "1", "u_lift": "N.m", "gain_u_bend": "N.m", "position_gain_u_bend": "N.m", "u_bend": "1"}
+    expected |= {"rate_gain_u_bend": "N.m.s", "gear_cable_1": "1", "gear_cable_2": "1/m", "stiffness_cable": "N.m"}
+    expected |= {"damping_cable": "N.m.s", "u_pull": "N.m", "gain_u_valve": "N", "length_gain_u_valve": "N/m"}
+    assert expected.items() <= units.items()
+    assert None not in units.values()
+
+
 def test_an_arm_moves_as_in_mujoco(robot: Robot) -> None:
     """Anchors, two joints a body, armature, springs, references, a tendon and four actuators; 1e-12."""
     mechanism, model = robot(ARM), mujoco.MjModel.from_xml_string(ARM)
@@ -103,7 +116,7 @@ def test_what_turns_freely_moves_as_in_mujoco(robot: Robot, side: int) -> None:
     Of the two quaternions of one orientation a spring is wound by the same angle, less than half a turn.
     """
     mechanism, model = robot(FREE), mujoco.MjModel.from_xml_string(FREE)
-    assert "not taken" not in mechanism.source
+    assert mechanism.not_taken == ""
     state, rng = mujoco.MjData(model), np.random.default_rng(3)
     state.qpos[:], state.qvel[:], state.ctrl[:] = rng.normal(size=11), rng.normal(size=9), rng.normal(size=7)
     quaternions = {"hull": state.qpos[3:7], "hip": state.qpos[7:]}
@@ -146,7 +159,7 @@ def test_what_a_flag_disables_is_left_out(robot: Robot) -> None:
     motors = '<actuator><motor name="on" joint="phi"/><motor name="off" joint="phi" group="2"/></actuator>'
     text = body('<joint name="phi" axis="0 -1 0" stiffness="3" damping="1"/>', motors).replace("<mujoco>", flags)
     mechanism = robot(text)
-    assert mechanism.source.partition("not taken: ")[2] == "the actuator off"
+    assert mechanism.not_taken == "the actuator off"
     found = accelerations(mechanism, phi=0.4, phi_dot=2.0, u_on=1.5)
     assert found == {"phi": pytest.approx(1.5 / (0.2 + 2 * 0.25), rel=1e-12)}
 
@@ -230,10 +243,83 @@ def test_what_is_not_taken_is_listed(robot: Robot) -> None:
     geoms += '<site name="s"/><site name="t" pos="0 0 1"/>'
     text = body(geoms, slow).replace('type="ball"', 'type="ball" name="ball"')
     text = text.replace("</body>", '<body><joint name="hinge"/><geom size="1"/></body></body>')
-    assert robot(text).source.partition("not taken: ")[2] == (
+    assert robot(text).not_taken == (
         "limits of the joint ball, the actuator slow, limits of the force of the actuator weak, the actuator far, "
         "the tendon long, contacts of 3 geoms"
     )
+
+
+def test_a_tendon_called_as_a_joint_has_its_own_stiffness(robot: Robot) -> None:
+    """J phi'' = -m g l sin phi - (k_joint + k_tendon) phi, each k the one of the file."""
+    cable = '<tendon><fixed name="knee" stiffness="11" damping="0.6"><joint joint="knee" coef="1"/></fixed></tendon>'
+    text = body('<joint name="knee" axis="0 -1 0" stiffness="3" damping="0.2"/>', cable)
+    found = accelerations(robot(text), knee=0.4, knee_dot=0.5)["knee"]
+    exact = (-2 * 9.81 * 0.5 * np.sin(0.4) - (3 + 11) * 0.4 - (0.2 + 0.6) * 0.5) / (0.2 + 2 * 0.25)
+    assert found == pytest.approx(exact, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("flag", "told"),
+    [("", "contacts of 2 geoms, contacts of 1 pairs of geoms, compensation of gravity"),
+     ('<option><flag contact="disable"/></option>', "compensation of gravity")],
+)  # fmt: skip
+def test_what_would_act_is_told_where_nothing_disables_it(robot: Robot, flag: str, told: str) -> None:
+    """Contacts of geoms and of pairs, and compensation of gravity, as the file is loaded by itself."""
+    text = world(
+        '<geom name="floor" type="plane" size="1 1 1"/><body gravcomp="1"><joint/><geom name="ball" size="1"/></body>'
+    ).replace("</mujoco>", '<contact><pair geom1="floor" geom2="ball"/></contact></mujoco>')
+    found = robot(text.replace("<mujoco>", f"<mujoco>{flag}"))
+    assert found.warnings == (f"not taken from the imported file: {told}",)
+
+
+def test_what_pushes_the_world_moves_nothing_and_is_told(robot: Robot) -> None:
+    """A motor on a site of the world, and what pulls two sites of one body together, beside a motor that drives."""
+    motors = (
+        '<tendon><spatial name="inside" stiffness="3"><site site="s"/><site site="t"/></spatial></tendon>'
+        '<actuator><motor name="idle" site="nail"/><motor name="pull" tendon="inside"/><motor name="on" joint="phi"/>'
+        "</actuator>"
+    )
+    text = body('<joint name="phi" axis="0 -1 0"/><site name="s"/><site name="t" pos="0 0 1"/>', motors)
+    found = robot(text.replace("<worldbody>", '<worldbody><site name="nail"/>'))
+    assert [u.name for u in found.inputs] == ["u_on"]
+    assert found.warnings == (
+        "not taken from the imported file: the actuator idle: it acts on the world, which does not move, the actuator "
+        "pull: its ends do not move to each other, the tendon inside: its ends do not move to each other",
+    )
+    assert accelerations(found, u_on=1.4)["phi"] == pytest.approx(1.4 / (0.2 + 2 * 0.25), rel=1e-12)
+
+
+def test_what_has_no_name_gives_way(robot: Robot) -> None:
+    """Joint 1 is called joint_1 if it has no name, unless another one is."""
+    found = robot(body('<joint name="joint_1" type="slide"/><joint axis="0 -1 0"/>'))
+    assert [q.name for q in found.coordinates] == ["joint_1", "joint_1_"]
+
+
+REPEATED = '<body><joint/><geom size="1"/></body>'
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        f'<replicate count="100000" offset="0 0 1">{REPEATED}</replicate>',
+        f'<replicate count="200"><frame><replicate count="200">{REPEATED}</replicate></frame></replicate>',
+        '<composite type="cable" count="100000 1 1"/>',
+        '<flexcomp name="f" count="100 100 100"/>',
+        '<include file="many.xml"/>',
+    ],
+)
+def test_copies_without_end_are_refused_at_once(robot: Robot, tmp_path: Path, inside: str) -> None:
+    many = f'<mujoco><replicate count="100000">{REPEATED}</replicate><include file="robot.xml"/></mujoco>'
+    (tmp_path / "many.xml").write_text(many)
+    begun = time.monotonic()
+    with pytest.raises(LoadError, match="more than 10000 copies of elements; lower their count"):
+        robot(world(inside))
+    assert time.monotonic() - begun < 2.0
+
+
+def test_few_copies_are_taken(robot: Robot) -> None:
+    copied = '<replicate count="5" offset="0 0 1"><body><joint axis="0 -1 0"/><geom size="1"/></body></replicate>'
+    assert len(robot(world(copied)).coordinates) == 5
 
 
 NAN = '<mujoco><option gravity="0 0 nan"/><worldbody><body><joint/><geom size="1"/></body></worldbody></mujoco>'

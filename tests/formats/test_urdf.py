@@ -84,6 +84,103 @@ def test_a_start_beyond_the_limits_is_the_nearest_one(robot: Robot) -> None:
     assert q.start == 0.5
 
 
+@pytest.mark.parametrize("factor", [0.3, -2.0])
+def test_what_a_mimic_joint_resists_acts_along_it(robot: Robot, factor: float) -> None:
+    """A wheel that turns ``factor`` times the hinge: J phi'' = -m g l sin phi - (c + k^2 d) phi'; its stop is on it."""
+    wheel = PENDULUM.replace(
+        "</robot>",
+        f"""<link name="wheel"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>
+        <joint name="axle" type="revolute"><parent link="base"/><child link="wheel"/><axis xyz="1 0 0"/>
+        <limit lower="-0.5" upper="0.6"/><dynamics damping="0.7" friction="0.2"/>
+        <mimic joint="hinge" multiplier="{factor}"/></joint></robot>""",
+    )
+    mechanism = robot(wheel)
+    (friction,) = mechanism.frictions
+    hinge_dot = sp.Symbol("hinge_dot", real=True)
+    assert sp.simplify(friction.on / hinge_dot) == pytest.approx(factor)
+    resisting = 0.3 + 0.7 * factor**2
+    exact = (-2 * 9.81 * 0.5 * np.sin(0.4) - resisting * 0.8) / (0.2 + 2 * 0.25 + 0.1 * factor**2)
+    assert accelerations(mechanism, hinge=0.4, hinge_dot=0.8, friction_of_axle_force=0.0)["hinge"] == pytest.approx(
+        exact, rel=1e-12
+    )
+    assert mechanism.not_taken == "limits of the joint axle, which mimics another one (stops take them)"
+    assert mechanism.warnings[0].endswith(mechanism.not_taken)
+    stopped = robot(wheel, stops=True)
+    stop = next(stop for stop in stopped.stops if stop.name == "stop_of_axle")
+    assert tuple(map(float, (stop.of / sp.Symbol("hinge", real=True), stop.lower, stop.upper))) == (factor, -0.5, 0.6)
+    assert stopped.not_taken == ""
+
+
+def test_a_planar_joint_is_damped_along_and_about(robot: Robot) -> None:
+    """A rod that moves in a plane: m x'' = -c x', J phi'' = -c phi', both with the joint's damping."""
+    sliding = PENDULUM.replace("revolute", "planar").replace('origin xyz="0 0 -0.5"', 'origin xyz="0 0 0"')
+    found = accelerations(robot(sliding), hinge_x_dot=0.5, hinge_y_dot=-0.2, hinge_angle_dot=0.9)
+    assert found["hinge_x"] == pytest.approx(-0.3 * 0.5 / 2, rel=1e-12)
+    assert found["hinge_angle"] == pytest.approx(-0.3 * 0.9 / 0.2, rel=1e-12)
+
+
+NOT_TAKEN = {
+    "<spring> of the joint hinge": ("<dynamics", '<spring k="3"/><dynamics'),
+    "spring_stiffness in the <dynamics> of the joint hinge": ("<dynamics", '<dynamics spring_stiffness="3"'),
+    "<fluid> of the link rod": ("<inertial>", "<fluid/><inertial>"),
+    "<loop_joint>": ("</robot>", '<loop_joint name="x"/></robot>'),
+    "friction of the joint hinge, which is planar": ('damping="0.3"', 'friction="0.3"'),
+    "limits of the joint hinge, which is planar": ("<dynamics", "<dynamics"),
+    "<mimic> of the joint hinge, which is planar": ("<dynamics", '<mimic joint="hinge"/><dynamics'),
+}
+
+
+@pytest.mark.parametrize("what", NOT_TAKEN)
+def test_nothing_is_lost_without_a_word(robot: Robot, what: str) -> None:
+    kind = "planar" if "planar" in what else "revolute"
+    mechanism = robot(PENDULUM.replace(*NOT_TAKEN[what]).replace("revolute", kind))
+    assert what in mechanism.not_taken
+    assert any(what in warning for warning in mechanism.warnings)
+    assert what in mechanism.provenance
+
+
+LINK = '<link name="a"/>'
+JOINT = '<joint name="j" type="revolute"><parent link="a"/><child link="b"/></joint>'
+
+
+def pair(old: str = "", new: str = "", *, beside: str = "") -> str:
+    """Two links on a joint, with ``old`` replaced by ``new``, and other elements ``beside`` them."""
+    return f'<robot>{LINK}<link name="b">{ROD}</link>{JOINT}{beside}</robot>'.replace(old or "\0", new)
+
+
+def fixed(name: str, child: str) -> str:
+    """A link on a fixed joint."""
+    return f'<link name="{child}"/><joint name="{name}" type="fixed"><parent link="a"/><child link="{child}"/></joint>'
+
+
+LEGAL = {
+    "a joint g": ("hinge", "g"),
+    "a joint mass_rod": ("hinge", "mass_rod"),
+    "a joint damping_hinge": ("hinge", "damping_hinge"),
+    "a joint friction_of_rod_force": ("hinge", "friction_of_rod_force"),
+    "a link rod_mount": ('"base"', '"rod_mount"'),
+    "a joint t": ("hinge", "t"),
+}
+
+
+@pytest.mark.parametrize("what", LEGAL)
+def test_authors_choose_their_names(robot: Robot, what: str) -> None:
+    """The pendulum, sliding, moves as before, and the coordinate keeps the name of its joint where it can."""
+    old, new = LEGAL[what]
+    text = PENDULUM.replace("revolute", "prismatic").replace('xyz="1 0 0"', 'xyz="0 0 1"')
+    found = robot(text.replace(old, new), stops=True)
+    (q,) = found.coordinates
+    assert q.name == {"hinge": "t_" if new == "t" else new}.get(old, "hinge")
+    assert accelerations(found, **{f"{q.name}_dot": 0.7})[q.name] == pytest.approx(-9.81 - 0.3 * 0.7 / 2, rel=1e-12)
+
+
+def test_a_joint_may_be_called_as_the_velocity_of_another_one(robot: Robot) -> None:
+    second = JOINT.replace('"j"', '"j_dot"').replace('"a"', '"b"').replace('child link="b"', 'child link="c"')
+    found = robot(pair(beside=f'<link name="c">{ROD}</link>{second}'))
+    assert [q.name for q in found.coordinates] == ["j", "j_dot_2"]
+    assert found.coordinates[1].doc == "joint j_dot"
+
+
 def test_text_keeps_the_robot(robot: Robot) -> None:
     mechanism = robot(PENDULUM, base="floating", stops=True)
     assert read(write(mechanism), "text") == mechanism
@@ -133,20 +230,6 @@ def test_friction_is_dry_friction(robot: Robot) -> None:
     ]
 
 
-LINK = '<link name="a"/>'
-JOINT = '<joint name="j" type="revolute"><parent link="a"/><child link="b"/></joint>'
-
-
-def pair(old: str = "", new: str = "", *, beside: str = "") -> str:
-    """Two links on a joint, with ``old`` replaced by ``new``, and other elements ``beside`` them."""
-    return f'<robot>{LINK}<link name="b">{ROD}</link>{JOINT}{beside}</robot>'.replace(old or "\0", new)
-
-
-def fixed(name: str, child: str) -> str:
-    """A link on a fixed joint."""
-    return f'<link name="{child}"/><joint name="{name}" type="fixed"><parent link="a"/><child link="{child}"/></joint>'
-
-
 BROKEN = {
     "no XML": ("<robot", "no well-formed XML"),
     "another root": ("<model/>", "is no robot"),
@@ -176,6 +259,9 @@ BROKEN = {
     "a mimic of itself": (PENDULUM.replace("<dynamics", '<mimic joint="hinge"/><dynamics'), "in a circle"),
     "nothing moves": (PENDULUM.replace('"revolute"', '"fixed"'), "nothing moves"),
     "a tensor of no body": (PENDULUM.replace('ixx="0.2"', 'ixx="-0.2"'), "is not positive"),
+    "two inertias": (pair(ROD, ROD + ROD), "<link> 'b': has 2 <inertial>, the second in line 1; leave one out"),
+    "two limits": (PENDULUM.replace("<dynamics", '<limit lower="-1" upper="1"/><dynamics'), "has 2 <limit>"),
+    "two masses": (pair('<mass value="2"/>', '<mass value="2"/><mass value="3"/>'), "has 2 <mass>"),
     "names alike": (pair(beside=fixed("k", "a-1") + fixed("l", "a.1")), "would both be called 'a_1'"),
 }  # fmt: skip
 

@@ -165,7 +165,10 @@ def test_a_file_with_more_columns_is_a_grid(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ("columns = [[0, 1, 1], [1, 2, 3]]", "tables.f.columns[0]: 1.0 (SI) follows 1.0; the arguments have to incr"),
+        (
+            "columns = [[0, 1, 1], [1, 2, 3]]",
+            "tables.f.columns[0], entry 3: 1.0 (SI) follows 1.0 (SI); the arguments have to incr",
+        ),
         ("columns = [[0, 1], [1, 2, 3]]", "tables.f.columns: have [2, 3] entries"),
         ("columns = [[0], [1]]", "tables.f.columns[0]: has 1 entries; give at least 2"),
         ("columns = [[0, 1], [0, 1], [[1, 2], [3]]]", "tables.f.columns[2]: row 2 does not have 2 values"),
@@ -390,7 +393,15 @@ REFUSED = {
     ),
     "slip without velocity": (
         CONTACT + 'gap = "y"\nfriction = 1\nslip = "x"',
-        "contacts.c.slip: 'x' contains no velocity",
+        "contacts.c.slip: 'x' is a coordinate, not a velocity; write x_dot",
+    ),
+    "slip of coordinates": (
+        CONTACT + 'gap = "y"\nfriction = 1\nslip = "x + 2*y"',
+        "contacts.c.slip: 'x + 2*y' contains coordinates and no velocity; give its rate, with x_dot, y_dot",
+    ),
+    "slip of a parameter": (
+        CONTACT + 'gap = "y"\nfriction = 1\nslip = "r"',
+        "contacts.c.slip: 'r' contains no velocity; give the relative velocity",
     ),
     "three slips": (CONTACT + 'gap = "y"\nslip = ["x_dot", "x_dot", "x_dot"]', "contacts.c.slip: has 3 entries"),
     "friction without slip": (CONTACT + 'gap = "y"\nfriction = "mu"', "contacts.c.friction: 'mu' without 'slip'"),
@@ -598,7 +609,7 @@ UNITS = {
         "contacts.c.stiffness: 'N' is in N, expected kg/m^0.5/s2",
     ),
     "bound": ('[stops.s]\nof = "x"\nupper = "phi + 7"', "stops.s.upper: '7 + phi' is in 1, expected m"),
-    "friction": ('[frictions.f]\non = "phi_dot"\nforce = "N"', "frictions.f.force: 'N' is in N, expected J"),
+    "friction": ('[frictions.f]\non = "phi_dot"\nforce = "N"', "frictions.f.force: 'N' is in N, expected N.m"),
     "state": ('[states]\ni = { unit = "A", derivative = "i" }', "states.i.derivative: 'i' is in A, expected A/s"),
     "condition": (
         '[constraints.holonomic]\nc = { expression = "x", while = "x - phi" }',
@@ -610,7 +621,7 @@ UNITS = {
     ),
     "value": (
         '[tables.f]\ncolumns = [[0, 1], [1, 2]]\nunits = ["m", "J"]\n[forces]\nx = "f(x)"',
-        "forces.x.expression: 'f(x)' is in J, expected N",
+        "forces.x.expression: 'f(x)' is in N.m, expected N",
     ),
     "cases": ('[forces]\nx = "if(x > 0, N, r)"', "forces.x.expression: 'N' is in N but 'r' is in m"),
 }

@@ -217,6 +217,9 @@ def test_an_unknown_unit_is_refused_where_it_is_declared() -> None:
         ({"energy": Energy(dissipation=m * theta.dot**2)}, "energy.dissipation: .* expected W"),
         ({"energy": Energy(potential=m * g * l * cos(l))}, "the argument of 'cos.l.' has the dimension m"),
         ({"forces": {theta: F}}, "forces.theta.expression: 'F' is in N, expected"),
+        ({"forces": {theta: m * g}}, r"forces\.theta\.expression: .* is in N, expected N\.m$"),
+        ({"forces": {theta: m * l**2}}, r"forces\.theta\.expression: .* is in kg\.m2, expected N\.m$"),
+        ({"dampers": [Damper("d", m, rate=theta.dot)]}, r"dampers\.d\.damping: 'm' is in kg, expected N\.m\.s$"),
         ({"springs": [Spring("s", m, elongation=l * theta)]}, "springs.s.stiffness: 'm' is in kg, expected N/m"),
         ({"dampers": [Damper("d", m, rate=theta.dot)]}, "dampers.d.damping: 'm' is in kg"),
         ({"outputs": [Output("o", l * theta, "kg")]}, "outputs.o.expression: .* is in m, expected kg"),
@@ -230,11 +233,19 @@ def test_a_wrong_dimension_is_a_warning_or_an_error(changes: dict[str, Any], mes
         pendulum(**changes, strict_units=True)
 
 
-def test_a_radian_counts_as_one_and_unknown_units_are_let_pass() -> None:
-    k = parameter("k", 1.0)
+def test_a_radian_counts_as_one() -> None:
+    k = parameter("k", 1.0, "J")
     energy = Energy(potential=k * theta**2, kinetic=m * (l * theta.dot) ** 2)
     mechanism = pendulum(parameters=[m, l, g, k], energy=energy, strict_units=True)
     assert mechanism.warnings == ()
+
+
+def test_unknown_units_are_let_pass_unless_units_are_strict() -> None:
+    k = parameter("k", 1.0)
+    parts = {"parameters": [m, l, g, k], "energy": Energy(potential=k * theta**2, kinetic=m * (l * theta.dot) ** 2)}
+    assert pendulum(**parts).warnings == ()
+    with pytest.raises(UnitError, match=r'parameters\.k: 1 has no unit, .* give unit = "J"'):
+        pendulum(**parts, strict_units=True)
 
 
 def test_many_definitions_are_checked_in_no_time() -> None:

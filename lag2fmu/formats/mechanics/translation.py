@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import keyword
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -40,7 +41,7 @@ class Translation:
         ours = list(problem.coordinates)
         others = sorted((a for a in dynamic if a not in ours), key=str)
         constants = sorted({s for e in whole for s in e.free_symbols} - {T}, key=str)
-        self._names = self._named([*ours, *others, *constants])
+        self._names = self._named([*ours, *others], constants)
         self._inputs = others
         placed = [*self._energies(), *problem.holonomic]
         self._motions = [a for a in others if any(e.has(a) for e in placed) or any(e.has(a.diff(T)) for e in whole)]
@@ -64,9 +65,14 @@ class Translation:
             if function.args != (T,):
                 raise LoadError(f"'{self._name}': {function} is no function of the time alone; write it out")
 
-    def _named(self, items: Sequence[sp.Expr]) -> dict[sp.Expr, str]:
-        """{symbol: identifier}; raises LoadError where two come out alike."""
-        found = identifiers(map(_shown, items), f"'{self._name}'", taken=GLOBAL_NAMES)
+    def _named(self, dynamic: Sequence[sp.Expr], constants: Sequence[sp.Expr]) -> dict[sp.Expr, str]:
+        """{symbol: identifier}; raises LoadError where two come out alike.
+
+        Constants are the keyword arguments of a function, so that ``lambda`` becomes ``lambda_``.
+        """
+        words = {text for text in map(_shown, constants) if keyword.iskeyword(text)}
+        items = (*dynamic, *constants)
+        found = identifiers(map(_shown, items), f"'{self._name}'", taken={*GLOBAL_NAMES, *words})
         return {item: found[_shown(item)] for item in items}
 
     def mechanism(self, values: Mapping[str, float]) -> Mechanism:

@@ -14,6 +14,7 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description.joints import across
+from lag2fmu.description.names import of_constraint, velocity
 from lag2fmu.description.parts import Energy, Gravity
 from lag2fmu.description.places import AXES, WORLD, Body, Frame, Point
 from lag2fmu.description.record import Description
@@ -22,11 +23,13 @@ from lag2fmu.description.symbols import coordinate, parameter
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.robots.attachments import attach
+from lag2fmu.formats.robots.naming import Names, coordinates_of, variables_of
 from lag2fmu.formats.robots.parts import UNITS, Parts
 from lag2fmu.formats.robots.tree import MOVING, Inertia, Joint, Mimic, Pose, Robot
 from lag2fmu.formats.robots.turning import act_on_all
 from lag2fmu.formats.robots.writing import axis_of, number, numbers, turn, turns_of
 from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.units_by_use import with_units
 
 BASES = ("fixed", "floating", "planar")
 
@@ -52,7 +55,15 @@ class _Assembly:
         self._links = identifiers(robot.links, f"{source}: links")
         names = identifiers([j.name for j in robot.joints], f"{source}: joints", taken={WORLD, *GLOBAL_NAMES})
         self._known = {j.name: j for j in robot.joints}
-        self._parts = Parts(names)
+        self._parts = Parts(Names())
+        for link in self._links.values():
+            self._parts.names.entry("places", link)
+        for joint in robot.joints:
+            if joint.kind in ("spherical", "floating"):
+                self._parts.names.reserve(of_constraint(f"{self._links[joint.child]}_norm"))
+        for joint in robot.joints:
+            self._parts.joints[joint.name] = self._named(joint, names[joint.name])
+        self._paths: dict[str, sp.Expr] = {}
         self._lumped: dict[str, list[Inertia]] = defaultdict(list)
 
     def description(self) -> Description:
@@ -66,11 +77,11 @@ class _Assembly:
         attach(robot, parts)
         bodies = [self._body(frame, inertias) for frame, inertias in self._lumped.items() if frame != WORLD]
         strength = float(np.linalg.norm(robot.gravity))
-        g = parameter("g", strength, "m/s2", "acceleration of gravity")
+        g = parameter(parts.names.variable("g"), strength, "m/s2", "acceleration of gravity")
         tables: dict[str, Any] = {
             "title": f"Robot {robot.name}",
-            "source": f"imported from {self._source}"
-            + (f"; not taken: {', '.join(robot.ignored)}" if robot.ignored else ""),
+            "source": f"imported from {self._source}",
+            "not_taken": ", ".join((*robot.ignored, *parts.ignored)),
             "coordinates": parts.coordinates,
             "parameters": [g, *parts.parameters],
             "inputs": parts.inputs,
@@ -87,9 +98,10 @@ class _Assembly:
             "frictions": parts.frictions,
             "stops": parts.stops,
             "gravity": Gravity(g, numbers(x / strength for x in robot.gravity) if strength else (0, 0, -1)),
-            "strict_units": True,
         }
-        return Description(identifier(robot.name), **tables)
+        found = Description(identifier(robot.name), strict_units=True, **tables)
+        names = [*parts.plain, *map(str, parts.inputs), *map(str, parts.parameters)]
+        return with_units(found, parts.alike, names)  # MJCF gives numbers alone
 
     def _stand(self, root: str) -> None:
         """Put the root on the ground, or let it move."""
@@ -97,8 +109,12 @@ class _Assembly:
         self._parts.carriers[root] = (WORLD, np.eye(3), nowhere)
         if self._base != "fixed":
             base = Joint(self._links[root], self._base, WORLD, root, nowhere, np.array([0.0, 0.0, 1.0]))
-            self._move(base, self._links[root], WORLD, nowhere)
+            self._move(base, self._named(base, self._links[root]), WORLD, nowhere)
         self._take(root)
+
+    def _named(self, joint: Joint, wanted: str) -> str:
+        """The name of ``joint``, ``wanted`` where nothing that it brings is taken: ``j`` brings ``j_dot``."""
+        return self._parts.names.variable(wanted, lambda name: variables_of(joint, name))
 
     def _take(self, link: str) -> None:
         """Put the inertia of ``link`` where its carrier is."""
@@ -130,7 +146,7 @@ class _Assembly:
             self._parts.frames.append(Frame(frame, parent, origin, [*turns, turning]))
             return
         if any(origin) or turns:  # sliding is along the axes of the joint
-            mount = f"{frame}_mount"
+            mount = self._parts.names.entry("places", f"{frame}_mount")
             self._parts.frames.append(Frame(mount, parent, origin, turns))
             parent = mount
         if joint.kind == "prismatic":
@@ -144,24 +160,26 @@ class _Assembly:
     def _slide_in_plane(self, joint: Joint, name: str, frame: str, parent: str) -> None:
         """Three degrees of freedom: two along the plane, and an angle about its normal."""
         first, second = across(axis_of(joint.axis))
-        x, y = (coordinate(f"{name}_{axis}", "m", doc=f"{name} along {axis}") for axis in "xy")
-        angle = coordinate(f"{name}_angle", "rad", doc=f"angle of {name}")
+        along_x, along_y, turned = coordinates_of(joint, name)
+        x, y = (coordinate(q, "m", doc=f"{name} along {axis}") for q, axis in ((along_x, "x"), (along_y, "y")))
+        angle = coordinate(turned, "rad", doc=f"angle of {name}")
         self._parts.coordinates += [x, y, angle]
         self._parts.frames.append(Frame(frame, parent, tuple(first * x + second * y), [turn(joint.axis, angle)]))
+        act_on_all(joint, name, self._parts)
 
     def _float(self, joint: Joint, name: str, frame: str, parent: str) -> None:
         """A quaternion and, of a floating joint, the place along its axes."""
         floating = joint.kind == "floating"
         start = joint.start or (*(0.0,) * (3 if floating else 0), 1.0, 0.0, 0.0, 0.0)
-        place, doc = [], f"quaternion of {name}"
-        if floating:
-            place = [
-                coordinate(f"{name}_{axis}", "m", start=x, doc=f"{name} along {axis}")
-                for axis, x in zip(AXES, start[:3], strict=True)
-            ]
+        *along, e0, e1, e2, e3 = coordinates_of(joint, name)
+        doc = f"quaternion of {name}"
+        place = [
+            coordinate(q, "m", start=x, doc=f"{name} along {axis}")
+            for q, axis, x in zip(along, AXES, start[:3], strict=False)
+        ]
         scalar, *vector = start[-4:]
-        quaternion = [coordinate(f"{name}_e0", "1", guess=scalar, doc=doc)]
-        quaternion += [coordinate(f"{name}_e{k}", "1", start=x, doc=doc) for k, x in enumerate(vector, 1)]
+        quaternion = [coordinate(e0, "1", guess=scalar, doc=doc)]
+        quaternion += [coordinate(e, "1", start=x, doc=doc) for e, x in zip((e1, e2, e3), vector, strict=True)]
         self._parts.coordinates += [*place, *quaternion]
         self._parts.frames.append(Frame(frame, parent, tuple(place) or (0, 0, 0), quaternion=quaternion))
         act_on_all(joint, name, self._parts)
@@ -171,11 +189,16 @@ class _Assembly:
         if joint.mimic is not None:
             return self._follow(joint, joint.mimic)
         q = self._parts.coordinate(joint, name)
-        self._parts.act(joint, q, stops=self._stops)
+        self._parts.act(joint, name, q, q.dot, stops=self._stops)
         return q - self._parts.parameter(f"zero_{name}", joint.reference, UNITS[joint.kind]) if joint.reference else q
 
     def _follow(self, joint: Joint, mimic: Mimic) -> sp.Expr:
-        """The expression of a ``joint`` that mimics another one, which may do so too."""
+        """The expression of a ``joint`` that mimics another one, which may do so too.
+
+        Its resistances act along it. Its limits bound no coordinate of its own, so that only stops can take them.
+        """
+        if joint.name in self._paths:
+            return self._paths[joint.name]
         leader, name = self._known[mimic.leader], self._parts.joints[joint.name]
         q = symbol(self._parts.joints[leader.name]) if leader.mimic is None else self._follow(leader, leader.mimic)
         units = UNITS[joint.kind], UNITS[leader.kind]
@@ -184,7 +207,19 @@ class _Assembly:
             factor = self._parts.parameter(f"ratio_{name}", mimic.factor, "/".join(units))
         if offset:
             offset = self._parts.parameter(f"offset_{name}", mimic.offset, units[0])
-        return factor * q + offset
+        path = self._paths[joint.name] = factor * q + offset
+        moving = symbol(self._parts.joints[self._leader(joint)])
+        rate = path.diff(moving) * symbol(velocity(moving.name))
+        self._parts.act(joint, name, path, rate, stops=self._stops)
+        if (joint.lower, joint.upper) != (None, None) and not self._stops:
+            self._parts.ignored.append(f"limits of the joint {joint.name}, which mimics another one (stops take them)")
+        return path
+
+    def _leader(self, joint: Joint) -> str:
+        """The name of the joint that has the coordinate by which ``joint`` moves."""
+        while joint.mimic is not None:
+            joint = self._known[joint.mimic.leader]
+        return joint.name
 
     def _body(self, frame: str, inertias: Sequence[Inertia]) -> Body:
         """One body with all ``inertias`` that ``frame`` carries."""

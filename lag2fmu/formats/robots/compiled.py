@@ -7,9 +7,18 @@ from typing import Any
 
 import numpy as np
 
+from lag2fmu.formats.identifiers import identifier
 from lag2fmu.formats.robots.tree import Floats
 
 ROOT = "world"
+_LISTS = {
+    "body": "body_mass",
+    "joint": "jnt_type",
+    "tendon": "tendon_num",
+    "actuator": "actuator_trntype",
+    "equality": "eq_type",
+}
+"""{kind of object: a list of a model with one row for each}."""
 
 
 def turned(quaternion: Iterable[float]) -> Floats:
@@ -27,11 +36,35 @@ class Compiled:
     def __init__(self, mujoco: Any, model: Any) -> None:
         self.mujoco, self.model = mujoco, model
         self.ignored: list[str] = []
+        self._made: dict[tuple[str, int], str] = {}
+        self._names: dict[str, set[str]] = {}
 
     def name(self, kind: str, index: int) -> str:
         """The name of an object of a ``kind`` of mjtObj, made up where it has none."""
-        found = self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index)
-        return str(found) if found else f"{kind}_{index}"
+        found = self.mujoco.mj_id2name(self.model, self._type(kind), index)
+        if found:
+            return str(found)
+        if (kind, index) not in self._made:
+            self._made[kind, index] = self.fresh(kind, f"{kind}_{index}")
+        return self._made[kind, index]
+
+    def fresh(self, kind: str, wanted: str) -> str:
+        """The name ``wanted``, with underscores behind as long as an object of this ``kind`` would be called alike."""
+        if kind not in self._names:
+            count = len(getattr(self.model, _LISTS[kind]))
+            named = (self.mujoco.mj_id2name(self.model, self._type(kind), k) for k in range(count))
+            self._names[kind] = {identifier(str(name)) for name in named if name}
+        while identifier(wanted) in self._names[kind]:
+            wanted += "_"
+        self._names[kind].add(identifier(wanted))
+        return wanted
+
+    def disabled(self, flag: str) -> bool:
+        """Whether the model's <flag> disables what MuJoCo calls mjDSBL_``flag``; a flag it does not know does not."""
+        return _disabled(self.mujoco, self.model, flag)
+
+    def _type(self, kind: str) -> Any:
+        return getattr(self.mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
 
     def body(self, index: int) -> str:
         """The name of a body, of the world too."""
@@ -57,10 +90,15 @@ def disabled_taken_out(mujoco: Any, model: Any) -> None:
         "LIMIT": (model.jnt_limited, model.tendon_limited),
         "FRICTIONLOSS": (model.dof_frictionloss, model.tendon_frictionloss),
         "EQUALITY": (model.eq_active0,),
+        "CONTACT": (model.geom_contype, model.geom_conaffinity),
     }
-    lists["CONSTRAINT"] = sum((lists[name] for name in ("LIMIT", "FRICTIONLOSS", "EQUALITY")), ())
+    lists["CONSTRAINT"] = sum((lists[name] for name in ("LIMIT", "FRICTIONLOSS", "EQUALITY", "CONTACT")), ())
     for name, entries in lists.items():
-        flag = getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}", None)
-        if flag is not None and model.opt.disableflags & int(flag):
+        if _disabled(mujoco, model, name):
             for entry in entries:
                 entry[:] = 0
+
+
+def _disabled(mujoco: Any, model: Any, name: str) -> bool:
+    flag = getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}", None)
+    return flag is not None and bool(model.opt.disableflags & int(flag))

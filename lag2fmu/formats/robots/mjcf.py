@@ -17,6 +17,7 @@ import numpy as np
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.robots.compiled import ROOT, Compiled, disabled_taken_out, turned
 from lag2fmu.formats.robots.mjcf_forces import actuators, tendons
+from lag2fmu.formats.robots.mjcf_size import check_copies
 from lag2fmu.formats.robots.tree import Closure, Coupling, Floats, Inertia, Joint, Pose, Robot
 from lag2fmu.xml_tree import parse
 
@@ -39,9 +40,11 @@ def read_mjcf(path: Path) -> Robot:
         raise LoadError(f"{path}: cannot be read: {error.strerror}") from error
     if len(content) > _MOST_BYTES:
         raise LoadError(f"{path}: has {len(content)} bytes; a robot of more than {_MOST_BYTES} is not read")
-    tag = parse(content, str(path)).root.tag
+    root = parse(content, str(path)).root
+    tag = root.tag
     if tag != "mujoco":
         raise LoadError(f"{path}: its top element is <{tag}>; a MJCF file has <mujoco>, a URDF file ends in .urdf")
+    check_copies(root, path)
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
@@ -115,12 +118,14 @@ class _Reader:
             free, anchor = m.jnt_type[k] == _FREE, m.jnt_pos[k].copy()
             place = Pose(np.zeros(3)) if free else Pose(pose.origin + pose.matrix @ anchor, pose.turns)
             last = k == first + count - 1 and (free or not anchor.any())
-            child = name if last else f"{name}_at_{self._name('joint', k)}"
+            child = name if last else self._compiled.fresh("body", f"{name}_at_{self._name('joint', k)}")
             yield self._joint(k, link, child, place)
             link, pose = child, Pose(np.zeros(3) if free else -anchor)
             if last:
                 return
-        yield Joint(f"fixed_{name}", "fixed", link, name, pose, np.array([1.0, 0.0, 0.0]))
+        yield Joint(
+            self._compiled.fresh("joint", f"fixed_{name}"), "fixed", link, name, pose, np.array([1.0, 0.0, 0.0])
+        )
 
     def _joint(self, k: int, parent: str, child: str, pose: Pose) -> Joint:
         m, kind = self._m, int(self._m.jnt_type[k])
@@ -200,6 +205,7 @@ class _Reader:
         touching = int(np.count_nonzero((m.geom_contype != 0) | (m.geom_conaffinity != 0)))
         kinds = {
             f"contacts of {touching} geoms": touching > 1,
+            f"contacts of {m.npair} pairs of geoms": m.npair and not self._compiled.disabled("CONTACT"),
             "the medium (density, viscosity, wind)": m.opt.density or m.opt.viscosity or m.opt.wind.any(),
             "compensation of gravity": np.any(m.body_gravcomp),
             "plugins": m.nplugin,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,9 +9,11 @@ import sympy as sp
 
 from lag2fmu.description.events import Friction, Stop
 from lag2fmu.description.joints import Joint as Closing
+from lag2fmu.description.names import of_friction, of_unilateral, stop_side
 from lag2fmu.description.parts import Constraint, Damper, Load, Spring
 from lag2fmu.description.places import Frame, Point
 from lag2fmu.description.symbols import Declared, coordinate, parameter
+from lag2fmu.formats.robots.naming import Names
 from lag2fmu.formats.robots.tree import Floats, Joint, Pose
 
 UNITS = {"revolute": "rad", "prismatic": "m"}
@@ -26,9 +27,15 @@ INERTIAS = {"rad": "kg.m2", "m": "kg"}
 
 @dataclass
 class Parts:
-    """The parts; ``carriers`` {link: (its frame or the world, its turn and pose in it)}, ``joints`` {name: ours}."""
+    """The parts, whose ``names`` are taken.
 
-    joints: Mapping[str, str]
+    ``joints`` {name in the file: ours}, ``carriers`` {link: (its frame or the world, its turn and pose in it)}. What
+    nothing is made of is ``ignored``. The terms of each sum in ``alike`` have one unit; ``plain`` are the names of
+    factors that have none where their use leaves it open.
+    """
+
+    names: Names
+    joints: dict[str, str] = field(default_factory=dict)
     carriers: dict[str, tuple[str, Floats, Pose]] = field(default_factory=dict)
     coordinates: list[Declared] = field(default_factory=list)
     parameters: list[Declared] = field(default_factory=list)
@@ -44,14 +51,15 @@ class Parts:
     loads: list[Load] = field(default_factory=list)
     closures: list[Closing] = field(default_factory=list)
     constraints: list[Constraint] = field(default_factory=list)
+    ignored: list[str] = field(default_factory=list)
+    alike: list[sp.Expr] = field(default_factory=list)
+    plain: list[str] = field(default_factory=list)
 
-    def parameter(self, name: str, value: float, unit: str | None) -> Declared:
-        """A parameter; it is made once, even if it is asked for twice, as for a joint that two others mimic."""
-        found = next((p for p in self.parameters if p.name == name), None)
-        if found is None:
-            found = parameter(name, value, unit, name.replace("_", " "))
-            self.parameters.append(found)
-        return found
+    def parameter(self, wanted: str, value: float, unit: str | None = None, doc: str = "") -> Declared:
+        """A new parameter, called as ``wanted`` where that is free."""
+        made = parameter(self.names.variable(wanted), value, unit, doc or wanted.replace("_", " "))
+        self.parameters.append(made)
+        return made
 
     def coordinate(self, joint: Joint, name: str) -> Declared:
         """The coordinate ``name`` of a ``joint`` that has one, started within its limits."""
@@ -63,20 +71,28 @@ class Parts:
         self.coordinates.append(q)
         return q
 
-    def act(self, joint: Joint, q: Declared, *, stops: bool) -> None:
-        """Add damper, dry friction, spring, armature and, with ``stops``, stops along the coordinate ``q``."""
-        name, unit = str(q), UNITS[joint.kind]
+    def act(self, joint: Joint, name: str, path: sp.Expr, rate: sp.Expr, *, stops: bool) -> None:
+        """Add damper, dry friction, spring, armature and, with ``stops``, stops along the ``path`` of a ``joint``."""
+        unit = UNITS[joint.kind]
         if joint.damping:
             c = self.parameter(f"damping_{name}", joint.damping, DAMPINGS[unit])
-            self.dampers.append(Damper(name, c, rate=q.dot))
+            self.dampers.append(Damper(self.names.entry("dampers", name), c, rate=rate))
         if joint.friction:
             force = self.parameter(f"friction_{name}", joint.friction, _FORCES[unit])
-            self.frictions.append(Friction(f"friction_of_{name}", on=q.dot, force=force))
+            friction = self.names.entry("frictions", f"friction_of_{name}", of_friction)
+            self.frictions.append(Friction(friction, on=rate, force=force))
         if joint.stiffness:
             k = self.parameter(f"stiffness_{name}", joint.stiffness, STIFFNESSES[unit])
             rest = self.parameter(f"rest_{name}", joint.rest, unit) if joint.rest else 0
-            self.springs.append(Spring(f"spring_of_{name}", k, elongation=q - rest))
+            spring = self.names.entry("springs", f"spring_of_{name}")
+            self.springs.append(Spring(spring, k, elongation=path - rest))
         if joint.armature:
-            self.armatures.append(self.parameter(f"armature_{name}", joint.armature, INERTIAS[unit]) * q.dot**2 / 2)
+            self.armatures.append(self.parameter(f"armature_{name}", joint.armature, INERTIAS[unit]) * rate**2 / 2)
         if stops and (joint.lower, joint.upper) != (None, None):
-            self.stops.append(Stop(f"stop_of_{name}", of=q, lower=joint.lower, upper=joint.upper))
+            stop = self.names.entry("stops", f"stop_of_{name}", _of_stop)
+            self.stops.append(Stop(stop, of=path, lower=joint.lower, upper=joint.upper))
+
+
+def _of_stop(name: str) -> list[str]:
+    """The names of variables that a stop brings."""
+    return [x for side in ("lower", "upper") for x in of_unilateral(stop_side(name, side))]

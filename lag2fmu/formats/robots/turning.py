@@ -1,4 +1,4 @@
-"""Spherical and floating joints, which turn by a quaternion: their velocities, and what acts along all of these.
+"""Joints with several velocities, most of which turn by a quaternion: these, and what acts along all of them.
 
 Source: Wittenburg, Dynamics of Multibody Systems, 2nd edition, chapter 2.
 """
@@ -25,6 +25,17 @@ def velocity(name: str) -> list[sp.Symbol]:
     return [symbol(f"{name}_{axis}_dot") for axis in AXES]
 
 
+def _rates(joint: Joint, name: str) -> dict[str, list[tuple[str, sp.Expr]]]:
+    """{unit: velocities of a ``joint`` called ``name``, with the ends of their names}, lengths first."""
+    if joint.kind == "planar":
+        return {
+            "m": [(axis, symbol(f"{name}_{axis}_dot")) for axis in "xy"],
+            "rad": [("z", symbol(f"{name}_angle_dot"))],
+        }
+    turns = {"rad": [*zip(AXES, angular_velocity(name), strict=True)]}
+    return turns if joint.kind == "spherical" else {"m": [*zip(AXES, velocity(name), strict=True)], **turns}
+
+
 def angular_velocity(name: str, *, in_parent: bool = False) -> list[sp.Expr]:
     """That of the child in its parent (3 entries, rad/s) by the quaternion of the joint ``name``.
 
@@ -47,23 +58,26 @@ def angle_from(name: str, rest: Sequence[float]) -> sp.Expr:
 
 
 def act_on_all(joint: Joint, name: str, parts: Parts) -> None:
-    """Add to ``parts`` the dampers, springs and armature of a spherical or floating ``joint``, called ``name``."""
-    turns = angular_velocity(name)
-    for unit, rates in {"m": velocity(name) if joint.kind == "floating" else [], "rad": turns}.items():
-        if not rates:
-            continue
-        suffix = f"{name}_turn" if unit == "rad" and joint.kind == "floating" else name
+    """Add to ``parts`` the dampers, springs and armature of a ``joint`` with several velocities, called ``name``.
+
+    It is a planar, spherical or floating one. A planar one has dampers only.
+    """
+    rates = _rates(joint, name)
+    for unit, entries in rates.items():
+        suffix = f"{name}_turn" if unit == "rad" and len(rates) == 2 else name
         if joint.damping:
             c = parts.parameter(f"damping_{suffix}", joint.damping, DAMPINGS[unit])
-            parts.dampers += [Damper(f"damper_{suffix}_{axis}", c, rate=x) for axis, x in zip(AXES, rates, strict=True)]
+            for axis, x in entries:
+                damper = parts.names.entry("dampers", f"damper_{suffix}_{axis}")
+                parts.dampers.append(Damper(damper, c, rate=x))
         if joint.stiffness:
             k = parts.parameter(f"stiffness_{suffix}", joint.stiffness, STIFFNESSES[unit])
-            parts.springs += [
-                Spring(f"spring_of_{suffix}{end}", k, elongation=x) for end, x in _elongations(joint, name, unit, parts)
-            ]
+            for end, x in _elongations(joint, name, unit, parts):
+                spring = parts.names.entry("springs", f"spring_of_{suffix}{end}")
+                parts.springs.append(Spring(spring, k, elongation=x))
         if joint.armature:
             inertia = parts.parameter(f"armature_{suffix}", joint.armature, INERTIAS[unit])
-            parts.armatures.append(inertia * sp.Add(*(x**2 for x in rates)) / 2)
+            parts.armatures.append(inertia * sp.Add(*(x**2 for _, x in entries)) / 2)
 
 
 def _elongations(joint: Joint, name: str, unit: str, parts: Parts) -> list[tuple[str, sp.Expr]]:

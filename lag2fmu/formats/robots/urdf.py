@@ -26,10 +26,20 @@ _KINDS = {
     "planar": "planar",
     "floating": "floating",
 }
+_ONE, _BOUNDED = ("revolute", "continuous", "prismatic"), ("revolute", "prismatic")
+"""The types of joints that have one coordinate, and those of them that have limits."""
 _DUST = 1e-15
 """Moments of a unit mass (m2) below this are rounding errors of the tool that wrote the file; they may be negative."""
 _READ = {"link", "joint"}
 _SEEN = {"material", "transmission", "gazebo", "sensor", "visual", "collision"}
+_OF_LINK = {"inertial", "visual", "collision", "sensor", "gazebo"}
+_OF_JOINT = {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"}
+_ATTRIBUTES = {
+    "dynamics": {"damping", "friction"},
+    "limit": {"lower", "upper", "effort", "velocity"},
+    "mimic": {"joint", "multiplier", "offset"},
+}
+"""The children of links and joints, and the attributes of these, that are read or mean nothing for the motion."""
 
 
 def read_urdf(path: Path) -> Robot:
@@ -67,6 +77,13 @@ class _Reader:
         label = f" {element.get('name')!r}" if element.get("name") else ""
         return LoadError(f"{self._where}, line {element.line}, <{element.tag}>{label}: {text}")
 
+    def _only(self, element: Element, tag: str) -> Element | None:
+        """The child of ``element`` with the ``tag``, None without; raises LoadError where there are two."""
+        found = list(element.all(tag))
+        if len(found) > 1:
+            raise self._error(element, f"has {len(found)} <{tag}>, the second in line {found[1].line}; leave one out")
+        return found[0] if found else None
+
     # ------------------------------------------------------------------------------------------------------- links
 
     def _links(self) -> dict[str, Inertia | None]:
@@ -86,10 +103,10 @@ class _Reader:
 
     def _inertia(self, link: Element) -> Inertia | None:
         """The inertia of ``link``; None where it has none, or one of 0."""
-        inertial = link.child("inertial")
+        inertial = self._only(link, "inertial")
         if inertial is None:
             return None
-        mass_element, tensor_element = inertial.child("mass"), inertial.child("inertia")
+        mass_element, tensor_element = self._only(inertial, "mass"), self._only(inertial, "inertia")
         if mass_element is None:
             raise self._error(link, "its <inertial> has no <mass>")
         mass = self._number(mass_element, "value")
@@ -117,9 +134,9 @@ class _Reader:
         if kind not in _KINDS:
             raise self._error(element, f"type '{kind}' is unknown; {suggestion(kind, _KINDS)}")
         parent, child = (self._end(element, end, links) for end in ("parent", "child"))
-        mimic = element.child("mimic")
+        mimic = self._only(element, "mimic") if kind in _ONE else None
         damping, friction = self._resistances(element)
-        lower, upper = self._limits(element) if kind in ("revolute", "prismatic") else (None, None)
+        lower, upper = self._limits(element) if kind in _BOUNDED else (None, None)
         return Joint(
             element.get("name"),
             _KINDS[kind],
@@ -136,7 +153,7 @@ class _Reader:
 
     def _resistances(self, joint: Element) -> tuple[float, float]:
         """Damping and dry friction of a joint, 0 where they are not given."""
-        dynamics = joint.child("dynamics")
+        dynamics = self._only(joint, "dynamics")
         if dynamics is None:
             return 0.0, 0.0
         damping, friction = (self._number(dynamics, name, 0.0) for name in ("damping", "friction"))
@@ -146,7 +163,7 @@ class _Reader:
 
     def _limits(self, joint: Element) -> tuple[float | None, float | None]:
         """The lower and upper limit of a joint; both are None where none or equal ones are given."""
-        limit = joint.child("limit")
+        limit = self._only(joint, "limit")
         if limit is None:
             return None, None
         lower, upper = (self._number(limit, side, 0.0) for side in ("lower", "upper"))
@@ -155,7 +172,7 @@ class _Reader:
         return (lower, upper) if lower != upper else (None, None)
 
     def _end(self, joint: Element, tag: str, links: Mapping[str, Inertia | None]) -> str:
-        element = joint.child(tag)
+        element = self._only(joint, tag)
         name = "" if element is None else element.get("link")
         if not name:
             raise self._error(joint, f"has no <{tag} link=...>")
@@ -164,7 +181,7 @@ class _Reader:
         return name
 
     def _axis(self, joint: Element) -> Floats:
-        element = joint.child("axis")
+        element = self._only(joint, "axis")
         if element is None or joint.get("type") in ("fixed", "floating"):
             return np.array([1.0, 0.0, 0.0])  # the default of URDF
         axis = self._vector(element, "xyz", "1 0 0")
@@ -214,15 +231,35 @@ class _Reader:
         return roots[0]
 
     def _ignored(self) -> Iterator[str]:
-        """Elements that are neither read nor known to be without meaning for the motion."""
+        """What is neither read nor known to be without meaning for the motion."""
         others = {e.tag for e in self._root.children} - _READ - _SEEN
         yield from (f"<{tag}>" for tag in sorted(others))
+        for element in self._root.children:
+            known = {"link": _OF_LINK, "joint": _OF_JOINT}.get(element.tag)
+            owner = f"of the {element.tag} {element.get('name')}"
+            for child in element.children if known is not None else ():
+                if known is not None and child.tag not in known:
+                    yield f"<{child.tag}> {owner}"
+                for attribute in child.attributes.keys() - _ATTRIBUTES.get(child.tag, child.attributes.keys()):
+                    yield f"{attribute} in the <{child.tag}> {owner}"
+        yield from (text for e in self._root.all("joint") for text in self._not_of_its_kind(e))
+
+    def _not_of_its_kind(self, joint: Element) -> Iterator[str]:
+        """What is read of other kinds of joints, but not of this one."""
+        kind, name = joint.get("type"), joint.get("name")
+        if kind not in _ONE and joint.child("mimic") is not None:
+            yield f"<mimic> of the joint {name}, which is {kind}"
+        if kind in ("planar", "floating") and self._resistances(joint)[1]:
+            yield f"friction of the joint {name}, which is {kind}"
+        limit = joint.child("limit")
+        if kind in ("planar", "floating") and limit is not None and {"lower", "upper"} & limit.attributes.keys():
+            yield f"limits of the joint {name}, which is {kind}"
 
     # ----------------------------------------------------------------------------------------------------- numbers
 
     def _pose(self, element: Element) -> Pose:
         """The pose by <origin>: roll, pitch, yaw about fixed axes, which are turns about z, y, x of the moving axes."""
-        origin = element.child("origin")
+        origin = self._only(element, "origin")
         if origin is None:
             return Pose(np.zeros(3))
         roll, pitch, yaw = self._vector(origin, "rpy", "0 0 0")

@@ -1,0 +1,164 @@
+"""Do energies jump? What has masses, potentials or places that jump is refused; kinks without a jump are allowed.
+
+A jump of the energy is an impact, which no force makes: the equations of motion, which have the slopes of the energies
+alone, would pass it without a word. Whether a kink is a jump is tried at its border: at random points the margin's root
+is found, and the values on both sides are compared at two distances from it.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Iterator, Mapping
+from itertools import pairwise
+
+import sympy as sp
+
+from lag2fmu.description import names
+from lag2fmu.description.record import Description
+from lag2fmu.errors import MechanismError
+from lag2fmu.language.vocabulary import Choice, TableCall, free_names, symbol
+from lag2fmu.language.writer import to_text
+from lag2fmu.mechanism.geometry import values_of
+from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.starts import value_at
+
+_JUMPING = (Choice, sp.sign, sp.Heaviside)
+_PARTS = ("energy", "bodies", "frames", "gravity")
+"""The tables whose entries enter energies, each by itself. Points do so as ends of springs."""
+
+_TRIALS = 12
+_NEAR, _NEARER = 1e-8, 1e-11
+"""Distances from a border, as parts of the size of what moves; a jump is the same at both."""
+_ROUNDING = 1e-9
+_RANGES = (1.0, 10.0, 100.0)
+"""So many nominal values from the start on a border is looked for."""
+_CELLS, _BISECTIONS = 24, 80
+
+Numbers = dict[str, float]
+
+
+def check_energies(m: Description) -> None:
+    """Raise MechanismError for the first mass, potential, energy or place of ``m`` that jumps during a motion."""
+    poses, known = Poses(m), values_of(m)
+    sizes = _sizes(m)
+    for where, expression in _energies(m, poses):
+        for kink in sorted(expression.atoms(*_JUMPING), key=str):
+            margin = _with_values(kink.args[0])
+            if not free_names([margin]) & sizes.keys():
+                continue
+            found = _jump(_with_values(expression), margin, known, sizes)
+            if found is not None:
+                mover, place, height = found
+                raise MechanismError(
+                    f"{where}: '{to_text(kink)}' makes it jump by {height:.3g} (SI) where {mover} = {place:.6g}, and "
+                    f"no force makes the energy jump; {_REMEDY}"
+                )
+
+
+_REMEDY = (
+    "model a wall as a contact or stop, what catches or lets go as a constraint with 'while', and what changes quickly "
+    "by a smooth function, as (1 + tanh(s/w))/2 with a small width w for heaviside(s)"
+)
+
+
+def _energies(m: Description, poses: Poses) -> Iterator[tuple[str, sp.Expr]]:
+    """(place, expression with definitions written out) of what energies are made of."""
+    for spring in m.springs:
+        if spring.elongation is not None:
+            energy = sp.sympify(spring.stiffness) * sp.sympify(spring.elongation) ** 2 / 2
+            yield f"springs.{spring.name}", poses.resolved(energy)
+    chosen = {"springs": {spring.name for spring in m.springs if spring.between is not None}}
+    chosen["points"] = {str(end) for spring in m.springs for end in spring.between or ()}
+    for entry in m.entries():
+        entering = entry.table in _PARTS or (entry.table in chosen and entry.part.name in chosen[entry.table])
+        if entering and entry.key.field != "dissipation":
+            yield entry.where, poses.resolved(entry.expression)
+
+
+def _sizes(m: Description) -> dict[str, tuple[float, float]]:
+    """{name of what moves: (about where it begins, by how much it moves)}, in SI units."""
+    sizes = {q.name: (q.start, q.nominal) for q in m.coordinates}
+    sizes |= {names.velocity(q.name): (q.velocity, q.nominal) for q in m.coordinates}
+    sizes |= {u.name: (u.start, abs(u.start) or 1.0) for u in m.inputs}
+    for u in m.motions:
+        sizes |= {names.velocity(u.name): (0.0, 1.0), names.acceleration(u.name): (0.0, 1.0)}
+    sizes |= {z.name: (z.start, z.nominal) for z in m.states}
+    stop = m.experiment.stop_time
+    return sizes | {"t": (0.5 * stop, 0.5 * stop)}
+
+
+def _with_values(expression: sp.Expr) -> sp.Expr:
+    """``expression`` with a smooth function in place of tables, which are continuous but have no values here."""
+    stand_ins = {
+        call: sp.Add(*(sp.sin(x + i + len(call.table)) for i, x in enumerate(call.args)))
+        for call in expression.atoms(TableCall)
+    }
+    return expression.xreplace(stand_ins) if stand_ins else expression
+
+
+def _jump(
+    expression: sp.Expr, margin: sp.Expr, known: Mapping[str, float], sizes: Mapping[str, tuple[float, float]]
+) -> tuple[str, float, float] | None:
+    """(what moves, where its border is, height of the jump), in SI units; None if no jump is found."""
+    used = sorted(free_names([expression, margin]))
+    movers = [name for name in used if name in sizes and symbol(name) in margin.free_symbols]
+    generator = random.Random(7)
+    for _ in range(_TRIALS):
+        point = {name: known.get(name, 1.0) for name in used}
+        for name in used:
+            if name in sizes:
+                start, size = sizes[name]
+                point[name] = start + size * generator.uniform(-1.0, 1.0)
+        for mover in movers:
+            border = _border(margin, point, mover, sizes[mover])
+            height = None if border is None else _height(expression, point | {mover: border}, mover, sizes[mover][1])
+            if border is not None and height is not None:
+                return mover, border, height
+    return None
+
+
+def _along(expression: sp.Expr, point: Numbers, mover: str) -> Callable[[float], float | None]:
+    """``expression`` as a function of ``mover``, everything else being as at the ``point``; None without a value."""
+
+    def value(x: float) -> float | None:
+        found = value_at(expression, point | {mover: x})
+        return found if found is not None and math.isfinite(found) else None
+
+    return value
+
+
+def _border(margin: sp.Expr, point: Numbers, mover: str, of: tuple[float, float]) -> float | None:
+    """Where ``margin`` changes its sign as ``mover`` moves about its start; None if it does not."""
+    function, (start, size) = _along(margin, point, mover), of
+    for part in _RANGES[:1] if mover == "t" else _RANGES:
+        places = [start + size * part * (2.0 * i / _CELLS - 1.0) for i in range(_CELLS + 1)]
+        for (low, at_low), (high, at_high) in pairwise((place, function(place)) for place in places):
+            if at_low is not None and at_high is not None and (at_low > 0) != (at_high > 0):
+                return _bisected(function, low, high, at_low > 0)
+    return None
+
+
+def _bisected(function: Callable[[float], float | None], low: float, high: float, positive: bool) -> float | None:
+    """The place between ``low`` and ``high`` at which ``function``, ``positive`` at ``low``, changes its sign."""
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        value = function(middle)
+        if value is None:
+            return None
+        low, high = (middle, high) if (value > 0) == positive else (low, middle)
+    return 0.5 * (low + high)
+
+
+def _height(expression: sp.Expr, point: Numbers, mover: str, size: float) -> float | None:
+    """By how much ``expression`` jumps at the ``point`` as ``mover`` moves on; None if it does not."""
+    function, border = _along(expression, point, mover), point[mover]
+    unit = max(abs(border), size)
+    near = [function(border + s * _NEAR * unit) for s in (-1.0, 1.0)]
+    nearer = [function(border + s * _NEARER * unit) for s in (-1.0, 1.0)]
+    around = [function(border + s * unit) for s in (-1.0, 1.0)]
+    if None in (*near, *nearer):
+        return None
+    far, close = (abs(b - a) for a, b in (near, nearer))  # type: ignore[operator]
+    scale = max(abs(x) for x in (*near, *around) if x is not None)
+    return close if close > 0.5 * far and close > _ROUNDING * scale else None

@@ -1,0 +1,106 @@
+"""Energies that jump are refused with a remedy; kinks of equal values on both sides are allowed."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from lag2fmu.errors import MechanismError
+from lag2fmu.formats.text import read
+
+CONTINUOUS = (
+    "abs({s})",
+    "max({s}, 0)**2",
+    "min({s}, 0)*{s}",
+    "{s}*sign({s})",
+    "{s}**2*heaviside({s})",
+    "if({s} > 0, 3*{s}**2/2, {s}**2)",
+    "if({s} > 0, sin({s}), exp({s}) - 1)",
+    "if({s} > 0, abs({s}) + c, c)",
+    "if({s} > 0 and {s} > -1, {s}**3, 0)",
+    "smooth(abs({s}))",
+    "if({s}**2 + 1 > 0, 2, 3)",
+    "if(c > 1, 2, 3)",
+    "f({s}) + if({s} > 0, f({s}) - f(0), 0)",
+)
+JUMPING = (
+    "if({s} > 0, 0.3, 0)",
+    "sign({s})",
+    "heaviside({s})",
+    "if({s} > 0, {s}**2 + 1e-6, {s}**2)",
+    "abs({s})*0 + if({s} < 0 or {s} > 1, c, 2*c)",
+    "smooth(sign({s}))",
+    "exp(sign({s}))",
+    "if({s} > 0, f({s}), f({s}) + c)",
+)
+MOVING = ("x - {a}", "{a} - 2*x", "t - {b}", "sin(x) - {b}", "x*t - {b}", "x**3 - {a}", "shifted - {a}", "x - d")
+"""What comes to 0 somewhere near the start; ``shifted`` is a definition, d a parameter."""
+
+
+def text(potential: str = "0", mass: str = "2", more: str = "") -> str:
+    return f"""
+[mechanism]
+name = "jumping"
+[parameters]
+c = {{ value = 0.7 }}
+d = {{ value = 0.4 }}
+[coordinates]
+x = {{ start = 0.5 }}
+[tables.f]
+columns = [[-9, 0, 9], [0, 1, 0]]
+[definitions]
+shifted = "x + 0.3"
+[bodies.block]
+mass = "1"
+position = ["x", "0"]
+[energy]
+potential = "x**2 + {potential}"
+kinetic = "({mass})*x_dot**2/2"
+{more}
+"""
+
+
+def cases(patterns: tuple[str, ...]) -> list[str]:
+    """Each pattern with two random margins."""
+    rng = random.Random(3)
+    chosen = [(p, m) for p in patterns for m in rng.sample(MOVING, 2)]
+    return [p.format(s=f"({m.format(a=rng.uniform(-2, 2), b=rng.uniform(0.2, 0.8))})") for p, m in chosen]
+
+
+@pytest.mark.parametrize("kink", cases(CONTINUOUS))
+def test_kinks_without_a_jump_are_allowed(kink: str) -> None:
+    read(text(kink), "jumping.toml")
+    read(text(mass=f"20 + {kink}"), "jumping.toml")
+
+
+@pytest.mark.parametrize("jump", cases(JUMPING))
+def test_jumps_are_refused(jump: str) -> None:
+    with pytest.raises(
+        MechanismError, match=r"energy\.potential: '.*' makes it jump by .* where .* = .*; model a wall as"
+    ):
+        read(text(jump), "jumping.toml")
+    with pytest.raises(MechanismError, match=r"energy\.kinetic: '.*' makes it jump by"):
+        read(text(mass=f"20 + {jump}"), "jumping.toml")
+
+
+def test_what_is_named_is_where_it_jumps() -> None:
+    with pytest.raises(
+        MechanismError, match=r"'if\(-1 \+ x > 0, 0\.3, 0\)' makes it jump by 0\.3 \(SI\) where x = 1, "
+    ):
+        read(text("if(x > 1, 0.3, 0)"), "jumping.toml")
+
+
+def test_places_and_springs() -> None:
+    """A spring whose stiffness changes where it is not stretched has no jump of its energy."""
+    good = '[springs.k]\nstiffness = "if(x > d, 30, 10)"\nelongation = "x - d"'
+    read(text(more=good), "jumping.toml")
+    with pytest.raises(MechanismError, match=r"springs\.k: .* makes it jump"):
+        read(text(more=good.replace('"x - d"', '"x"')), "jumping.toml")
+    moved = text().replace('["x", "0"]', '["x + heaviside(x - 1)", "0"]')
+    with pytest.raises(MechanismError, match=r"bodies\.block\.position\[0\]: .* makes it jump"):
+        read(moved, "jumping.toml")
+
+
+def test_forces_may_jump() -> None:
+    read(text(more='[forces]\nx = "if(x > 1, 1, 0) - sign(x_dot) + heaviside(t - 1)"'), "jumping.toml")
