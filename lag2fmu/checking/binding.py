@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from lag2fmu.checking.guards import UNWRITTEN, Guarded
+
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 _STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 
@@ -74,6 +76,11 @@ def doubles(values: Sequence[float]) -> Any:
     return (c_double * max(len(values), 1))(*values)
 
 
+def room(size: int) -> Any:
+    """An array of C for ``size`` numbers that a function is to write; what it leaves unwritten is noticed."""
+    return doubles([UNWRITTEN] * size)
+
+
 def references(values: Sequence[int]) -> Any:
     """Value references as an array of C."""
     return (c_uint * max(len(values), 1))(*values)
@@ -81,9 +88,10 @@ def references(values: Sequence[int]) -> Any:
 
 @dataclass
 class Log:
-    """The messages of instances, each as (status, category, sentence)."""
+    """The messages of instances, each as (status, category, sentence), and what functions did to arrays."""
 
     sentences: list[tuple[int, str, str]] = field(default_factory=list)
+    misuses: set[str] = field(default_factory=set)
 
     def add(self, status: int, category: bytes | None, message: bytes | None) -> None:
         """Take down a sentence."""
@@ -111,9 +119,16 @@ class Instance:
 
     def status(self, name: str, *arguments: Any) -> int:
         """Call a function, named without prefix, on the instance and return its status."""
-        found: int = self._call(name, self._component, *arguments)
+        held = [Guarded(a) if isinstance(a, ctypes.Array) else a for a in arguments]
+        plain = (a.array if isinstance(a, Guarded) else a for a in held)
+        found: int = self._call(name, self._component, *plain)
         if found == FATAL:
             self.alive = False
+        for guarded in held:
+            if isinstance(guarded, Guarded):
+                answered = found in (OK, WARNING)
+                misuses = guarded.given_back(reads=_only_reads(name, guarded), answered=answered)
+                self._log.misuses |= {f"{self._call.binding.prefix}{name} {misuse}" for misuse in misuses}
         return found
 
     def do(self, name: str, *arguments: Any) -> None:
@@ -127,7 +142,7 @@ class Instance:
 
         Raises RefusedError as ``do`` does.
         """
-        values = doubles([0.0] * size)
+        values = room(size)
         self.do(name, values, size)
         return list(values)[:size]
 
@@ -158,6 +173,12 @@ class Instance:
         pointer = c_void_p()
         self.do(f"{self._call.binding.deserialize}{self._call.binding.state}", block, len(block), byref(pointer))
         return pointer
+
+
+def _only_reads(function: str, guarded: Guarded) -> bool:
+    """Whether a function, named without prefix, must leave an array as it is: value references, and what it sets."""
+    references_alone = not function.endswith(("Dependencies", "UInt32"))
+    return function.startswith("Set") or (guarded.holds is c_uint and references_alone)
 
 
 def bits(values: Sequence[Any]) -> bytes:

@@ -8,8 +8,11 @@ this process down.
 from __future__ import annotations
 
 import json
+import locale
+import os
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import TextIO
@@ -57,6 +60,7 @@ def findings_of(
     rules: Rulebook, description: Description, kind: str, name: str, folder: Path, library: Path
 ) -> Iterator[Finding]:
     """The findings of a trial; an error that stops it is one of them."""
+    before = _surroundings()
     try:
         model = rules.model(description, kind, folder, library)
     except OSError as error:
@@ -75,6 +79,40 @@ def findings_of(
         problem = f"in the trial '{name}', the process loses its folder: {error.strerror}"
         yield Finding("environment", kind, problem, "leave the folders of the importer as they are")
     yield from _categories(description, kind, model)
+    for misuse in sorted(model.log.misuses):
+        yield Finding(
+            "array", kind, f"in the trial '{name}', {misuse}", "write to each element that is asked for alone"
+        )
+    yield from _changes(kind, name, before)
+
+
+def _surroundings() -> dict[str, object]:
+    """What an FMU has to leave as it is, with what it is now."""
+    tiny, one = sys.float_info.min, 1.0
+    rounding = (one + 2.0**-53 == one, -one - 2.0**-53 == -one, one - 2.0**-54 == one, tiny * 0.5 > 0.0)
+    return {
+        "the current folder": _folder(),
+        "the locale": locale.setlocale(locale.LC_ALL),
+        "how the processor rounds numbers": rounding,
+    }
+
+
+def _folder() -> str:
+    try:
+        return str(Path.cwd())
+    except OSError:  # it is deleted, which is said elsewhere
+        return ""
+
+
+def _changes(kind: str, name: str, before: dict[str, object]) -> Iterator[Finding]:
+    """What of the process a trial has changed; it gets its folder and locale back for the next one."""
+    for what, now in _surroundings().items():
+        if now != before[what] and now:
+            problem = f"in the trial '{name}', it changes {what} of the process"
+            yield Finding("environment", kind, problem, "leave the process of the importer as it is")
+    with suppress(OSError):
+        os.chdir(str(before["the current folder"]))
+    locale.setlocale(locale.LC_ALL, str(before["the locale"]))
 
 
 def _categories(description: Description, kind: str, model: Model) -> Iterator[Finding]:

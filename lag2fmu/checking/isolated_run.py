@@ -21,6 +21,8 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.fmu.pack import DESCRIPTION
 
 _CHILD = "lag2fmu.checking.child"
+TIME_LIMIT = 30.0
+"""What a trial of an FMU may take by default (s); trials of FMUs at work take some seconds at most."""
 
 
 @dataclass
@@ -50,12 +52,12 @@ def run_findings(
     archive: Archive,
     description: Description,
     rules: Rulebook,
-    timeout: float,
+    time_limit: float,
     tell: Callable[[float], None] | None = None,
 ) -> tuple[list[Finding], str]:
     """The findings of a run of the FMU on this machine, and a note on what was run.
 
-    ``timeout`` (s) is what a trial may take; ``tell`` hears the share of the trials that is done, 0 to 1. The FMU is
+    ``time_limit`` (s) is what a trial may take; ``tell`` hears the share of the trials that is done, 0 to 1. The FMU is
     unpacked to a temporary folder that goes away at the end.
     Raises LoadError if it cannot be unpacked.
     """
@@ -73,10 +75,12 @@ def run_findings(
             if not (folder / DESCRIPTION).is_file():
                 archive.unpack(files, folder)
                 (folder / "resources").mkdir(exist_ok=True)
-            _one_process(folder, arguments, progress, timeout, once=once)
+            _one_process(folder, arguments, progress, time_limit, once=once)
             progress.deleted |= not (folder / DESCRIPTION).is_file()
     found = [*progress.findings, *_side_effects(progress)]
-    note = f"run on this machine: {', '.join(names)}; {progress.count} trials"
+    note = (
+        f"run on this machine: {', '.join(names)}; {progress.count} trials of {time_limit:g} s at most (--time-limit)"
+    )
     return _for_tools(description, list(dict.fromkeys(found))), note
 
 
@@ -113,14 +117,14 @@ def _for_tools(description: Description, findings: list[Finding]) -> list[Findin
     ]
 
 
-def _one_process(folder: Path, arguments: list[str], progress: _Progress, timeout: float, *, once: bool) -> None:
+def _one_process(folder: Path, arguments: list[str], progress: _Progress, time_limit: float, *, once: bool) -> None:
     """Start a process for the trials that wait, and take from the list what it did."""
     journal, listed = (folder.parent / name for name in ("journal", "labels"))
     labels = progress.waiting[:1] if once else list(progress.waiting)
     listed.write_text("\n".join(labels), "utf-8")
     command = [sys.executable, "-m", _CHILD, str(folder), str(journal), str(listed), *arguments]
     environment = os.environ | import_path()
-    done = watched(command, folder.parent, journal, environment, timeout, timeout * len(labels), progress.follow)
+    done = watched(command, folder.parent, journal, environment, time_limit, time_limit * len(labels), progress.follow)
     records = list(_records(done.journal))
     begun = [r["begin"] for r in records if r.get("begin") in labels]
     _read_journal(records, progress)
@@ -168,7 +172,8 @@ def _fell(label: str, done: Run, progress: _Progress) -> None:
     shown = f"; its last words: {last[0][:200]}" if last else ""
     rule = "hang" if done.stopped else "crash"
     problem = f"in the trial '{name}', {done.ended or 'it ends the process'}{shown}"
-    progress.findings.append(Finding(rule, kind, problem, "run this call sequence under a debugger"))
+    slow = "give a larger time limit if it is slow, else " if done.stopped else ""
+    progress.findings.append(Finding(rule, kind, problem, f"{slow}run this call sequence under a debugger"))
     _drop(label, progress, rest=True)
     if done.stopped:
         progress.waiting = [w for w in progress.waiting if not w.startswith(f"{kind}: ")]

@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
+from lag2fmu.verify.apart import end_of
+
 MOST_WRITTEN = 10 << 20
 """Bytes in the journal or on standard output after which a process is ended."""
 _MARK = "LAG2FMU_CHECK"
@@ -77,7 +79,7 @@ def watched(
         finally:
             _kill(process)
             _kill_marked(mark.encode())
-        return Run(reason or _end_of(process.returncode), bool(reason), _text(told), _text(printed))
+        return Run(reason or end_of(process.returncode), bool(reason), _text(told), _text(printed))
 
 
 def _watch(
@@ -142,17 +144,6 @@ def _environment(place: Path) -> bytes:
         return (place / "environ").read_bytes()
     except OSError:
         return b""
-
-
-def _end_of(code: int) -> str:
-    """How a process ended that was not stopped, as a phrase; '' if well."""
-    if code >= 0:
-        return f"it ends the process with exit code {code & 0xFFFFFFFF:#x}" if code else ""
-    try:
-        name = signal.Signals(-code).name
-    except ValueError:  # realtime signals have no names
-        name = f"signal {-code}"
-    return f"it crashes ({name})"
 
 
 def _size(stream: BinaryIO) -> int:

@@ -7,13 +7,30 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from lag2fmu.checking.binding import Instance, Library, Log
+from lag2fmu.checking.binding import Instance, Library, Log, doubles
 from lag2fmu.checking.description import Description, Variable, number
 
 MOST_EVENTS = 1000
 """After so many event iterations at one time a model counts as never at rest."""
+
+
+def endless(time: float) -> str:
+    """The sentence on events at a ``time`` (s) that do not come to rest."""
+    return f"{MOST_EVENTS} event iterations at t = {time:g} s and no end"
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """The six results of an event iteration."""
+
+    again: bool
+    end: bool
+    nominals_changed: bool
+    values_changed: bool
+    next_defined: bool
+    next_time: float
 
 
 @dataclass
@@ -77,6 +94,12 @@ class Model(ABC):
         return value if math.isfinite(value) and (name != "stepSize" or value > 0) else otherwise
 
     @property
+    def duration(self) -> float:
+        """The length of the default experiment in s, of 100 steps where it has no end."""
+        length = self._experiment("stopTime", math.inf) - self.start_time
+        return length if 0 < length < math.inf else 100 * self.step
+
+    @property
     def outputs(self) -> list[Variable]:
         """The outputs that are floating point numbers."""
         return [v for v in self.description.variables if v.causality == "output" and v.type in self.floats]
@@ -86,12 +109,53 @@ class Model(ABC):
     def floats(self) -> frozenset[str]:
         """The types of floating point numbers."""
 
+    @property
+    @abstractmethod
+    def state_count(self) -> int:
+        """The number of continuous states, of arrays their elements."""
+
+    @property
+    @abstractmethod
+    def indicator_count(self) -> int:
+        """The number of event indicators, of arrays their elements."""
+
+    @property
+    @abstractmethod
+    def readable(self) -> Sequence[Variable]:
+        """The variables that can be read, in the order in which ``Session.values`` gives them."""
+
+    @abstractmethod
+    def lists(self) -> list[list[Variable] | None]:
+        """The dependencies of each unknown in ModelStructure, None where none are given."""
+
+    def concerns(self, variable: Variable) -> bool:
+        """Whether values of this kind should change with ``variable``, by what modelDescription.xml says.
+
+        What lists of dependencies leave out may be for the FMU's own solver. Some tools list no parameters, or nothing.
+        Model exchange beside co-simulation leaves the solver alone.
+        """
+        lists = self.lists()
+        known = [v for listed in lists for v in listed or ()]
+        if variable in known:
+            return True
+        if self.kind == "ModelExchange" and "CoSimulation" in self.description.kinds:
+            return False
+        if None in lists:
+            return variable.causality == "input" or not any(lists)
+        return self.state_count > 0 and not any(v.causality == "parameter" for v in known)
+
 
 class Session(ABC):
-    """An instance on its way through a run; a context that frees it at the end. ``time`` in s."""
+    """An instance on its way through a run; a context that frees it at the end. ``time`` in s.
+
+    ``next_event`` is the time (s) of the next time event, infinite where there is none.
+    """
+
+    rates: ClassVar[str]
+    """The function that gives the derivatives of the states."""
 
     def __init__(self, model: Model, instance: Instance) -> None:
-        self.model, self.instance, self.time = model, instance, model.start_time
+        self.model, self.instance, self.time, self.next_event = model, instance, model.start_time, math.inf
 
     def __enter__(self) -> Session:
         return self
@@ -111,11 +175,69 @@ class Session(ABC):
         """
 
     @abstractmethod
-    def step(self) -> bool:
-        """Take a step of the model's length; False if a co-simulation ends the run.
+    def step(self, part: float = 1.0) -> bool:
+        """Take a step, ``part`` of the model's step long; False if a co-simulation ends the run.
 
         Raises RefusedError, and RecursionError as ``start`` does.
         """
+
+    @abstractmethod
+    def update(self) -> Iteration:
+        """One event iteration. Raises RefusedError."""
+
+    @abstractmethod
+    def go_on(self) -> None:
+        """Leave Event Mode. Raises RefusedError."""
+
+    @abstractmethod
+    def completed(self) -> bool:
+        """Tell of a completed step of the integrator; whether the FMU answers with an event. Raises RefusedError."""
+
+    @abstractmethod
+    def set(self, variable: Variable, values: Sequence[Any]) -> bool:
+        """Set the elements of a variable; whether the FMU takes them."""
+
+    def rest(self) -> Iteration:
+        """Iterate events until no more is needed; raises RefusedError, and RecursionError if there is no end."""
+        for _ in range(MOST_EVENTS):
+            found = self.update()
+            if not found.again or found.end:
+                self.next_event = found.next_time if found.next_defined else math.inf
+                return found
+        raise RecursionError(endless(self.time))
+
+    def handle(self) -> None:
+        """Enter Event Mode, iterate and leave it. Raises RefusedError, and RecursionError as ``rest`` does."""
+        self.instance.do("EnterEventMode")
+        self.rest()
+        self.go_on()
+
+    def euler(self, part: float = 1.0) -> bool:
+        """A step of model exchange by Euler's method; whether it leads to an event. Raises RefusedError.
+
+        It is a tenth of ``part`` of the model's step long, shorter so that no state moves by more than a hundredth of
+        its size, for stiff models, and ends with a time event. Events of states are at its end: where an indicator
+        changes its sign is not looked for.
+        """
+        step, size = part * self.model.step / 10, self.model.state_count
+        before = self._signs()
+        x, dx = self.instance.vector("GetContinuousStates", size), self.instance.vector(self.rates, size)
+        step = min([step, *(0.01 * (abs(a) + 1.0) / abs(b) for a, b in zip(x, dx, strict=True) if b)])
+        planned = self.time < self.next_event <= self.time + step
+        step = self.next_event - self.time if planned else step
+        self.time = self.next_event if planned else self.time + step
+        self.instance.do("SetTime", self.time)
+        if size:
+            self.move([value + step * rate for value, rate in zip(x, dx, strict=True)])
+        return self.completed() or planned or self._signs() != before
+
+    def move(self, states: Sequence[float]) -> None:
+        """Set the continuous states of model exchange. Raises RefusedError."""
+        self.instance.do("SetContinuousStates", doubles(states), len(states))
+
+    def _signs(self) -> list[bool]:
+        """Which event indicators are positive."""
+        return [z > 0 for z in self.instance.vector("GetEventIndicators", self.model.indicator_count)]
 
     @abstractmethod
     def get(self, variable: Variable) -> list[Any]:
@@ -123,7 +245,14 @@ class Session(ABC):
 
     @abstractmethod
     def values(self) -> list[Any]:
-        """The values of all variables that can be read, in an order of its own. Raises RefusedError."""
+        """The values of all variables that can be read, in the order of ``Model.readable``. Raises RefusedError."""
+
+    def table(self) -> dict[str, list[Any]]:
+        """{name: values of the elements} of the variables that can be read. Raises RefusedError."""
+        found, values = {}, iter(self.values())
+        for v in self.model.readable:
+            found[v.name] = [next(values) for _ in range(v.size)]
+        return found
 
     def numbers(self, variables: Sequence[Variable]) -> list[float]:
         """The values of floating point variables, their elements one after the other. Raises RefusedError."""

@@ -5,17 +5,17 @@ Crashes and hangs are noticed by the parent process.
 
 from __future__ import annotations
 
-import locale
 import math
 import struct
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 from lag2fmu.checking.binding import RefusedError, bits
 from lag2fmu.checking.description import Variable, number
+from lag2fmu.checking.exchange import events_of_exchange, integrator_step, states_set
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.session import Model, Session
+from lag2fmu.checking.setting import lengths, reading, settings, uneven_steps
 
 Trial = Callable[[Any], Iterator[Finding]]
 """Takes the Model of its version."""
@@ -34,11 +34,10 @@ def version_findings(model: Model, function: str, expected: str) -> Iterator[Fin
 
 
 def run(model: Model) -> Iterator[Finding]:
-    """A run of some steps: every call is answered, outputs are finite, folder and locale stay as they are.
+    """A run of some steps: every call is answered, and outputs are finite.
 
     Source: FMI 2.0.5 specification, sections 3.2.3 and 4.2.4; FMI 3.0.2 specification, sections 3.2 and 4.2.
     """
-    before = Path.cwd(), locale.setlocale(locale.LC_ALL)
     with model.session() as session:
         session.start()
         yield from _not_finite(session, model.outputs)
@@ -47,9 +46,6 @@ def run(model: Model) -> Iterator[Finding]:
         yield from _not_finite(session, model.outputs)
         yield from _no_items(session)
         session.instance.do("Terminate")
-    if (Path.cwd(), locale.setlocale(locale.LC_ALL)) != before:
-        problem = "changes the current folder or the locale of the process"
-        yield Finding("environment", model.kind, problem, "leave both as they are")
 
 
 def _not_finite(session: Session, variables: Sequence[Variable]) -> Iterator[Finding]:
@@ -247,6 +243,13 @@ def equation_findings(session: Session, derivatives: str, states: int, indicator
 LEGAL: dict[str, Trial] = {
     "run": run,
     "start values": start_values,
+    "setting values": settings,
+    "lengths of steps": lengths,
+    "time": uneven_steps,
+    "reading values": reading,
+    "events of model exchange": events_of_exchange,
+    "setting states": states_set,
+    "integrator step": integrator_step,
     "repeat and reset": repeat,
     "several instances": instances,
     "FMU state": state,

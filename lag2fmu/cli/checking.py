@@ -9,9 +9,13 @@ from lag2fmu.checking.check import check_fmu
 from lag2fmu.cli.terminal import console, progress_bar
 
 
-def check_archive(fmu: Path, run: bool) -> None:
-    """Print every breach of the standard in ``fmu``; exit with 1 if there is one. Raises LoadError for no FMU."""
-    with progress_bar("checking", 1.0 if run else None) as progress:
-        findings = check_fmu(fmu, run=run, progress=progress)
+def check_archive(fmu: Path, run: bool, time_limit: float) -> None:
+    """Print every breach of the standard in ``fmu``; exit with 1 if there is one.
+
+    ``time_limit`` (s) is what each trial of a run may take. Raises LoadError for no FMU, or no limit.
+    """
+    title = f"checking, {time_limit:g} s a trial at most" if run else "checking"
+    with progress_bar(title, 1.0 if run else None) as progress:
+        findings = check_fmu(fmu, run=run, time_limit=time_limit, progress=progress)
     console().print(findings.table())
     sys.exit(0 if findings.passed else 1)

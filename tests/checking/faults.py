@@ -7,6 +7,8 @@ import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import pytest
+
 DESCRIPTION = "modelDescription.xml"
 Fault = Callable[[ET.Element], None]
 
@@ -50,3 +52,12 @@ def unknown(root: ET.Element, group: str, name: str) -> ET.Element:
     """The entry of the variable ``name`` in a list of ModelStructure."""
     (found,) = (u for u in root.find(f"ModelStructure/{group}") if u.get("index") == index(root, name))
     return found
+
+
+def planted(rules: Mapping[str, str], every: int = 8) -> list[object]:
+    """The parameters (fault, rule) of a test for ``rules`` {rule: its faults}: one in ``every`` belongs to each run."""
+    faults = [(fault, rule) for rule, names in rules.items() for fault in names.split()]
+    return [
+        pytest.param(fault, rule, id=fault, marks=() if i % every == 0 else pytest.mark.slow)
+        for i, (fault, rule) in enumerate(faults)
+    ]

@@ -2,10 +2,14 @@
    environment says:  dx0/dt = u - k x0,  dx1/dt = f x0 - x1,  y = x0 x1 + u,  an event where x0 falls below 1/2. */
 #include "fmi3Functions.h"
 #include <math.h>
+#include <fenv.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __unix__
+#include <unistd.h>
+#endif
 
 #define TOKEN "{a7b1c4de-0123-4567-89ab-cdef01234567}"
 #define EXPORT __attribute__((visibility("default")))
@@ -15,11 +19,11 @@ enum { TIME, X, RATE, U, K, F, Y, Z, MODE, COUNT, SEVEN, TICK, N_REFERENCES };
 
 typedef struct {
     char token[sizeof TOKEN];
-    double time, start, stop, x[2], u, k, f;
+    double time, start, stop, x[2], u, k, f, kept[2], kept_y;
     int64_t mode;
     int32_t count;
     int state;
-    bool ticks;
+    bool ticks, stale;
 } Memory;
 
 typedef struct {
@@ -70,8 +74,8 @@ static void begin(Instance *self)
 
 static void rates(const Memory *m, double dx[2])
 {
-    dx[0] = m->u - m->k * m->x[0];
-    dx[1] = m->f * m->x[0] - m->x[1];
+    dx[0] = (fault("IGNORED_INPUT") ? 0.5 : m->u) - (fault("IGNORED_PARAMETER") ? 2.0 : m->k) * m->x[0];
+    dx[1] = (fault("IGNORED_FIXED") ? 3.0 : m->f) * m->x[0] - m->x[1];
     if (fault("RATE_NAN")) dx[1] = NAN;
 }
 
@@ -80,6 +84,8 @@ static void rates(const Memory *m, double dx[2])
 static fmi3Instance make(fmi3String name, fmi3String token, fmi3Boolean logging, fmi3InstanceEnvironment environment,
                          fmi3LogMessageCallback log)
 {
+    if (fault("CHDIR") && chdir("/")) return NULL;
+    fesetround(fault("ROUNDING") ? FE_TOWARDZERO : FE_TONEAREST);
     Instance *self = calloc(1, sizeof *self);
     self->environment = environment;
     self->log = log;
@@ -154,6 +160,7 @@ EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean
     if (self->off && self->log && fault("CHATTER")) self->log(self->environment, fmi3OK, "logStatusError", "hello");
     self->m.time = self->m.start = start;
     self->m.stop = stop_defined ? stop : INFINITY;
+    if (fault("EARLY_DROPPED")) self->m.k = 2.0;
     return go(self, INSTANTIATED, INITIALIZATION);
 }
 
@@ -215,7 +222,7 @@ EXPORT fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance)
 
 static size_t size_of(fmi3ValueReference vr) { return vr == X || vr == RATE ? 2 : 1; }
 
-static void read(const Instance *self, fmi3ValueReference vr, double out[])
+static void value_of(const Instance *self, fmi3ValueReference vr, double out[])
 {
     const Memory *m = &self->m;
     double dx[2];
@@ -227,7 +234,7 @@ static void read(const Instance *self, fmi3ValueReference vr, double out[])
     case U: out[0] = m->u; break;
     case K: out[0] = m->k; break;
     case F: out[0] = m->f; break;
-    case Y: out[0] = fault("NOT_A_NUMBER") ? NAN : m->x[0] * m->x[1] + m->u; break;
+    case Y: out[0] = fault("NOT_A_NUMBER") ? NAN : m->x[0] * m->x[1] + (fault("IGNORED_INPUT") ? 0.5 : m->u); break;
     case Z: out[0] = m->x[0] - 0.5; break;
     case SEVEN: out[0] = 7.0; break;
     }
@@ -251,16 +258,21 @@ EXPORT fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference
         if (fault("CRASH") && !is_float(vr[i])) abort();
         DEMAND(is_float(vr[i]), "no Float64 has this value reference");
         if (fault("REFUSE") && vr[i] == Y) return fail(self, "y is not computed");
-        read(self, vr[i], found);
-        for (size_t j = 0; j < size_of(vr[i]); j++, done++) {
+        value_of(self, vr[i], found);
+        if (fault("STALE_OUTPUT") && vr[i] == Y) found[0] = self->m.kept_y = self->m.kept_y ? self->m.kept_y : found[0];
+        if (fault("READ_DISTURBS") && vr[i] == Y && self->m.state == STEP) self->m.x[1] += 1e-3;
+        if (fault("UNWRITTEN") && vr[i] == Z) done++;
+        else for (size_t j = 0; j < size_of(vr[i]); j++, done++) {
             if (done < count) value[done] = found[j];
         }
     }
     DEMAND(done == count || fault("ANY_COUNT"), "the number of values is not that of the elements");
+    if (fault("OVERRUN")) value[count] = 1e300;
+    if (fault("UNDERRUN")) value[-1] = 1e300;
     return fmi3OK;
 }
 
-static fmi3Status write(Instance *self, fmi3ValueReference vr, const double in[])
+static fmi3Status put(Instance *self, fmi3ValueReference vr, const double in[])
 {
     Memory *m = &self->m;
     int early = INSTANTIATED | INITIALIZATION;
@@ -271,7 +283,11 @@ static fmi3Status write(Instance *self, fmi3ValueReference vr, const double in[]
         ALLOW(early | EVENT | CONTINUOUS | STEP);
         if (!fault("HALF_SET")) m->u = in[0];
         break;
-    case K: ALLOW(early | EVENT | STEP); m->k = in[0]; break;
+    case K:
+        ALLOW(early | EVENT | STEP);
+        m->k = fault("DROPPED_PARAMETER") ? m->k : in[0];
+        if (fault("CROSS")) m->f = in[0];
+        break;
     case F:
         DEMAND((m->state & early) || fault("SET_FIXED") || fault("ANY_STATE"), "a fixed parameter");
         m->f = in[0];
@@ -293,8 +309,9 @@ EXPORT fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference
     if (done != count) return fmi3OK;
     done = 0;
     for (size_t i = 0; i < n; done += size_of(vr[i]), i++) {
-        if (write(self, vr[i], value + done) != fmi3OK) return fmi3Error;
+        if (put(self, vr[i], value + done) != fmi3OK) return fmi3Error;
     }
+    if (fault("CHANGES_VALUES") && count) ((fmi3Float64 *)value)[0] = 0.0;
     return fmi3OK;
 }
 
@@ -306,6 +323,7 @@ EXPORT fmi3Status fmi3GetInt64(fmi3Instance instance, const fmi3ValueReference v
         DEMAND(vr[i] == MODE && count == n, "no Int64 has this value reference");
         value[i] = fault("ENUM_VALUE") ? 7 : self->m.mode;
     }
+    if (fault("OVERRUN_INTEGERS")) value[n] = 1 << 30;
     return fmi3OK;
 }
 
@@ -452,7 +470,7 @@ static bool row(const Instance *self, fmi3ValueReference vr, size_t e, double ou
     switch (vr) {
     case X: out[1 + e] = 1.0; return true;
     case Z: out[1] = 1.0; return true;
-    case Y: out[1] = m->x[1], out[2] = m->x[0], out[3] = 1.0; break;
+    case Y: out[1] = m->x[1], out[2] = fault("DERIVATIVE_OF_START") ? 1.0 : m->x[0], out[3] = 1.0; break;
     case RATE:
         if (e == 0) out[1] = -m->k, out[3] = 1.0, out[4] = fault("NO_PARAMETERS") ? 0.0 : -m->x[0];
         else out[1] = m->f, out[2] = -1.0, out[5] = fault("NO_PARAMETERS") || fault("NO_FIXED") ? 0.0 : m->x[0];
@@ -566,8 +584,9 @@ EXPORT fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *a
     m->mode = mode;
     *end = *nominals = false;
     *values = fault("VALUES_CHANGED");
-    *defined = fault("PAST_EVENT");
+    *defined = fault("PAST_EVENT") || (fault("PAST_EVENT_LATER") && m->time > m->start + 0.125);
     *next = m->start - 1.0;
+    if (fault("LATE_LOOP") && m->time > m->start + 0.25) *again = true;
     if (fault("SILENT_CHANGE")) m->x[1] += 0.125;
     if (fault("OTHER_EVENT") && !self->exchange && *again) m->x[1] += 0.125;
     return fmi3OK;
@@ -601,6 +620,7 @@ static fmi3Status vector(Instance *self, double out[], size_t n, size_t own, con
     DEMAND(self->exchange || fault("ANY_KIND"), "this is no model exchange");
     DEMAND(n == own || fault("ANY_LENGTH"), "the vector has another length");
     for (size_t i = 0; i < (n < own ? n : own); i++) out[i] = values[fault("ORDER") ? own - 1 - i : i];
+    if (fault("OVERRUN_VECTORS")) out[n] = 1e300;
     return fmi3OK;
 }
 
@@ -615,7 +635,7 @@ EXPORT fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float
     SELF;
     DEMAND(n == 2 || fault("ANY_LENGTH"), "the vector has another length");
     ALLOW(CONTINUOUS);
-    for (size_t i = 0; i < 2; i++) self->m.x[fault("ORDER") ? 1 - i : i] = in[i];
+    for (size_t i = 0; i < 2; i++) self->m.x[fault("ORDER") || fault("SET_ORDER") ? 1 - i : i] = in[i];
     return fmi3OK;
 }
 
@@ -624,6 +644,10 @@ EXPORT fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3F
     SELF;
     double dx[2];
     rates(&self->m, dx);
+    if (fault("STALE_RATES") && self->m.stale) memcpy(dx, self->m.kept, sizeof dx);
+    memcpy(self->m.kept, dx, sizeof dx);
+    self->m.stale = fault("STALE_RATES");
+    if (fault("RATES_LATER") && self->m.time > self->m.start) dx[1] *= 1.01;
     return vector(self, out, n, 2, dx);
 }
 
@@ -681,11 +705,12 @@ EXPORT fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float6
     DEMAND(fabs(time - m->time) < 1e-9 || fault("STEP_ELSEWHERE") || h <= 0.0, "the step begins elsewhere");
     DEMAND(time + h <= m->stop + 1e-9 || fault("STEP_PAST"), "the step goes past the stop time");
     *event = *end = *early = false;
+    double length = fault("FIXED_STEP") ? 0.125 : h;
     for (int i = 1; i <= 8 && !*early; i++) {
         double dx[2], size = fault("SHARED_STATE") ? (shared += h) : 0.0;
         rates(m, dx);
-        m->x[0] += h / 8 * dx[0] + size;
-        m->x[1] += h / 8 * dx[1];
+        m->x[0] += length / 8 * dx[0] + size;
+        m->x[1] += length / 8 * dx[1];
         m->time = i == 8 ? time + h : time + i * h / 8;
         bool asked = updated(self), crossed = (m->x[0] > 0.5 ? 1 : 2) != m->mode;
         if (crossed && !self->events) m->mode = 3 - m->mode, m->count++;

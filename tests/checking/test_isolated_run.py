@@ -9,35 +9,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from faults import DESCRIPTION, files_of, spoiled, variable, written
+from by_hand import SOURCE, by_hand
+from click.testing import CliRunner
+from faults import files_of, spoiled, variable, written
 
 from lag2fmu.checking import Findings, check_fmu, contents, isolated_run
 from lag2fmu.checking.rulebooks import RULEBOOKS
+from lag2fmu.cli import main
 from lag2fmu.errors import SimulationError
-from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.compilers import compile_library, host_platform
 
 pytestmark = pytest.mark.fmu
 
-SOURCE = (Path(__file__).parent / "faulty_fmu.c").read_text("utf-8")
-XML = """<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="faulty" guid="{a7b1c4de-0123-4567-89ab-cdef01234567}">
-  <CoSimulation modelIdentifier="faulty" canGetAndSetFMUstate="true" canSerializeFMUstate="true"
-    providesDirectionalDerivative="true"/>
-  <LogCategories><Category name="logStatusError"/></LogCategories>
-  <DefaultExperiment startTime="0" stopTime="1" stepSize="0.125"/>
-  <ModelVariables>
-    <ScalarVariable name="x" valueReference="0" causality="output" initial="calculated"><Real/></ScalarVariable>
-    <ScalarVariable name="u" valueReference="1" causality="input"><Real start="0"/></ScalarVariable>
-    <ScalarVariable name="k" valueReference="2" causality="parameter" variability="tunable"><Real start="2"/>
-    </ScalarVariable>
-  </ModelVariables>
-  <ModelStructure>
-    <Outputs><Unknown index="1"/></Outputs>
-    <InitialUnknowns><Unknown index="1"/></InitialUnknowns>
-  </ModelStructure>
-</fmiModelDescription>
-"""
 Make = Callable[[str], Path]
 
 
@@ -46,12 +28,7 @@ def make(tmp_path: Path) -> Make:
     """``make(fault)``: the FMU with the macro ``fault`` defined ('' for the one that is right)."""
 
     def build(fault: str) -> Path:
-        platform = host_platform()
-        text = f"#define {fault} 1\n{SOURCE}" if fault else SOURCE
-        library = compile_library({"faulty.c": text}, fmi_headers(), "faulty", platform)
-        files = {DESCRIPTION: XML.encode(), "documentation/index.html": b"<p>"}
-        files |= {f"binaries/{folder}/faulty{platform.suffix}": library for folder in platform.folders}
-        return written(files, tmp_path / "faulty.fmu")
+        return by_hand(tmp_path / "faulty.fmu", f"#define {fault} 1\n{SOURCE}" if fault else SOURCE)
 
     return build
 
@@ -76,7 +53,7 @@ def test_the_fmu_that_is_right(make: Make) -> None:
 
 FAULTS = {
     "OTHER_START": {("start-value", "error")},
-    "NOT_A_NUMBER": {("value-finite", "error")},
+    "NOT_A_NUMBER": {("value-finite", "error"), ("no-effect", "warning")},
     "HALF_RESET": {("reset", "error")},
     "HALF_STATE": {("state", "error"), ("serialize", "error")},
     "HALF_BLOCK": {("serialize", "error")},
@@ -128,11 +105,28 @@ def test_a_hang_ends(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     path = make("HANG")
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     begun = time.monotonic()
-    (finding,) = check_fmu(path, timeout=2.0).findings
+    (finding,) = check_fmu(path, time_limit=2.0).findings
     assert finding.rule == "hang"
     assert "does not come back within 2 s" in finding.problem
+    assert "time limit" in finding.remedy
     assert time.monotonic() - begun < 75
     assert list(folder.iterdir()) == [], "nothing is left behind"
+
+
+def test_the_time_limit_is_told_and_settable(make: Make) -> None:
+    """By the verb: it ends long before the usual limit, and names the limit; what is no limit is a sentence."""
+    path, begun = str(make("HANG")), time.monotonic()
+    done = CliRunner().invoke(main, ["check", "--time-limit", "1", path])
+    assert done.exit_code == 1
+    assert "within 1 s" in done.output
+    assert "of 1 s at most (--time-limit)" in " ".join(done.output.split())
+    assert time.monotonic() - begun < isolated_run.TIME_LIMIT
+    (default,) = [option.default for option in main.commands["check"].params if option.name == "time_limit"]
+    assert default == isolated_run.TIME_LIMIT
+    for limit in ("0", "-1", "nan", "inf"):
+        refused = CliRunner().invoke(main, ["check", "--time-limit", limit, path])
+        assert refused.exit_code == 2
+        assert "give a positive number" in refused.output
 
 
 def test_an_fmu_that_takes_everything(make: Make) -> None:
@@ -214,7 +208,10 @@ def test_processes_that_it_leaves_are_ended(
         assert time.monotonic() < ends, alive
 
 
-OURS = ["double_pendulum", "cart_pole", "motion_driven_pendulum", "heavy_top", "six_axis_arm"]
+OURS = [
+    *["double_pendulum", "cart_pole", "motion_driven_pendulum", "heavy_top", "six_axis_arm"],
+    *["bouncing_ball", "woodpecker", "gripper", "sliding_sphere", "heavy_top_quaternion", "dc_motor"],
+]
 
 
 @pytest.mark.parametrize("model", OURS)

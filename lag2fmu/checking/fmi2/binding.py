@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from ctypes import CFUNCTYPE, Structure, byref, c_char_p, c_double, c_int, c_size_t, c_void_p
 from typing import Any
 
-from lag2fmu.checking.binding import Binding, Instance, Library, Log, doubles, references
+from lag2fmu.checking.binding import Binding, Instance, Library, Log, references, room
 
 KIND = {"ModelExchange": 0, "CoSimulation": 1}
 
@@ -90,11 +90,17 @@ class Instance2(Instance):
         Raises RefusedError as ``do`` does.
         """
         kind = "Integer" if type_ == "Enumeration" else type_
-        element: Any = {"Real": c_double, "String": c_char_p}.get(kind, c_int)
-        values = (element * max(len(which), 1))()
+        values = room(len(which)) if kind == "Real" else (_element(kind) * max(len(which), 1))()
         self.do(f"Get{kind}", references(which), len(which), values)
         return list(values)[: len(which)]
 
-    def set_reals(self, which: Sequence[int], values: Sequence[float]) -> None:
-        """Set variables of the type Real. Raises RefusedError as ``do`` does."""
-        self.do("SetReal", references(which), len(which), doubles(values))
+    def set(self, type_: str, which: Sequence[int], values: Sequence[Any]) -> int:
+        """Set variables of one type and return the status."""
+        kind = "Integer" if type_ == "Enumeration" else type_
+        array = (_element(kind) * max(len(values), 1))(*values)
+        return self.status(f"Set{kind}", references(which), len(which), array)
+
+
+def _element(kind: str) -> Any:
+    """The type in C of the values of a type."""
+    return {"Real": c_double, "String": c_char_p}.get(kind, c_int)

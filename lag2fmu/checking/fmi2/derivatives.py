@@ -1,11 +1,13 @@
-"""fmi2GetDirectionalDerivative against central differences of the FMU itself."""
+"""fmi2GetDirectionalDerivative and the lists of dependencies against central differences of the FMU itself."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
-from lag2fmu.checking.binding import RefusedError, doubles, references
-from lag2fmu.checking.differences import STEP, Sides, to_sides, wanted
+from lag2fmu.checking.away import Values, give, later_values, lead_away
+from lag2fmu.checking.binding import RefusedError, doubles, references, room
+from lag2fmu.checking.differences import STEP, Sides, contradicted, not_listed, to_sides, wanted
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi2.description import ScalarVariable
 from lag2fmu.checking.fmi2.session import Model2, Session2
@@ -13,34 +15,100 @@ from lag2fmu.checking.fmi2.session import Model2, Session2
 _MOST_KNOWNS, _MOST_UNKNOWNS = 12, 60
 
 
-def directional(model: Model2) -> Iterator[Finding]:
-    """In Continuous-Time Mode or, for co-simulation, in Initialization Mode; there is an answer after steps as well.
+@dataclass(frozen=True)
+class Place:
+    """A mode, the groups of ModelStructure whose unknowns are looked at there, and the knowns.
 
-    Source: FMI 2.0.5 specification, section 2.1.9.
+    ``away`` says that it is reached by some steps; where these end elsewhere, ``values`` are set.
     """
-    if not model.can("providesDirectionalDerivative"):
+
+    mode: str
+    groups: Sequence[str]
+    knowns: Sequence[ScalarVariable]
+    away: bool = False
+    values: Values = ()
+
+    def reach(self, session: Session2) -> None:
+        """Lead a new session there. Raises RefusedError, and RecursionError where events do not come to rest."""
+        if self.mode == "Initialization Mode":
+            give(session.enter(), self.values)
+        else:
+            session.start()
+            if self.away:
+                lead_away(session)
+
+    def unknowns(self, model: Model2) -> list[ScalarVariable]:
+        """The continuous unknowns, not too many of them."""
+        listed = (model.description.variable(u.index) for g in self.groups for u in model.description.structure(g))
+        return [v for v in listed if v is not None and v.is_continuous][:_MOST_UNKNOWNS]
+
+    def without(self, model: Model2, known: ScalarVariable) -> set[int]:
+        """The indices of the unknowns that have lists of dependencies, but without a certain known."""
+        unknowns = (u for group in self.groups for u in model.description.structure(group))
+        return {
+            u.index for u in unknowns if u.dependencies is not None and known.index not in (u.index, *u.dependencies)
+        }
+
+
+def directional(model: Model2) -> Iterator[Finding]:
+    """At the start and later, what varies with a known does so as the FMU says, and lists it as a dependency.
+
+    In Continuous-Time Mode and in Initialization Mode; of co-simulation there is an answer after steps as well.
+    Source: FMI 2.0.5 specification, sections 2.1.9 and 2.2.8.
+    """
+    for place in _places(model):
+        for known in place.knowns if place.unknowns(model) else ():
+            try:
+                found = list(_along(model, place, known))
+            except (RefusedError, RecursionError):
+                if not place.away:
+                    raise
+                break  # the point is none that the FMU knows
+            yield from found
+            if any(f.rule == "directional" and "returned" in f.problem for f in found):
+                break
+    if model.kind == "CoSimulation" and model.can("providesDirectionalDerivative"):
+        yield from _after_a_step(model)
+
+
+def _places(model: Model2) -> Iterator[Place]:
+    inputs = [v for v in model.description.variables if v.causality == "input" and v.is_continuous]
+    exact = [v for v in model.states if v.initial == "exact"]
+    initial, first = ("InitialUnknowns",), (exact + inputs)[:_MOST_KNOWNS]
+    yield Place("Initialization Mode", initial, first)
+    if model.kind == "ModelExchange":
+        later = (model.states + inputs)[:_MOST_KNOWNS]
+        for away in (False, True):
+            yield Place("Continuous-Time Mode", ("Outputs", "Derivatives"), later, away)
         return
-    knowns, unknowns = _knowns(model), _unknowns(model)
-    for known in knowns if unknowns else ():
-        with model.session() as session:
-            session.enter() if model.kind == "CoSimulation" else session.start()
+    try:
+        values = later_values(model)
+    except (RefusedError, RecursionError):
+        return
+    yield Place("Initialization Mode", initial, first, away=True, values=values)
+
+
+def _along(model: Model2, place: Place, known: ScalarVariable) -> Iterator[Finding]:
+    """What is wrong with the derivatives by one known at one place."""
+    unknowns = place.unknowns(model)
+    with model.session() as session:
+        place.reach(session)
+        given = None
+        if model.can("providesDirectionalDerivative"):
             try:
                 given = _derivative(session, unknowns, known)
             except RefusedError as refused:
-                where = "in Initialization Mode" if model.kind == "CoSimulation" else "in Continuous-Time Mode"
-                problem = f"for '{known.name}' {where}, {refused}"
+                problem = f"for '{known.name}' in {place.mode}, {refused}"
                 remedy = "answer for every unknown and known of ModelStructure"
-                severe = model.kind == "ModelExchange"
+                severe = place.mode == "Continuous-Time Mode"
                 yield Finding("directional", model.kind, problem, remedy, "error" if severe else "warning")
-                break
-            try:
-                yield from _compared(session, unknowns, known, given)
-            except RefusedError:
-                if known.initial != "exact" or model.kind != "CoSimulation":
-                    raise
-                # a start that was moved alone: by constraints or into a contact
-    if model.kind == "CoSimulation":
-        yield from _after_a_step(model)
+                return
+        try:
+            yield from _compared(session, place, known, given)
+        except RefusedError:
+            if known.initial != "exact" or place.mode != "Initialization Mode":
+                raise
+            # a start that was moved alone: by constraints or into a contact
 
 
 def _after_a_step(model: Model2) -> Iterator[Finding]:
@@ -53,31 +121,9 @@ def _after_a_step(model: Model2) -> Iterator[Finding]:
     yield from ()
 
 
-def _knowns(model: Model2) -> list[ScalarVariable]:
-    """States and continuous inputs; in Initialization Mode states that are exact."""
-    description = model.description
-    inputs = [
-        v
-        for v in description.variables
-        if v.causality == "input" and v.type == "Real" and v.variability == "continuous"
-    ]
-    states = [s for d in model.derivatives if (s := description.variable(d.derivative)) is not None]
-    if model.kind == "CoSimulation":
-        states = [s for s in states if s.initial == "exact"]
-    return (states + inputs)[:_MOST_KNOWNS]
-
-
-def _unknowns(model: Model2) -> list[ScalarVariable]:
-    """Continuous outputs and derivatives; in Initialization Mode those that are not exact."""
-    groups = ("InitialUnknowns",) if model.kind == "CoSimulation" else ("Outputs", "Derivatives")
-    listed = (model.description.variable(u.index) for group in groups for u in model.description.structure(group))
-    found = [v for v in listed if v is not None and v.type == "Real" and v.variability == "continuous"]
-    return found[:_MOST_UNKNOWNS]
-
-
 def _derivative(session: Session2, unknowns: Sequence[ScalarVariable], known: ScalarVariable) -> list[float]:
     """The derivatives of ``unknowns`` by ``known`` as the FMU gives them: (len(unknowns),)."""
-    values = doubles([0.0] * len(unknowns))
+    values = room(len(unknowns))
     which = references([v.reference for v in unknowns])
     session.instance.do(
         "GetDirectionalDerivative", which, len(unknowns), references([known.reference]), 1, doubles([1.0]), values
@@ -85,41 +131,41 @@ def _derivative(session: Session2, unknowns: Sequence[ScalarVariable], known: Sc
     return list(values)[: len(unknowns)]
 
 
-def _differences(
-    session: Session2, unknowns: Sequence[ScalarVariable], known: ScalarVariable, step: float
-) -> list[Sides]:
-    """The same by differences; the known gets its value back."""
-    which, model = [v.reference for v in unknowns], session.model
-    (value,) = session.instance.get("Real", [known.reference])
-    states = [model.description.variable(d.derivative) for d in model.derivatives]
-    here, found = session.instance.get("Real", which), []
+def _differences(session: Session2, place: Place, known: ScalarVariable, step: float) -> list[Sides] | None:
+    """The same by differences; the known gets its value back. None if it cannot be moved."""
+    unknowns, states = place.unknowns(session.model), session.model.states
+    (value,) = session.get(known)
+    here, found = session.numbers(unknowns), []
     for shifted in (value + step, value - step, value):
-        if known in states and model.kind == "ModelExchange":
+        if known in states and place.mode == "Continuous-Time Mode":
             x = session.instance.vector("GetContinuousStates", len(states))
             x[states.index(known)] = shifted
-            session.instance.do("SetContinuousStates", doubles(x), len(x))
-        else:
-            session.instance.set_reals([known.reference], [shifted])
-        found.append(session.instance.get("Real", which))
+            session.move(x)
+        elif not session.set(known, [shifted]):
+            return None
+        found.append(session.numbers(unknowns))
     return to_sides(here, found[0], found[1], step)
 
 
 def _compared(
-    session: Session2, unknowns: Sequence[ScalarVariable], known: ScalarVariable, given: Sequence[float]
+    session: Session2, place: Place, known: ScalarVariable, given: Sequence[float] | None
 ) -> Iterator[Finding]:
-    """The derivatives that differences contradict; raises RefusedError where the FMU has no values beside the known."""
-    (value,) = session.instance.get("Real", [known.reference])
-    sizes = session.instance.get("Real", [v.reference for v in unknowns])
+    """What differences contradict: the derivatives, where they are ``given``, and the lists of dependencies.
+
+    Raises RefusedError where the FMU has no values beside the known.
+    """
+    (value,) = session.get(known)
+    unknowns = place.unknowns(session.model)
+    sizes = session.numbers(unknowns)
     step = STEP * max(abs(value), 1.0)
-    listed = {u.index: u.dependencies for u in session.model.description.unknowns() if u.dependencies is not None}
-    fine, coarse = (_differences(session, unknowns, known, h) for h in (step, 2 * step))
-    for v, size, own, near, far in zip(unknowns, sizes, given, fine, coarse, strict=True):
-        other = wanted(own, size, near, far)
-        if other is None:
-            continue
-        if known.index not in listed.get(v.index, (known.index,)):
-            problem = f"'{v.name}' varies with '{known.name}', which is not among its dependencies"
-            yield Finding("dependency-missing", v.place, problem, "list it", "warning")
-        else:
-            problem = f"d {v.name} / d {known.name} = {own:.6g}, but differences give {other:.6g}"
-            yield Finding("directional", session.model.kind, problem, "check the derivative and the dependencies")
+    fine, coarse = (_differences(session, place, known, h) for h in (step, 2 * step))
+    if fine is None or coarse is None:
+        return
+    unlisted = place.without(session.model, known)
+    greatest = max(map(abs, given or ()), default=0.0)
+    for i, (v, size) in enumerate(zip(unknowns, sizes, strict=True)):
+        if v.index in unlisted:
+            if wanted(0.0, size, fine[i], coarse[i]) is not None:
+                yield not_listed(v, known, place.mode)
+        elif given is not None and (other := wanted(given[i], size, fine[i], coarse[i], greatest)) is not None:
+            yield contradicted(session.model, place.mode, (v.name, known.name), given[i], other)

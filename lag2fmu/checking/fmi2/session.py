@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from ctypes import byref, c_int
 from typing import Any
 
-from lag2fmu.checking.binding import DISCARD, Library, RefusedError, doubles
+from lag2fmu.checking.binding import DISCARD, OK, WARNING, Library, RefusedError
 from lag2fmu.checking.description import Variable, number
 from lag2fmu.checking.fmi2.binding import BINDING, EventInfo, Instance2
 from lag2fmu.checking.fmi2.description import TYPES, Description2, ScalarVariable
-from lag2fmu.checking.session import MOST_EVENTS, Model, Session
+from lag2fmu.checking.session import Iteration, Model, Session
 
 
 class Model2(Model):
@@ -23,9 +24,33 @@ class Model2(Model):
         return Library(self.path, BINDING)
 
     @property
-    def indicators(self) -> int:
+    def indicator_count(self) -> int:
         """The number of event indicators."""
         return int(number(self.description.root.get("numberOfEventIndicators", "0")))
+
+    @property
+    def state_count(self) -> int:
+        """The number of continuous states."""
+        return len(self.derivatives)
+
+    @property
+    def states(self) -> list[ScalarVariable]:
+        """The continuous states in the order of their derivatives."""
+        found = (self.description.variable(v.derivative) for v in self.derivatives)
+        return [v for v in found if v is not None]
+
+    @property
+    def readable(self) -> list[ScalarVariable]:
+        """All variables, in the order of their types."""
+        return [v for type_ in TYPES for v in self.description.variables if v.type == type_]
+
+    def lists(self) -> list[list[Variable] | None]:
+        """The dependencies of each unknown in ModelStructure, None where none are given."""
+        found = self.description.variable
+        return [
+            None if u.dependencies is None else [v for index in u.dependencies if (v := found(index)) is not None]
+            for u in self.description.unknowns()
+        ]
 
     def instance(self, key: str | None = None, name: str = "check") -> Instance2:
         """A new instance; not alive if the FMU refused."""
@@ -52,6 +77,7 @@ class Session2(Session):
 
     model: Model2
     instance: Instance2
+    rates = "GetDerivatives"
 
     def __enter__(self) -> Session2:
         return self
@@ -71,51 +97,55 @@ class Session2(Session):
         self.enter(stop_time).instance.do("ExitInitializationMode")
         if self.model.kind == "ModelExchange":
             self.rest()
-            self.instance.do("EnterContinuousTimeMode")
+            self.go_on()
         return self
 
-    def rest(self) -> EventInfo:
-        """Iterate events until no more is needed; raises RecursionError if there is no end."""
-        info = EventInfo()
-        for _ in range(MOST_EVENTS):
-            self.instance.do("NewDiscreteStates", byref(info))
-            if not info.newDiscreteStatesNeeded or info.terminateSimulation:
-                return info
-        raise RecursionError(f"{MOST_EVENTS} event iterations at t = {self.time:g} s and no end")
+    def go_on(self) -> None:
+        """Leave Event Mode. Raises RefusedError."""
+        self.instance.do("EnterContinuousTimeMode")
 
-    def step(self) -> bool:
-        """Take a step of the model's length; False if a co-simulation says fmi2Discard.
+    def update(self) -> Iteration:
+        """One event iteration. Raises RefusedError."""
+        info = EventInfo()
+        self.instance.do("NewDiscreteStates", byref(info))
+        return Iteration(
+            again=bool(info.newDiscreteStatesNeeded),
+            end=bool(info.terminateSimulation),
+            nominals_changed=bool(info.nominalsOfContinuousStatesChanged),
+            values_changed=bool(info.valuesOfContinuousStatesChanged),
+            next_defined=bool(info.nextEventTimeDefined),
+            next_time=info.nextEventTime,
+        )
+
+    def step(self, part: float = 1.0) -> bool:
+        """Take a step, ``part`` of the model's step long; False if a co-simulation says fmi2Discard.
 
         Raises RefusedError, and RecursionError as ``rest`` does.
         """
         if self.model.kind == "ModelExchange":
-            self._euler(self.model.step / 10)
+            if self.euler(part):
+                self.handle()
             return True
+        length = part * self.model.step
         try:
-            self.instance.do("DoStep", self.time, self.model.step, 1)
+            self.instance.do("DoStep", self.time, length, 1)
         except RefusedError as refused:
             if refused.status == DISCARD:
                 return False
             raise
-        self.time += self.model.step
+        self.time += length
         return True
 
-    def _euler(self, step: float) -> None:
-        """A step of model exchange by Euler's method, with the event it may lead to."""
-        size = len(self.model.derivatives)
-        x, dx = self.instance.vector("GetContinuousStates", size), self.instance.vector("GetDerivatives", size)
-        self.time += step
-        self.instance.do("SetTime", self.time)
-        if size:
-            x = [value + step * rate for value, rate in zip(x, dx, strict=True)]
-            self.instance.do("SetContinuousStates", doubles(x), size)
+    def completed(self) -> bool:
+        """Tell of a completed step of the integrator; whether the FMU answers with an event. Raises RefusedError."""
         event, end = c_int(), c_int()
         if not self.model.can("completedIntegratorStepNotNeeded"):
             self.instance.do("CompletedIntegratorStep", 1, byref(event), byref(end))
-        if event.value:
-            self.instance.do("EnterEventMode")
-            self.rest()
-            self.instance.do("EnterContinuousTimeMode")
+        return bool(event.value)
+
+    def set(self, variable: Variable, values: Sequence[Any]) -> bool:
+        """Set a variable; whether the FMU takes the value."""
+        return self.instance.set(variable.type, [variable.reference], values) in (OK, WARNING)
 
     def get(self, variable: Variable) -> list[Any]:
         """The value of a variable, a list of one; strings as bytes. Raises RefusedError."""

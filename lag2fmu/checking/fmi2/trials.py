@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator
 from ctypes import byref, c_int, c_void_p
 
-from lag2fmu.checking.binding import doubles, references
+from lag2fmu.checking.binding import doubles, references, room
 from lag2fmu.checking.description import number
+from lag2fmu.checking.exchange import vector_findings
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi2.session import Model2
 from lag2fmu.checking.trials import equation_findings, version_findings
@@ -55,7 +56,7 @@ def signals(model: Model2) -> Iterator[Finding]:
             zeros, ones = doubles([0.0] * len(inputs)), (c_int * len(inputs))(*[1] * len(inputs))
             session.instance.do("SetRealInputDerivatives", references(inputs), len(inputs), ones, zeros)
         if session.step() and order >= 1 and outputs:
-            values, ones = doubles([0.0] * len(outputs)), (c_int * len(outputs))(*[1] * len(outputs))
+            values, ones = room(len(outputs)), (c_int * len(outputs))(*[1] * len(outputs))
             session.instance.do("GetRealOutputDerivatives", references(outputs), len(outputs), ones, values)
             if not all(map(math.isfinite, values)):
                 problem = "a derivative of an output is no finite number"
@@ -63,11 +64,14 @@ def signals(model: Model2) -> Iterator[Finding]:
 
 
 def equations(model: Model2) -> Iterator[Finding]:
-    """Model exchange: derivatives and event indicators are finite, nominal values positive.
+    """Model exchange: derivatives and event indicators are finite, nominal values positive; vectors are in order.
 
     Source: FMI 2.0.5 specification, section 3.2.2.
     """
     if model.kind == "ModelExchange":
         with model.session() as session:
             session.start()
-            yield from equation_findings(session, "GetDerivatives", len(model.derivatives), model.indicators)
+            yield from equation_findings(session, "GetDerivatives", model.state_count, model.indicator_count)
+            yield from vector_findings(
+                session, [("GetContinuousStates", model.states), ("GetDerivatives", model.derivatives)]
+            )

@@ -11,7 +11,7 @@ from ctypes import CFUNCTYPE, POINTER, byref, c_bool, c_char_p, c_double, c_int,
 from dataclasses import dataclass, field
 from typing import Any
 
-from lag2fmu.checking.binding import Binding, Instance, Library, Log, doubles, references
+from lag2fmu.checking.binding import Binding, Instance, Library, Log, doubles, references, room
 
 ELEMENTS: dict[str, tuple[str, Any]] = {
     **{"Float32": ("f", ctypes.c_float), "Float64": ("D", c_double), "Boolean": ("B", c_bool)},
@@ -141,7 +141,7 @@ class Instance3(Instance):
             self.do("GetBinary", which, 1, sizes, pointers, size)
             return [ctypes.string_at(p, n) if p else b"" for p, n in zip(pointers, sizes, strict=True)]
         name = "Int64" if type_ == "Enumeration" else type_
-        values = (ELEMENTS[name][1] * max(size, 1))()
+        values = room(size) if name == "Float64" else (ELEMENTS[name][1] * max(size, 1))()
         self.do(f"Get{name}", which, 1, values, size)
         return list(values)[:size]
 
@@ -158,7 +158,7 @@ class Instance3(Instance):
 
         Raises RefusedError as ``do`` does.
         """
-        values = doubles([0.0] * size)
+        values = room(size)
         which = references(unknowns), len(unknowns), references(knowns), len(knowns)
         self.do(function, *which, doubles(seed), len(seed), values, size)
         return list(values)[:size]

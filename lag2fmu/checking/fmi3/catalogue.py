@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from lag2fmu.checking.fmi3.derivatives import adjoint, directional
-from lag2fmu.checking.fmi3.equations import dependencies, equations, integrator_step, output_derivatives
+from lag2fmu.checking.fmi3.equations import dependencies, equations, output_derivatives
 from lag2fmu.checking.fmi3.events import (
     event_mode,
-    events_of_exchange,
     intermediate_update,
     reset_everywhere,
     saved_in_every_state,
@@ -24,7 +23,6 @@ from lag2fmu.checking.fmi3.trials import (
     instantiate,
     log_messages,
     nothing_asked,
-    time_variable,
 )
 from lag2fmu.checking.illegal import forbidden_trials
 from lag2fmu.checking.trials import LEGAL, Trial, free_nothing, wrong_token
@@ -32,10 +30,8 @@ from lag2fmu.checking.trials import LEGAL, Trial, free_nothing, wrong_token
 _OWN: dict[str, Trial] = {
     "before initialization": before_initialization,
     "reading and setting nothing": nothing_asked,
-    "time": time_variable,
     "results of steps": step_results,
     "Event Mode": event_mode,
-    "events of model exchange": events_of_exchange,
     "events by the FMU and by the importer": same_run,
     "clocks": ticking,
     "FMU state in every state": saved_in_every_state,
@@ -46,7 +42,6 @@ _OWN: dict[str, Trial] = {
     "configuration": configuration,
     "derivatives of outputs": output_derivatives,
     "equations": equations,
-    "integrator step": integrator_step,
     "dependencies": dependencies,
     "directional derivatives": directional,
     "adjoint derivatives": adjoint,

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
-from lag2fmu.checking.binding import OK, WARNING, RefusedError, doubles
-from lag2fmu.checking.differences import STEP, Sides, to_sides, wanted
+from lag2fmu.checking.away import Values, give, later_values, lead_away
+from lag2fmu.checking.binding import RefusedError
+from lag2fmu.checking.differences import STEP, Sides, contradicted, not_listed, to_sides, wanted
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import Variable3
 from lag2fmu.checking.fmi3.session import Model3, Session3, size_of
@@ -20,16 +22,26 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Place:
-    """A mode in which derivatives are asked for, the unknowns and knowns there, and whether they are ``compared``."""
+    """A mode in which derivatives are asked for, the unknowns and knowns there, and whether they are ``compared``.
+
+    ``away`` says that it is reached by some steps; where these end elsewhere, ``values`` are set.
+    """
 
     mode: str
     unknowns: Sequence[Variable3]
     knowns: Sequence[Variable3]
     compared: bool
+    away: bool = False
+    values: Values = ()
 
     def reach(self, session: Session3) -> None:
         """Lead a new session there. Raises RefusedError, and RecursionError where events do not come to rest."""
-        session.enter() if self.mode == "Initialization Mode" else session.start()
+        if self.mode == "Initialization Mode":
+            give(session.enter(), self.values)
+            return
+        session.start()
+        if self.away:
+            lead_away(session)
         if self.mode == "Step Mode":
             session.step()
         elif self.mode == "Event Mode":
@@ -45,14 +57,23 @@ def _places(model: Model3) -> Iterator[Place]:
     exact = [v for v in model.states if v.initial == "exact"]
     parameters = [v for v in model.of("parameter") if everything or v.reference in listed]
     first = _numbers(description.listed("InitialUnknown"))
-    yield Place("Initialization Mode", first, _few([*exact, *inputs, *parameters]), compared=True)
+    initial = _few([*exact, *inputs, *parameters])
+    yield Place("Initialization Mode", first, initial, compared=True)
     later = _numbers([*description.listed("Output"), *description.listed("ContinuousStateDerivative")])
     if model.kind == "ModelExchange":
-        yield Place("Continuous-Time Mode", later, _few([*model.states, *inputs]), compared=True)
+        for away in (False, True):
+            yield Place("Continuous-Time Mode", later, _few([*model.states, *inputs]), compared=True, away=away)
         tunable = [v for v in parameters if v.variability == "tunable"]
         yield Place("Event Mode", later, _few([*tunable, *inputs]), compared=True)
     else:
         yield Place("Step Mode", later, _few([*model.states, *inputs]), compared=False)
+        yield from _middle(model, first, initial)
+
+
+def _middle(model: Model3, unknowns: Sequence[Variable3], knowns: Sequence[Variable3]) -> Iterator[Place]:
+    """Initialization Mode with the values of the middle of a run, if the FMU comes there."""
+    with suppress(RefusedError, RecursionError):
+        yield Place("Initialization Mode", unknowns, knowns, compared=True, away=True, values=later_values(model))
 
 
 def _numbers(variables: Sequence[Variable3]) -> list[Variable3]:
@@ -73,13 +94,22 @@ def _few(variables: Sequence[Variable3]) -> list[Variable3]:
 def directional(model: Model3) -> Iterator[Finding]:
     """fmi3GetDirectionalDerivative in every mode; one call for several knowns is the sum of one for each.
 
-    Source: FMI 3.0.2 specification, section 2.2.11 (fmi3GetDirectionalDerivative).
+    What varies with a known lists it as a dependency, also where there is no such function.
+    Source: FMI 3.0.2 specification, sections 2.2.11 (fmi3GetDirectionalDerivative) and 2.4.8 (dependencies).
     """
-    if model.can("providesDirectionalDerivatives"):
-        for place in _places(model):
-            for known in place.knowns if place.unknowns else ():
+    for place in _places(model):
+        try:
+            for known in place.knowns if place.unknowns and (place.compared or _provided(model)) else ():
                 yield from _along(model, place, known)
-            yield from _summed(model, place)
+            if _provided(model):
+                yield from _summed(model, place)
+        except (RefusedError, RecursionError):
+            if not place.away:
+                raise  # elsewhere the point may be none that the FMU knows
+
+
+def _provided(model: Model3) -> bool:
+    return model.can("providesDirectionalDerivatives")
 
 
 def _along(model: Model3, place: Place, known: Variable3) -> Iterator[Finding]:
@@ -88,7 +118,7 @@ def _along(model: Model3, place: Place, known: Variable3) -> Iterator[Finding]:
         place.reach(session)
         for element in range(known.size):
             try:
-                given = _column(session, place.unknowns, known, element)
+                given = _column(session, place.unknowns, known, element) if _provided(model) else None
             except RefusedError as refused:
                 problem = f"for '{known.name}' in {place.mode}, {refused}"
                 yield Finding("directional", model.kind, problem, "answer for every unknown and known")
@@ -114,11 +144,11 @@ def _shifted(session: Session3, place: Place, known: Variable3, element: int, by
     if place.mode == "Continuous-Time Mode" and known in states:
         x = session.instance.vector("GetContinuousStates", size_of(states))
         x[size_of(states[: states.index(known)]) + element] += by
-        session.instance.do("SetContinuousStates", doubles(x), len(x))
+        session.move(x)
         return True
     values = session.get(known)
     values[element] += by
-    return session.instance.set(known.type, known.reference, values) in (OK, WARNING)
+    return session.set(known, values)
 
 
 def _differences(session: Session3, place: Place, known: Variable3, element: int, step: float) -> list[Sides] | None:
@@ -133,36 +163,37 @@ def _differences(session: Session3, place: Place, known: Variable3, element: int
 
 
 def _compared(
-    session: Session3, place: Place, known: Variable3, element: int, given: Sequence[float]
+    session: Session3, place: Place, known: Variable3, element: int, given: Sequence[float] | None
 ) -> Iterator[Finding]:
-    """The derivatives that differences contradict; raises RefusedError where the FMU has no values beside the known."""
+    """What differences contradict: the derivatives, where they are ``given``, and the lists of dependencies.
+
+    Raises RefusedError where the FMU has no values beside the known.
+    """
     sizes = session.numbers(place.unknowns)
     step = STEP * _size(known, session.get(known)[element])
     fine, coarse = (_differences(session, place, known, element, h) for h in (step, 2 * step))
     if fine is None or coarse is None:
         return
+    unlisted = _unlisted(session.model, place, known)
+    greatest = max(map(abs, given or ()), default=0.0)
     owners = [(v, i) for v in place.unknowns for i in range(v.size)]
-    listed = _listed(session.model, place)
-    for (v, i), size, own, near, far in zip(owners, sizes, given, fine, coarse, strict=True):
-        other = wanted(own, size, near, far)
-        if other is None:
-            continue
-        if known.reference not in listed.get(v.reference, (known.reference,)) and known is not v:
-            problem = f"'{v.name}' varies with '{known.name}' in {place.mode}, which is not among its dependencies"
-            yield Finding("dependency-missing", v.place, problem, "list it", "warning")
-        else:
-            of, by = _element(v, i), _element(known, element)
-            problem = f"in {place.mode}, d {of} / d {by} = {own:.6g}, but differences give {other:.6g}"
-            yield Finding("directional", session.model.kind, problem, "check the derivative and the dependencies")
+    for at, ((v, i), size) in enumerate(zip(owners, sizes, strict=True)):
+        if v.reference in unlisted:
+            if wanted(0.0, size, fine[at], coarse[at]) is not None:
+                yield not_listed(v, known, place.mode)
+        elif given is not None and (other := wanted(given[at], size, fine[at], coarse[at], greatest)) is not None:
+            names = _element(v, i), _element(known, element)
+            yield contradicted(session.model, place.mode, names, given[at], other)
 
 
-def _listed(model: Model3, place: Place) -> dict[int, tuple[int, ...]]:
-    """Unknown -> the knowns that modelDescription.xml lists for it at a place, as value references."""
+def _unlisted(model: Model3, place: Place, known: Variable3) -> set[int]:
+    """The unknowns, as value references, that have lists of dependencies for a place, but without a certain known."""
     initial = place.mode == "Initialization Mode"
     return {
-        u.reference: u.dependencies
+        u.reference
         for u in model.description.unknowns()
         if u.dependencies is not None and (u.group == "InitialUnknown") == initial
+        if known.reference not in (u.reference, *u.dependencies)
     }
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from ctypes import byref, c_bool, c_int, c_int32, c_size_t, c_uint
+from ctypes import byref, c_int, c_int32, c_size_t, c_uint
 
-from lag2fmu.checking.binding import bits, doubles, references
+from lag2fmu.checking.binding import references, room
 from lag2fmu.checking.description import whole
+from lag2fmu.checking.exchange import vector_findings
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import Variable3
 from lag2fmu.checking.fmi3.session import Model3, Session3, size_of
@@ -50,7 +51,7 @@ def _of_states(session: Session3, outputs: Sequence[Variable3]) -> Iterator[Find
 
 
 def _output_derivatives(session: Session3, outputs: Sequence[Variable3], order: int) -> list[float]:
-    values, orders = doubles([0.0] * size_of(outputs)), (c_int32 * len(outputs))(*[order] * len(outputs))
+    values, orders = room(size_of(outputs)), (c_int32 * len(outputs))(*[order] * len(outputs))
     which = references([v.reference for v in outputs])
     session.instance.do("GetOutputDerivatives", which, len(outputs), orders, values, size_of(outputs))
     return list(values)[: size_of(outputs)]
@@ -76,16 +77,14 @@ def equations(model: Model3) -> Iterator[Finding]:
         session.start()
         yield from equation_findings(session, "GetContinuousStateDerivatives", size_of(states), size_of(indicators))
         derivatives = model.description.listed("ContinuousStateDerivative")
-        for function, listed in (
-            ("GetContinuousStates", states),
-            ("GetContinuousStateDerivatives", derivatives),
-            ("GetEventIndicators", indicators),
-        ):
-            if all(v.type == "Float64" for v in listed):
-                vector, single = session.instance.vector(function, size_of(listed)), session.numbers(listed)
-                if bits(vector) != bits(single):
-                    problem = f"fmi3{function} differs from the variables in the order of ModelStructure"
-                    yield Finding("vector-order", model.kind, problem, "write the elements in that order")
+        yield from vector_findings(
+            session,
+            [
+                ("GetContinuousStates", states),
+                ("GetContinuousStateDerivatives", derivatives),
+                ("GetEventIndicators", indicators),
+            ],
+        )
 
 
 def dependencies(model: Model3) -> Iterator[Finding]:
@@ -137,21 +136,3 @@ def _dependency_rows(session: Session3, variable: Variable3) -> list[tuple[int, 
     knowns, kinds = (c_uint * max(n, 1))(), (c_int * max(n, 1))()
     session.instance.do("GetVariableDependencies", variable.reference, own, knowns, other, kinds, n)
     return list(zip(own, knowns, other, kinds, strict=True))[:n]
-
-
-def integrator_step(model: Model3) -> Iterator[Finding]:
-    """Model exchange: fmi3CompletedIntegratorStep leaves the continuous states as they are.
-
-    Source: FMI 3.0.2 specification, section 3.2.1 (fmi3CompletedIntegratorStep).
-    """
-    if model.kind != "ModelExchange" or not model.states:
-        return
-    with model.session() as session:
-        session.start().steps(1)
-        size = size_of(model.states)
-        before = session.instance.vector("GetContinuousStates", size)
-        event, end = c_bool(), c_bool()
-        session.instance.do("CompletedIntegratorStep", True, byref(event), byref(end))
-        if not event.value and bits(session.instance.vector("GetContinuousStates", size)) != bits(before):
-            problem = "fmi3CompletedIntegratorStep changes continuous states"
-            yield Finding("integrator-step", model.kind, problem, "change states in Event Mode only")

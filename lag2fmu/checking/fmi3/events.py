@@ -6,11 +6,10 @@ import math
 from collections.abc import Iterator
 from time import monotonic
 
-from lag2fmu.checking.binding import bits
+from lag2fmu.checking.exchange import iteration_findings, past_event, states_of
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.binding import ENVIRONMENT, Manner, Update
-from lag2fmu.checking.fmi3.session import Model3, Session3, Step, size_of
-from lag2fmu.checking.session import MOST_EVENTS
+from lag2fmu.checking.fmi3.session import Model3, Session3, Step
 from lag2fmu.checking.trials import STEPS, row_bits
 
 _MOST_CALLS, _MOST_EVENTS = 80, 2
@@ -50,53 +49,6 @@ def advanced(session: Session3, events: int) -> Iterator[Step]:
             return
 
 
-def events_of_exchange(model: Model3) -> Iterator[Finding]:
-    """Model exchange: every event iteration says whether it changed states, and is the last one where nothing changes.
-
-    Source: FMI 3.0.2 specification, section 2.3.5 (fmi3UpdateDiscreteStates).
-    """
-    if model.kind != "ModelExchange":
-        return
-    begun, events = monotonic(), 0
-    with model.session() as session:
-        session.start()
-        for _ in range(_MOST_CALLS * 8):
-            if session.euler():
-                session.instance.do("EnterEventMode")
-                entered = _states(session)
-                for _ in range(MOST_EVENTS):
-                    found, again = _iteration_findings(session, entered)
-                    if found is not None:
-                        yield found
-                        return
-                    if not again:
-                        break
-                session.go_on()
-                events += 1
-            if events >= _MOST_EVENTS or monotonic() > begun + _PATIENCE:
-                return
-
-
-def _iteration_findings(session: Session3, entered: list[float]) -> tuple[Finding | None, bool]:
-    """What is wrong with one event iteration of model exchange, and whether another one is asked for.
-
-    ``entered`` are the states when Event Mode was entered: a change since then may be told of in every iteration, for
-    importers that look at the last one only.
-    """
-    before = _states(session)
-    told = session.update()
-    changed = bits(_states(session)) != bits(before)
-    kind = session.model.kind
-    if changed and not told.values_changed:
-        problem = "an event iteration changes continuous states without valuesOfContinuousStatesChanged"
-        remedy = "say so, or the importer goes on from old values"
-        return Finding("values-changed", kind, problem, remedy), told.again
-    if told.values_changed and bits(_states(session)) == bits(entered) and not changed:
-        problem = "says valuesOfContinuousStatesChanged where nothing has changed"
-        return Finding("values-changed", kind, problem, "say so for real changes only", "warning"), told.again
-    return None, told.again
-
-
 def _step_findings(model: Model3, manner: Manner, done: Step) -> Iterator[Finding]:
     span = done.asked - done.begun
     if done.event and not manner.events:
@@ -128,11 +80,10 @@ def event_mode(model: Model3) -> Iterator[Finding]:
     with model.session(manner=manner) as session:
         session.start().steps(1)
         session.instance.do("EnterEventMode")
-        entered = _states(session)
+        entered = states_of(session)
         first = session.rest()
         if first.next_defined and first.next_time < session.time - 1e-9 * model.step:
-            problem = f"the next time event is at {first.next_time:.17g} s, before t = {session.time:.17g} s"
-            yield Finding("next-event", model.kind, problem, "give a time to come")
+            yield past_event(model, first.next_time, session.time)
         yield from _second_iteration(session, entered)
         for v in model.of("input"):
             if v.type == "Float64":
@@ -144,7 +95,8 @@ def event_mode(model: Model3) -> Iterator[Finding]:
 def _second_iteration(session: Session3, entered: list[float]) -> Iterator[Finding]:
     """An iteration after events have come to rest changes nothing and says so."""
     if session.model.kind == "ModelExchange":
-        found, again = _iteration_findings(session, entered)
+        found, told = iteration_findings(session, entered)
+        again = told.again
         if found is not None:
             yield found
     else:
@@ -152,13 +104,6 @@ def _second_iteration(session: Session3, entered: list[float]) -> Iterator[Findi
     if again:
         problem = "asks for another event iteration after the last one asked for none"
         yield Finding("event-rest", session.model.kind, problem, "clear discreteStatesNeedUpdate when nothing happens")
-
-
-def _states(session: Session3) -> list[float]:
-    """The continuous states of model exchange; () for co-simulation."""
-    if session.model.kind != "ModelExchange":
-        return []
-    return session.instance.vector("GetContinuousStates", size_of(session.model.states))
 
 
 def saved_in_every_state(model: Model3) -> Iterator[Finding]:

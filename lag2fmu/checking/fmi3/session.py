@@ -7,23 +7,11 @@ from ctypes import byref, c_bool, c_double
 from dataclasses import dataclass
 from typing import Any
 
-from lag2fmu.checking.binding import DISCARD, Library, RefusedError, doubles
+from lag2fmu.checking.binding import DISCARD, OK, WARNING, Library, RefusedError
 from lag2fmu.checking.description import Variable, number
 from lag2fmu.checking.fmi3.binding import BINDING, Instance3, Manner
 from lag2fmu.checking.fmi3.description import FLOATS, Description3, Variable3
-from lag2fmu.checking.session import MOST_EVENTS, Model, Session
-
-
-@dataclass(frozen=True)
-class Iteration:
-    """The six results of UpdateDiscreteStates."""
-
-    again: bool
-    end: bool
-    nominals_changed: bool
-    values_changed: bool
-    next_defined: bool
-    next_time: float
+from lag2fmu.checking.session import MOST_EVENTS, Iteration, Model, Session
 
 
 @dataclass(frozen=True)
@@ -38,6 +26,10 @@ class Step:
     reached: float
 
 
+_MOST_OWN_STEPS = 1000
+"""Own steps of an FMU in a communication step: one of the usual length may be years of steps."""
+
+
 class Model3(Model):
     """An FMU of FMI 3.0."""
 
@@ -50,10 +42,10 @@ class Model3(Model):
 
     @property
     def step(self) -> float:
-        """A communication step in s: a multiple of the FMU's own step size, where that is fixed."""
+        """A communication step in s: a multiple of the FMU's own step size, where that is fixed, and not too large."""
         element, length = self.description.kinds[self.kind], super().step
         own = number(element.get("fixedInternalStepSize"))
-        return max(round(length / own), 1) * own if own > 0 else length
+        return min(max(round(length / own), 1), _MOST_OWN_STEPS) * own if own > 0 else length
 
     @property
     def usual(self) -> Manner:
@@ -87,6 +79,29 @@ class Model3(Model):
         found = (self.description.by_reference.get(r) for r in self.description.states)
         return [v for v in found if v is not None]
 
+    @property
+    def state_count(self) -> int:
+        """The number of elements of all continuous states."""
+        return size_of(self.states)
+
+    @property
+    def indicator_count(self) -> int:
+        """The number of elements of all event indicators."""
+        return size_of(self.description.listed("EventIndicator"))
+
+    @property
+    def readable(self) -> list[Variable3]:
+        """The variables that can be read between events, in the order of the description."""
+        return [v for v in self.description.variables if v.readable]
+
+    def lists(self) -> list[list[Variable] | None]:
+        """The dependencies of each unknown in ModelStructure, None where none are given."""
+        known = self.description.by_reference
+        return [
+            None if u.dependencies is None else [known[r] for r in u.dependencies if r in known]
+            for u in self.description.unknowns()
+        ]
+
     def of(self, *causalities: str) -> list[Variable3]:
         """The variables of some causalities that can be read between events."""
         return [v for v in self.description.variables if v.causality in causalities and v.readable]
@@ -102,6 +117,7 @@ class Session3(Session):
 
     model: Model3
     instance: Instance3
+    rates = "GetContinuousStateDerivatives"
 
     def __enter__(self) -> Session3:
         return self
@@ -139,24 +155,16 @@ class Session3(Session):
         again, end, nominals, values, defined = (flag.value for flag in flags)
         return Iteration(again, end, nominals, values, defined, time.value)
 
-    def rest(self) -> Iteration:
-        """Iterate events until no more is needed; raises RefusedError, and RecursionError if there is no end."""
-        for _ in range(MOST_EVENTS):
-            found = self.update()
-            if not found.again or found.end:
-                return found
-        raise RecursionError(f"{MOST_EVENTS} event iterations at t = {self.time:g} s and no end")
-
-    def step(self) -> bool:
-        """Take a step of the model's length; False if a co-simulation ends the run.
+    def step(self, part: float = 1.0) -> bool:
+        """Take a step, ``part`` of the model's step long; False if a co-simulation ends the run.
 
         Raises RefusedError, and RecursionError as ``rest`` does.
         """
         if self.model.kind == "ModelExchange":
-            if self.euler():
+            if self.euler(part):
                 self.handle()
             return True
-        end = self.time + self.model.step
+        end = self.time + part * self.model.step
         for _ in range(MOST_EVENTS):
             try:
                 done = self.advance(end - self.time)
@@ -180,36 +188,15 @@ class Session3(Session):
         self.time = reached.value if early else begun + length
         return Step(begun, begun + length, event, end, early, reached.value)
 
-    def handle(self) -> None:
-        """Enter Event Mode, iterate and leave it. Raises RefusedError, and RecursionError as ``rest`` does."""
-        self.instance.do("EnterEventMode")
-        self.rest()
-        self.go_on()
-
-    def euler(self) -> bool:
-        """A step of model exchange by Euler's method; whether it leads to an event. Raises RefusedError.
-
-        It is shortened so that no state moves by more than a hundredth of its size, for stiff models. An event is at
-        its end: where an indicator changes its sign is not looked for.
-        """
-        step, size = self.model.step / 10, size_of(self.model.states)
-        before = self._signs()
-        x = self.instance.vector("GetContinuousStates", size)
-        dx = self.instance.vector("GetContinuousStateDerivatives", size)
-        step = min([step, *(0.01 * (abs(a) + 1.0) / abs(b) for a, b in zip(x, dx, strict=True) if b)])
-        self.time += step
-        self.instance.do("SetTime", self.time)
-        if size:
-            x = [value + step * rate for value, rate in zip(x, dx, strict=True)]
-            self.instance.do("SetContinuousStates", doubles(x), size)
+    def completed(self) -> bool:
+        """Tell of a completed step of the integrator; whether the FMU answers with an event. Raises RefusedError."""
         event, end = c_bool(), c_bool()
         self.instance.do("CompletedIntegratorStep", True, byref(event), byref(end))
-        return event.value or self._signs() != before
+        return event.value
 
-    def _signs(self) -> list[bool]:
-        """Which event indicators are positive."""
-        count = size_of(self.model.description.listed("EventIndicator"))
-        return [z > 0 for z in self.instance.vector("GetEventIndicators", count)]
+    def set(self, variable: Variable, values: Sequence[Any]) -> bool:
+        """Set the elements of a variable; whether the FMU takes them."""
+        return self.instance.set(variable.type, variable.reference, values) in (OK, WARNING)
 
     def get(self, variable: Variable) -> list[Any]:
         """The values of the elements of a variable; strings and binaries as bytes. Raises RefusedError."""
@@ -217,4 +204,4 @@ class Session3(Session):
 
     def values(self) -> list[Any]:
         """The values of all variables that can be read, in the order of the description. Raises RefusedError."""
-        return [x for v in self.model.description.variables if v.readable for x in self.get(v)]
+        return [x for v in self.model.readable for x in self.get(v)]

@@ -85,23 +85,6 @@ def free_no_state(model: Model3) -> Iterator[Finding]:
     yield from ()
 
 
-def time_variable(model: Model3) -> Iterator[Finding]:
-    """The independent variable has the time of the importer.
-
-    Source: FMI 3.0.2 specification, section 2.4.7 (causality 'independent').
-    """
-    times = [v for v in model.description.variables if v.causality == "independent" and v.type == "Float64"]
-    if not times:
-        return
-    with model.session() as session:
-        session.start()
-        session.steps(3)
-        (found,) = session.get(times[0])
-        if not math.isclose(found, session.time, rel_tol=1e-9, abs_tol=1e-9 * model.step):
-            problem = f"is {found:.17g} at t = {session.time:.17g} s"
-            yield Finding("time-value", times[0].place, problem, "give the time that was reached")
-
-
 def after_the_end(model: Model3) -> Iterator[Finding]:
     """In the state Terminated the last values can still be read.
 

@@ -1,0 +1,52 @@
+"""Points of a run that are no start: what holds at a start, where much is 0, may be wrong elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from lag2fmu.checking.description import Variable
+from lag2fmu.checking.session import Model, Session
+
+_STEPS = 5
+
+Values = Sequence[tuple[Variable, Sequence[Any]]]
+"""Variables with the values of their elements."""
+
+
+def lead_away(session: Session) -> None:
+    """Lead a started session on, with other inputs. Raises RefusedError, and RecursionError as ``Session.step``."""
+    move_inputs(session)
+    session.steps(_STEPS)
+
+
+def move_inputs(session: Session, but: Variable | None = None) -> None:
+    """Give the continuous inputs other values, all but one of them. Raises RefusedError if they are not taken."""
+    for v in _inputs(session.model):
+        if v is not but:
+            session.set(v, [x + 0.25 * max(abs(x), 1.0) for x in session.get(v)])
+
+
+def later_values(model: Model) -> Values:
+    """The values that inputs and exact starts have in the middle of a run: none of them 0 that moves.
+
+    Raises RefusedError, and RecursionError as ``Session.step`` does.
+    """
+    exact = [
+        v
+        for v in model.description.variables
+        if v.initial == "exact" and v.is_continuous and v.causality in ("output", "local") and v.readable
+    ]
+    with model.session() as session:
+        lead_away(session.start())
+        return [(v, session.get(v)) for v in (*exact, *_inputs(model))]
+
+
+def give(session: Session, values: Values) -> None:
+    """Set ``values`` as far as they are taken."""
+    for v, elements in values:
+        session.set(v, elements)
+
+
+def _inputs(model: Model) -> list[Variable]:
+    return [v for v in model.description.variables if v.causality == "input" and v.is_continuous and v.readable]
