@@ -6,19 +6,16 @@ import csv
 import io
 import math
 import os
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.description.table_files import HEADING
 from lag2fmu.errors import LoadError, SimulationError, UnitError
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.language.units import SECOND, Unit
-
-_HEADING = re.compile(r"(\S.*?)\s+\[(.+)\]")
-"""``name [unit]``; ``x[1]``, without a blank, is the name of an element of an array."""
 
 
 def csv_text(path: str | os.PathLike[str]) -> str:
@@ -94,7 +91,7 @@ def _check_first(header: Sequence[str], first: str, text: str, where: str) -> No
 
 def _headings(cells: Sequence[str], where: str, units: Mapping[str, Unit]) -> tuple[list[str], dict[int, Unit]]:
     """The names in the first line, and the units that stand there: {column: unit}."""
-    matches = [_HEADING.fullmatch(cell.strip()) for cell in cells]
+    matches = [HEADING.fullmatch(cell.strip()) for cell in cells]
     header = [cell.strip() if m is None else m[1] for cell, m in zip(cells, matches, strict=True)]
     own: dict[int, Unit] = {}
     for column, match in enumerate(matches):

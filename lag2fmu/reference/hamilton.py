@@ -8,6 +8,9 @@ Source: Landau, Lifshitz, Mechanics, section 40; Goldstein, Classical Mechanics,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -25,24 +28,36 @@ SINGULAR = 1e12
 
 
 def integrate_canonically(
-    mechanism: Mechanism, times: ArrayLike, *, rtol: float = 1e-11, method: str = SCIPY_METHODS[0]
+    mechanism: Mechanism,
+    times: ArrayLike,
+    *,
+    rtol: float = 1e-11,
+    method: str = SCIPY_METHODS[0],
+    turns: Sequence[float] = (),
 ) -> Trajectory:
     """q and qd at ``times`` (k,) in s by integrating (q, p) from the declared start, without inputs; SI units.
 
     ``rtol`` is the relative tolerance, ``method`` one of SCIPY_METHODS: a stiff mechanism takes Radau, as ``integrate``
-    does. Raises SimulationError where M is singular, or if the integration fails. Source: Goldstein, Classical
-    Mechanics, section 8.1.
+    does. Steps end at ``turns`` (s), where the equations have kinks; a longer step would not see a short pulse. Raises
+    SimulationError where M is singular, or if the integration fails. Source: Goldstein, Classical Mechanics, section
+    8.1.
     """
     from scipy.integrate import solve_ivp
 
     grid = np.asarray(times, dtype=float)
     problem = _Canonical(mechanism)
     start = problem.start(float(grid[0]))
-    options = {"t_eval": grid, "rtol": rtol, "atol": rtol * problem.weights(float(grid[0]), start)}
-    solution = solve_ivp(problem.slope, (grid[0], grid[-1]), start, method, **options)
-    if solution.status != 0:
-        raise SimulationError(f"mechanism '{mechanism.name}': Hamilton's equations: {solution.message}")
-    q, p = solution.y.T[:, : problem.n], solution.y.T[:, problem.n :]
+    options = {"rtol": rtol, "atol": rtol * problem.weights(float(grid[0]), start)}
+    inner = [turn for turn in sorted({*turns}) if grid[0] < turn < grid[-1]]
+    found = [start]
+    for a, b in pairwise([float(grid[0]), *inner, float(grid[-1])]):
+        wanted = [*grid[(grid > a) & (grid < b)].tolist(), b]
+        solution = solve_ivp(problem.slope, (a, b), start, method, t_eval=wanted, **options)
+        if solution.status != 0:
+            raise SimulationError(f"mechanism '{mechanism.name}': Hamilton's equations: {solution.message}")
+        found += list(solution.y.T[: None if b in grid else -1])
+        start = solution.y[:, -1]
+    q, p = np.array(found)[:, : problem.n], np.array(found)[:, problem.n :]
     qd = np.array([problem.velocity(float(t), *row) for t, *row in zip(grid, q, p, strict=True)])
     names = [c.name for c in mechanism.coordinates]
     return Trajectory(grid, (*names, *map(velocity, names)), np.concatenate([q, qd], axis=1))

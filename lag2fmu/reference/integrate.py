@@ -134,6 +134,7 @@ def _hybrid(
             method=name,
             evaluations=found.evaluations,
             events=found.events,
+            turns=found.turns,
             comparable=found.comparable,
         )
     raise AssertionError("unreachable")

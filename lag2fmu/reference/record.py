@@ -29,7 +29,8 @@ class Reference:
     - ``method``: the method that was used; ``evaluations``: how often it evaluated the equations.
 
     A hybrid mechanism has more. Its ``trajectory`` holds the results of contacts and frictions, and dissipated_energy,
-    which enters ``work`` with a minus sign. ``events`` tells what happened. ``comparable`` (m,) says at which times
+    which enters ``work`` with a minus sign. ``events`` tells what happened, ``turns`` are the
+    times (s) at which kinks of the equations turned. ``comparable`` (m,) says at which times
     runs of other accuracy are in the same modes, which they are not between the times of one impact in both.
     ``amplification`` is infinite behind the last such time.
     """
@@ -42,6 +43,7 @@ class Reference:
     method: str
     evaluations: int
     events: tuple[Event, ...] = ()
+    turns: tuple[float, ...] = ()
     comparable: NDArray[np.bool_] | None = None
 
     @property

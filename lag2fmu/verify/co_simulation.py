@@ -67,7 +67,7 @@ class Writer:
             self._set(self._references, self._values)
 
 
-class _Inputs:
+class Inputs:
     """Sets the inputs at the beginning of a step and, if the FMU asks for them, within the step."""
 
     def __init__(self, instance: Instance, run: Run, plan: Plan) -> None:
@@ -105,7 +105,7 @@ def co_simulation(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Flo
     if run.events:
         settle(fmu)
         fmu.enterStepMode()
-    inputs, reader = _Inputs(instance, run, plan), Reader(fmu, plan.scalars, plan.names)
+    inputs, reader = Inputs(instance, run, plan), Reader(fmu, plan.scalars, plan.names)
     values = np.empty((len(plan.grid), len(plan.names)))
     for i, t in enumerate(points):
         if t == plan.grid[row]:
@@ -118,7 +118,7 @@ def co_simulation(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Flo
     return plan.grid, values
 
 
-def _step(fmu: Any, inputs: _Inputs, begun: float, end: float, events: bool) -> None:
+def _step(fmu: Any, inputs: Inputs, begun: float, end: float, events: bool) -> None:
     """Step from one communication point to the next; with ``events`` the FMU may stop at events, which are handled."""
     t, stops = begun, 0
     while t < end:

@@ -16,7 +16,7 @@ import numpy as np
 
 from lag2fmu.reference.record import Reference
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.agreement import CHAOS, SAFETY, comparable, has_rows, horizon_of, on_grid
+from lag2fmu.verify.agreement import CHAOS, LEFT_OUT, SAFETY, SHARPER, comparable, has_rows, horizon_of, on_grid
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.simulate import simulate_fmu
@@ -26,8 +26,6 @@ Integration = Callable[[Floats, Mapping[str, float]], Reference]
 """A function (times in s, states at the first of them) -> the direct integration from there."""
 MOST_WINDOWS = 20
 """The most windows. If they are further apart than they are long, they are a sample of the rest of the run."""
-FEWEST = 0.1
-"""The least part of a run that has to be compared."""
 
 
 def own_error(task: Task, reference: Reference) -> float:
@@ -133,16 +131,13 @@ def extent_check(task: Task, reference: Reference, windows: Windows | None = Non
     if windows.worst is not None:
         yield windows.worst
     horizon = horizon_of(task, reference)
-    compared = horizon + windows.covered
-    if compared < FEWEST * task.stop_time:
-        times = reference.trajectory.time
-        early = float(reference.growth[times <= FEWEST * task.stop_time][-1])
+    left_out = 1 - (horizon + windows.covered) / task.stop_time
+    if left_out > LEFT_OUT and not has_rows(task.mechanism):
         detail = (
-            f"the comparison ends at t = {horizon:.3g} s: errors grow {early:.1e} times within {FEWEST:.0%} of the run,"
-            f" beyond {CHAOS / SAFETY / task.tolerance:.1g} at tolerance {task.tolerance:g}; "
-            "take a sharper --tolerance or a shorter --stop-time"
+            f"the comparison ends at t = {horizon:.3g} s, where errors have grown beyond "
+            f"{CHAOS / SAFETY / task.tolerance:.1g} times at tolerance {task.tolerance:g}; {SHARPER}"
         )
-        yield Check("trajectories, share not compared", 1 - compared / task.stop_time, 1 - FEWEST, detail)
+        yield Check("trajectories, share not compared", left_out, LEFT_OUT, detail, extent=True)
 
 
 def extent_note(task: Task, reference: Reference, windows: Windows) -> str:

@@ -21,10 +21,10 @@ from lag2fmu.fmu.record import Model, fmu_path, is_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.verify.doubts import watched
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.plan import times_of
 from lag2fmu.verify.run import Kind, Run
-from lag2fmu.verify.simulate import simulate_fmu
 
 _TOLERANCE = 1e-9
 """The relative tolerance of the run to the state about which the equations are linearized."""
@@ -52,14 +52,15 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     of arrays, a structured array or a DataFrame with a column ``time``, or a function of time that gives a mapping.
     They are linear between their times, or with ``hold`` constant during a communication step. The derivatives of a
     motion that is given by position alone come from a spline. A model that is no FMU yet is exported to a temporary
-    folder first; an FMU that was run before is reset instead of loaded. Raises Lag2FmuError if the model cannot be
-    loaded, exported or run.
+    folder first; an FMU that was run before is reset instead of loaded. On Linux, FMUs that lag2fmu did not make run in
+    a process of their own, which takes milliseconds. Raises Lag2FmuError if the model cannot be loaded, exported or
+    run, and SimulationError if it crashes there. What is doubtful in the run, as friction beyond its limit, is told
+    by a warning of the logger "lag2fmu", which goes to standard error.
     """
     with as_fmu(model) as path:
         signals = trajectory_of(inputs, *times_of(path, stop_time, step))
-        return simulate_fmu(
-            path, Run(stop_time, step, tolerance, values, signals, hold, outputs, beside, kind, progress)
-        )
+        asked = Run(stop_time, step, tolerance, values, signals, hold, outputs, beside, kind, progress)
+        return watched(path, asked)
 
 
 def linearize(

@@ -24,6 +24,11 @@ _KEPT = 4
 """At most this many instances wait for another run."""
 
 
+def is_ours(description: Any) -> bool:
+    """Whether lag2fmu made the FMU, by its ``description`` as fmpy reads it."""
+    return str(description.generationTool or "").startswith("lag2fmu")
+
+
 class Log:
     """Collects what an FMU says; its last sentences go into the error if a run fails."""
 
@@ -92,7 +97,7 @@ class Instance:
     @property
     def lasting(self) -> bool:
         """Whether it can be reset for another run."""
-        return str(self.description.generationTool or "").startswith("lag2fmu")
+        return is_ours(self.description)
 
     def reset(self) -> None:
         """Bring the FMU back to the state after instantiation."""
@@ -127,7 +132,7 @@ def instance_of(path: Path, kind: str, *, events: bool = False, followed: tuple[
     ``events``: co-simulation by FMI 3.0 uses event mode and early return; ``followed``: inputs that it asks for.
     Raises LoadError for a file that is no FMU, SimulationError for one that cannot be instantiated.
     """
-    key = (*_state_of(path), kind, events, followed)
+    key = (*state_of(path), kind, events, followed)
     with _lock:
         found = _waiting.pop(key, None)
     instance = Instance(path, description_of(path), kind, events=events, followed=followed) if found is None else found
@@ -167,7 +172,7 @@ def description_of(path: Path) -> Any:
     """The model description of the FMU ``path`` as fmpy reads it; raises LoadError."""
     import fmpy
 
-    key = _state_of(path)
+    key = state_of(path)
     if key not in _descriptions:
         try:
             with opened(path) as archive:
@@ -183,7 +188,7 @@ def description_of(path: Path) -> Any:
     return _descriptions[key]
 
 
-def _state_of(path: Path) -> tuple[object, ...]:
+def state_of(path: Path) -> tuple[object, ...]:
     """Size and times of the file ``path``, which change if it is replaced; raises LoadError if there is none."""
     if not path.exists():
         raise LoadError(f"'{path}': there is no such file")

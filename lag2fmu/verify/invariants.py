@@ -103,7 +103,7 @@ def hamilton_checks(
         return [], ["Hamilton's equations are not compared: the motion is chaotic from the start."]
     times = trajectory.time[inside]
     try:
-        own = integrate_canonically(equations.mechanism, times, method=reference.method)
+        own = integrate_canonically(equations.mechanism, times, method=reference.method, turns=reference.turns)
     except SimulationError as error:
         return [], [f"Hamilton's equations are not compared: {error}."]
     scales = np.array([reference.scales[name] for name in own.names])

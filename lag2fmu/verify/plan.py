@@ -24,7 +24,7 @@ LEAST_TOLERANCE = 2e-15
 """The relative tolerance that rounding allows."""
 
 
-def _recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
+def recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
     """The names of what is recorded."""
     outputs = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
     found = outputs if run.outputs is None else list(run.outputs)
@@ -42,7 +42,7 @@ def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:
     check_times(stop_time - run.start_time, step)
     if run.tolerance is not None:
         check_tolerance(run.tolerance)
-    names = _recorded(run, scalars)
+    names = recorded(run, scalars)
     _check_known(names, list(scalars), "variable")
     _check_values(run.values or {}, scalars)
     span = stop_time - run.start_time

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from lag2fmu.errors import ExportError
 from lag2fmu.language.units import Unit
@@ -18,19 +18,45 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
+Evidence = Literal["integration", "laws"]
+
+
 @dataclass(frozen=True)
 class Check:
-    """One comparison: ``value`` must not exceed ``bar``; both relative numbers unless ``detail`` says otherwise."""
+    """One comparison: ``value`` must not exceed ``bar``; both in ``unit``, relative numbers if it is empty.
+
+    ``evidence`` tells what a run is held against: a direct integration, or the laws of mechanics along the run itself.
+    ``extent``: it says how much was left out; beyond its bar nothing is wrong, but the whole is not judged.
+    """
 
     name: str
     value: float
     bar: float
     detail: str = ""
+    extent: bool = False
+    unit: str = ""
+    evidence: Evidence = "integration"
+
+    @property
+    def limit(self) -> str:
+        """The bar with its unit, as it is shown."""
+        return f"{self.bar:.2e} {self.unit}".rstrip()
 
     @property
     def passed(self) -> bool:
         """Whether the value is below its bar (a NaN is not)."""
         return self.value <= self.bar
+
+    @property
+    def outcome(self) -> Outcome:
+        """What the check says."""
+        return "ok" if self.passed else "not judged" if self.extent else "FAILED"
+
+
+Outcome = Literal["ok", "not judged", "FAILED"]
+STATUS: Mapping[Outcome, int] = {"ok": 0, "FAILED": 1, "not judged": 3}
+"""{outcome: exit status of the command line}; 2 stands for bad usage or bad input."""
+_COLOURS = {"ok": "green", "not judged": "bold yellow", "FAILED": "bold red"}
 
 
 def _json(value: float) -> float | str:
@@ -58,8 +84,14 @@ class Report:
 
     @property
     def passed(self) -> bool:
-        """Whether every check passed."""
-        return all(check.passed for check in self.checks)
+        """Whether every check passed, and enough was compared."""
+        return self.outcome == "ok"
+
+    @property
+    def outcome(self) -> Outcome:
+        """FAILED if any check did, else not judged if too much was left out, else ok."""
+        found = {check.outcome for check in self.checks}
+        return "FAILED" if "FAILED" in found else "not judged" if "not judged" in found else "ok"
 
     def table(self) -> Table:
         """The checks as a table of rich."""
@@ -73,12 +105,17 @@ class Report:
             ("value", "right"),
             ("bar", "right"),
             ("", "left"),
+            ("by", "left"),
             ("detail", "left"),
         ):
-            table.add_column(column, justify=justify, overflow="fold")  # type: ignore[arg-type]
+            number = column in {"value", "bar"}
+            table.add_column(column, justify=justify, overflow="fold", no_wrap=number)  # type: ignore[arg-type]
         for check in self.checks:
-            mark = "[green]ok[/green]" if check.passed else "[bold red]FAILED[/bold red]"
-            table.add_row(escape(check.name), f"{check.value:.2e}", f"{check.bar:.2e}", mark, escape(check.detail))
+            colour = _COLOURS[check.outcome]
+            mark = f"[{colour}]{check.outcome}[/{colour}]"
+            table.add_row(
+                escape(check.name), f"{check.value:.2e}", check.limit, mark, check.evidence, escape(check.detail)
+            )
         return table
 
     def __str__(self) -> str:
@@ -93,20 +130,21 @@ class Report:
 
     def __repr__(self) -> str:
         """One line: what was compared, and whether it passed."""
-        failed = [check.name for check in self.checks if not check.passed]
-        outcome = f"FAILED: {', '.join(failed)}" if failed else f"{len(self.checks)} checks passed"
-        return f"<Report: {self.title}; {outcome}>"
+        why = [check.name for check in self.checks if check.outcome == self.outcome]
+        told = f"{len(why)} checks passed" if self.passed else f"{self.outcome}: {', '.join(why)}"
+        return f"<Report: {self.title}; {told}>"
 
     def _repr_html_(self) -> str:
         """The table and the notes, for a notebook."""
         from html import escape
 
         rows = "".join(
-            f"<tr><td>{escape(check.name)}</td><td>{check.value:.2e}</td><td>{check.bar:.2e}</td>"
-            f"<td>{'ok' if check.passed else '<b>FAILED</b>'}</td><td>{escape(check.detail)}</td></tr>"
+            f"<tr><td>{escape(check.name)}</td><td>{check.value:.2e}</td><td>{check.limit}</td>"
+            f"<td>{'ok' if check.passed else f'<b>{check.outcome}</b>'}</td>"
+            f"<td>{check.evidence}</td><td>{escape(check.detail)}</td></tr>"
             for check in self.checks
         )
-        head = "<tr><th>compared</th><th>value</th><th>bar</th><th></th><th>detail</th></tr>"
+        head = "<tr><th>compared</th><th>value</th><th>bar</th><th></th><th>by</th><th>detail</th></tr>"
         notes = "".join(f"<p>{escape(note)}</p>" for note in self.notes)
         return f"<p><b>{escape(self.title)}</b></p><table>{head}{rows}</table>{notes}"
 
@@ -115,7 +153,11 @@ class Report:
         content = {
             "title": self.title,
             "passed": self.passed,
-            "checks": [asdict(check) | {"value": _json(check.value), "passed": check.passed} for check in self.checks],
+            "outcome": self.outcome,
+            "checks": [
+                asdict(check) | {"value": _json(check.value), "passed": check.passed, "outcome": check.outcome}
+                for check in self.checks
+            ],
             "notes": list(self.notes),
         }
         return json.dumps(content, indent=2) + "\n"

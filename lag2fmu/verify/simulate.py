@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from ctypes import c_double, c_int, c_uint
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,11 @@ import numpy as np
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.verify.apart import run_apart, runs_apart
 from lag2fmu.verify.co_simulation import Writer, co_simulation
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
 from lag2fmu.verify.plan import planned
+from lag2fmu.verify.remarks import ended_inputs, moved_guesses
 from lag2fmu.verify.run import Floats, Kind, Plan, Run, first_inputs, whole
 from lag2fmu.verify.scalars import scalars_of
 
@@ -23,8 +26,6 @@ _FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"
 _INTEGERS = ("Integer", "Enumeration")
 _LOGGER = logging.getLogger("lag2fmu")
 """Gets the warnings of FMUs; without a handler of the user they go to standard error."""
-MOVED = 1e-6
-"""A guess that constraints move by less than this part of it, or of 1 in SI units, is where it was set."""
 MOST_STEPS = 20_000
 """The steps that CVode may take from one communication point to the next; its own bound, 500, is for slow motions."""
 
@@ -34,20 +35,28 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
 
     Between communication points inputs are continued by their derivatives in co-simulation, and are functions of time
     in model exchange. An FMU that takes no derivatives gets held inputs. The trajectory is (m, outputs). Raises
-    LoadError for unknown names, and SimulationError with the FMU's own words if the run fails.
+    LoadError for unknown names, and SimulationError with the FMU's own words if the run fails. FMUs that are no builds
+    of lag2fmu run in a process of their own, where they may crash.
     """
+    run = replace(run, warned=run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name))
+    return run_apart(path, run, _simulated) if runs_apart(path) else _simulated(path, run)
+
+
+def _simulated(path: Path, run: Run) -> Trajectory:
+    """What ``simulate_fmu`` gives, in this process; the warnings are heard by ``run``."""
     description = description_of(path)
     plan = planned(description, scalars_of(description, path), run)
-    warned = run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name)
+    warned = run.warned or _LOGGER.warning
     if plan.held is not None and not run.hold:
         warned("the FMU takes no derivatives of inputs: they are held during each communication step")
-    followed = _followed(plan) if run.kind == "co-simulation" and is_fmi3(description) else ()
-    with instance_of(path, _FMI_TYPES[run.kind], events=run.events, followed=followed) as instance:
+    asked = followed(plan) if run.kind == "co-simulation" and is_fmi3(description) else ()
+    with instance_of(path, _FMI_TYPES[run.kind], events=run.events, followed=asked) as instance:
         try:
             time, values = _loop(description, run, plan)(instance, run, plan)
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
-        for sentence in (*instance.log.warnings, *_moved(description, run, plan, values[0])):
+        remarks = (*moved_guesses(description, run, plan, values[0]), *ended_inputs(run, plan))
+        for sentence in (*instance.log.warnings, *remarks):
             warned(sentence)
         reached, stop = float(time[-1]), float(plan.grid[-1])
         if reached < stop - 1e-9 * max(stop / len(plan.grid), stop):
@@ -55,22 +64,6 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
                 f"'{path}': the simulation stopped at t = {reached:.9g} s of {stop:g} s; {instance.log.tail()}"
             )
     return Trajectory(time, tuple(plan.names), values)
-
-
-def _moved(description: Any, run: Run, plan: Plan, start: Floats) -> list[str]:
-    """A sentence on the values that were set and are not those of the ``start`` (outputs,): starts that are guesses."""
-    guesses = {v.name for v in description.modelVariables if v.initial == "approx"}
-    found = []
-    for name in guesses & (run.values or {}).keys() & set(plan.names):
-        wanted, reached = float((run.values or {})[name]), float(start[list(plan.names).index(name)])
-        if abs(reached - wanted) > MOVED * max(1.0, abs(wanted)):
-            found.append(f"{name} from {wanted:.6g} to {reached:.6g}")
-    if not found:
-        return []
-    return [
-        f"constraints move what was set as a guess: {', '.join(sorted(found))}; what the mechanism gives as 'start' or "
-        "'velocity' is kept as it is set"
-    ]
 
 
 def _loop(description: Any, run: Run, plan: Plan) -> Callable[[Instance, Run, Plan], tuple[Floats, Floats]]:
@@ -91,10 +84,10 @@ def _loop(description: Any, run: Run, plan: Plan) -> Callable[[Instance, Run, Pl
 def _steps(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     """Make all communication steps; returns the grid (k,), in s, and the values recorded there, (k, outputs)."""
     fmu, component = instance.fmu, instance.fmu.component
-    _initialize(instance, run, plan)
+    initialize(instance, run, plan)
     references = {v.name: v.valueReference for v in instance.description.modelVariables}
-    set_inputs = _setter(instance, plan, references)
-    recorded, points = _recorder(instance, plan, references), plan.points
+    set_inputs = setter(instance, plan, references)
+    recorded, points = recorder(instance, plan, references), plan.points
     values = np.empty((len(plan.grid), len(plan.names)))
     row = 0
     for i, t in enumerate(points):
@@ -111,6 +104,12 @@ def _steps(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
 
 def _steps3(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     """The grid (k,), in s, and the values recorded there, (k, outputs), by FMI 3.0."""
+    initialize3(instance, run, plan)
+    return co_simulation(instance, run, plan)
+
+
+def initialize3(instance: Instance, run: Run, plan: Plan) -> None:
+    """Set start values and initialize an FMU of FMI 3.0."""
     from fmpy.simulation import apply_start_values, settable_in_instantiated
 
     fmu, description = instance.fmu, instance.description
@@ -119,10 +118,9 @@ def _steps3(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     tolerance = _tolerance(instance, run)
     fmu.enterInitializationMode(tolerance=tolerance, startTime=float(plan.grid[0]), stopTime=float(plan.grid[-1]))
     fmu.exitInitializationMode()
-    return co_simulation(instance, run, plan)
 
 
-def _followed(plan: Plan) -> tuple[int, ...]:
+def followed(plan: Plan) -> tuple[int, ...]:
     """The value references of the inputs that change within a communication step."""
     names = plan.pieces.names if plan.pieces is not None else ()
     return tuple(sorted({plan.scalars[name].reference for name in names}))
@@ -136,7 +134,7 @@ def _tolerance(instance: Instance, run: Run) -> float | None:
     return float(experiment.tolerance or 0.0) or None
 
 
-def _recorder(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[Floats], None]:
+def recorder(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[Floats], None]:
     """A function that writes the present values of the recorded variables into a row (outputs,)."""
     fmu, component = instance.fmu, instance.fmu.component
     kinds = {v.name: v.type for v in instance.description.modelVariables}
@@ -155,7 +153,7 @@ def _recorder(instance: Instance, plan: Plan, references: Mapping[str, int]) -> 
     return record
 
 
-def _initialize(instance: Instance, run: Run, plan: Plan) -> None:
+def initialize(instance: Instance, run: Run, plan: Plan) -> None:
     """Set start values, the ones before initialization mode first, and initialize the FMU."""
     from fmpy.simulation import apply_start_values, settable_in_initialization_mode, settable_in_instantiated
 
@@ -170,7 +168,7 @@ def _initialize(instance: Instance, run: Run, plan: Plan) -> None:
     fmu.exitInitializationMode()
 
 
-def _setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[float], None]:
+def setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[float], None]:
     """A function of t (s) that sets the inputs at the beginning of a step, and their derivatives unless held."""
     fmu, component, held = instance.fmu, instance.fmu.component, plan.held
     names = plan.pieces.names if plan.pieces is not None else held.names if held is not None else ()

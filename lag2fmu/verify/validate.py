@@ -34,6 +34,7 @@ from lag2fmu.verify.hybrid import extent, row_checks, row_outputs
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange, problems
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
+from lag2fmu.verify.law_checks import law_checks
 from lag2fmu.verify.plan import check_times, check_tolerance, takes_derivatives, times_of
 from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check, Report
@@ -224,9 +225,8 @@ def _laws_checks(task: Task, runs: dict[str, Trajectory], references: _Reference
         return []
     reference = references.of(task.steps[1])
     of_it = {label: run for label, run in runs.items() if not task.holds or label.endswith(f"{task.steps[1]:.3g} s")}
-    return list(
-        row_checks(task, of_it, reference, {label: on_grid(reference, run.time) for label, run in of_it.items()})
-    )
+    rows = {label: on_grid(reference, run.time) for label, run in of_it.items()}
+    return [*row_checks(task, of_it, reference, rows), *law_checks(task)]
 
 
 def _analysis(task: Task, run: Trajectory, reference: Reference) -> tuple[list[Check], list[str]]:

@@ -34,7 +34,7 @@ def all_functions() -> Mechanism:
         sp.Abs,
     ]
     potential = sp.Add(*((i + 1) * f(x * y + TIME / 10) for i, f in enumerate(one)))
-    potential += sp.atan2(x, y) + sp.Max(x, y, x * y) * sp.Min(x, y) + sp.Heaviside(x - y) * x + sp.sign(x) * y
+    potential += sp.atan2(x, y) + sp.Max(x, y, x * y) * sp.Min(x, y) + sp.Heaviside(x - y) * (x - y) + sp.sign(x) * x
     potential += x ** sp.Rational(7, 3) + y**x + x**-3 + 1 / (x + y) + x**12 + sp.pi * sp.Rational(2, 3) * x
     kinetic = (1 + x**2 / (1 + y**2)) * x.dot**2 / 2 + sp.exp(x) * y.dot**2 / 2 + sp.cos(y) * x.dot * y.dot / 3
     energy = Energy(kinetic=kinetic, potential=potential, dissipation=x**2 * y.dot**2 / 2)

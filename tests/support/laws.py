@@ -21,6 +21,7 @@ MOST_ROWS, MOST_CONTACTS = 24, 8
 UNITS = (
     *("complementarity", "cones", "contact_rows", "elimination", "impacts", "impacts_without_collision", "laws"),
     *("least_norm", "lemke", "polyhedral", "vector_length", "complementarity_large", "envelope", "sparse_rows"),
+    "scale",
 )
 """The files of the runtime that know nothing of a mechanism but its sizes."""
 SIZES = f"#define SIZE_ROWS {MOST_ROWS}\n#define SIZE_ACTIVE {MOST_ROWS}\n#define SIZE_CONTACTS {MOST_CONTACTS}\n"
@@ -50,7 +51,13 @@ class Row(ctypes.Structure):
 
 
 class _Problem(ctypes.Structure):
-    _fields_ = [("rows", ctypes.c_int), ("delassus", _Doubles), ("free", _Doubles), ("row", ctypes.POINTER(Row))]
+    _fields_ = [
+        ("rows", ctypes.c_int),
+        ("delassus", _Doubles),
+        ("free", _Doubles),
+        ("row", ctypes.POINTER(Row)),
+        ("determined", ctypes.POINTER(ctypes.c_bool)),
+    ]
 
 
 class _Lcp(ctypes.Structure):
@@ -159,8 +166,8 @@ class Laws:
     """The compiled units."""
 
     def __init__(self, folder: Path) -> None:
-        runtime = resource_folder("templates") / "runtime"
-        folders = (runtime / "variants" / "contacts", runtime / "solvers" / "common")
+        runtime = resource_folder("templates") / "engine"
+        folders = (runtime / "base", runtime / "laws")
         paths = [folder / f"{name}.{ending}" for folder in folders for name in UNITS for ending in "ch"]
         sources = {path.name: path.read_text("utf-8") for path in paths if path.is_file()}
         sources |= {"mechanism.h": SIZES, "batch.c": BATCH}

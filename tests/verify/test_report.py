@@ -33,6 +33,23 @@ def test_a_check_passes_up_to_its_bar(value: float, passed: bool) -> None:
     assert report(Check("good", 0.0, 1.0), Check("x", value, 1e-4)).passed is passed
 
 
+@pytest.mark.parametrize(
+    ("others", "outcome"),
+    [((), "not judged"), ((Check("bad", 2.0, 1.0),), "FAILED"), ((Check("good", 0.0, 1.0),), "not judged")],
+)
+def test_what_leaves_much_out_is_not_judged(others: tuple[Check, ...], outcome: str) -> None:
+    """It is neither ok nor a failure, unless something else failed."""
+    left_out = Check("share not compared", 0.607, 0.2, extent=True)
+    found = report(*others, left_out)
+    assert (left_out.outcome, found.outcome, found.passed) == ("not judged", outcome, False)
+    assert outcome in repr(found)
+    assert "not judged" in str(found)
+    assert "<b>not judged</b>" in found._repr_html_()
+    content = json.loads(found.to_json())
+    assert (content["outcome"], content["checks"][-1]["outcome"]) == (outcome, "not judged")
+    assert report(Check("share not compared", 0.1, 0.2, extent=True)).passed
+
+
 def test_the_text_names_every_check() -> None:
     text = str(report(Check("first", 1e-7, 1e-4, "a detail"), Check("second", 2e-3, 1e-4)))
     lines = {line.split("│")[1].strip(): line for line in text.splitlines() if line.count("│") > 4}
@@ -58,7 +75,9 @@ def test_json_holds_the_numbers_exactly() -> None:
     assert content["title"] == "A title"
     assert content["passed"] is False
     assert content["notes"] == ["A note."]
-    assert content["checks"][0] == {"name": "first", "value": 1 / 3, "bar": 1e-4, "detail": "a detail", "passed": False}
+    first = {"name": "first", "value": 1 / 3, "bar": 1e-4, "detail": "a detail", "extent": False}
+    first |= {"unit": "", "evidence": "integration"}
+    assert content["checks"][0] == first | {"passed": False, "outcome": "FAILED"}
     assert content["checks"][1]["passed"] is True
 
 

@@ -152,11 +152,22 @@ def test_inputs_without_a_signal_keep_their_values_and_nothing_is_printed(kind, 
 
 
 @pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
-def test_inputs_that_end_early_keep_their_last_value(kind, exported) -> None:
+def test_inputs_that_end_early_keep_their_last_value_and_it_is_said(kind, exported, caplog) -> None:
     inputs = Trajectory.of([0.0, 0.5], {"F": [0.0, 5.0]})
     run = lag2fmu.simulate(exported("cart_pole"), stop_time=1.0, step=0.25, tolerance=1e-9, inputs=inputs, kind=kind)
     expected = integrate(load("cart_pole"), run.time, inputs=inputs).trajectory
     assert run["x"] == pytest.approx(expected["x"], abs=1e-6)
+    (sentence,) = caplog.messages
+    assert sentence.endswith(
+        "the inputs F end at 0.5 s and keep their last values until 1 s; give them to the end, or an earlier stop time"
+    )
+
+
+def test_inputs_to_the_end_and_constants_are_not_remarked_upon(exported, caplog) -> None:
+    for times in ([0.0], [0.0, 1.0], [0.0, 1.0 - 1e-12], [0.0, 2.0]):
+        inputs = Trajectory.of(times, {"F": np.ones(len(times))})
+        lag2fmu.simulate(exported("cart_pole"), stop_time=1.0, step=0.25, inputs=inputs)
+    assert not caplog.messages
 
 
 # ------------------------------------------------------------------------------------------------- warnings, errors

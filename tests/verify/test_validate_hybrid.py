@@ -1,5 +1,6 @@
 """What validation says of hybrid mechanisms: times that compare, and each law by a run that breaks it."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,8 +10,9 @@ import pytest
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Reference, Trajectory, integrate
-from lag2fmu.verify.agreement import comparable
+from lag2fmu.verify.agreement import LOWER, comparable
 from lag2fmu.verify.hybrid import extent, row_checks
+from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Task
 from tests.reference import hybrid_mechanisms as known
 
@@ -70,13 +72,17 @@ def sliding() -> tuple[Task, Reference]:
     return compared(known.sliding_sphere(0.4), 1.5)
 
 
-def failed(task: Task, reference: Reference, **columns: np.ndarray) -> set[str]:
-    """The checks that fail for the direct integration itself with other ``columns``."""
+def checks(task: Task, reference: Reference, **columns: np.ndarray) -> list[Check]:
+    """The checks of the direct integration itself with other ``columns``."""
     own = reference.trajectory
     changed = {name: columns.get(name, own[name]) for name in own.names}
     rows = np.arange(len(own))
-    checks = row_checks(task, {LABEL: Trajectory.of(own.time, changed)}, reference, {LABEL: rows})
-    return {check.name for check in checks if not check.passed}
+    return list(row_checks(task, {LABEL: Trajectory.of(own.time, changed)}, reference, {LABEL: rows}))
+
+
+def failed(task: Task, reference: Reference, **columns: np.ndarray) -> set[str]:
+    """The names of the ``checks`` that fail."""
+    return {check.name for check in checks(task, reference, **columns) if not check.passed}
 
 
 def test_a_run_that_obeys_the_laws_passes(bouncing: tuple[Task, Reference], sliding: tuple[Task, Reference]) -> None:
@@ -118,7 +124,29 @@ def test_times_around_impacts_and_low_rebounds_are_not_compared(bouncing: tuple[
     assert not seen[(time > 1.351) & (time < 1.354)].any()
     (check,) = extent(task, reference, 2.0)
     assert 0 < check.value < 0.02
-    assert "impacts)" in check.detail
+    impacts = [event for event in reference.events if event.kind == "impact"]
+    low = sum(event.height <= LOWER * task.tolerance for event in impacts)
+    assert 0 < low < len(impacts)
+    assert f"({len(impacts)} impacts, {low} of them accumulating)" in check.detail
+
+
+@pytest.mark.parametrize(("horizon", "outcome"), [(2.0, "ok"), (1.7, "ok"), (1.5, "not judged"), (0.3, "not judged")])
+def test_a_fifth_may_be_left_out(bouncing: tuple[Task, Reference], horizon: float, outcome: str) -> None:
+    (check,) = extent(*bouncing, horizon)
+    assert check.outcome == outcome
+    assert ("take a sharper --tolerance" in check.detail) is (outcome != "ok")
+
+
+def test_impacts_are_counted_alike_in_a_report(bouncing: tuple[Task, Reference]) -> None:
+    """Those that are compared one by one are told beside all of them."""
+    task, reference = bouncing
+    (share,) = extent(task, reference, 2.0)
+    (counted,) = [check for check in checks(task, reference) if check.name == "impacts counted"]
+    told = re.search(r"\d+ impacts, \d+ of them accumulating", share.detail)
+    assert told is not None
+    assert told[0] in counted.detail
+    single = int(counted.detail.split(" compared one by one of ")[0])
+    assert single + int(told[0].split()[2]) == int(told[0].split()[0])
 
 
 def test_an_impact_behind_what_compares_leaves_the_times_before_it(bouncing: tuple[Task, Reference]) -> None:

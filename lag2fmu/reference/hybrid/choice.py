@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.laws import CLOSED, EXACT, PLANES, Item, Outcome, apart, decided, lawful, units
@@ -14,6 +15,7 @@ from lag2fmu.reference.hybrid.measures import (
     BACK,
     SLOW_SLIP,
     STILL,
+    force_sizes,
     is_free,
     pace,
     rest_speeds,
@@ -30,6 +32,9 @@ LOCATED = 1e3
 """A slip in space ends with so many times the velocity that counts as zero, or less."""
 YIELDS = 1e-6
 """A contact whose slip begins bears less friction than the limit by this part."""
+
+THROWN = 1e-9
+"""Accelerations of a row below this part of those that all forces make are none."""
 
 WithoutCollision = Callable[[Point, Modes, Sequence[int]], tuple[State, float]]
 
@@ -83,10 +88,14 @@ class Choice:
         present = self._lasting(modes, contacts, due)
         before: tuple[Mode, ...] | None = None
         giving = self._giving_way(point, modes, due)
+        thrown = _thrown(point, D, c) & (np.abs(v) <= rests)
+        lone = np.diag(force_sizes(point) ** -2) * pace(point) ** 2  # what is left of them by rounding is no answer
+        D = np.where(thrown[:, None] | thrown, lone, D)
+        going, beyond = np.where(thrown, c, v), np.where(thrown, 0.0, rests)
         for _ in range(100):  # the capacities of frictions may depend on the forces that result
             items = [self._touching_item(point, i, modes, due, rests, giving.get(i)) for i in contacts]
             if e.f:
-                items += self._friction_items(point, modes, due, rests, *e.capacities(point.state, *borne))
+                items += self._friction_items(due, beyond, going, *e.capacities(point.state, *borne))
             rows, moved = apart(items)
             found = decided(
                 D[np.ix_(rows, rows)], c[rows], moved, pace(point), lambda chosen: _changes(chosen, present)
@@ -153,12 +162,11 @@ class Choice:
             return None
         return tuple(slip / np.hypot.reduce(slip))
 
-    def _friction_items(
-        self, point: Point, modes: Modes, due: Due, rests: Floats, force: Floats, static: Floats
-    ) -> list[Item]:
+    def _friction_items(self, due: Due, rests: Floats, going: Floats, force: Floats, static: Floats) -> list[Item]:
+        """The items of dry frictions, which move where ``going`` (k,) is beyond ``rests``."""
         items = []
         for j, row in enumerate(self.system.elements.friction_rows):
-            v, r = point.rows.velocities[row], int(row)
+            v, r = going[row], int(row)
             moving = abs(v) > rests[row]
             direction = (float(np.sign(v)),) if moving else None
             options: tuple[Mode, ...] = CLOSED
@@ -191,6 +199,16 @@ class Choice:
         return replace(
             modes, contacts=tuple(chosen), frictions=tuple(frictions), directions=directions, steadied=steadied
         )
+
+
+def _thrown(point: Point, D: Floats, c: Floats) -> NDArray[np.bool_]:
+    """Which rows of dry friction no force along them moves, but the motion does: a slide in its crank's dead centre.
+
+    Their accelerations are c (k,), which tell how they go on; D (k, k) is the answer of rows to forces on rows.
+    """
+    fixed = [not is_free(point, D, row) for row in range(len(c))]
+    found: NDArray[np.bool_] = (np.abs(c) > THROWN * pace(point)) & fixed
+    return found
 
 
 def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: float) -> Outcome:

@@ -36,6 +36,7 @@ class HybridResult:
     amplification: Floats
     comparable: NDArray[np.bool_]
     events: tuple[Event, ...]
+    turns: tuple[float, ...]
     evaluations: int
 
 
@@ -82,6 +83,7 @@ def compared(run: Run, tracks: Sequence[Track], scales: Floats, columns: Mapping
         amplification=amplification,
         comparable=same,
         events=fine.events,
+        turns=fine.turns,
         evaluations=sum(track.evaluations for track in tracks),
     )
 

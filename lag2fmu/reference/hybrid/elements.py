@@ -9,7 +9,7 @@ force r along it has the generalized forces J^T r.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 
 import numpy as np
 import sympy as sp
@@ -78,6 +78,7 @@ class Elements:
         self.latch_rows = list(range(self.k - len(rows.held), self.k))
         self.sides = len(composition.kinks.sides)
         self._first_side = len(energies.constants) - self.sides
+        self.timed: list[bool] = []  # whether margins and conditions depend on nothing but the time
         self._compile_rows(composition, rows, velocities)
         self._compile_forces(composition)
 
@@ -90,6 +91,10 @@ class Elements:
         slopes = gradients(s.qd, velocities)
         self._function = compiled(arguments, [*rows.gaps, *rows.positions(), *velocities, *gamma, *slopes, *laws])
         margins = [*composition.kinks.margins, *(written(latch.while_) for latch in m.latches)]
+        known = {TIME, *s.parameters} - set(composition.kinks.sides)
+        for margin, side in zip_longest(margins, composition.kinks.sides):
+            self.timed.append(margin.free_symbols <= known)
+            known |= {side} if self.timed[-1] else set()
         self._events = compiled(arguments, [*margins, *rows.gaps, *velocities])
         self._damping = compiled(arguments, [composition.damper_power()])
 
@@ -119,15 +124,14 @@ class Elements:
             self._constants[self._first_side + i] = np.float64(side)
 
     def rows(self, state: State) -> Rows:
-        """Everything about the rows at a single ``state``."""
-        values = self._function(state.rows, self._constants)
+        """Everything about the rows at ``state``; a batch of states has its axis last."""
+        values, batch = self._function(state.rows, self._constants), state.t.shape
         u, k = self.u, self.k
         parts = np.split(values, np.cumsum([u, len(self.latches), k, k, k * self.n]))
         gaps, latched, velocities, gamma, jacobian, laws = parts
-        restitution, friction, static = laws.reshape(u, 3).T
-        return Rows(
-            gaps, latched, velocities, gamma, jacobian.reshape(k, self.n), restitution, friction, static, self.slip_rows
-        )
+        restitution, friction, static = np.moveaxis(laws.reshape(u, 3, *batch), 1, 0)
+        slopes = jacobian.reshape(k, self.n, *batch)
+        return Rows(gaps, latched, velocities, gamma, slopes, restitution, friction, static, self.slip_rows)
 
     def events(self, state: State) -> tuple[Floats, Floats, Floats, Floats]:
         """Margins of kinks, conditions, gaps, velocities of rows at a batch of states: (count, *batch) each, in SI."""
@@ -141,9 +145,10 @@ class Elements:
             return np.zeros(0)
         return self._further(np.concatenate([state.rows, qdd, multipliers, forces]), self._constants)
 
-    def damper_power(self, state: State) -> float:
-        """The power, in W, that dampers with a law of force dissipate."""
-        return float(self._damping(state.rows, self._constants)[0])
+    def damper_power(self, state: State) -> Floats:
+        """The power, in W, that dampers with a law of force dissipate, (*batch,)."""
+        found: Floats = self._damping(state.rows, self._constants)[0]
+        return found
 
     def capacities(self, state: State, multipliers: Floats, forces: Floats) -> tuple[Floats, Floats]:
         """The sliding and the largest holding forces of frictions, (f,) each, in N or N.m.
@@ -151,8 +156,8 @@ class Elements:
         They may depend on what constraints and rows bear: ``multipliers`` (m,) and ``forces`` (k,).
         """
         rows = np.concatenate([state.rows, multipliers, forces])
-        values = self._capacities(rows, self._constants).reshape(self.f, 2)
-        return values[:, 0], values[:, 1]
+        values = self._capacities(rows, self._constants)
+        return values[::2], values[1::2]
 
     def capacity_slopes(self, state: State, multipliers: Floats, forces: Floats) -> tuple[Floats, Floats]:
         """The sliding forces (f,), and their derivatives by all multipliers and forces along rows (f, m + k)."""

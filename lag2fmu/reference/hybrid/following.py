@@ -65,9 +65,8 @@ class Follower:
             due = frozenset()
         found = [m for m in self.modes if m is not None]
         events = tuple(sorted(self.memory.events, key=lambda event: event.time))
-        return Track(
-            self.values, tuple(found), self.counts, self.impulses, self.since, events, self.stepper.evaluations
-        )
+        count, turns = self.stepper.evaluations, tuple(self.memory.turns)
+        return Track(self.values, tuple(found), self.counts, self.impulses, self.since, events, count, turns)
 
     def _piece(self, t: float, y: Floats, modes: Modes, end: float) -> tuple[float, Floats, Due]:
         """The motion from ``t`` to the next event or to ``end``: the time reached (s), y there, and what is due."""
@@ -99,18 +98,29 @@ class Follower:
         if self.at_once > STUCK:
             raise SimulationError(
                 f"mechanism '{self.run.system.mechanism.name}' at time {t!r} s: events follow without end; last "
-                f"{', '.join(sorted(f'{kind} {i}' for kind, i in due)) or last}"
+                f"{', '.join(sorted(self._told(kind, i) for kind, i in due)) or f'at {last!r} s'}"
             )
         logged = len(self.memory.events)
         state, new, gained = self.settling.settled(self.run.state(t, y), modes, due)
         for i, (a, b) in enumerate(zip(modes.contacts, new.contacts, strict=True)):
             if b is not Mode.OPEN and a is Mode.OPEN:
                 self.closings[i] = self.memory.impacts[i]
+        if new.sides != modes.sides:
+            self.memory.turns.append(t)
         y = np.concatenate([state.q, state.qd, y[2 * self.n : -2], y[-2:] + gained])
         self._measure_rebounds(state, new, logged)
         for row in np.flatnonzero(self.run.times == t).tolist():
             self._remember(row, y, new)
         return y, new
+
+    def _told(self, kind: str, i: int) -> str:
+        """An event function in words: what came to 0, and the element's name."""
+        e = self.run.system.elements
+        if kind == "side":
+            return f"the condition number {i + 1} of an expression"
+        if kind == "condition":
+            return f"the condition of '{e.latches[i]}'"
+        return f"the {kind} of '{e.frictions[i] if kind == 'friction' else e.contacts[i]}'"
 
     def _measure_rebounds(self, state: State, modes: Modes, logged: int) -> None:
         """Add to the impacts from number ``logged`` on how high they rebound, and how high they lift other contacts.

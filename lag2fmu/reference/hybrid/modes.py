@@ -77,11 +77,15 @@ Due = frozenset[tuple[str, int]]
 
 @dataclass
 class Memory:
-    """What a run remembers: counts and last impulses (N.s) of the impacts of contacts, (u,) each, and all events."""
+    """What a run remembers: counts and last impulses (N.s) of the impacts of contacts, (u,) each, and all events.
+
+    ``turns`` are the times (s) at which kinks changed their sides.
+    """
 
     impacts: list[int]
     impulses: Floats
     events: list[Event] = field(default_factory=list)
+    turns: list[float] = field(default_factory=list)
 
     def log(self, time: float, element: str, kind: str, impulse: float = 0.0) -> None:
         """Add an event at ``time`` (s)."""

@@ -23,7 +23,7 @@ class Track:
 
     ``values`` (m, s + 2) are q, qd, further states, work (J) and dissipated energy (J). For each contact, (m, u):
     ``impacts`` counts them, ``impulses`` are the last ones (N.s), ``since`` counts impacts since the contact closed
-    last.
+    last. ``turns`` are the times (s) at which kinks changed their sides.
     """
 
     values: Floats
@@ -33,6 +33,7 @@ class Track:
     since: Floats
     events: tuple[Event, ...]
     evaluations: int
+    turns: tuple[float, ...] = ()
 
 
 class Run:

@@ -10,6 +10,7 @@ import numpy as np
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.measures import STILL, gap_sizes, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
+from lag2fmu.reference.hybrid.records import Point
 from lag2fmu.reference.hybrid.system import System
 from lag2fmu.reference.state import Floats, State
 
@@ -100,6 +101,23 @@ class Settling:
             e.set_sides(tuple(sides))
         return tuple(sides), conditions
 
+    def _undone(self, point: Point, low: list[int], D: Floats) -> Floats:
+        """The impulses (k,) that take the velocities of the contacts ``low`` from them at once, D (k, k).
+
+        The floor gave these velocities, and with them its friction: an impulse that is taken back has that of its size.
+        From rest to rest friction then has its part of weight times time, and no more.
+        """
+        rows, e = point.rows, self.system.elements
+        spread = np.zeros((e.k, len(low)))
+        for j, i in enumerate(low):
+            slip = rows.velocities[e.slip_rows[i]]
+            speed = float(np.linalg.norm(slip))
+            spread[i, j] = 1.0
+            if speed > STILL * velocity_sizes(point)[i]:
+                spread[e.slip_rows[i], j] = -rows.friction[i] * slip / speed
+        taken: Floats = spread @ np.linalg.lstsq((D @ spread)[low], -rows.velocities[low], rcond=1e-11)[0]
+        return taken
+
     def _left(self, state: State, modes: Modes) -> Modes:
         """``modes`` without contacts whose gaps have jumped up with a side; raises SimulationError for a jump down."""
         point = self.system.point(state)
@@ -141,8 +159,7 @@ class Settling:
         _, X = system.responses(point, modes)
         D = point.rows.jacobian @ X
         v = point.rows.velocities
-        P = np.zeros(e.k)
-        P[low] = np.linalg.lstsq(D[np.ix_(low, low)], -v[low], rcond=1e-11)[0]
+        P = self._undone(point, low, D)
         new = State(state.t, state.q, state.qd + X @ P, state.inputs)
         logged = len(self.memory.events)
         new, modes, _ = self.chosen(new, modes, frozenset(("gap", i) for i in low))

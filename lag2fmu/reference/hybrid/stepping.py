@@ -11,12 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.modes import Due
+from lag2fmu.reference.hybrid.timed import first_descent
 from lag2fmu.reference.state import Floats
 
 Dense = Callable[[float], Floats]
@@ -45,9 +47,16 @@ _WEIGHTS = _weights()
 
 
 class Motion(Protocol):
-    """A smooth motion y(t) (s,), with event functions by their ``labels``, which are positive while it lasts."""
+    """A smooth motion y(t) (s,), with event functions by their ``labels``, which are positive while it lasts.
+
+    Those that are ``timed`` depend on nothing but the time.
+    """
 
     labels: tuple[tuple[str, int], ...]
+    timed: tuple[int, ...]
+
+    def margin_of_time(self, i: int, times: Floats, y: Floats) -> Floats:
+        """The event function ``i``, one of those that are ``timed``, at ``times`` (b,); y (s,) is any."""
 
     def slope(self, t: float, y: Floats) -> Floats:
         """dy/dt, (s,)."""
@@ -151,7 +160,26 @@ class Watch:
 
     def first(self, dense: Dense, a: float, b: float, ya: Floats, yb: Floats) -> tuple[float, Due] | None:
         """The time (s) of the first event in (a, b], y there being ``yb`` (s,), and what is due; None without one."""
-        return self._first(dense, (a, b), (ya, yb), HALVINGS) if len(self.floors) else None
+        if not len(self.floors):
+            return None
+        roots = self._timed_roots(a, b, ya)
+        found = self._first(dense, (a, b), (ya, yb), HALVINGS)
+        at = min([*roots.values(), *([found[0]] if found else [])], default=None)
+        if at is None:
+            return None
+        last = at + SAME * max(1.0, abs(at))
+        timed = frozenset(label for label, root in roots.items() if root <= last)
+        return at, timed | (found[1] if found and found[0] <= last else frozenset())
+
+    def _timed_roots(self, a: float, b: float, y: Floats) -> dict[tuple[str, int], float]:
+        """{label: time (s) of its first descent in (a, b]} of the functions of the time alone; y (s,) is any."""
+        roots = {}
+        for i in self.piece.timed:
+            function = partial(self.piece.margin_of_time, i, y=y)
+            root = first_descent(function, a, b, float(self.floors[i]), bool(self.armed[i]))
+            if root is not None:
+                roots[self.piece.labels[i]] = root
+        return roots
 
     def _first(
         self, dense: Dense, ends: tuple[float, float], there: tuple[Floats, Floats], halvings: int
@@ -168,7 +196,7 @@ class Watch:
             return found or self._first(dense, (middle, b), (half, yb), halvings - 1)
         for j in range(1, len(times)):
             roots = {}
-            for i in range(len(values)):
+            for i in set(range(len(values))) - {*self.piece.timed}:
                 root = self._root(i, dense, times, values[i], j)
                 if root is not None:
                     roots[self.piece.labels[i]] = root
@@ -187,7 +215,9 @@ class Watch:
         margins = self.piece.margins(between, np.stack([dense(t) for t in between]))
         known = values[: len(margins)]
         bound = np.maximum(RESOLVED * np.abs(known).max(axis=1), self.floors[: len(margins)])
-        return bool((np.abs(known @ _WEIGHTS - margins).max(axis=1, initial=0.0) <= bound).all())
+        told = np.abs(known @ _WEIGHTS - margins).max(axis=1, initial=0.0) <= bound
+        told[list(self.piece.timed)] = True
+        return bool(told.all())
 
     def _root(self, i: int, dense: Dense, times: Floats, values: Floats, j: int) -> float | None:
         """The root of function ``i`` between the places j - 1 and j of a step, if it comes down to zero there."""

@@ -1,0 +1,228 @@
+"""What is doubtful in a run by itself: friction beyond its limit, constraints left open, a stick that creeps.
+
+A second run is not needed: the laws are looked at where the run was recorded.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from lag2fmu.description import names
+from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.errors import Lag2FmuError
+from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.graph.batches import evaluate
+from lag2fmu.graph.nodes import Node
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.hybrid.modes import Mode
+from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.verify.instances import description_of, state_of
+from lag2fmu.verify.plan import recorded
+from lag2fmu.verify.run import Floats, Run
+from lag2fmu.verify.scalars import scalars_of
+from lag2fmu.verify.simulate import simulate_fmu
+
+BEYOND = 1e-3
+"""A friction that exceeds its limit by more than this part of the greatest limit is doubtful.
+
+Rounding and the width of an event give 1e-8 at most; one that is decided wrongly exceeds its limit by half or more.
+"""
+OPEN = 100.0
+"""A residual, a slip or a creep is doubtful beyond so many tolerances of its size; errors of runs are below 10."""
+STILL = 3
+"""So many points at rest in a row tell that something creeps."""
+PATIENCE = 5.0
+"""The most seconds that an export waits for a run of the FMU."""
+REMEDY = "compare with a run at a sharper tolerance, and with the solver moreau; where they differ, trust none of them"
+
+
+_LOGGER = logging.getLogger("lag2fmu")
+
+
+class Watch:
+    """What is looked at in runs of ``mechanism``; ``outputs`` are the variables of its FMU that this needs."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.equations = derive(complete(mechanism))
+        self.mechanism = m = self.equations.mechanism
+        self._values = self._own = {p.name: float(p.value) for p in m.parameters if p.value is not None}
+        rows, c = self.equations.rows, self.equations.constraints
+        laws = (*rows.sliding, *rows.holding, *rows.friction, *rows.static_friction, *rows.velocities)
+        self._nodes = [*laws, *(x for row in (*rows.jacobian, *c.jacobian) for x in row)]
+        self._symbols = self.equations.graph.symbols(self._nodes) - {"t"} - self._values.keys()
+        q = [x.name for x in m.coordinates]
+        of_rows = [str(self.equations.graph.leaf[node]) for node in self.equations.variables.forces]
+        elements = [*(u.name for u in m.unilaterals), *(f.name for f in m.frictions)]
+        shown = [*q, *map(names.velocity, q), *of_rows, *map(names.mode, elements)]
+        shown += [names.residual(item.name) for item in m.constraints]
+        self.outputs = list(dict.fromkeys([*shown, *sorted(self._symbols)])) if len(rows) or len(c) else []
+
+    def doubts(
+        self, run: Trajectory, tolerance: float | None, values: Mapping[str, float] | None = None
+    ) -> Iterator[str]:
+        """A sentence on all doubts in the ``run``, made with this ``tolerance``; none without ``outputs``.
+
+        ``values`` (SI) are those of parameters that were set for the run.
+        """
+        self._values = self._own | {name: x for name, x in (values or {}).items() if name in self._own}
+        if not self.outputs or not set(self.outputs) <= set(run.names) or len(run.time) < 2:
+            return
+        tolerance = self.mechanism.experiment.tolerance if tolerance is None else tolerance
+        told = [*self._frictions(run), *self._residuals(run, tolerance), *self._creeps(run, tolerance)]
+        if told:
+            yield f"the run is doubtful: {'; '.join(told)}; {REMEDY}"
+
+    def _numbers(self, run: Trajectory, nodes: Sequence[Node]) -> Floats:
+        """The values of ``nodes`` (k,) along the run, (k, m)."""
+        values: dict[str, float | Floats] = {**self._values, **{name: run[name] for name in self._symbols}}
+        values["t"] = run.time
+        return evaluate(self.equations.graph, nodes, values)
+
+    def _frictions(self, run: Trajectory) -> Iterator[str]:
+        """The friction that is farthest beyond its limit."""
+        m, rows = self.mechanism, self.equations.rows
+        found = []
+        limits = zip(m.frictions, self._numbers(run, rows.sliding), self._numbers(run, rows.holding), strict=True)
+        for f, sliding, holding in limits:
+            limit = np.where(run[names.mode(f.name)] == Mode.STICKS, holding, sliding)
+            found.append((f.name, np.abs(run[names.force(f.name)]), limit))
+        coefficients = self._numbers(run, rows.friction), self._numbers(run, rows.static_friction)
+        for u, friction, static in zip(m.unilaterals, *coefficients, strict=True):
+            forces = [run[name] for name in names.frictions(u.name, len(u.slips))]
+            if forces:
+                coefficient = np.where(run[names.mode(u.name)] == Mode.STICKS, static, friction)
+                found.append((u.name, np.hypot.reduce(forces), coefficient * run[names.force(u.name)]))
+        for name, size, own in found:
+            limit = _around(own)
+            over = size - limit
+            at = int(np.argmax(over))
+            if over[at] > BEYOND * max(float(np.abs(limit).max()), 1e-300):
+                yield (
+                    f"the friction of {name} is {size[at]:.4g} where {limit[at]:.4g} is its limit, "
+                    f"at t = {run.time[at]:.4g} s"
+                )
+
+    def _residuals(self, run: Trajectory, tolerance: float) -> Iterator[str]:
+        """The constraints that are not met."""
+        m, c = self.mechanism, self.equations.constraints
+        for k, (item, row) in enumerate(zip(m.constraints, c.jacobian, strict=True)):
+            size = self._size(run, row, rates=k >= len(c.positions))
+            open_ = np.abs(run[names.residual(item.name)])
+            at = int(np.argmax(open_))
+            if open_[at] > OPEN * tolerance * size:
+                yield f"the constraint {item.name} is left open by {open_[at]:.3g} at t = {run.time[at]:.4g} s"
+
+    def _creeps(self, run: Trajectory, tolerance: float) -> Iterator[str]:
+        """The friction that slips while it sticks, and the coordinate that moves at rest."""
+        rows, start = self.equations.rows, len(self.mechanism.unilaterals)
+        owners = [u.name for u, slips in zip(self.mechanism.unilaterals, rows.slips, strict=True) for _ in range(slips)]
+        owners += [f.name for f in self.mechanism.frictions]
+        stuck = np.zeros(len(run.time), dtype=bool)
+        slips = rows.velocities[start : start + len(owners)]
+        for k, (name, slip) in enumerate(zip(owners, self._numbers(run, slips), strict=True), start):
+            sticks = run[names.mode(name)] == Mode.STICKS
+            stuck |= sticks
+            off = np.where(sticks, np.abs(slip), 0.0)
+            at = int(np.argmax(off))
+            if off[at] > OPEN * tolerance * self._size(run, rows.jacobian[k], rates=True):
+                yield f"{name} sticks and slips by {off[at]:.3g} (SI) at t = {run.time[at]:.4g} s"
+        yield from self._moving_at_rest(run, stuck, tolerance)
+
+    def _moving_at_rest(self, run: Trajectory, stuck: np.ndarray, tolerance: float) -> Iterator[str]:
+        """The coordinate that moves while every velocity is 0 and a friction sticks."""
+        coordinates = self.mechanism.coordinates
+        slow = [np.abs(run[names.velocity(q.name)]) <= tolerance * q.nominal for q in coordinates]
+        still = np.logical_and.reduce([stuck, *slow])
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
+        for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            for q in coordinates if end - begin >= STILL else ():
+                moved = float(abs(run[q.name][end - 1] - run[q.name][begin]))
+                span = float(run.time[end - 1] - run.time[begin])
+                if moved > OPEN * tolerance * q.nominal * max(1.0, span):
+                    yield f"{q.name} creeps by {moved:.3g} (SI) at rest, from t = {run.time[begin]:.4g} s on"
+                    return
+
+    def _size(self, run: Trajectory, row: Sequence[Node], *, rates: bool) -> float:
+        """The size of what ``row`` (n,) makes of the motion: sums of |entry| times the greatest or nominal value."""
+        entries = np.abs(self._numbers(run, row)).max(axis=1)
+        of = names.velocity if rates else str
+        greatest = [max(float(np.abs(run[of(q.name)]).max()), q.nominal) for q in self.mechanism.coordinates]
+        return max(float(entries @ greatest), 1e-300)
+
+
+def _around(limit: Floats) -> Floats:
+    """The greatest of each entry and its neighbours (m,): a limit that jumps at a point holds before and after it."""
+    padded = np.concatenate([limit[:1], limit, limit[-1:]])
+    found: Floats = np.maximum.reduce([padded[:-2], padded[1:-1], padded[2:]])
+    return found
+
+
+def watch_of(mechanism: Mechanism) -> Watch | None:
+    """What is looked at in runs of ``mechanism``; None where nothing can be doubtful, or nothing can be derived."""
+    if not (mechanism.hybrid or mechanism.constraints):
+        return None
+    try:
+        return Watch(mechanism)
+    except Lag2FmuError:  # an older version exported what this one refuses
+        return None
+
+
+def watched(path: Path, run: Run) -> Trajectory:
+    """What ``simulate_fmu`` gives; what is doubtful in the run of the FMU ``path`` is told as its warnings are."""
+    watch = _watch_inside(path, state_of(path))
+    if watch is None or not watch.outputs:
+        return simulate_fmu(path, run)
+    found = simulate_fmu(path, replace(run, beside=[*dict.fromkeys((*run.beside, *watch.outputs))]))
+    for doubt in watch.doubts(found, run.tolerance, run.values):
+        _LOGGER.warning("warning: %s", doubt)
+    wanted = len(recorded(run, scalars_of(description_of(path), path)))
+    return Trajectory(found.time, found.names[:wanted], found.values[:, :wanted])
+
+
+@lru_cache(maxsize=4)
+def _watch_inside(path: Path, state: tuple[object, ...]) -> Watch | None:
+    """What is looked at in runs of the FMU ``path``, as long as the file is in this ``state``.
+
+    None where nothing can be doubtful, or where it carries no mechanism that can be read.
+    """
+    try:
+        return watch_of(read_mechanism(path))
+    except Lag2FmuError:  # of another tool, or in words of another version
+        return None
+
+
+def doubts_of(mechanism: Mechanism, path: Path) -> list[str]:
+    """Sentences on what is doubtful in the default run of the FMU ``path`` of ``mechanism``.
+
+    A run that fails is told. One that takes longer than PATIENCE is not waited for.
+    """
+    watch, begun = watch_of(mechanism), time.monotonic()
+    if watch is None or not set(watch.outputs) <= scalars_of(description_of(path), path).keys():
+        return []
+
+    def reached(_: float) -> None:
+        if time.monotonic() - begun > PATIENCE:
+            raise _EnoughError
+
+    tolerance = mechanism.experiment.tolerance
+    warned: list[str] = []
+    try:
+        run = simulate_fmu(
+            path, Run(outputs=watch.outputs, tolerance=tolerance, progress=reached, warned=warned.append)
+        )
+    except _EnoughError:
+        return []
+    except Lag2FmuError as error:
+        return [f"the default run does not come to its end: {error}"]
+    return list(watch.doubts(run, tolerance))
+
+
+class _EnoughError(BaseException):
+    """Ends a run that takes too long; no error of the FMU, so that nothing else catches it."""

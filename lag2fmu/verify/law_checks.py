@@ -1,0 +1,72 @@
+"""Checks that hold an FMU against the laws of mechanics along its own run, with both sides of its events."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+from lag2fmu.reference.hybrid.system import System
+from lag2fmu.verify.agreement import SAFETY, has_rows
+from lag2fmu.verify.instances import description_of
+from lag2fmu.verify.laws.along import Along, needed, watched
+from lag2fmu.verify.laws.events import at_events
+from lag2fmu.verify.laws.points import at_points
+from lag2fmu.verify.laws.residual import Accuracy, Residual
+from lag2fmu.verify.laws.spans import between_points
+from lag2fmu.verify.located import located
+from lag2fmu.verify.report import Check
+from lag2fmu.verify.run import Run
+from lag2fmu.verify.scalars import scalars_of
+from lag2fmu.verify.task import ROUNDING, Task
+
+EXACT = 100.0
+"""What follows from the state alone is exact to this part of the tolerance, or to rounding."""
+
+
+def accuracy_of(tolerance: float) -> Accuracy:
+    """The errors that co-simulation with this relative ``tolerance`` may have."""
+    return Accuracy(max(ROUNDING, tolerance / EXACT), tolerance, SAFETY * tolerance)
+
+
+def law_checks(task: Task) -> Iterator[Check]:
+    """A check for each law of mechanics, contact and friction; none for mechanisms without contacts and dry friction.
+
+    An FMU without FMU states, or without some of the variables that laws speak of, cannot be judged by them.
+    """
+    if not has_rows(task.mechanism):
+        return
+    check = partial(Check, evidence="laws")
+    names, step = needed(task.mechanism), task.steps[1]
+    missing = sorted(set(names) - scalars_of(description_of(task.path), task.path).keys())
+    options = Run(
+        stop_time=task.stop_time,
+        step=step,
+        tolerance=task.tolerance,
+        inputs=task.inputs,
+        hold=task.hold,
+        outputs=names,
+        warned=lambda sentence: None,
+    )
+    run = None if missing else located(task.path, options, watched(task.mechanism))
+    if run is None:
+        why = f"the FMU does not show {', '.join(missing)}" if missing else "the FMU cannot go back to earlier states"
+        yield check("laws along the run", 1.0, 0.0, why, extent=True)
+        return
+    signals = task.driving(step)
+    inputs = {} if signals is None else signals.sampled(run.time)
+    units = {v.name: v.unit for v in description_of(task.path).modelVariables if getattr(v, "unit", None)}
+    along = Along(System(task.mechanism), run, inputs, units)
+    for item in judged(along, accuracy_of(task.tolerance), smooth=not task.holds):
+        yield check(item.law, item.value, item.bar, item.where, unit=item.unit)
+
+
+def judged(a: Along, accuracy: Accuracy, *, smooth: bool = True) -> Iterator[Residual]:
+    """The worst residual of each law along ``a``, in units of the law; what is broken is beyond its bar.
+
+    Without ``smooth`` rates may jump at every time, as those of held inputs do, and no integrals are looked at. Source:
+    Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 5 and 6.
+    """
+    yield from at_points(a, accuracy)
+    if smooth:
+        yield from between_points(a, accuracy)
+    yield from at_events(a, accuracy)

@@ -1,0 +1,232 @@
+"""A run of a hybrid mechanism with everything that its laws speak of, at all of its times at once.
+
+The run gives states, accelerations, forces and modes. Masses, forces of nature, gaps, slips and coefficients are
+evaluated at its states from the mechanism itself, by ``reference``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.description import names
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.trajectory import Trajectory
+
+SIDED = 1e-9
+"""s: two times that are as near are the two sides of an event."""
+SMALL = 1e-3
+"""What is below this part of the greatest size, in units of energy, may be the rest of a cancellation."""
+UNTOLD = 1e-9
+"""A margin of this part of its greatest value does not tell its side."""
+
+
+def watched(mechanism: Mechanism) -> list[str]:
+    """The variables that change at events: modes, and counts of impacts."""
+    elements = [*(c.name for c in mechanism.unilaterals), *(f.name for f in mechanism.frictions)]
+    return [*map(names.mode, elements), *(names.impacts(c.name) for c in mechanism.unilaterals)]
+
+
+def needed(mechanism: Mechanism) -> list[str]:
+    """The variables of an FMU that the laws speak of."""
+    q = [c.name for c in mechanism.coordinates]
+    found = [*q, *map(names.velocity, q), *map(names.acceleration, q), *(z.name for z in mechanism.states)]
+    for c in mechanism.unilaterals:
+        found += [names.gap(c.name), names.force(c.name), *names.frictions(c.name, len(c.slips))]
+        found += [names.impulse(c.name)]
+    found += [names.force(f.name) for f in mechanism.frictions]
+    found += [names.multiplier(c.name) for c in (*mechanism.constraints, *mechanism.latches)]
+    return list(dict.fromkeys([*found, *watched(mechanism), names.DISSIPATED_ENERGY, "generalized_energy"]))
+
+
+class Along:
+    """A ``run`` of ``system`` at m times, SI units, time last.
+
+    States: q, qd, qdd (n, m). Equations: ``mass`` (n, n, m), ``forcing`` (n, m), ``G`` and ``multipliers`` of
+    constraints (c, n, m), (c, m). Rows (k): ``velocities``, ``slopes`` (k, n, m), ``accelerations``, ``forces``.
+    ``gaps``, ``restitution``, ``friction``, ``static`` (u, m); ``sliding`` and ``holding`` (f, m); ``conditions`` of
+    latches (l, m). ``moving`` (k + c, m): velocities of rows and constraints where
+    coordinates rest. ``power`` (m,), in W, changes generalized and dissipated energy together, ``lost`` the second.
+    """
+
+    def __init__(self, system: System, run: Trajectory, inputs: Mapping[str, Floats], units: Mapping[str, str]) -> None:
+        """``inputs`` {name: (m,)} are those that differ from their start values; ``units`` {variable: its unit}."""
+        self.system, self.run, self.time, self.units = system, run, run.time, units
+        self.e, self.mechanism = system.elements, system.mechanism
+        q = [c.name for c in self.mechanism.coordinates]
+        self.q, self.qd, self.qdd = (
+            run.columns([of(name) for name in q]).T for of in (str, names.velocity, names.acceleration)
+        )
+        further = {z.name: run[z.name] for z in self.mechanism.states}
+        self.state = system.energies.state(run.time, self.q.T, self.qd.T, {**inputs, **further})
+        self.forces = run.columns(self.e.force_names).T
+        self.multipliers = run.columns([names.multiplier(c.name) for c in self.mechanism.constraints]).T
+        self._evaluate()
+
+    def _evaluate(self) -> None:
+        """Everything at the states of the run, in one batch for each combination of sides of kinks."""
+        found: list[tuple[NDArray[np.intp], list[Floats]]] = []
+        sides, self.told = self._sides()
+        kinds, group = np.unique(sides, axis=1, return_inverse=True)
+        for k, kind in enumerate(kinds.T):
+            at = np.flatnonzero(group.ravel() == k)
+            self.e.set_sides(tuple(int(side) for side in kind))
+            found.append((at, self._evaluated(at)))
+        order = np.argsort(np.concatenate([at for at, _ in found]))
+        parts = [
+            np.concatenate(part, axis=-1)[..., order] for part in zip(*(values for _, values in found), strict=True)
+        ]
+        self.mass, self.forcing, self.G, self.moving = parts[:4]
+        self.gaps, self.velocities, self.gamma, self.slopes, self.restitution, self.friction, self.static = parts[4:11]
+        self.sliding, self.holding, self.power, self.lost, self.conditions = parts[11:]
+        self.accelerations = np.einsum("kim,im->km", self.slopes, self.qdd) + self.gamma
+
+    def _sides(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """The sides of all kinks (s, m), and at which times the state tells them, (m,)."""
+        e, m = self.e, len(self.time)
+        sides = np.ones((e.sides, m), dtype=np.intp)
+        margins = np.zeros((e.sides, m))
+        for _ in range(e.sides + 1 if e.sides else 0):  # margins may depend on other sides
+            for kind in np.unique(sides, axis=1).T:
+                e.set_sides(tuple(int(side) for side in kind))
+                at = np.flatnonzero((sides == kind[:, None]).all(axis=0))
+                margins[:, at] = e.events(_part(self.state, at))[0]
+            sides = np.where(margins > 0, 1, -1)
+        size = np.abs(margins).max(axis=1, initial=0.0, keepdims=True)
+        return sides, (np.abs(margins) > UNTOLD * size).all(axis=0)
+
+    def _evaluated(self, at: NDArray[np.intp]) -> list[Floats]:
+        """The arrays of ``_evaluate`` at the times ``at``, on the sides that are set."""
+        state, system, e = _part(self.state, at), self.system, self.e
+        qd, forces, multipliers = self.qd[:, at], self.forces[:, at], self.multipliers[:, at]
+        terms, rows = system.equations.terms(state), e.rows(state)
+        forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial
+        _, velocities, _, G = system.constraints(state) if system.constraints.m else (None, qd[:0], None, None)
+        G = np.zeros((0, *qd.shape)) if G is None else G
+        driven = velocities - np.einsum("kim,im->km", G, qd)
+        lost = (qd * terms.dissipation_slope).sum(axis=0) + e.damper_power(state)
+        power = (qd * (terms.forces - terms.dissipation_slope)).sum(axis=0) - terms.explicit_rate + lost
+        power = power - (multipliers * driven).sum(axis=0)
+        moving = rows.velocities - np.einsum("kim,im->km", rows.jacobian, qd)
+        power = power - (forces * moving).sum(axis=0)
+        rubbing = slice(e.u, e.k - len(e.latches))
+        lost = lost - (forces[rubbing] * rows.velocities[rubbing]).sum(axis=0)
+        sliding, holding = e.capacities(state, multipliers, forces) if e.f else (qd[:0], qd[:0])
+        laws = rows.gaps, rows.velocities, rows.gamma, rows.jacobian, rows.restitution, rows.friction, rows.static
+        conditions = e.events(state)[1]
+        return [
+            terms.mass_matrix,
+            forcing,
+            G,
+            np.concatenate([moving, driven]),
+            *laws,
+            sliding,
+            holding,
+            power,
+            lost,
+            conditions,
+        ]
+
+    # ------------------------------------------------------------------------------------------------- what happened
+
+    @cached_property
+    def sided(self) -> NDArray[np.intp]:
+        """The times (j,) that are the last before an event; the next time is the first behind it."""
+        return np.flatnonzero(np.diff(self.time) <= SIDED * np.maximum(1.0, np.abs(self.time[1:])))
+
+    @cached_property
+    def behind(self) -> NDArray[np.bool_]:
+        """The times at which no event is due, (m,): all but those just before one."""
+        found = self.told.copy()
+        found[self.sided] = False
+        return np.asarray(found)
+
+    @cached_property
+    def quiet(self) -> NDArray[np.bool_]:
+        """Between which times and the next ones nothing happens, (m - 1,)."""
+        columns = self.run.columns(watched(self.mechanism))
+        kept = (columns[1:] == columns[:-1]).all(axis=1)
+        for changing in (self.conditions > 0, self._sides()[0]):
+            kept &= (changing[:, 1:] == changing[:, :-1]).all(axis=0)
+        kept[self.sided] = False
+        return np.asarray(kept)
+
+    def mode(self, element: str) -> Floats:
+        """The mode that the run shows, (m,)."""
+        return self.run[names.mode(element)]
+
+    def mobility(self, rows: Sequence[int] | NDArray[np.intp], at: int) -> Floats:
+        """The accelerations along ``rows`` (k,) that unit forces along them make at the time ``at``: (k, k).
+
+        It is 0 at a dead centre, where no force along the slip moves anything.
+        """
+        held, jacobian = self.G[:, :, at], self.slopes[rows, :, at]
+        c, n = held.shape
+        system = np.block([[self.mass[:, :, at], held.T], [held, np.zeros((c, c))]])
+        loads = np.concatenate([jacobian.T, np.zeros((c, len(jacobian)))])
+        return np.asarray(jacobian @ np.linalg.lstsq(system, loads, rcond=None)[0][:n])
+
+    # --------------------------------------------------------------------------------------------------------- sizes
+
+    @cached_property
+    def gap_sizes(self) -> Floats:
+        """How much each gap changes where coordinates change by their greatest or nominal values, (u, 1)."""
+        return self._moved(self.slopes[: self.e.u], self.q)
+
+    @cached_property
+    def speed_sizes(self) -> Floats:
+        """The size of the velocities of rows, (k, 1)."""
+        return self._moved(self.slopes, self.qd)
+
+    @cached_property
+    def acceleration_sizes(self) -> Floats:
+        """The size of the accelerations of rows, (k, 1): the sum of what cancels in a row that is kept."""
+        size = np.abs(self.slopes) * np.abs(self.qdd)
+        greatest = size.sum(axis=1).max(axis=1) + np.abs(self.gamma).max(axis=1)
+        return np.asarray(np.maximum(greatest, 1e-300)[:, None])
+
+    @cached_property
+    def force_sizes(self) -> Floats:
+        """The greatest force of each element, (k, 1): of a contact's normal force and friction together."""
+        found = np.abs(self.forces).max(axis=1)
+        for i, rows in enumerate(self.e.slip_rows):
+            found[[i, *rows]] = found[[i, *rows]].max()
+        for row, limit in zip(self.e.friction_rows, self.holding, strict=True):
+            found[row] = max(found[row], np.abs(limit).max())
+        return np.asarray(np.maximum(found, 1e-300)[:, None])
+
+    @cached_property
+    def energy_size(self) -> float:
+        """The greatest energy (J) in the run: kinetic, or changes of the whole, or what is dissipated."""
+        kinetic = 0.5 * np.einsum("im,ijm,jm->m", self.qd, self.mass, self.qd)
+        moved = (float(np.ptp(self.run[name])) for name in ("generalized_energy", names.DISSIPATED_ENERGY))
+        nominal = float(np.abs(np.einsum("im,i->m", self.forcing, self.system.nominal)).max())
+        return max(float(np.abs(kinetic).max()), *moved, SMALL * nominal, 1e-300)
+
+    def balanced(self, size: Floats) -> Floats:
+        """Sizes along coordinates (n,), none far below the greatest in units of energy or action: (n, 1)."""
+        nominal = self.system.nominal
+        return np.asarray(np.maximum(np.maximum(size, SMALL * (size * nominal).max() / nominal), 1e-300)[:, None])
+
+    def _moved(self, slopes: Floats, values: Floats) -> Floats:
+        greatest = np.maximum(np.abs(values).max(axis=1), self.system.nominal)
+        found = np.einsum("kim,i->km", np.abs(slopes), greatest).max(axis=1)
+        return np.asarray(np.where(found > 0, found, 1.0)[:, None])
+
+    def unit(self, element: str) -> str:
+        """The unit of the gap or slip of an ``element``: rad where its force is a torque, else m."""
+        return "rad" if self.units.get(names.force(element), "N").replace(" ", "") in ("N.m", "N*m", "J/rad") else "m"
+
+    def force_unit(self, element: str) -> str:
+        """The unit of the force of an ``element``."""
+        return "N.m" if self.unit(element) == "rad" else "N"
+
+
+def _part(state: State, at: NDArray[np.intp] | Sequence[int]) -> State:
+    """The states ``at`` these places of a batch."""
+    return State(state.t[at], state.q[:, at], state.qd[:, at], state.inputs[:, at])

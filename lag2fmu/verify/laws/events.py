@@ -1,0 +1,227 @@
+"""Laws at events, which a run shows from both sides: impacts, and what begins to slip.
+
+An impact changes velocities by impulses P along the rows that touch: M (qd+ - qd-) = J^T P + G^T L. P is found from the
+change of velocities alone, and then is what Newton's and Coulomb's laws speak of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.description import names
+from lag2fmu.verify.laws.along import Along
+from lag2fmu.verify.laws.points import STICKS, rubbing
+from lag2fmu.verify.laws.residual import Accuracy, Floats, Residual, worst
+
+RANK = 1e-9
+"""Rows whose answers to impulses differ by less than this part have impulses that nothing tells apart."""
+LOW = 10.0
+"""A run may end rebounds that rise by at most so many tolerances of the size of a gap."""
+
+
+@dataclass(frozen=True)
+class _Event:
+    """What happened in ``a`` between the times ``left`` and left + 1."""
+
+    a: Along
+    left: int
+    accuracy: Accuracy
+
+    @cached_property
+    def hits(self) -> Floats:
+        """How many impacts each contact had, (u,)."""
+        counts = self.a.run.columns([names.impacts(c.name) for c in self.a.mechanism.unilaterals])
+        return np.asarray(counts[self.left + 1] - counts[self.left])
+
+    @cached_property
+    def change(self) -> Floats:
+        """The change of velocities, (n,), without that of the time between the two sides."""
+        a, i = self.a, self.left
+        return np.asarray(a.qd[:, i + 1] - a.qd[:, i] - a.qdd[:, i] * (a.time[i + 1] - a.time[i]))
+
+    @cached_property
+    def touching(self) -> NDArray[np.intp]:
+        """The contacts whose gaps are closed before it."""
+        a = self.a
+        gaps = np.minimum(a.gaps[:, self.left], a.gaps[:, self.left + 1])
+        return np.flatnonzero(gaps <= self.accuracy.exact * a.gap_sizes[:, 0])
+
+    @cached_property
+    def rows(self) -> list[int]:
+        """The rows that may have impulses: of contacts that touch, and of latches that hold."""
+        a = self.a
+        found = [row for i in self.touching for row in (i, *a.e.slip_rows[i])]
+        held = a.conditions[:, self.left + 1] > 0
+        return [*map(int, found), *(row for row, holds in zip(a.e.latch_rows, held, strict=True) if holds)]
+
+    @cached_property
+    def impulses(self) -> tuple[Floats, bool, Floats]:
+        """Impulses along ``rows`` and constraints, whether they are unique, and what none explains of M (qd+ - qd-)."""
+        a, at = self.a, self.left + 1
+        mass = a.mass[:, :, at]
+        given = mass @ self.change
+        along = np.concatenate([a.slopes[self.rows, :, at], a.G[:, :, at]]).T
+        weight = 1 / np.sqrt(np.maximum(np.abs(np.diagonal(mass)), 1e-300))
+        scale = np.maximum(np.linalg.norm(along * weight[:, None], axis=0), 1e-300)
+        found, _, rank, _ = np.linalg.lstsq(along * weight[:, None] / scale, given * weight, rcond=RANK)
+        loads = found / scale
+        return loads, rank == along.shape[1], np.abs(given - along @ loads)
+
+    @cached_property
+    def work(self) -> float:
+        """The energy (J) that the impulses bring, without what moving walls do: -sum of P (v+ + v-)/2."""
+        a, i = self.a, self.left
+        moving = a.moving[[*self.rows, *range(a.e.k, len(a.moving))]]
+        kinetic = float(self.change @ a.mass[:, :, i + 1] @ (a.qd[:, i] + a.qd[:, i + 1])) / 2
+        return kinetic + float(self.impulses[0] @ (moving[:, i] + moving[:, i + 1])) / 2
+
+
+def at_events(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
+    """The worst residual of each law of events; ``a`` has them from both sides."""
+    events = [_Event(a, int(i), accuracy) for i in a.sided if a.told[i] and a.told[i + 1]]
+    if not events:
+        return
+    yield from _jumps(a, events, accuracy)
+    struck = [event for event in events if a.e.u and event.hits.any()]
+    if struck:
+        yield from _impacts(a, struck, accuracy)
+        yield from _energies(a, struck, accuracy)
+    yield from _break_away(a, events, accuracy)
+
+
+def _times(a: Along, events: list[_Event]) -> Floats:
+    return a.time[[event.left for event in events]]
+
+
+def _jumps(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
+    """Positions do not jump, nor velocities without an impact or a latch that catches."""
+    q = [c.name for c in a.mechanism.coordinates]
+    units = ["rad" if a.units.get(c, "m") == "rad" else "m" for c in q]
+    at = np.array([event.left for event in events])
+    size = np.maximum(np.abs(a.q).max(axis=1), a.system.nominal)[:, None]
+    off = np.abs(a.q[:, at + 1] - a.q[:, at] - a.qd[:, at] * (a.time[at + 1] - a.time[at]))
+    yield from worst("positions do not jump", q, units, a.time[at], off, accuracy.states * size)
+    caught = (a.conditions[:, at + 1] > 0).any(axis=0)
+    plain = np.array([not (a.e.u and event.hits.any()) for event in events]) & ~caught
+    size = np.maximum(np.abs(a.qd).max(axis=1), a.system.nominal)[:, None]
+    off = np.where(plain, np.abs(np.transpose([event.change for event in events])), np.nan)
+    # a slip in space ends where its direction is lost, and rebounds that end are put to rest near their top
+    bears = a.forces[: a.e.u] > 0
+    loose = (bears[:, at + 1] & ~bears[:, at]).any(axis=0) | any(len(rows) > 1 for rows in a.e.slip_rows)
+    bars = size * np.where(loose, accuracy.motion, accuracy.states)
+    rates = [f"{unit}/s" for unit in units]
+    yield from worst("velocities jump at impacts only", q, rates, a.time[at], off, bars)
+
+
+def _impacts(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
+    """Impacts happen where gaps close; nothing approaches behind them; impulses obey Newton's and Coulomb's laws."""
+    u, elements = a.e.u, [c.name for c in a.mechanism.unilaterals]
+    units, times = [a.unit(c) for c in elements], _times(a, events)
+    at = np.array([event.left for event in events])
+    hits = np.transpose([event.hits for event in events]) > 0
+    off = np.where(hits, np.abs(a.gaps[:, at]), np.nan)
+    yield from worst("impacts where gaps close", elements, units, times, off, accuracy.states * a.gap_sizes)
+    speeds, speed_units = a.velocities[:u, at + 1], [f"{unit}/s" for unit in units]
+    bars = accuracy.states * a.speed_sizes[:u]
+    involved = hits | (a.forces[:u, at] > 0)  # what is apart may approach
+    off = np.where(involved, -speeds, np.nan)
+    yield from worst("nothing approaches behind an impact", elements, speed_units, times, off, bars)
+    alone = np.array([len(event.touching) == 1 and event.hits.sum() == 1 for event in events])
+    off = np.full((u, len(events)), np.nan)
+    for k in np.flatnonzero(alone).tolist():
+        i = int(events[k].touching[0])
+        off[i, k] = _newton(a, events[k], i, accuracy)
+    yield from worst("Newton's law of impact", elements, speed_units, times, off, bars)
+    yield from _coulomb(a, events, accuracy)
+
+
+def _newton(a: Along, event: _Event, i: int, accuracy: Accuracy) -> float:
+    """How far the velocity (m/s) of gap ``i``, which alone closes, is from -e times the one before; NaN if not told.
+
+    A contact may close for good where the rebound is low, and rebound less where Newton's law would bring energy.
+    """
+    before, behind = float(a.velocities[i, event.left]), float(a.velocities[i, event.left + 1])
+    aimed = -float(a.restitution[i, event.left]) * before
+    if behind >= aimed or before >= 0:
+        return behind - aimed if before < 0 else np.nan
+    pull = abs(float(a.accelerations[i, event.left]))
+    if aimed**2 <= 2 * pull * LOW * accuracy.states * float(a.gap_sizes[i, 0]) or a.forces[i, event.left] > 0:
+        return abs(min(behind, 0.0))  # it may close for good
+    return np.nan if _brings_energy(a, event, i) else aimed - behind
+
+
+def _brings_energy(a: Along, event: _Event, i: int) -> bool:
+    """Whether Newton's law with friction may bring energy: where an impulse of friction moves the gap too."""
+    at, slips = event.left, a.e.slip_rows[i]
+    if not len(slips) or max(a.friction[i, at], a.static[i, at]) == 0:
+        return False
+    coupling = a.mobility([i, *map(int, slips)], at)
+    return bool(np.abs(coupling[0, 1:]).max() > 1e-9 * coupling[0, 0])
+
+
+def _coulomb(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
+    """Impulses push, stay in the cone, are those that the run shows, and stand at what touches."""
+    u, elements, times = a.e.u, [c.name for c in a.mechanism.unilaterals], _times(a, events)
+    off = np.full((3, u, len(events)), np.nan)
+    size, rest = 1e-300, np.empty((a.system.n, len(events)))
+    for k, event in enumerate(events):
+        loads, unique, rest[:, k] = event.impulses
+        pushes = dict(zip(event.rows, loads.tolist(), strict=False))
+        size = max([size, *map(abs, loads.tolist())])
+        for i in event.touching.tolist() if unique else ():
+            tangential = float(np.hypot.reduce([pushes[int(row)] for row in a.e.slip_rows[i]], initial=0.0))
+            limit = max(a.friction[i, event.left], a.static[i, event.left]) * max(pushes[i], 0.0)
+            off[:2, i, k] = -pushes[i], tangential - limit
+            if event.hits.sum() == 1 and event.hits[i] == 1 and len(event.touching) == 1:
+                off[2, i, k] = abs(a.run[names.impulse(elements[i])][event.left + 1] - pushes[i])
+    units, bar = [f"{a.force_unit(c)}.s" for c in elements], accuracy.states * size
+    yield from worst("impulse >= 0", elements, units, times, off[0], bar)
+    yield from worst("impulse of friction within its limit", elements, units, times, off[1], bar)
+    yield from worst("impulse as shown", elements, units, times, off[2], bar)
+    coordinates = [c.name for c in a.mechanism.coordinates]
+    momenta = [f"{a.units.get(names.generalized_force(c)) or 'N'}.s" for c in coordinates]
+    sizes = a.balanced(np.abs(np.einsum("ijm,jm->im", a.mass, a.qd)).max(axis=1))
+    yield from worst("impulses where it touches", coordinates, momenta, times, rest, accuracy.states * sizes)
+
+
+def _energies(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
+    """No impact brings energy, and what it takes is counted as dissipated."""
+    at, times = np.array([event.left for event in events]), _times(a, events)
+    work = np.array([event.work for event in events])
+    bar = accuracy.states * a.energy_size
+    yield from worst("no impact brings energy", ["energy"], ["J"], times, work[None], bar)
+    lost = a.run[names.DISSIPATED_ENERGY]
+    off = np.abs(lost[at + 1] - lost[at] + work)[None]
+    yield from worst("dissipated energy = loss of impacts", ["energy"], ["J"], times, off, bar)
+
+
+def _break_away(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
+    """What sticks slips once its friction has come to the greatest holding force, unless loads jump.
+
+    What is missing to that force is told as the acceleration that it makes. It makes none at a dead centre, where no
+    force along the slip moves anything: the force that holds there is not determined.
+    """
+    items = list(rubbing(a, accuracy))
+    if not items:
+        return
+    off = np.full((len(items), len(events)), np.nan)
+    for k, event in enumerate(events):
+        i = event.left
+        alone = not (a.e.u and event.hits.any())
+        changed = sum(bool(a.mode(item.element)[i] != a.mode(item.element)[i + 1]) for item in items)
+        forcing = a.forcing[:, i + 1] - a.forcing[:, i]
+        alone &= bool((np.abs(forcing) <= accuracy.states * np.abs(a.forcing).max(axis=1)).all()) and changed == 1
+        for j, item in enumerate(items):
+            modes = a.mode(item.element)[[i, i + 1]]
+            if alone and modes[0] == STICKS and modes[1] > STICKS:
+                missing = item.holding[i] - np.hypot.reduce(a.forces[item.rows, i])
+                off[j, k] = missing * np.linalg.norm(a.mobility(item.rows, i), 2)
+    bars = accuracy.motion * np.array([a.acceleration_sizes[item.rows].max() for item in items])[:, None]
+    elements = [item.element for item in items]
+    units = [f"{a.unit(element)}/s2" for element in elements]
+    yield from worst("slips from its limit on", elements, units, _times(a, events), off, bars)

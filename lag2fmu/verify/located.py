@@ -1,0 +1,149 @@
+"""Runs of co-simulation with both sides of every event, found from outside: by steps that are taken back and halved.
+
+FMU states are all that this needs, so it does for FMI 2.0 and 3.0. Between two communication points an event is seen by
+what the FMU shows of it: a mode or a count of impacts is another one behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.verify.apart import run_apart, runs_apart
+from lag2fmu.verify.co_simulation import Inputs, Reader
+from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
+from lag2fmu.verify.plan import planned
+from lag2fmu.verify.run import Floats, Plan, Run
+from lag2fmu.verify.scalars import scalars_of
+from lag2fmu.verify.simulate import followed, initialize, initialize3, recorder, setter
+
+MOST_EVENTS = 200
+"""So many events of a run are seen from both sides; an event takes some 30 short steps."""
+BRACKET = 1e-10
+"""The two sides of an event are this part of a communication step apart, or four roundings of the time."""
+
+
+@dataclass(frozen=True)
+class _Stepper:
+    """What is done with an instance: record a row, set the inputs at a time (s), step from a time by a length (s)."""
+
+    fmu: Any
+    record: Callable[[Floats], None]
+    set_inputs: Callable[[float], None]
+    step: Callable[[float, float], None]
+
+    def row(self, size: int) -> Floats:
+        """The present values of the recorded variables, (size,)."""
+        row = np.empty(size)
+        self.record(row)
+        return row
+
+
+def located(path: Path, run: Run, watched: list[str]) -> Trajectory | None:
+    """The co-simulation ``run`` of the FMU ``path`` at its communication points and on both sides of its events.
+
+    An event is where one of the ``watched`` variables changes. None for an FMU without FMU states. Raises
+    SimulationError if the run fails.
+    """
+    if not description_of(path).coSimulation.canGetAndSetFMUstate:
+        return None
+
+    def here(path: Path, run: Run) -> Trajectory:
+        return _located(path, run, watched)
+
+    return run_apart(path, run, here) if runs_apart(path) else here(path, run)
+
+
+def _located(path: Path, run: Run, watched: list[str]) -> Trajectory:
+    description = description_of(path)
+    plan = planned(description, scalars_of(description, path), run)
+    asked = followed(plan) if is_fmi3(description) else ()
+    with instance_of(path, "CoSimulation", followed=asked) as instance:
+        try:
+            stepper = (_of_fmi3 if is_fmi3(description) else _of_fmi2)(instance, run, plan)
+            time, values = _followed(stepper, plan, [plan.names.index(name) for name in watched])
+        except Exception as error:  # fmpy raises bare exceptions
+            raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
+    return Trajectory(np.array(time), tuple(plan.names), np.array(values))
+
+
+def _of_fmi2(instance: Instance, run: Run, plan: Plan) -> _Stepper:
+    initialize(instance, run, plan)
+    fmu, references = instance.fmu, {v.name: v.valueReference for v in instance.description.modelVariables}
+
+    def step(t: float, length: float) -> None:
+        fmu.fmi2DoStep(fmu.component, t, length, 0)
+
+    return _Stepper(fmu, recorder(instance, plan, references), setter(instance, plan, references), step)
+
+
+def _of_fmi3(instance: Instance, run: Run, plan: Plan) -> _Stepper:
+    initialize3(instance, run, plan)
+
+    def step(t: float, length: float) -> None:
+        instance.fmu.doStep(t, length, noSetFMUStatePriorToCurrentPoint=False)
+
+    inputs = Inputs(instance, run, plan)
+    return _Stepper(instance.fmu, Reader(instance.fmu, plan.scalars, plan.names).read, inputs.begin, step)
+
+
+def _followed(stepper: _Stepper, plan: Plan, watched: list[int]) -> tuple[list[float], list[Floats]]:
+    """The times (s) and rows (outputs,) of the whole run."""
+    points, events = plan.points.tolist(), 0
+    time, values = [points[0]], [stepper.row(len(plan.names))]
+    for begin, end in pairwise(points):
+        stepper.set_inputs(begin)
+        while time[-1] < end:
+            side = _Side(time[-1], values[-1])
+            found = _passed(stepper, plan, side, end, watched if events < MOST_EVENTS else [])
+            events += len(found) > 1
+            time += [side.time for side in found]
+            values += [side.row for side in found]
+    return time, values
+
+
+@dataclass(frozen=True)
+class _Side:
+    """A ``row`` (outputs,) at a ``time`` (s)."""
+
+    time: float
+    row: Floats
+
+
+def _passed(stepper: _Stepper, plan: Plan, start: _Side, end: float, watched: list[int]) -> list[_Side]:
+    """Go on from ``start`` to ``end`` (s), or to the first event between them, of which both sides are told.
+
+    The side before an event is ``start`` itself if the event follows at once.
+    """
+    fmu, width = stepper.fmu, max(BRACKET * float(plan.grid[1] - plan.grid[0]), 4 * float(np.spacing(end)))
+
+    def at(begin: float, end: float) -> _Side:
+        if plan.pieces is not None:  # inputs that are held were set where the communication step began
+            stepper.set_inputs(begin)
+        stepper.step(begin, end - begin)
+        return _Side(end, stepper.row(len(plan.names)))
+
+    left, state = start, fmu.getFMUState()
+    try:
+        right = at(left.time, end)
+        if (right.row[watched] == start.row[watched]).all():
+            return [right]
+        while right.time - left.time > width:
+            fmu.setFMUState(state)
+            middle = at(left.time, (left.time + right.time) / 2)
+            if (middle.row[watched] != start.row[watched]).any():
+                right = middle
+            else:
+                fmu.freeFMUState(state)
+                left, state = middle, fmu.getFMUState()
+        fmu.setFMUState(state)
+        return [*([left] if left is not start else []), at(left.time, right.time)]
+    finally:
+        fmu.freeFMUState(state)

@@ -1,0 +1,41 @@
+"""Remarks on a run that succeeded: guesses that were moved, inputs that end early."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lag2fmu.verify.run import Floats, Plan, Run
+
+MOVED = 1e-6
+"""A guess that constraints move by less than this part of it, or of 1 in SI units, is where it was set."""
+ENDED = 1e-9
+"""Inputs may end before the stop time by this part of the run, which is rounding."""
+
+
+def ended_inputs(run: Run, plan: Plan) -> list[str]:
+    """A sentence on inputs whose last time is before the stop time; one time alone is a constant."""
+    if run.inputs is None or len(run.inputs.time) < 2:
+        return []
+    last, stop = float(run.inputs.time[-1]), float(plan.grid[-1])
+    if last >= stop - ENDED * (stop - float(plan.grid[0])):
+        return []
+    return [
+        f"the inputs {', '.join(run.inputs.names)} end at {last:g} s and keep their last values until {stop:g} s; give "
+        "them to the end, or an earlier stop time"
+    ]
+
+
+def moved_guesses(description: Any, run: Run, plan: Plan, start: Floats) -> list[str]:
+    """A sentence on the values that were set and are not those of the ``start`` (outputs,): starts that are guesses."""
+    guesses = {v.name for v in description.modelVariables if v.initial == "approx"}
+    found = []
+    for name in guesses & (run.values or {}).keys() & set(plan.names):
+        wanted, reached = float((run.values or {})[name]), float(start[list(plan.names).index(name)])
+        if abs(reached - wanted) > MOVED * max(1.0, abs(wanted)):
+            found.append(f"{name} from {wanted:.6g} to {reached:.6g}")
+    if not found:
+        return []
+    return [
+        f"constraints move what was set as a guess: {', '.join(sorted(found))}; what the mechanism gives as 'start' or "
+        "'velocity' is kept as it is set"
+    ]

@@ -1,0 +1,107 @@
+"""Levers, reversals and accumulating impacts against closed forms (g = 9.81), whoever integrates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy as sp
+from late_hosts import EULER, RK4, fixed_steps
+from machines import mechanism
+
+import lag2fmu
+from lag2fmu.mechanism import Body, Contact, Energy, Mechanism, coordinate
+
+pytestmark = pytest.mark.fmu
+
+G, MODEL_EXCHANGE = 9.81, {"kind": "model-exchange"}
+STICKS = 2
+
+
+def _yoke_speed(angle: float, start: float, energy: float, torque: float, force: float, inertia: float) -> float:
+    """rad/s at ``angle``: friction takes F r |cos| from dead centre to dead centre, r = 0.1 m."""
+
+    def way(a: float) -> float:
+        return 0.1 * (2 * np.floor(a / np.pi) + 1 - np.cos(a % np.pi))
+
+    return float(np.sqrt(2 * (energy + torque * (angle - start) - force * (way(angle) - way(start))) / inertia))
+
+
+@pytest.mark.parametrize("way", ["co-simulation", "CVode", "RK4", "Euler"])
+def test_friction_never_drives_a_crank_past_its_dead_centres(way: str, exported) -> None:
+    """Some twenty dead centres; a bias of the indicator grew by a factor of -4 at each of them."""
+    values = {"a": 1.0, "a_dot": 12.0, "T": 2.0, "F": 15.0, "J": 0.2}
+    fmu, names = exported(mechanism("yoke")), ["a", "a_dot", "slide_force", "slip"]
+    if way in ("RK4", "Euler"):
+        method, step = (RK4, 2e-3) if way == "RK4" else (EULER, 2e-4)
+        rows, _ = fixed_steps(fmu.path, values, names, 4.0, step, method, round(0.004 / step))
+    else:
+        options = MODEL_EXCHANGE if way == "CVode" else {}
+        run = lag2fmu.simulate(fmu, stop_time=4, step=0.004, tolerance=1e-9, values=values, outputs=names, **options)
+        rows = run.columns(names)
+    a, a_dot, force, slip = rows.T
+    expected = [_yoke_speed(angle, 1.0, 0.1 * 144, 2.0, 15.0, 0.2) for angle in a]
+    assert a[-1] > 15 * np.pi
+    assert a_dot == pytest.approx(expected, rel={"RK4": 2e-4, "Euler": 4e-2, "CVode": 1e-6}.get(way, 1e-7))
+    assert (force * slip <= 0.15 * np.abs(a_dot) * 5e-3).all()
+
+
+@pytest.mark.parametrize("start", [0.0, np.pi])
+@pytest.mark.parametrize("options", [{}, MODEL_EXCHANGE], ids=["co-simulation", "CVode"])
+def test_a_loop_turns_out_of_its_dead_centre(start: float, options: dict, exported) -> None:
+    """No friction on the slide holds it there: torque times angle is kinetic energy and friction times way."""
+    values = {"a": start, "F": 60.0, "J": 0.1, "m": 1.0, "T": 8.0, "S": 1.0, "F_b": 0.0}
+    names = ["a", "x", "a_dot", "kinetic_energy", "dissipated_energy", "slide_mode", "slide_force"]
+    run = lag2fmu.simulate(
+        exported(mechanism("loop")), stop_time=1, step=0.001, tolerance=1e-9, values=values, outputs=names, **options
+    )
+    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(run["x"])))])
+    assert run["a"][-1] > start + 10
+    assert run["dissipated_energy"] == pytest.approx(60 * way, abs=2e-2)  # the sum of ways misses what turns between
+    assert run["kinetic_energy"] + run["dissipated_energy"] == pytest.approx(8 * (run["a"] - start), abs=1e-5)
+    assert np.abs(run["slide_force"]).max() <= 60 * (1 + 1e-9)
+    assert (run["slide_mode"][2:] != STICKS).all()
+
+
+def test_an_oscillator_rests_where_events_are_seen_late(exported) -> None:
+    """At x = 0.2 after eight half swings, by RK4 at 0.01 s; it ended with a speed of 2.86 m/s."""
+    rows, _ = fixed_steps(exported("coulomb_oscillator").path, {}, ["x", "x_dot"], 30.0, 0.01, RK4, 500)
+    assert rows[-1] == pytest.approx([0.2, 0.0], abs=1e-3)
+
+
+def test_a_woodpecker_climbs_down_where_events_are_seen_late(exported) -> None:
+    """By RK4 at 1 ms, beside co-simulation; it climbed up."""
+    fmu = exported("woodpecker")
+    rows, _ = fixed_steps(fmu.path, {}, ["y"], 2.0, 1e-3, RK4, 2000)
+    assert rows[-1][0] == pytest.approx(lag2fmu.simulate(fmu, stop_time=2, step=2, outputs=["y"])["y"][-1], rel=0.1)
+
+
+@pytest.fixture(scope="module")
+def thrown() -> Mechanism:
+    """A ball that is thrown along a floor from 1 m."""
+    x, y = coordinate("x", "m", velocity=10.0), coordinate("y", "m", start=1.0)
+    floor = Contact("floor", gap=y, slip=x.dot, friction=sp.Rational(1, 10), restitution=sp.Rational(4, 5))
+    return Mechanism(
+        "thrown",
+        coordinates=[x, y],
+        bodies=[Body("ball", 1, (x, y))],
+        energy=Energy(potential=sp.Rational(981, 100) * y),
+        contacts=[floor],
+    )
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize(("options", "bar"), [({}, 1e-12), (MODEL_EXCHANGE, 1e-8)], ids=["co-simulation", "CVode"])
+def test_accumulating_impacts_take_friction_once(
+    tolerance: float, options: dict, bar: float, thrown: Mechanism, exported
+) -> None:
+    """From flight to rest the normal impulse is m g t, whatever the number of impacts: x_dot = 10 - mu g t."""
+    run = lag2fmu.simulate(exported(thrown), stop_time=5, step=5, tolerance=tolerance, outputs=["x_dot"], **options)
+    assert run["x_dot"][-1] == pytest.approx(10 - 0.1 * G * 5, abs=bar)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", ["engaged", "loop"])
+def test_the_direct_integration_passes_dead_centres_too(family: str) -> None:
+    """The clutch engages while the crank is at rest in its dead centre, and the crank then passes others."""
+    report = lag2fmu.validate(mechanism(family), stop_time=1)
+    assert report.outcome == "ok", str(report)

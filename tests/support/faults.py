@@ -1,0 +1,172 @@
+"""Faults that are planted in the C code of an exported FMU, each by one replacement of text, and how to build with one.
+
+Every fault breaks a law of mechanics; ``validate`` has to find all of them.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from support.compiling import COMPILERS
+
+from lag2fmu.fmu import Fmu
+from lag2fmu.fmu.backends.native import fmi_headers
+
+OPTIONS = ("-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-w")
+
+
+@dataclass(frozen=True)
+class Fault:
+    """In ``file`` of the FMU of ``model`` the text ``right`` becomes ``wrong``."""
+
+    name: str
+    model: str
+    file: str
+    right: str
+    wrong: str
+
+
+_SLIDING = ("sliding.c", "rest[k] = z - s[")
+_CLOSED = ("contact_events.c", "values[0] = force_of(point, contact);")
+_OPEN = ("contact_events.c", "values[0] = point->gaps[contact];")
+_CAPACITY = ("contact_events.c", "const double capacity = fmax(point->force[friction], point->capacity[friction]);")
+_RESTITUTION = ("settle_impacts.c", ".restitution = settling->restitution[i],")
+_LATCH = ("contact_settle.c", "row_activate(state, row, holds);")
+_IMPULSE = ("settle_impacts.c", "state->impulses[which[i]] = impulse;")
+_LOST = ("settle_impacts.c", "states[DISSIPATED] += result.lost;")
+_MOVE = ("settle_impacts.c", "change += settling->response[k * N + i] * impulses[k];")
+_DUST = ("sliding.c", "unknowns[i] = fabs(unknowns[i]) <= NOISE * greatest ? 0.0 : unknowns[i];")
+
+FAULTS = (
+    Fault("friction has the wrong sign", "braked_wheel", *_SLIDING, "rest[k] = z + s["),
+    Fault("friction is 10 % too great", "braked_wheel", *_SLIDING, "rest[k] = z - 1.1 * s["),
+    Fault("friction of a contact is 10 % too small", "box", *_SLIDING, "rest[k] = z - 0.9 * s["),
+    Fault(
+        "restitution is applied twice",
+        "bouncing_ball",
+        *_RESTITUTION,
+        ".restitution = settling->restitution[i] * settling->restitution[i],",
+    ),
+    Fault("restitution is ignored", "impact_oscillator", *_RESTITUTION, ".restitution = 0.0,"),
+    Fault(
+        "an impact's impulse is not shown rightly",
+        "bouncing_ball",
+        *_IMPULSE,
+        "state->impulses[which[i]] = 2.0 * impulse;",
+    ),
+    Fault(
+        "energy of impacts is not dissipated", "pendulum_with_stop", *_LOST, "states[DISSIPATED] += 0.0 * result.lost;"
+    ),
+    Fault(
+        "an impact changes velocities by less than its impulse",
+        "newtons_cradle",
+        *_MOVE,
+        "change += 0.9 * settling->response[k * N + i] * impulses[k];",
+    ),
+    Fault(
+        "an impact is lost",
+        "bouncing_ball",
+        "settle_impacts.c",
+        "    if (!something_approaches(settling)) {",
+        "    if (settling->instance->state.impacts[0] == 3 || !something_approaches(settling)) {",
+    ),
+    Fault("a gap closes late", "bouncing_ball", *_OPEN, "values[0] = point->gaps[contact] + 1e-3;"),
+    Fault(
+        "a gap closes early: the indicator has a bias",
+        "pendulum_with_stop",
+        *_OPEN,
+        "values[0] = point->gaps[contact] - 1e-3;",
+    ),
+    Fault("a contact adheres", "hopper_leg", *_CLOSED, "values[0] = force_of(point, contact) + 5.0;"),
+    Fault(
+        "the static coefficient is ignored",
+        "block_on_belt",
+        *_CAPACITY,
+        "const double capacity = point->force[friction];",
+    ),
+    Fault(
+        "the capacity is ignored: what sticks holds any load",
+        "block_on_belt",
+        *_CAPACITY,
+        "const double capacity = 1e9;",
+    ),
+    Fault(
+        "a stick creeps",
+        "block_on_belt",
+        *_DUST,
+        "unknowns[i] = fabs(unknowns[i]) <= NOISE * greatest ? 1e-3 : unknowns[i];",
+    ),
+    Fault("a latch does not hold", "gripper", *_LATCH, "row_activate(state, row, false);"),
+    Fault("a latch does not let go", "gripper", *_LATCH, "row_activate(state, row, holds || row_active(state, row));"),
+    Fault(
+        "a slip stops early: its indicator has a bias",
+        "coulomb_oscillator",
+        "contact_events.c",
+        ": row_direction(state, row) * point->slips[row - FIRST_SLIP];",
+        ": row_direction(state, row) * point->slips[row - FIRST_SLIP] - 1e-2;",
+    ),
+    Fault(
+        "a slip's direction is frozen in space",
+        "puck",
+        "contact_modes.c",
+        "fmax(1.0, steady / STEADYING)",
+        "fmax(1.0, 1e6)",
+    ),
+    Fault(
+        "impacts charge friction twice",
+        "disc",
+        "settle_impacts.c",
+        ".friction = settling->friction[i],",
+        ".friction = 2.0 * settling->friction[i],",
+    ),
+    Fault(
+        "an impact acts twice",
+        "impact_oscillator",
+        "settle_impacts.c",
+        "    move(settling, result.impulses);",
+        "    move(settling, result.impulses), move(settling, result.impulses);",
+    ),
+)
+
+
+def unpacked(fmu: Fmu, folder: Path) -> Path:
+    """The FMU in ``folder``, all of its sources compiled there; returns the folder."""
+    with zipfile.ZipFile(fmu.path) as archive:
+        archive.extractall(folder)
+    for source in sorted((folder / "sources").glob("*.c")):
+        _compile(source)
+    return folder
+
+
+def planted(fault: Fault, folder: Path, path: Path) -> Path:
+    """The FMU ``path`` with the ``fault``, from the ``folder`` of ``unpacked``, where one file is compiled anew."""
+    source = folder / "sources" / fault.file
+    text = source.read_text("utf-8")
+    assert text.count(fault.right) == 1, f"{fault.file} has changed: plant the fault '{fault.name}' anew"
+    try:
+        source.write_text(text.replace(fault.right, fault.wrong), "utf-8")
+        _compile(source)
+        (library,) = (folder / "binaries").rglob("*.so")
+        objects = sorted(map(str, (folder / "sources").glob("*.o")))
+        subprocess.run([*_compiler(), "-shared", "-o", str(library), *objects, "-lm"], check=True)
+    finally:
+        source.write_text(text, "utf-8")
+    with zipfile.ZipFile(path, "w") as archive:
+        for file in sorted(folder.rglob("*")):
+            if file.is_file() and file.suffix != ".o":
+                archive.write(file, file.relative_to(folder).as_posix())
+    _compile(source)
+    return path
+
+
+def _compile(source: Path) -> None:
+    command = [*_compiler(), *OPTIONS, f"-I{fmi_headers()}", "-c", source.name, "-o", f"{source.stem}.o"]
+    subprocess.run(command, cwd=source.parent, check=True)
+
+
+def _compiler() -> list[str]:
+    return COMPILERS["gcc" if shutil.which("gcc") else "zig"]

@@ -1,0 +1,82 @@
+"""The laws along a run find every fault that is planted in the engine, and none where there is none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from support.faults import FAULTS, Fault, planted, unpacked
+
+from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.errors import SimulationError
+from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.formats.loading import as_mechanism, with_values
+from lag2fmu.formats.text import read_file
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.verify.law_checks import law_checks
+from lag2fmu.verify.report import Check
+from lag2fmu.verify.task import Task
+
+pytestmark = pytest.mark.fmu
+
+FAMILIES = Path(__file__).parents[1] / "hybrid_truth" / "families"
+THROWN = {"disc": {"x_dot": -10.0}}
+"""Start values (m/s) with which a disc still slides behind its first impact."""
+QUICK = ("restitution is applied twice", "a gap closes late", "an impact is lost")
+BUNDLED = ("backlash_slider_crank", "block_on_belt", "bouncing_ball", "brake", "braked_wheel", "clutch_pair")
+BUNDLED += ("coulomb_oscillator", "crane", "falling_rod", "gripper", "hopper_leg", "impact_oscillator")
+BUNDLED += ("newtons_cradle", "pendulum_with_stop", "rocking_block", "sliding_sphere", "stack_of_blocks", "woodpecker")
+
+
+def _mechanism(model: str) -> Mechanism:
+    file = FAMILIES / f"{model}.toml"
+    return with_values(read_file(file) if file.exists() else as_mechanism(model), THROWN.get(model, {}))
+
+
+def _found(path: Path) -> bool:
+    """Whether a law is seen broken, or the FMU gives its run up, which ends ``validate`` with a sentence."""
+    try:
+        return "FAILED" in {check.outcome for check in _judged(path)}
+    except SimulationError as error:
+        assert "grows beyond all bounds" in str(error)
+        return True
+
+
+def _judged(path: Path) -> list[Check]:
+    """What the laws say of the FMU's default run."""
+    m = complete(read_mechanism(path))
+    checks = list(law_checks(Task(m, path, m.experiment.stop_time, m.experiment.tolerance, None)))
+    assert checks
+    assert all(check.evidence == "laws" for check in checks)
+    return checks
+
+
+@pytest.fixture(scope="session")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The folders in which the sources of each model are compiled already."""
+    return {}
+
+
+@pytest.mark.parametrize(
+    "fault", [pytest.param(f, id=f.name, marks=() if f.name in QUICK else pytest.mark.slow) for f in FAULTS]
+)
+def test_a_planted_fault_is_found(
+    fault: Fault, folders: dict[str, Path], exported, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    if fault.model not in folders:
+        folders[fault.model] = unpacked(exported(_mechanism(fault.model)), tmp_path_factory.mktemp(fault.model))
+    path = planted(fault, folders[fault.model], tmp_path_factory.mktemp("planted") / "faulty.fmu")
+    assert _found(path)
+
+
+def test_there_are_twenty_faults() -> None:
+    assert len({fault.name for fault in FAULTS}) == len(FAULTS) >= 20
+
+
+@pytest.mark.parametrize(
+    "model", [pytest.param(m, marks=() if m == "bouncing_ball" else pytest.mark.slow) for m in BUNDLED]
+)
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_bundled_models_obey_the_laws(model: str, fmi: str, exported) -> None:
+    """No false alarm, by both versions of FMI."""
+    assert {check.outcome for check in _judged(exported(model, fmi=fmi).path)} == {"ok"}
