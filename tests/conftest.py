@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from lag2fmu import kept_libraries
+from lag2fmu.building import libraries, process
 from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.fmu import Fmu, compilers, export, live_module
 from lag2fmu.formats.loading import load
@@ -38,10 +38,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """All processes of a run, and later runs, compile the same sources once; ``--cache-clear`` forgets them.
+    The user's cache is left alone.
 
     A page is live where a test asks for it.
     """
-    os.environ.setdefault(kept_libraries.VARIABLE, str(config.cache.mkdir("libraries")))
+    os.environ.setdefault(libraries.VARIABLE, str(config.cache.mkdir("libraries")))
+    os.environ.setdefault(process.CACHE, str(config.cache.mkdir("compiler")))
     os.environ.setdefault(live_module.VARIABLE, "static")
 
 
@@ -69,8 +71,8 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     In the process that hears of all tests.
     """
     if "PYTEST_XDIST_WORKER" not in os.environ:
-        for file in session.config.cache.mkdir("libraries").iterdir():
-            if time.time() - file.stat().st_mtime > WEEK:
+        for file, found in libraries.kept_files(session.config.cache.mkdir("libraries")):
+            if time.time() - found.st_mtime > WEEK:
                 file.unlink()
     if session.config.getoption("--update-slow") and "PYTEST_XDIST_WORKER" not in os.environ:
         slow = sorted(name for name, seconds in _seconds.items() if seconds > LIMIT and "test_models.py" not in name)
@@ -80,7 +82,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 @pytest.fixture
 def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """For tests of what the compiler makes: ``export`` compiles, whatever was compiled before."""
-    monkeypatch.delenv(kept_libraries.VARIABLE)
+    monkeypatch.setenv(libraries.VARIABLE, libraries.OFF)
 
 
 @pytest.fixture(scope="session")

@@ -25,8 +25,9 @@ ROOMS = {
         {"errors", "resources", "xml_tree", "language", "description", "mechanism"},
         {"sympy", "numpy", "tomli", "mujoco"},
     ),
+    "building": ({"errors", "version"}, {"platformdirs"}),
     "reference": (
-        {"errors", "lazy", "kept_libraries", "language", "description", "mechanism"},
+        {"errors", "lazy", "building", "language", "description", "mechanism"},
         {"sympy", "numpy", "scipy"},
     ),
     "graph": ({"errors", "language"}, {"sympy", "numpy"}),
@@ -47,7 +48,7 @@ ROOMS = {
         {"numpy"},
     ),
     "fmu": (
-        {"errors", "lazy", "kept_libraries", "resources", "version", "xml_tree", "language", "description", "mechanism"}
+        {"errors", "lazy", "building", "resources", "version", "xml_tree", "language", "description", "mechanism"}
         | {"formats", "dynamics", "analysis", "picture", "explain", "solvers", "codegen", "live"},
         {"PIL"},
     ),
@@ -63,7 +64,6 @@ ROOMS = {
     "studies": (
         {
             "errors",
-            "kept_libraries",
             "version",
             "language",
             "description",
@@ -81,18 +81,19 @@ ROOMS = {
     "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "solvers", "fmu", "verify", "studies", "checking", "systems"},
+        | {"analysis", "explain", "solvers", "building", "fmu", "verify", "studies", "checking", "systems"},
         {"click", "rich"},
     ),
 }
 """room -> (rooms it may import beside itself, third-party packages); each room stands below those that it may import"""
 
-SINGLE = ("errors", "kept_libraries", "lazy", "resources", "version", "xml_tree")
+SINGLE = ("errors", "lazy", "resources", "version", "xml_tree")
 """The modules beside the rooms, for every room."""
 
 USERS = {
     "jinja2": {"codegen/templates.py"},
-    "subprocess": {"fmu/compilers.py", "reference/native.py", "checking/process.py"},
+    "platformdirs": {"building/folders.py"},
+    "subprocess": {"building/process.py", "building/supervisor.py", "checking/process.py"},
     "zipfile": {"fmu/pack.py"},
     "fmpy": {"verify/instances.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
@@ -101,8 +102,7 @@ USERS = {
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
 }
-"""package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs, and
-the independent path shares no compiler with what it checks"""
+"""package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs"""
 
 MOST_LAYERS = 21
 """Modules in the longest chain of imports, from ``errors`` to ``__main__``; imports inside functions count."""

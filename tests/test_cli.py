@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from lag2fmu.cli import main
+from lag2fmu.verify.report import Check, Report
 
 MODEL = "spring_mass_damper"
 
@@ -68,6 +69,23 @@ def test_show_latex_and_toml(run) -> None:
     assert again.output == toml.output
 
 
+IDLE = """<robot name="idle"><link name="a"/><link name="b"><inertial><mass value="2"/></inertial></link>
+<joint name="j" type="prismatic"><parent link="a"/><child link="b"/><dynamics damping="1" spring_stiffness="3"/></joint>
+</robot>"""
+
+
+@pytest.mark.parametrize("verb", ["show", "import", "linearize", "export --backend python"])
+def test_what_an_import_leaves_out_is_told_by_every_verb(run, verb: str) -> None:
+    """The warning stands on standard error as the file is run directly, and as its text is."""
+    sentence = "warning: not taken from the imported file: spring_stiffness in the <dynamics> of the joint j"
+    assert sentence in run(*verb.split(), write("idle.urdf", IDLE)).output
+    run("import", "idle.urdf", "--force", "-o", "kept.toml")
+    assert (
+        sentence
+        in run(*verb.split()[:1], "kept.toml", *verb.split()[1:], *["-o", "-"][: 2 * (verb == "import")]).output
+    )
+
+
 def test_linearize_prints_and_writes_the_state_space(run) -> None:
     """A pendulum of 1 m swings with sqrt(g / l), at 0.498 Hz, about the bottom."""
     result = run("linearize", "pendulum", "--at", "equilibrium", "--input", "Q_theta", "-o", "a.json")
@@ -95,6 +113,20 @@ def test_show_analysis(run) -> None:
     refused = run("show", "pendulum", "--analysis", "--format", "toml")
     assert refused.exit_code == 2
     assert "leave out '--format toml'" in refused.stderr
+
+
+def test_the_analysis_says_what_is_so(run) -> None:
+    """No Routhian where constraints change momenta, no impacts where there are none, coupling on request."""
+    disc = run("show", "rolling_disc", "--analysis").output
+    assert "No momentum is conserved." in disc
+    assert "L does not contain x, y, psi, but constraints act there" in disc
+    assert "\n      R = " not in disc
+    assert "generalized_energy = T + V" in disc
+    assert "Coupling to other FMUs" not in disc
+    clutch = run("show", "clutch_pair", "--coupling").output
+    assert "between impacts" not in clutch
+    assert "Momenta may be conserved without the forces of dry friction" in clutch
+    assert "Coupling to other FMUs" in clutch
 
 
 def test_show_applies_settings_and_structure(run) -> None:
@@ -173,6 +205,25 @@ def test_validate_exits_with_1_when_a_check_fails(run, monkeypatch: pytest.Monke
     result = run("validate", MODEL, "--stop-time", "1")
     assert result.exit_code == 1
     assert "FAILED" in result.output
+
+
+@pytest.mark.parametrize(
+    ("checks", "status", "word"),
+    [
+        ((Check("good", 0.0, 1.0),), 0, "ok"),
+        ((Check("good", 0.0, 1.0), Check("share not compared", 0.607, 0.2, extent=True)), 3, "not judged"),
+        ((Check("bad", 2.0, 1.0), Check("share not compared", 0.607, 0.2, extent=True)), 1, "FAILED"),
+    ],
+)
+def test_validate_exits_with_its_outcome(
+    run, monkeypatch: pytest.MonkeyPatch, checks: tuple[Check, ...], status: int, word: str
+) -> None:
+    """Too little that was compared is neither 0 nor 1."""
+    found = Report("A title", checks, (), (), {})
+    monkeypatch.setattr(import_module("lag2fmu.cli.validating"), "validate", lambda *_, **__: found)
+    result = run("validate", MODEL)
+    assert result.exit_code == status
+    assert word in result.output
 
 
 @pytest.mark.fmu

@@ -32,7 +32,7 @@ def test_objects_are_short_in_a_line_and_show_themselves_in_a_notebook() -> None
     assert repr(report) == "<Report: A run; FAILED: step <1>>"
     assert "theta1" in mechanism._repr_html_()
     assert "<svg" in mechanism._repr_html_()
-    assert r"\ddot{\theta_{1}}" in equations._repr_latex_()
+    assert r"\ddot{\theta}_{1}" in equations._repr_latex_()
     assert "<td>-2</td>" in RUN._repr_html_()
     assert "<td>step &lt;1&gt;</td><td>1.00e+00</td><td>5.00e-01</td><td><b>FAILED</b></td>" in report._repr_html_()
 

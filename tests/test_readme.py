@@ -62,7 +62,7 @@ def test_the_repository_table_is_true() -> None:
     rooms = {folder.name for folder in (ROOT / "lag2fmu").iterdir() if (folder / "__init__.py").is_file()}
     assert rooms <= set(places)
     for place in places:
-        assert any((ROOT / above / place).is_dir() for above in ("", "lag2fmu", "templates/runtime")), place
+        assert any((ROOT / above / place).is_dir() for above in ("", "lag2fmu", "templates/engine")), place
 
 
 def test_all_public_names_are_in_the_reference_of_python() -> None:
@@ -79,6 +79,6 @@ def test_models_that_pages_name_are_bundled() -> None:
 def test_the_files_that_an_extension_touches_are_there() -> None:
     table = (ROOT / "docs" / "extending.md").read_text("utf-8").split("## The repository")[0]
     named = {x for x in re.findall(r"`([\w/]+(?:/|\.(?:py|c|h)))`", table) if "NAME" not in x}
-    homes = [ROOT, ROOT / "lag2fmu", ROOT / "templates" / "runtime"]
+    homes = [ROOT, ROOT / "lag2fmu", ROOT / "templates" / "engine"]
     assert [x for x in sorted(named) if not any((home / x).exists() for home in homes)] == []
     assert len(named) > 20

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
-from lag2fmu.cli import main
+from lag2fmu.cli import main, terminal
 from lag2fmu.cli.terminal import console, knows_unicode, progress_bar
 from lag2fmu.explain.drawn import drawn
 from lag2fmu.explain.procedure import procedure
@@ -131,3 +131,16 @@ def test_without_a_terminal_there_is_no_bar_and_no_colour(monkeypatch: pytest.Mo
     table = CliRunner().invoke(main, ["models"]).output
     assert "\x1b" not in table
     assert max(map(len, table.splitlines())) <= 110
+
+
+def test_without_a_terminal_lines_tell_what_takes_long(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(terminal, "EVERY", 0.1)
+    with progress_bar("building", None):
+        time.sleep(0.35)
+    told = capsys.readouterr().err.splitlines()
+    assert 2 <= len(told) <= 3
+    assert set(told) == {"building: 0 s"}
+    time.sleep(0.2)
+    assert capsys.readouterr().err == ""

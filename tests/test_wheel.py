@@ -30,7 +30,7 @@ def test_the_wheel_carries_templates_models_and_types(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     for name in (
         "py.typed",
-        "templates/runtime/core/integrator.c",
+        "templates/engine/integrate/integrator.c",
         "templates/mechanism/mechanism.c.jinja",
         "templates/start.toml",
         "templates/mechanism.schema.json",

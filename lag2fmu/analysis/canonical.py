@@ -159,6 +159,13 @@ def cyclic_coordinates(equations: EquationsOfMotion) -> list[str]:
     return [c.name for c, slope in zip(equations.mechanism.coordinates, slopes, strict=True) if slope == g.zero]
 
 
+def pushed_by_constraints(equations: EquationsOfMotion) -> set[str]:
+    """The names of the coordinates along which constraints act, so that their momenta change without a force."""
+    g, columns = equations.graph, zip(*equations.constraints.jacobian, strict=True)
+    named = zip(equations.mechanism.coordinates, columns, strict=False)
+    return {q.name for q, column in named if any(entry != g.zero for entry in column)}
+
+
 def inertia(equations: EquationsOfMotion) -> list[list[Node]]:
     """The second derivatives of L by the velocities, (n, n) nodes: M without the terms that only make it regular.
 

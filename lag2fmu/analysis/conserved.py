@@ -20,9 +20,10 @@ from lag2fmu.analysis.evaluation import resting_inputs, unknowns
 from lag2fmu.analysis.flat_functions import freed_of_flat_functions
 from lag2fmu.description import names
 from lag2fmu.description.symbols import Coordinate
-from lag2fmu.dynamics.constraints import starting_consistently
+from lag2fmu.dynamics.consistent_starts import starting_consistently
 from lag2fmu.dynamics.energies import Composer
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.silence import without_inputs
 from lag2fmu.dynamics.variables import translator
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
@@ -52,6 +53,15 @@ class Conserved:
     node: Node
     drift: float
     expression: sp.Expr | None
+
+    @property
+    def formula(self) -> str:
+        """What it is made of, in general terms; for quantities whose ``expression`` is long."""
+        kind, _, axis = self.name.rpartition("_")
+        sums = {"linear_momentum": f"sum m v_{axis}", "angular_momentum": f"(sum m r x v + I omega)_{axis}"}
+        if self.name == "generalized_energy":
+            return "T + V" if "T + V" in self.meaning else "sum qd dL/dqd - L"
+        return sums.get(kind, f"dL/d({names.velocity(self.name.removeprefix('p_'))})")
 
 
 def lagrangian(equations: EquationsOfMotion) -> Node:
@@ -135,6 +145,14 @@ def why_energy_changes(equations: EquationsOfMotion) -> str:
     return " and ".join(reasons) or "its rate does not vanish"
 
 
+def while_smooth(m: Mechanism) -> str:
+    """When the hybrid elements of ``m`` bear nothing."""
+    elements = {"dry friction": m.frictions, "latches": m.latches}
+    idle = [word for word, present in elements.items() if present]
+    apart = ["between impacts"] * bool(m.unilaterals) + [f"without the forces of {' and '.join(idle)}"] * bool(idle)
+    return ", ".join(apart)
+
+
 def _forced(m: Mechanism) -> bool:
     """Whether there are forces beside those of potentials and constraints."""
     return bool(m.forces or m.loads or m.dampers or m.energy.dissipation is not None)
@@ -151,8 +169,8 @@ def _nonpotential(equations: EquationsOfMotion) -> list[Node]:
 
 def _silent(equations: EquationsOfMotion, node: Node) -> Node:
     """``node`` with all external forces set to zero."""
-    g, v = equations.graph, equations.variables
-    return g.substitute([node], dict.fromkeys((*v.Q, *v.plain, *v.rates), g.zero))[0]
+    v = equations.variables
+    return without_inputs(equations.graph, [node], (*v.Q, *v.plain, *v.rates))[0]
 
 
 Candidate = tuple[str, str, Node]
@@ -220,6 +238,7 @@ def _drifts(equations: EquationsOfMotion, nodes: list[Node]) -> list[float]:
     direction = v.direction(g, accelerating=True)
     variables, rates = list(direction), list(direction.values())
     gradients = [reverse(g, {node: g.one}, variables) for node in nodes]
+    equations = replace(equations, forcing=tuple(_silent(equations, node) for node in equations.forcing))
     freed, gradients, free = freed_of_flat_functions(equations, gradients)
     generator = np.random.default_rng(43)
     worst, states = np.zeros(len(nodes)), 0
@@ -276,7 +295,6 @@ def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str
             continue
         values = resting_inputs(replace(equations, mechanism=moved)) | {"t": float(generator.uniform(0, 5))}
         if not len(c):
-            free = [p.name for p in mechanism.parameters if p.value is not None]
-            values |= {name: values[name] * generator.uniform(0.9, 1.1) for name in free}
+            values |= {p.name: values[p.name] * generator.uniform(0.9, 1.1) for p in mechanism.parameters if p.value}
         values |= {z.name: z.start + z.nominal * generator.uniform(-1, 1) for z in mechanism.states}
         yield values

@@ -11,8 +11,8 @@ from functools import cache
 import numpy as np
 
 from lag2fmu.analysis import coupling
-from lag2fmu.analysis.canonical import cyclic_coordinates, hamiltonian_form, routhian_form
-from lag2fmu.analysis.conserved import conserved, why_energy_changes
+from lag2fmu.analysis.canonical import cyclic_coordinates, hamiltonian_form, pushed_by_constraints, routhian_form
+from lag2fmu.analysis.conserved import conserved, while_smooth, why_energy_changes
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.evaluation import attempted, driven_by_time
 from lag2fmu.analysis.floquet import floquet
@@ -34,28 +34,37 @@ _MODES, _MATRIX, _INPUTS = 12, 8, 6
 """The most modes that are listed, states whose matrices are printed, and inputs that are named."""
 
 
-def analysis_report(mechanism: Mechanism, style: str = "text") -> str:
-    """The whole analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
+def analysis_report(mechanism: Mechanism, style: str = "text", *, coupled: bool = False) -> str:
+    """The analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
 
-    Raises DerivationError where there are no equations.
+    With ``coupled`` it tells which communication steps go with other FMUs. Raises DerivationError where there are no
+    equations.
     """
-    sections = analysis_sections(derive(mechanism))
+    sections = analysis_sections(derive(mechanism), coupled=coupled)
     if style == "latex":
         return "".join(f"\\paragraph{{{s.title}}}\n" + "".join(f"{x.latex}\n" for x in s.lines) for s in sections)
     return "".join(f"\n{s.title}\n" + "".join(f"      {x}\n" for x in s.lines) for s in sections)
 
 
 @np.errstate(all="ignore")  # values that are not finite are left out below
-def analysis_sections(equations: EquationsOfMotion, closed_forms: bool = True) -> tuple[Section, ...]:
-    """Conserved quantities, equilibria with their modes, and with ``closed_forms`` H, the Routhian, A, B, C, D."""
+def analysis_sections(
+    equations: EquationsOfMotion, closed_forms: bool = True, *, coupled: bool = True
+) -> tuple[Section, ...]:
+    """Conserved quantities, equilibria with their modes, and with ``closed_forms`` H, the Routhian, A, B, C, D.
+
+    With ``coupled`` there are the communication steps that go with other FMUs.
+    """
     found = attempted(lambda: equilibria(equations), ())
     first = cache(lambda: _about(equations, found[0]))
     sections: list[tuple[str, Callable[[], Iterator[Line]]]] = [
         ("Conserved quantities", lambda: _conserved(equations)),
         ("Equilibria", lambda: _equilibria(equations, found)),
         ("Small motions about the equilibrium", lambda: _small_motions(equations, found, first)),
-        ("Coupling to other FMUs", lambda: map(Line, coupling.sentences(_with_drives(equations, found)))),
     ]
+    if coupled:
+        sections.append(
+            ("Coupling to other FMUs", lambda: map(Line, coupling.sentences(_with_drives(equations, found))))
+        )
     if closed_forms:
         sections += [
             ("Linearization dz/dt = A z + B u, y = C z + D u", lambda: _matrices(equations, found)),
@@ -85,12 +94,11 @@ def _conserved(equations: EquationsOfMotion) -> Iterator[Line]:
         yield Line(f"While {'the inputs are' if len(inputs) > 1 else 'the input is'} zero, {listed}:")
     for item in found:
         yield Line(f"{item.name}: {item.meaning}.")
-        if item.expression is not None:
-            yield Line(item.name, item.expression)
+        yield Line(f"{item.name} = {item.formula}") if item.expression is None else Line(item.name, item.expression)
     if not any(item.name == "generalized_energy" for item in found):
         yield Line(f"The generalized energy h changes: {why_energy_changes(equations)}.")
     if equations.mechanism.hybrid:
-        yield Line("Momenta may be conserved between impacts; this is not looked for.")
+        yield Line(f"Momenta may be conserved {while_smooth(equations.mechanism)}; this is not looked for.")
     elif not any(item.name != "generalized_energy" for item in found):
         yield Line("No momentum is conserved.")
 
@@ -256,6 +264,11 @@ def _hamiltonian(equations: EquationsOfMotion) -> Iterator[Line]:
 
 def _routhian(equations: EquationsOfMotion) -> Iterator[Line]:
     cyclic = cyclic_coordinates(equations)
+    pushed = pushed_by_constraints(equations)
+    if set(cyclic) & pushed:
+        listed = ", ".join(name for name in cyclic if name in pushed)
+        yield Line(f"L does not contain {listed}, but constraints act there: the momenta change, and R is of no use.")
+        return
     if not cyclic:
         yield Line("There is no cyclic coordinate.")
         return

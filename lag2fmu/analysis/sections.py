@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from lag2fmu.language.writer import to_text
+from lag2fmu.language.letters import latex, latex_name, latex_sentence
+from lag2fmu.language.writer import to_read
 
 
 @dataclass(frozen=True)
@@ -17,14 +18,14 @@ class Line:
     expression: sp.Expr | None = None
 
     def __str__(self) -> str:
-        return self.text if self.expression is None else f"{self.text} = {to_text(self.expression)}"
+        return self.text if self.expression is None else f"{self.text} = {to_read(self.expression)}"
 
     @property
     def latex(self) -> str:
         """The line in LaTeX."""
         if self.expression is None:
-            return self.text.replace("_", "\\_").replace("^", "\\^{}") + "\\\\"
-        return f"\\[ {sp.latex(sp.Symbol(self.text))} = {sp.latex(self.expression)} \\]"
+            return latex_sentence(self.text)
+        return f"\\[ {latex_name(self.text)} = {latex(self.expression)} \\]"
 
 
 @dataclass(frozen=True)

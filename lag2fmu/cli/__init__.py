@@ -1,4 +1,7 @@
-"""The command line: the verbs of the library. Exit code 0 done, 1 a check failed, 2 bad usage or bad input."""
+"""The command line: the verbs of the library.
+
+Exit code 0: done, 1: a check failed, 2: bad usage or bad input, 3: too little was compared to judge.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from typing import Any
 
 import click
 
+from lag2fmu.cli.caching import cache
 from lag2fmu.cli.commands import (
     check,
     demo,
@@ -82,6 +86,6 @@ def main() -> None:
 
 
 _OF_MODELS = (demo, models, new, import_command, show, export_command, page_command, linearize)
-_OF_RUNS = (simulate, validate, check, sweep, calibrate, ssp)
+_OF_RUNS = (simulate, validate, check, sweep, calibrate, ssp, cache)
 for _command in (*_OF_MODELS, *_OF_RUNS):
     main.add_command(_command)

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import BASE, FMI, HOLD, INPUT, MODEL, MODEL_OR_FMU, SET, SOLVER, STOP_TIME, STOPS
+from lag2fmu.cli.options import BASE, FMI, HOLD, INPUT, MODEL, MODEL_OR_FMU, SET, SOLVER, STOP_TIME, STOPS, TIME_LIMIT
 from lag2fmu.cli.terminal import console
 from lag2fmu.formats.starting import write_start
 from lag2fmu.resources import bundled, summary
@@ -61,6 +61,7 @@ def new(name: str) -> None:
     "--plot", type=click.Path(path_type=Path), help="Draw the mechanism and its normal modes (.png, .svg, .pdf)."
 )
 @click.option("--analysis", is_flag=True, help="Conserved quantities, equilibria, modes and more, after the steps.")
+@click.option("--coupling", is_flag=True, help="The analysis, with communication steps that go with other FMUs.")
 @click.option("--full", is_flag=True, help="Write long formulas to their end.")
 @SET
 @BASE
@@ -123,7 +124,8 @@ def show(**choices: Any) -> None:
     "--without",
     multiple=True,
     metavar="WORD",
-    help="Leave out for others: sources, equations (of the page), description (the mechanism); repeatable, or a,b.",
+    help="Leave out: sources, equations (of the page), description (the mechanism), clocks (of FMI 3.0); repeatable, "
+    "or a,b.",
 )
 @click.option(
     "--page",
@@ -245,7 +247,7 @@ def simulate(**choices: Any) -> None:
 @BASE
 @STOPS
 def validate(**choices: Any) -> None:
-    """Compare the FMU with a direct integration of the mechanism on an independent path."""
+    """Compare the FMU with a direct integration of the mechanism; exit with 3 where too little could be compared."""
     from lag2fmu.cli.validating import validate_model
 
     validate_model(**choices)
@@ -268,6 +270,7 @@ def import_command(**choices: Any) -> None:
 @click.command()
 @click.argument("fmu", type=click.Path(path_type=Path))
 @click.option("--run/--no-run", default=True, show_default=True, help="Run its library, in a process of its own.")
+@TIME_LIMIT
 def check(**choices: Any) -> None:
     """Check FMU, of any tool, by the rules of FMI 2.0 or 3.0; running it executes code that is in it."""
     from lag2fmu.cli.checking import check_archive

@@ -15,6 +15,7 @@ from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.fmu.carried import name_inside
 from lag2fmu.fmu.exporting import export
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.verify.doubts import doubts_of
 from lag2fmu.verify.page_samples import page_samples
 from lag2fmu.verify.reference_files import reference_files, reference_of
 
@@ -78,6 +79,8 @@ def export_model(asked: ExportOptions) -> None:
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
     if fmu.moved_starts:
         click.echo(fmu.moved_starts)
+    for doubt in doubts_of(mechanism, fmu.path) if asked.platform in ("host", "all") else ():
+        click.echo(f"warning: {doubt}", err=True)
 
 
 def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:

@@ -68,6 +68,14 @@ HOLD = click.option("--hold", is_flag=True, help="Hold the signals during each c
 FMI = click.option(
     "--fmi", type=click.Choice(["2.0", "3.0"]), help="Version of FMI of the FMU that is exported; default 2.0."
 )
+TIME_LIMIT = click.option(
+    "--time-limit",
+    type=float,
+    default=30.0,
+    show_default=True,
+    metavar="S",
+    help="What each trial of the run may take; after a longer one the rest of its kind is left out.",
+)
 PICTURES = (".png", ".svg", ".pdf")
 ANIMATIONS = (".gif", ".mp4", ".html")
 CSV = (".csv", ".txt", "")

@@ -17,21 +17,27 @@ from lag2fmu.formats.write import write
 
 
 def show_mechanism(
-    model: str, style: str | None, plot: Path | None, analysis: bool, full: bool, settings: tuple[str, ...]
+    model: str,
+    style: str | None,
+    plot: Path | None,
+    analysis: bool,
+    coupling: bool,
+    full: bool,
+    settings: tuple[str, ...],
 ) -> None:
     """Print the steps, the text and the analysis of ``model``, and draw it.
 
     Raises Lag2FmuError for a model that cannot be loaded or derived, and for options that do not fit together.
     """
-    if analysis and style == "toml":
-        raise ExportError("--analysis is written as text or LaTeX; leave out '--format toml'")
+    if (analysis or coupling) and style == "toml":
+        raise ExportError("--analysis and --coupling are written as text or LaTeX; leave out '--format toml'")
     check_picture(plot)
     mechanism = load_mechanism(model, settings)
     style = style or ("unicode" if knows_unicode() else "text")
     width = get_terminal_size().columns
     click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style, full=full, width=width), nl=False)
-    if analysis:
-        click.echo(analysis_report(mechanism, style), nl=False)
+    if analysis or coupling:
+        click.echo(analysis_report(mechanism, style, coupled=coupling), nl=False)
     if plot is not None:
         from lag2fmu.verify.plots.figures import save
         from lag2fmu.verify.plots.mechanism import mechanism_figure

@@ -43,23 +43,18 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
     settings: tuple[str, ...],
 ) -> None:
     """Run ``model`` and write, draw, animate or sum up its motion; raises Lag2FmuError for input that does not fit."""
-    check_picture(plot)
-    if animation is not None:
-        from lag2fmu.verify.plots.animation import writer_of
-
-        check_ending(animation, ANIMATIONS)
-        writer_of(animation)  # raises before a long run if the program that writes animations is missing
-    if out not in (None, "-"):
-        check_ending(Path(out), CSV)
+    _check_files(plot, animation, out)
     source, values, units = _source_and_values(model, settings)
     signals = None if inputs is None else read_csv(inputs, units)
     of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
-    mechanism = entry_points.mechanism_of(source, of_mechanism) if plot or animation else None
-    beside = [] if mechanism is None else _seen_in_plots(source, mechanism)
+    mechanism = entry_points.mechanism_of(source, of_mechanism)
+    drawn = mechanism if plot or animation else None
     with (
         progress_bar("simulating", _until(source, stop_time)) as progress,
         as_fmu(source) as path,
     ):
+        outputs = _recorded(path, wanted)
+        beside = [name for name in _seen_in_plots(drawn) if name not in outputs]
         trajectory = entry_points.simulate(
             path,
             stop_time=stop_time,
@@ -68,7 +63,7 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
             values=values,
             inputs=signals,
             hold=hold,
-            outputs=_recorded(path, wanted),
+            outputs=outputs,
             beside=beside,
             progress=progress,
         )
@@ -79,8 +74,19 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
         from lag2fmu.verify.plots.figures import save
         from lag2fmu.verify.plots.motion import motion_figure
 
-        title = Path(model).stem if mechanism is None else mechanism.title
-        save(motion_figure(title, trajectory, mechanism, signals), plot)
+        save(motion_figure(getattr(mechanism, "title", Path(model).stem), trajectory, mechanism, signals), plot)
+
+
+def _check_files(plot: Path | None, animation: Path | None, out: str | None) -> None:
+    """Raise before a long run for files of other kinds, and if the program that writes animations is missing."""
+    check_picture(plot)
+    if animation is not None:
+        from lag2fmu.verify.plots.animation import writer_of
+
+        check_ending(animation, ANIMATIONS)
+        writer_of(animation)
+    if out not in (None, "-"):
+        check_ending(Path(str(out)), CSV)
 
 
 def _until(source: Model, stop_time: float | None) -> float | None:
@@ -90,13 +96,11 @@ def _until(source: Model, stop_time: float | None) -> float | None:
     return source.experiment.stop_time if isinstance(source, Mechanism) else times_of(Path(str(source)), None, None)[0]
 
 
-def _recorded(path: Path, wanted: tuple[str, ...]) -> list[str] | None:
+def _recorded(path: Path, wanted: tuple[str, ...]) -> list[str]:
     """The outputs of the FMU ``path`` and the ``wanted`` variables, where 'all' stands for every local variable.
 
-    None stands for the outputs alone. Raises LoadError for a name that the FMU does not have.
+    Raises LoadError for a name that the FMU does not have.
     """
-    if not wanted:
-        return None
     scalars = scalars_of(description_of(path), path)
     own = {
         kind: [name for name, s in scalars.items() if s.variable.causality == kind and not s.variable.alias]
@@ -110,12 +114,9 @@ def _recorded(path: Path, wanted: tuple[str, ...]) -> list[str] | None:
     return [*dict.fromkeys([*own["output"], *named])]
 
 
-def _seen_in_plots(source: Model, mechanism: Mechanism) -> list[str]:
-    """The modes, counts and impulses of contacts, stops and frictions that are no outputs."""
-    outputs: set[str] = set()
-    if not isinstance(source, Mechanism):
-        outputs = {v.name for v in description_of(Path(str(source))).modelVariables if v.causality == "output"}
-    return [variable.name for variable, _, _ in element_variables(mechanism) if variable.name not in outputs]
+def _seen_in_plots(drawn: Mechanism | None) -> list[str]:
+    """The modes, counts and impulses of contacts, stops and frictions of the mechanism that is ``drawn``, if any."""
+    return [] if drawn is None else [variable.name for variable, _, _ in element_variables(drawn)]
 
 
 def _animate(mechanism: Mechanism | None, trajectory: Trajectory, path: Path) -> None:

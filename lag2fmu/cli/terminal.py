@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
+
+EVERY = 10.0
+"""Seconds between two lines of progress where there is no terminal."""
 
 
 def console() -> Any:
@@ -23,14 +28,31 @@ def knows_unicode() -> bool:
 
 
 @contextmanager
+def _lines(title: str) -> Iterator[None]:
+    """A line on standard error EVERY so many seconds: what takes so long, and how long it has taken."""
+    ended, begin = threading.Event(), time.monotonic()
+
+    def write() -> None:
+        while not ended.wait(EVERY):
+            print(f"{title}: {time.monotonic() - begin:.0f} s", file=sys.stderr, flush=True)
+
+    threading.Thread(target=write, daemon=True).start()
+    try:
+        yield
+    finally:
+        ended.set()
+
+
+@contextmanager
 def progress_bar(title: str, total: float | None, counted: str = "") -> Iterator[Callable[[float], None] | None]:
-    """A progress bar with elapsed and remaining time on a terminal's standard error, else nothing.
+    """A progress bar with elapsed and remaining time on a terminal's standard error, else a line EVERY so often.
 
     The context yields a function that is called with the amount of work done, out of ``total``. Before the first call,
     and without a total, the bar shows the elapsed time only. ``counted`` is the word for counted things, if any.
     """
     if not sys.stderr.isatty():
-        yield None
+        with _lines(title):
+            yield None
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn

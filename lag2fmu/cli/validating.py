@@ -21,11 +21,12 @@ from lag2fmu.mechanism.display import display_units
 from lag2fmu.reference.trajectory import read_csv
 from lag2fmu.solvers.methods import METHODS
 from lag2fmu.verify.entry_points import mechanism_of
+from lag2fmu.verify.report import STATUS
 from lag2fmu.verify.validate import validate
 
 
 def validate_demo(plot: Path | None) -> None:
-    """Export, simulate and validate a double pendulum; exit with 1 if it fails."""
+    """Export, simulate and validate a double pendulum; exit with the status of the outcome."""
     check_picture(plot)
     mechanism = load("double_pendulum")
     program = lower(derive(mechanism))
@@ -41,7 +42,7 @@ def validate_demo(plot: Path | None) -> None:
     if plot is not None:
         report.write(plot)
         click.echo(f"wrote {plot}")
-    sys.exit(0 if report.passed else 1)
+    sys.exit(STATUS[report.outcome])
 
 
 def validate_model(
@@ -55,7 +56,7 @@ def validate_model(
     reports: tuple[Path, ...],
     settings: tuple[str, ...],
 ) -> None:
-    """Validate ``model`` and write the reports; exit with 1 if it fails.
+    """Validate ``model`` and write the reports; exit with 1 if it fails, with 3 if too little could be compared.
 
     Raises Lag2FmuError for a model or options that do not fit, SimulationError for a run that fails.
     """
@@ -83,4 +84,4 @@ def validate_model(
     for path in reports:
         report.write(path)
         click.echo(f"wrote {path}")
-    sys.exit(0 if report.passed else 1)
+    sys.exit(STATUS[report.outcome])

@@ -5,7 +5,7 @@ How expressions are written out is in ``graph.to_sympy``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,10 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.graph import Graph
 from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
+from lag2fmu.language.letters import latex_name, letter, split
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.language.writer import with_decimals
+from lag2fmu.mechanism.record import Mechanism
 
 MAX_OPERATIONS = 500
 """Mechanisms whose formulas have more operations, written out, are not printed."""
@@ -75,6 +77,13 @@ def formulas(equations: EquationsOfMotion) -> Formulas | None:
     )
 
 
+def printed(equations: EquationsOfMotion, pairs: Iterable[tuple[str | sp.Expr, sp.Expr]]) -> tuple[Formula, ...]:
+    """The equations of both sides of ``pairs``, in the names of the mechanism of ``equations``; a text is a name."""
+    paper = _Paper(equations)
+    sides = ((sp.Symbol(left) if isinstance(left, str) else left, right) for left, right in pairs)
+    return tuple(paper.equation(left, right) for left, right in sides)
+
+
 def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     """The ``equations`` as expressions; None if they have more than ``most`` operations.
 
@@ -86,7 +95,8 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     nodes = [
         *(equations.energies[_ENERGIES[letter]] for letter in letters),
         *(equations.mass_matrix[i][j] for i, j in _triangle(len(v.q))),
-        *_without_inertia(equations),
+        *(g.subtract(Q, f) for Q, f in zip(v.Q, equations.forcing, strict=True)),
+        *_borne(equations),
         *equations.variables.further_rates,
         *equations.drives,
         *equations.constraints.residuals,
@@ -105,6 +115,19 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     return Expressions(printed, matrix, motion, further, tuple(texts), drives)
 
 
+def energies(equations: EquationsOfMotion, most: int) -> dict[str, sp.Expr]:
+    """{'T': kinetic, 'V': potential energy}, in J; nothing if they have more than ``most`` operations together.
+
+    There is none for a mechanism of which the Lagrangian alone is given.
+    """
+    equations = equations.apart()
+    nodes = [equations.energies[name] for name in _ENERGIES.values() if name in equations.energies]
+    operations = written_operations(equations.graph, nodes)
+    if operations > most:
+        return {}
+    return dict(zip(_ENERGIES, _read(equations.graph, nodes, operations, ()), strict=len(nodes) == len(_ENERGIES)))
+
+
 def _triangle(n: int) -> list[tuple[int, int]]:
     """The places in the lower triangle of a matrix (n, n), row by row."""
     return [(i, j) for i in range(n) for j in range(i + 1)]
@@ -115,15 +138,19 @@ def _motion(
 ) -> tuple[sp.ImmutableMatrix, tuple[tuple[sp.Expr, sp.Expr], ...]]:
     """M (n, n) and the sides (left, right) of the equations of motion (n,).
 
-    Reads from ``texts`` the lower triangle of M, and then what stands beside M qdd.
+    Reads from ``texts`` the lower triangle of M, what stands beside M qdd, and what ``_borne`` lists. The left sides
+    have inertia and potentials, the right ones the external forces Q and those of constraints and contacts.
     """
     g, v = equations.graph, equations.variables
     n = len(v.q)
     lower = {place: next(texts) for place in _triangle(n)}
     matrix = sp.ImmutableMatrix(n, n, lambda i, j: lower[max(i, j), min(i, j)])
     qdd, forces = ([sp.Symbol(str(g.leaf[node]), real=True) for node in group] for group in (v.qdd, v.Q))
-    inertial = (sp.Add(*(matrix[i, j] * qdd[j] for j in range(n)), next(texts)) for i in range(n))
-    return matrix, tuple(zip(inertial, forces, strict=True))
+    inertial = [sp.Add(*(matrix[i, j] * qdd[j] for j in range(n)), next(texts)) for i in range(n)]
+    reactions = [next(texts) for _ in range(n)]
+    borne = [[symbol(force) * next(texts) for _ in range(n)] for force in (str(g.leaf[node]) for node in v.forces)]
+    right = (sp.Add(Q, R, *row) for Q, R, *row in zip(forces, reactions, *borne, strict=True))
+    return matrix, tuple(zip(inertial, right, strict=True))
 
 
 def _read(graph: Graph, nodes: Sequence[Node], operations: int, targets: Sequence[str]) -> Iterator[sp.Expr]:
@@ -137,15 +164,23 @@ def _read(graph: Graph, nodes: Sequence[Node], operations: int, targets: Sequenc
     return iter(found) if operations > MAX_OPERATIONS else map(tidy, found)
 
 
-def _without_inertia(equations: EquationsOfMotion) -> list[Node]:
-    """Q - forcing - G^T multiplier, (n,): what stands beside M qdd where the external forces Q are on the right."""
+def _borne(equations: EquationsOfMotion) -> list[Node]:
+    """G^T multiplier, (n,), and behind it the rows, (n,) each, along which contacts and their like act."""
     g, v = equations.graph, equations.variables
     columns = zip(*equations.constraints.jacobian, strict=True) if len(equations.constraints) else [()] * len(v.q)
-    reactions = [g.dot(v.multipliers, column) for column in columns]
-    return [g.subtract(g.subtract(Q, f), R) for Q, f, R in zip(v.Q, equations.forcing, reactions, strict=True)]
+    return [*(g.dot(v.multipliers, column) for column in columns), *(x for row in equations.rows.jacobian for x in row)]
 
 
 _ENERGIES = {"T": "kinetic_energy", "V": "potential_energy"}
+
+
+def _dotted(m: Mechanism) -> dict[str, tuple[str, int]]:
+    """{name of a rate: (what it is the rate of, number of dots)}."""
+    moving = [*(q.name for q in m.coordinates), *m.driven, *map(names.target, m.filtered)]
+    found = {names.velocity(name): (name, 1) for name in moving}
+    found |= {names.acceleration(name): (name, 2) for name in moving}
+    found |= {names.derivative(z.name): (z.name, 1) for z in m.states}
+    return found | {names.derivative(names.velocity(name)): (name, 2) for name in m.filtered}
 
 
 class _Paper:
@@ -155,31 +190,27 @@ class _Paper:
         from sympy.printing.latex import LatexPrinter
         from sympy.printing.mathml import MathMLPresentationPrinter
 
-        coordinates = [q.name for q in equations.mechanism.coordinates]
-        moving = [*coordinates, *equations.mechanism.driven, *map(names.target, equations.mechanism.filtered)]
-        dotted = {names.velocity(name): (name, 1) for name in moving}
-        dotted |= {names.acceleration(name): (name, 2) for name in moving}
-        further = [z.name for z in equations.mechanism.states]
-        dotted |= {names.derivative(name): (name, 1) for name in further}
-        filtered = equations.mechanism.filtered
-        dotted |= {names.derivative(names.velocity(name)): (name, 2) for name in filtered}
-        forces = {names.generalized_force(name): name for name in coordinates}
+        dotted = _dotted(equations.mechanism)
 
         class Latex(LatexPrinter):  # type: ignore[misc]
             def _print_Symbol(self, symbol: sp.Symbol, style: str = "plain") -> str:
-                if symbol.name in forces:
-                    return f"Q_{{{self._print_Symbol(sp.Symbol(forces[symbol.name]))}}}"
-                name, dots = dotted.get(symbol.name, (symbol.name, 0))
-                plain: str = super()._print_Symbol(sp.Symbol(name), style)
-                return (plain, f"\\dot{{{plain}}}", f"\\ddot{{{plain}}}")[dots]
+                return latex_name(*dotted.get(symbol.name, (symbol.name, 0)))
 
         class MathML(MathMLPresentationPrinter):  # type: ignore[misc]
             def _print_Symbol(self, symbol: sp.Symbol, style: str = "plain") -> Any:
-                if symbol.name in forces:
-                    return self._pair("msub", self._leaf("mi", "Q"), self._print(sp.Symbol(forces[symbol.name])))
                 name, dots = dotted.get(symbol.name, (symbol.name, 0))
-                plain = super()._print_Symbol(sp.Symbol(name), style)
-                return self._pair("mover", plain, self._leaf("mo", "\u02d9\u00a8"[dots - 1])) if dots else plain
+                head, indices = split(name)
+                plain = self._leaf("mn" if head[0].isdigit() else "mi", letter(head))
+                plain = self._pair("mover", plain, self._leaf("mo", "\u02d9\u00a8"[dots - 1])) if dots else plain
+                return self._pair("msub", plain, self._row(indices)) if indices else plain
+
+            def _row(self, indices: tuple[str, ...]) -> Any:
+                row = self.dom.createElement("mrow")
+                for k, index in enumerate(indices):
+                    if k:
+                        row.appendChild(self._leaf("mo", ","))
+                    row.appendChild(self._leaf("mn", index) if index.isdigit() else self._print(sp.Symbol(index)))
+                return row
 
             def _leaf(self, tag: str, text: str) -> Any:
                 leaf = self.dom.createElement(tag)
@@ -197,7 +228,7 @@ class _Paper:
 
     def equation(self, left: sp.Expr, right: sp.Expr) -> Formula:
         """left = right"""
-        left, right = with_decimals(left), with_decimals(right)
+        left, right = with_decimals(left, alike=True), with_decimals(right, alike=True)
         sides = [self._mathml._print(side).toxml().replace("&InvisibleTimes;", "\u2062") for side in (left, right)]
         latex = " = ".join(self._latex.doprint(side) for side in (left, right))
         return Formula(latex, f"<mrow>{sides[0]}<mo>=</mo>{sides[1]}</mrow>")

@@ -92,12 +92,12 @@ class TableArgument:
 class EventFunction:
     """A function whose zeros are events: its ``name`` for messages, its ``nominal`` size in SI units.
 
-    ``timed`` is not 0 if it depends on the time and parameters alone: 1 if it is linear in the time, or else 2.
+    ``timed``: whether it depends on nothing but the time and parameters.
     """
 
     name: str
     nominal: float
-    timed: int = 0
+    timed: bool = False
 
 
 @dataclass(frozen=True)
@@ -121,6 +121,8 @@ class Program:
     - ``loaded_friction``: whether a dry friction depends on what constraints, joints and contacts bear.
     - ``offsets``: the number of latches that hold positions.
     - ``event_functions``: those of the switches, and behind them those of contacts and dry frictions.
+    - ``timed_bounds``: the margins and their rates of those switches that depend on nothing but the time and
+      parameters, to be evaluated on intervals; None without such switches.
     - ``simultaneous``: how simultaneous impacts are resolved.
     - ``sparse_rows``: the rows for time stepping; None for other solvers.
     """
@@ -141,6 +143,7 @@ class Program:
     masks: int = 0
     switches: int = 0
     event_functions: tuple[EventFunction, ...] = ()
+    timed_bounds: Function | None = None
     frictions: int = 0
     loaded_friction: bool = False
     latches: int = 0

@@ -1,7 +1,7 @@
 """Kinks as switches: sign, abs, heaviside, min, max and choices are smooth formulas while their margins keep signs.
 
 A kink whose margin moves with time, motion or inputs is replaced by a formula with a switch, +1 or -1, which the
-runtime turns where the margin crosses 0: between such events the equations are smooth, and derivatives are exact. Kinks
+engine turns where the margin crosses 0: between such events the equations are smooth, and derivatives are exact. Kinks
 of one margin, or of margins that are opposite, share a switch. Kinks stay in what depends on parameters alone, and in
 what is calculated from the motion without acting on it.
 
@@ -15,12 +15,15 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from lag2fmu.dynamics.functions import EventFunction, Function, nodes_of, with_nodes
 from lag2fmu.dynamics.parts import Variables
 from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.tables import in_pieces
 from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.graph.autodiff import reverse
+from lag2fmu.graph.batches import evaluate
 from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import CHOICE, KINKS, OPERATIONS
@@ -33,16 +36,22 @@ _WITHOUT_EFFECT = ("mechanism_locals", "mechanism_locals_tangent", "mechanism_lo
 _LIMITED = ("sqrt", "log", "asin", "acos", "power", "power_or_zero")
 """Operations that have values for some operands only."""
 _ROOTS = ("sqrt", "power", "power_or_zero")
+PLACES = 65
+"""So many values of a function of the time tell its size."""
 _READABLE = 200
 """The most operations of a margin that a message writes out."""
 
 
 @dataclass(frozen=True)
 class Switched:
-    """Functions with switches in their argument p, behind its ``masks`` first entries, and the switches' margins."""
+    """Functions with switches in their argument p, behind its ``masks`` first entries, and the switches' margins.
+
+    ``timed_bounds`` as in ``Program``.
+    """
 
     functions: tuple[Function, ...]
     margins: tuple[EventFunction, ...]
+    timed_bounds: Function | None = None
 
 
 def switched(
@@ -73,9 +82,12 @@ def switched(
     results = tuple(("S", k, node) for k, node in enumerate(every))
     doc = "Margins S, at whose signs the equations of motion change."
     margin_function = Function("mechanism_switches", doc, state, ("S",), results)
+    timed = [k for k, margin in enumerate(described) if margin.timed]
     with graph.as_written():
         new = kinks.replaced(dict(zip(margins, switches, strict=False)), [*functions, margin_function])
-    return Switched(tuple(_with_modes(graph, f, switches, masks) for f in new), described)
+        new += _timed_functions(graph, variables, new[-1], timed) if timed else ()
+    *others, last = (_with_modes(graph, f, switches, masks) for f in new)
+    return Switched((*others,), described, last) if timed else Switched((*others, last), described)
 
 
 def _effective(functions: Sequence[Function]) -> list[Node]:
@@ -204,10 +216,12 @@ def _with_modes(graph: Graph, function: Function, switches: tuple[Node, ...], ma
 
 def _described(graph: Graph, v: Variables, mechanism: Mechanism, margins: Sequence[Node]) -> tuple[EventFunction, ...]:
     """The name, nominal size and kind of each margin."""
-    return tuple(
-        EventFunction(_text(graph, margin), nominal_size(graph, v, mechanism, margin), _timed(graph, v, margin))
-        for margin in margins
-    )
+    found = []
+    for margin in margins:
+        timed, size = _timed(graph, v, margin), nominal_size(graph, v, mechanism, margin)
+        size = min(size, _greatest(graph, v, mechanism, margin)) if timed else size
+        found.append(EventFunction(_text(graph, margin), size, timed))
+    return tuple(found)
 
 
 def _text(graph: Graph, margin: Node) -> str:
@@ -232,11 +246,29 @@ def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node)
     return found if math.isfinite(found) and found > 0.0 else 1.0
 
 
-def _timed(graph: Graph, v: Variables, margin: Node) -> int:
-    """0 unless ``margin`` depends on the time and parameters alone; 1 if it is linear in the time, 2 if it is not."""
-    (slope,) = reverse(graph, {margin: graph.one}, (v.t,))
-    parameters = {*v.parameters}
-    variables = {node for node in graph.cone([margin, slope]) if node in graph.leaf and not graph.is_constant(node)}
-    if not variables <= parameters | {v.t}:
-        return 0
-    return 2 if v.t in graph.cone([slope]) else 1
+def _greatest(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node) -> float:
+    """About the greatest absolute value of ``margin``, a function of the time, in the experiment; infinite if unknown.
+
+    One that turns often changes by far less than its rate at the start says.
+    """
+    values = start_values(mechanism)
+    times = np.linspace(0.0, mechanism.experiment.stop_time, PLACES)
+    sizes = np.abs(evaluate(graph, [margin], {**values, str(graph.leaf[v.t]): times})).ravel()
+    return float(sizes[np.isfinite(sizes)].max(initial=0.0)) or math.inf
+
+
+def _timed(graph: Graph, v: Variables, margin: Node) -> bool:
+    """Whether ``margin`` depends on nothing but the time and parameters."""
+    variables = {node for node in graph.cone([margin]) if node in graph.leaf and not graph.is_constant(node)}
+    return variables <= {*v.parameters, v.t}
+
+
+def _timed_functions(graph: Graph, v: Variables, margins: Function, timed: Sequence[int]) -> tuple[Function, ...]:
+    """The ``timed`` ones of the ``margins`` as a function, and a second one with their rates for intervals."""
+    t, _, _, p = margins.arguments
+    results = tuple(result for result in margins.results if result[1] in timed)
+    rates = tuple(("R", k, reverse(graph, {node: graph.one}, (v.t,))[0]) for _, k, node in results)
+    doc = "Margins S that depend on nothing but the time"
+    values = Function("mechanism_timed", f"{doc}.", (t, p), ("S",), results)
+    bounds = Function("mechanism_timed_bounds", f"{doc}, and their rates R.", (t, p), ("S", "R"), (*results, *rates))
+    return values, bounds

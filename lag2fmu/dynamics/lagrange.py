@@ -23,7 +23,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from lag2fmu.dynamics.constraints import compose, starting_consistently
+from lag2fmu.dynamics.consistent_starts import starting_consistently
+from lag2fmu.dynamics.constraints import compose
 from lag2fmu.dynamics.drives import drive_forces
 from lag2fmu.dynamics.elimination import mass_matrix, solve
 from lag2fmu.dynamics.energies import Composer

@@ -1,7 +1,7 @@
 """Accelerations and multipliers as one formula in the mode in which all rows that modes switch are open.
 
 Open contacts, stops and latches bear nothing, and dry friction exerts its sliding force. If this force depends on what
-constraints bear, each of the two depends on the other. Then there is no formula, and the runtime solves for both.
+constraints bear, each of the two depends on the other. Then there is no formula, and the engine solves for both.
 """
 
 from __future__ import annotations

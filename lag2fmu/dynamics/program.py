@@ -80,6 +80,7 @@ def lower(
         simultaneous=equations.mechanism.impacts == "simultaneous",
         switches=len(found.margins),
         event_functions=(*found.margins, *contact_events(equations)),
+        timed_bounds=found.timed_bounds,
         sparse_rows=sparse,
     )
 
@@ -142,7 +143,7 @@ def _constrained_accelerations(
 ) -> Function:
     """qdd and the multipliers under constraints; all pivots are 0 without a solution on the graph.
 
-    The argument ``drift``, (m,), enters G qdd + gamma + drift = 0; the runtime uses it to reduce the constraints'
+    The argument ``drift``, (m,), enters G qdd + gamma + drift = 0; the engine uses it to reduce the constraints'
     drift.
     """
     g, n, m = equations.graph, len(equations.forcing), len(equations.constraints)

@@ -7,7 +7,7 @@ From M qdd = forcing + G^T multiplier and G qdd = below, where below is -gamma, 
 M^-1 is applied by the same elimination as without constraints, so that zeros in M and G cost nothing. S is solved by
 L D L^T; the order of its rows is the best one at the start. Rows that are redundant at the start are left out. The
 formula also returns numbers that say where it does not hold: where M or S has a pivot near zero, and where a row that
-was left out becomes independent. There the runtime factorises with pivoting instead.
+was left out becomes independent. There the engine factorises with pivoting instead.
 Source: R. Featherstone, Rigid Body Dynamics Algorithms, section 3.6; Golub, Van Loan, Matrix Computations, section 4.1.
 """
 
@@ -28,7 +28,7 @@ CLEAR = 1e-3
 """A row of S is clearly independent if its pivot is more than this part of its diagonal entry."""
 
 MOST_OPERATIONS = 8000
-"""The most operations of a formula. A longer one compiles slowly and is no faster than the runtime's loops."""
+"""The most operations of a formula. A longer one compiles slowly and is no faster than the engine's loops."""
 
 _LEAST = 1e-8
 """A row is redundant at the start if its pivot is less than this part of its diagonal entry."""

@@ -12,6 +12,7 @@ from lag2fmu.dynamics.frames import Rate
 from lag2fmu.dynamics.parts import Constraints, Energies, Entries, RigidInertia, Variables
 from lag2fmu.dynamics.quadratic import second_degree
 from lag2fmu.dynamics.samples import check_quadratic
+from lag2fmu.dynamics.silence import without_inputs
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import NEGATE
@@ -168,7 +169,8 @@ def canonical(graph: Graph, v: Variables, energies: Energies) -> tuple[list[Node
 def named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequence[Node]) -> dict[str, Node]:
     """T, V, T + V (unless V has velocities), h = sum qd p - L, all in J, and the power of the external inputs, in W.
 
-    ``momenta`` are p, (n,). A Lagrangian that is written as a whole has only h and the power. Source: Goldstein,
+    The power is that of the forces beyond those without inputs; a force that has no value without them counts as a
+    whole. ``momenta`` are p, (n,). A Lagrangian that is written as a whole has only h and the power. Source: Goldstein,
     Classical Mechanics, section 2.7 (the energy function h).
     """
     named: dict[str, Node] = {}
@@ -178,7 +180,7 @@ def named_energies(graph: Graph, v: Variables, energies: Energies, momenta: Sequ
             named["total_energy"] = graph.add(energies.kinetic_energy, energies.potential_energy)
     named["generalized_energy"] = graph.subtract(graph.dot(v.qd, momenta), energies.lagrangian(graph))
     forces = generalized_forces(graph, v, energies)
-    silent = graph.substitute(forces, dict.fromkeys((*v.Q, *v.plain), graph.zero))
+    silent = without_inputs(graph, forces, (*v.Q, *v.plain))
     external = [graph.subtract(a, b) for a, b in zip(forces, silent, strict=True)]
     named["external_power"] = graph.dot(external, v.qd)
     return named

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import re
-
 import sympy as sp
 from sympy.printing.pretty.pretty import PrettyPrinter
-from sympy.printing.pretty.pretty_symbology import greek_unicode, pretty_symbol
 from sympy.printing.pretty.stringpict import prettyForm, stringPict
 
 from lag2fmu.explain.length import operations
 from lag2fmu.explain.notation import TEXT, Notation
-from lag2fmu.language.writer import to_text, with_decimals
+from lag2fmu.language.letters import unicode_name, without_dots
+from lag2fmu.language.writer import to_read, with_decimals
 
 MOST_DRAWN = 150
 """The most operations of a formula that is drawn; a longer one would be wider than any terminal."""
 
 _INDENT = " " * 6
-_RATE = re.compile(r"(?P<head>[A-Za-z]+)(?P<rest>\w*?)_(?P<dots>d?dot)")
 _SETTINGS = {"use_unicode": True, "wrap_line": False, "num_columns": None}
 
 
@@ -51,29 +48,28 @@ def drawn(width: int) -> Notation:
     )
 
 
+class _Printer(PrettyPrinter):  # type: ignore[misc]
+    """Prints names as ``letters`` writes them."""
+
+    def _print_Symbol(self, e: sp.Symbol) -> prettyForm:
+        return prettyForm(unicode_name(*without_dots(e.name)), binding=prettyForm.ATOM)
+
+
 def _expression(expression: sp.Expr) -> str:
     if operations(expression) > MOST_DRAWN:
-        return to_text(expression)
-    names = {s: sp.Symbol(_spelled(s.name)) for s in expression.free_symbols}
-    form = PrettyPrinter(_SETTINGS)._print(with_decimals(expression).xreplace(names))
+        return to_read(expression)
+    form = _Printer(_SETTINGS)._print(with_decimals(expression, alike=True))
     found = Drawn(form.render(wrap_line=False))
-    found.baseline, found.text = form.baseline, to_text(expression)
+    found.baseline, found.text = form.baseline, to_read(expression)
     return found
 
 
 def _name(name: str) -> str:
     head, external, rest = name.partition("^np_")
-    found = Drawn(f"{head}ⁿᵖ_{pretty_symbol(_spelled(rest))}" if external else pretty_symbol(_spelled(name)))
+    plain = unicode_name(*without_dots(rest or name))
+    found = Drawn(f"{head}ⁿᵖ_{plain}" if external else plain)
     found.baseline, found.text = 0, name
     return found
-
-
-def _spelled(name: str) -> str:
-    """``theta1_ddot`` as thetaddot1, from which SymPy sets dots above the letter; names that are words stay."""
-    match = _RATE.fullmatch(name)
-    if match is None or (len(match["head"]) > 1 and match["head"] not in greek_unicode):
-        return name
-    return "".join(match.group("head", "dots", "rest"))
 
 
 def _picture(side: str) -> stringPict:

@@ -14,22 +14,13 @@ from lag2fmu.description import names
 from lag2fmu.description.events import Contact, Friction
 from lag2fmu.description.parts import Constraint
 from lag2fmu.description.tables import Table
-from lag2fmu.dynamics.variables import led
 from lag2fmu.language.units import SECOND, Unit
-from lag2fmu.language.vocabulary import symbol
-from lag2fmu.language.writer import to_text
+from lag2fmu.language.writer import to_read
 from lag2fmu.mechanism.poses import Poses
 from lag2fmu.mechanism.record import Mechanism, Unilateral
 from lag2fmu.mechanism.starts import start_values, value_at
 
 _ROUNDING = 1e-9
-
-
-class Row(NamedTuple):
-    """The name of a ``force`` and the ``rate`` along which it acts; its generalized force is force * d(rate)/dqd."""
-
-    force: str
-    rate: sp.Expr
 
 
 class Law(NamedTuple):
@@ -66,47 +57,18 @@ class Hybrid:
         for table in self.m.tables:
             yield Law(_of_table(table))
 
-    def generalized_forces(self) -> list[sp.Expr]:
-        """The generalized forces (n,) of contacts, stops, dry frictions and latches."""
-        velocities = [symbol(names.velocity(q.name)) for q in self.m.coordinates]
-        rows = list(self._rows())
-        return [sp.Add(*(symbol(row.force) * row.rate.diff(v) for row in rows)) for v in velocities]
-
-    def _rows(self) -> Iterator[Row]:
-        """The forces of contacts, stops, dry frictions and latches, with the rates along which they act."""
-        for u in self.m.unilaterals:
-            yield Row(names.force(u.name), self._rate(u.gap))
-            for label, slip in zip(names.frictions(u.name, len(u.slips)), u.slips, strict=True):
-                yield Row(label, self.poses.resolved(slip))
-        for friction in self.m.frictions:
-            yield Row(names.force(friction.name), self.poses.resolved(friction.on))
-        for latch in self.m.latches:
-            rate = self._rate(latch.expression) if latch.holonomic else self.poses.resolved(latch.expression)
-            yield Row(names.multiplier(latch.name), rate)
-
-    def state_equations(self) -> Iterator[tuple[str, sp.Expr]]:
-        """(name of the derivative, its expression) of each further state; a filter has one equation, for y_ddot."""
-        for state in (z for z in self.m.states if z.name not in self.m.filtered):
-            expression = self.poses.resolved(state.derivative)
-            if state.moves:
-                target = names.target(state.moves)
-                rates = names.velocity(target), names.acceleration(target)
-                yield names.acceleration(state.moves), led(state.moves, expression, rates)
-            else:
-                yield names.velocity(state.name), expression
-
     # ------------------------------------------------------------------------------------------------ one by one
 
     def _of_unilateral(self, u: Unilateral) -> Law:
         kind = "stop" if u.where.startswith("stops.") else "contact"
         laws = [
             f"{kind} {u.name}: gap and force are at least 0, and one of them is 0",
-            f"restitution {to_text(u.restitution)}",
+            f"restitution {to_read(u.restitution)}",
         ]
         formulas: list[tuple[str | sp.Expr, sp.Expr]] = [(names.gap(u.name), self.poses.resolved(u.gap))]
         if u.slips:
-            static = "" if u.static_friction == u.friction else f", sticking {to_text(u.static_friction)}"
-            laws.append(f"friction {to_text(u.friction)}{static}")
+            static = "" if u.static_friction == u.friction else f", sticking {to_read(u.static_friction)}"
+            laws.append(f"friction {to_read(u.friction)}{static}")
             several = len(u.slips) > 1
             formulas += [
                 (_slip(f"{u.name}_{k}" if several else u.name), self.poses.resolved(slip))
@@ -120,14 +82,14 @@ class Hybrid:
 
     def _of_compliant(self, contact: Contact) -> Law:
         gap = next(d.expression for d in self.m.definitions if d.name == names.gap(contact.name))
-        damped = f"*(1 + {to_text(sp.sympify(contact.damping))}*d_dot)" if contact.damping is not None else ""
+        damped = f"*(1 + {to_read(sp.sympify(contact.damping))}*d_dot)" if contact.damping is not None else ""
         laws = [
-            f"compliant contact {contact.name}: presses by {to_text(sp.sympify(contact.stiffness))}*d**1.5{damped}, d "
+            f"compliant contact {contact.name}: presses by {to_read(sp.sympify(contact.stiffness))}*d**1.5{damped}, d "
             "being its penetration, and never pulls"
         ]
         if contact.slip_speed is not None:
-            fading = to_text(sp.sympify(contact.slip_speed))
-            laws.append(f"friction {to_text(sp.sympify(contact.friction))}, which fades below the slip speed {fading}")
+            fading = to_read(sp.sympify(contact.slip_speed))
+            laws.append(f"friction {to_read(sp.sympify(contact.friction))}, which fades below the slip speed {fading}")
         unit = next(o.unit for o in self.m.outputs if o.name == names.gap(contact.name))
         laws.append(self._opening(gap, unit if isinstance(unit, Unit) else None))
         return Law("; ".join(filter(None, laws)), ((names.gap(contact.name), self.poses.resolved(gap)),))
@@ -135,16 +97,16 @@ class Hybrid:
     def _of_latch(self, latch: Constraint) -> Law:
         margin = self._value(sp.sympify(latch.while_))
         mode = "" if margin is None else f"; {'holds' if margin > 0 else 'released'} at the start"
-        condition = to_text(sp.sympify(latch.while_))
+        condition = to_read(sp.sympify(latch.while_))
         sentence = f"{latch.kind} constraint {latch.name}, which holds while {condition} is above 0{mode}:"
         return Law(sentence, ((self.poses.resolved(latch.expression), sp.S.Zero),))
 
     def _of_friction(self, friction: Friction) -> Law:
-        holding = "as much" if friction.static is None else to_text(sp.sympify(friction.static))
+        holding = "as much" if friction.static is None else to_read(sp.sympify(friction.static))
         speed = self._value(sp.sympify(friction.on))
         mode = "" if speed is None else f"; {_moving([speed], None)} at the start"
         sentence = (
-            f"dry friction {friction.name}: {to_text(sp.sympify(friction.force))} against the slip, up to {holding} "
+            f"dry friction {friction.name}: {to_read(sp.sympify(friction.force))} against the slip, up to {holding} "
             f"while it sticks{mode}"
         )
         return Law(sentence, ((_slip(friction.name), self.poses.resolved(friction.on)),))

@@ -62,7 +62,7 @@ def rounded(count: int) -> str:
 def why_not_differentiated(lagrangian: sp.Expr) -> str:
     """The reason why the Lagrangian is not differentiated on paper, as a predicate; '' if it is."""
     if operations(lagrangian) > MAX_OPERATIONS:
-        return f"has {rounded(operations(lagrangian))} operations"
+        return f"is too long to be differentiated here, with {rounded(operations(lagrangian))} operations"
     long = calls([lagrangian])
     return f"uses the long definition {long[-1].definition}" if long else ""
 

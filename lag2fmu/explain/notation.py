@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from lag2fmu.language.vocabulary import TIME
-from lag2fmu.language.writer import to_text, with_decimals
+from lag2fmu.language.letters import latex, latex_name, latex_sentence, without_dots
+from lag2fmu.language.writer import to_read
 
 
 @dataclass(frozen=True)
@@ -25,24 +25,13 @@ class Notation:
 
 
 def _latex_name(name: str) -> str:
-    r"""``theta1_dot`` -> ``\dot{\theta}_{1}``; in a name of several words the later ones become indices."""
-    for suffix, accent in (("_ddot", "ddot"), ("_dot", "dot")):
-        if name.endswith(suffix):
-            return f"\\{accent}{{{_latex_name(name.removesuffix(suffix))}}}"
     head, hat, rest = name.partition("^np_")
-    if hat:
-        return f"{head}^{{np}}_{{{_latex_name(rest)}}}"
-    return str(sp.latex(sp.Symbol(name)))
-
-
-def _latex(expression: sp.Expr) -> str:
-    symbols = {s: _latex_name(s.name) for s in expression.free_symbols if s != TIME}
-    return str(sp.latex(with_decimals(expression), symbol_names=symbols))
+    return f"{head}^{{np}}_{{{_latex_name(rest)}}}" if hat else latex_name(*without_dots(name))
 
 
 TEXT = Notation(
     name=lambda name: name,
-    expression=to_text,
+    expression=to_read,
     partial=lambda f, x: f"d{f}/d({x})",
     total=lambda f: f"d/dt {f}",
     heading=lambda number, title: f"\n{number:2d}. {title}" if number > 1 else f"{number:2d}. {title}",
@@ -51,10 +40,10 @@ TEXT = Notation(
 )
 LATEX = Notation(
     name=_latex_name,
-    expression=_latex,
+    expression=latex,
     partial=lambda f, x: f"\\frac{{\\partial {f}}}{{\\partial {x}}}",
     total=lambda f: f"\\frac{{d}}{{dt}} {f}",
     heading=lambda number, title: f"\\paragraph{{{number}. {title}}}",
     formula=lambda left, right: f"\\[ {left} = {right} \\]",
-    remark=lambda sentence: sentence.replace("_", "\\_") + "\\\\",
+    remark=latex_sentence,
 )

@@ -1,8 +1,9 @@
 """The twelve steps of the textbook procedure for deriving equations of motion, filled in for a mechanism.
 
 The steps are those of the lecture slides "Lagrangian Dynamics" (PROCEDURE for planar mechanical systems). The formulas
-come from the independent path, so that they are a second opinion on what the FMU computes. For large mechanisms the
-derivatives are counted instead of written out.
+of the steps come from the independent path as long as there are no frames, so that they are a second opinion; the
+equations of motion are those of the FMU, of its page and of notebooks. Formulas of large mechanisms are counted instead
+of written out.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.formulas import Expressions, expressions
+from lag2fmu.dynamics.formulas import Expressions, energies, expressions
 from lag2fmu.dynamics.lagrange import complete, derive
 from lag2fmu.explain.drawn import drawn
 from lag2fmu.explain.hybrid import Hybrid, Law
@@ -31,6 +32,7 @@ from lag2fmu.explain.length import (
 from lag2fmu.explain.notation import LATEX, TEXT, Notation
 from lag2fmu.explain.ports import port_sentences
 from lag2fmu.explain.words import axes, coordinate_words, freedom, pose, vector
+from lag2fmu.language.letters import without_dots
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition
@@ -39,6 +41,8 @@ MOST_WRITTEN = 50_000
 """Equations with more operations than this are not written at all."""
 MAX_WRITTEN = (5_000, 500)
 """The most operations of equations that are written without ``full``: as text, and as LaTeX."""
+MAX_ENERGIES = 500
+"""The most operations of energies of frames that are written without ``full``."""
 LONGEST = 600
 """The most characters of a formula without ``full``."""
 
@@ -102,18 +106,14 @@ class _Steps:
         yield "Velocities", self._formulas(self._velocities())
         yield "Kinetic energy", self._formulas([("T", tidy(self.composition.kinetic))])
         yield "Potential energy", self._formulas([("V", tidy(self.composition.potential))])
-        yield "Lagrangian L = T - V", self._formulas([("L", self._lagrangian)])
+        whole = sp.S.Zero if self._lagrangian is None else self._lagrangian
+        yield "Lagrangian L = T - V", self._formulas([("L", whole)])
         yield (
             "Non-potential forces",
             [*self._formulas(self._forces()), *self._laws(self._hybrid.forces()), *self._ports()],
         )
-        why_not = why_not_differentiated(self._lagrangian)
-        if why_not:
-            yield "Derivatives of L", [self._say(f"L {why_not}: its derivatives are not written out")]
-            yield "Equations of motion", self._on_graph()
-            return
-        yield "Derivatives of L", self._formulas(self._derivatives())
-        yield "Equations of motion", self._formulas([*self._equations(), *self._of_states(), *self._drives()])
+        yield "Derivatives of L", self._derivatives()
+        yield "Equations of motion", self._motion()
 
     def _on_frames(self) -> Iterator[tuple[str, Sequence[str]]]:
         """The steps of a spatial mechanism: its frames as they are given, without the positions composed of them."""
@@ -129,14 +129,15 @@ class _Steps:
             [self._say("from frame to frame: v = R^T (v_P + omega_P x d + d_dot), omega = R^T omega_P + rates")],
         )
         general = {"T": "1/2 sum (m v.v + omega.I.omega)", "V": f"- sum m a.r{' + springs' if m.springs else ''}"}
-        written = self._written.energies if self._written is not None else ()
         for title, letter in (("Kinetic energy", "T"), ("Potential energy", "V")):
-            formulas = [(sign, energy) for sign, energy in written if sign == letter]
+            formulas = [(letter, self._energies[letter])] if letter in self._energies else []
             yield title, [self._say(f"{letter} = {general[letter]}"), *(self._formulas(formulas) if formulas else [])]
-        yield "Lagrangian L = T - V", [self._say("composed on the graph")]
+        whole = [("L", self._lagrangian)] if self._lagrangian is not None else []
+        told = self._say("T and V are too long to be written out; L is their difference")
+        yield "Lagrangian L = T - V", self._formulas(whole) if whole else [told]
         yield "Non-potential forces", [self._say(self._acting()), *self._laws(self._hybrid.forces()), *self._ports()]
-        yield "Derivatives of L", [self._say("by automatic differentiation")]
-        yield "Equations of motion", self._on_graph()
+        yield "Derivatives of L", self._derivatives()
+        yield "Equations of motion", self._motion()
 
     def _acting(self) -> str:
         """A sentence on the loads and where they act, and on the coordinates that generalized forces act on."""
@@ -155,19 +156,20 @@ class _Steps:
 
     # ------------------------------------------------------------------------------------------------- the steps
 
-    def _on_graph(self) -> list[str]:
+    def _motion(self) -> list[str]:
         """The equations of motion as on the FMU's page; for large mechanisms a sentence that says where they are."""
+        if self._written is not None:
+            further = [(_rate(left), right) for left, right in self._written.further]
+            equations = (*self._written.motion, *further, *self._written.drives)
+            return self._formulas([(self.notation.expression(left), right) for left, right in equations])
         form = "M(q, t) qdd = forcing" + " + G^T multiplier" * bool(self.mechanism.constraints)
         form += " + forces of contacts, stops, dry friction and latches" * self.mechanism.hybrid
-        lines = [self._say(f"{len(self.mechanism.coordinates)} equations {form}, derived on the graph")]
-        lines += self._formulas(self._of_states()) if self.mechanism.states else []
-        if self._written is None:
-            remedy = "" if self.full else " ('show --full' writes up to " + f"{MOST_WRITTEN} operations)"
-            where = "the C code in sources/ of the FMU computes them, with shared parts named"
-            return [*lines, self._say(f"they are too long to be written out: {where}{remedy}")]
-        sides = [(self.notation.expression(left), right) for left, right in self._written.motion]
-        sides += self._drives()
-        return [*lines, *self._formulas(sides)]
+        remedy = "" if self.full else " ('show --full' writes up to " + f"{MOST_WRITTEN} operations)"
+        where = "the C code in sources/ of the FMU computes them, with shared parts named"
+        return [
+            self._say(f"{len(self.mechanism.coordinates)} equations {form}"),
+            self._say(f"they are too long to be written out: {where}{remedy}"),
+        ]
 
     @cached_property
     def _written(self) -> Expressions | None:
@@ -175,8 +177,16 @@ class _Steps:
         return expressions(self.equations, most)
 
     @cached_property
-    def _lagrangian(self) -> sp.Expr:
-        return tidy(self.composition.kinetic) - tidy(self.composition.potential)
+    def _lagrangian(self) -> sp.Expr | None:
+        """T - V, None where the energies of frames are too long to be written out."""
+        if not self.mechanism.frames:
+            return tidy(self.composition.kinetic) - tidy(self.composition.potential)
+        return self._energies["T"] - self._energies["V"] if len(self._energies) == len("TV") else None
+
+    @cached_property
+    def _energies(self) -> dict[str, sp.Expr]:
+        """T and V of a mechanism with frames, as far as they are short."""
+        return energies(self.equations, MOST_WRITTEN if self.full else MAX_ENERGIES)
 
     def _constraints(self) -> list[str]:
         """The constraints as equations, each with its kind."""
@@ -203,29 +213,8 @@ class _Steps:
                 )
         return lines
 
-    def _of_states(self) -> list[Formula]:
-        """The equations of the further states."""
-        return [(self.notation.name(rate), expression) for rate, expression in self._hybrid.state_equations()]
-
-    def _drives(self) -> list[Formula]:
-        """The forces that drive prescribed motions, if their formulas are short enough."""
-        drives = self._written.drives if self._written is not None else ()
-        return [(self.notation.expression(name), force) for name, force in drives]
-
     def _ports(self) -> list[str]:
         return [self._say(sentence) for sentence in port_sentences(self.mechanism)]
-
-    def _reactions(self) -> list[sp.Expr]:
-        """G^T multiplier, (n,), with the forces of contacts, stops, dry frictions and latches."""
-        c, s, m = self.composition, self.composition.symbols, self.mechanism
-        values = [c.written(item.expression) for item in m.constraints]
-        rates = [c.rate(x) if item.holonomic else x for x, item in zip(values, m.constraints, strict=True)]
-        multipliers = [symbol(names.multiplier(item.name)) for item in m.constraints]
-        borne = self._hybrid.generalized_forces()
-        return [
-            sp.Add(force, *(x * rate.diff(v) for x, rate in zip(multipliers, rates, strict=True)))
-            for v, force in zip(s.qd, borne, strict=True)
-        ]
 
     def _positions(self) -> Iterator[Formula]:
         for body in self.mechanism.bodies:
@@ -253,21 +242,21 @@ class _Steps:
         """The derivative of Rayleigh's function by ``velocity``, with the rates of dampers as they are written."""
         return sp.factor_terms(self.composition.dissipation.diff(velocity))
 
-    def _derivatives(self) -> Iterator[Formula]:
+    def _derivatives(self) -> list[str]:
+        """The terms of Lagrange's equations, coordinate by coordinate, or why they are not written out."""
+        L = self._lagrangian
+        why_not = "is too long" if L is None else why_not_differentiated(L)
+        if L is None or why_not:
+            return [self._say(f"L {why_not}: its derivatives are not written out")]
+        return self._formulas(list(self._slopes(L)))
+
+    def _slopes(self, L: sp.Expr) -> Iterator[Formula]:
         s, write = self.composition.symbols, self.notation
         for q, qd in zip(s.q, s.qd, strict=True):
-            momentum = self._lagrangian.diff(qd)
+            momentum = L.diff(qd)
             yield write.partial("L", write.name(qd.name)), tidy(momentum)
             yield write.total(write.partial("L", write.name(qd.name))), tidy(self.composition.rate(momentum))
-            yield write.partial("L", write.name(q.name)), tidy(self._lagrangian.diff(q))
-
-    def _equations(self) -> Iterator[Formula]:
-        c, s = self.composition, self.composition.symbols
-        accelerations = [symbol(names.acceleration(q.name)) for q in s.q]
-        for qd, q, force, reaction in zip(s.qd, s.q, c.forces, self._reactions(), strict=True):
-            left = tidy(self.composition.rate(self._lagrangian.diff(qd)) - self._lagrangian.diff(q))
-            left = sp.collect(sp.expand(left), accelerations)
-            yield self.notation.expression(left), force - self._drag(qd) + reaction
+            yield write.partial("L", write.name(q.name)), tidy(L.diff(q))
 
     def _formulas(self, formulas: Iterator[Formula] | Sequence[Formula]) -> list[str]:
         lines = []
@@ -287,6 +276,12 @@ class _Steps:
 
     def _say(self, sentence: str) -> str:
         return self.notation.remark(sentence)
+
+
+def _rate(derivative: sp.Symbol) -> sp.Symbol:
+    """The rate of a further state, or y_ddot of a filtered motion y, for the derivative that the FMU shows."""
+    state, dots = without_dots(derivative.name.removeprefix(names.derivative("")))
+    return symbol(names.acceleration(state) if dots else names.velocity(state))
 
 
 def _listed(items: Sequence[str]) -> str:

@@ -53,6 +53,7 @@ class Graph(Store):
     def __init__(self) -> None:
         super().__init__()
         self._circle = Circle()
+        self._constant_products: dict[tuple[Node, Node], Node] = {}
 
     # --------------------------------------------------------------------------------------------------- arithmetic
 
@@ -137,7 +138,7 @@ class Graph(Store):
     def _multiple(self, factor: Node, b: Node) -> Node:
         """factor * b with a constant ``factor``"""
         if self.code[b] == CONSTANT:
-            return self.constant(self.value(factor) * self.value(b))
+            return self._constant_product(factor, b)
         if factor in (self.zero, self.one):
             return b if factor == self.one else self.zero
         mark = self.marks[factor] * self.marks[b] % PRIME
@@ -154,8 +155,15 @@ class Graph(Store):
             return self.multiply(self.negate(factor), self.operands[b][0])
         if self.code[b] == MULTIPLY and self.code[self.operands[b][0]] == CONSTANT:
             inner, rest = self.operands[b]
-            return self.multiply(self.constant(self.value(factor) * self.value(inner)), rest)
+            return self.multiply(self._constant_product(factor, inner), rest)
         return self._new(MULTIPLY, (factor, b), mark)
+
+    def _constant_product(self, a: Node, b: Node) -> Node:
+        """a * b of two constants; the few products of a mechanism's constants are asked for often, and are kept."""
+        node = self._constant_products.get((a, b))
+        if node is None:
+            node = self._constant_products[a, b] = self.constant(self.value(a) * self.value(b))
+        return node
 
     def divide(self, a: Node, b: Node) -> Node:
         """a / b; raises ZeroDivisionError if b is the constant 0"""

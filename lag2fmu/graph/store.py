@@ -66,7 +66,7 @@ class Store(Nodes):
 
     def _new(self, code: int, operands: tuple[Node, ...], mark: int) -> Node:
         node = self._by_structure[code, operands] = Node(len(self.code))
-        if self._serves(code, operands):
+        if self._algebra or self._serves(code, operands):
             self._by_mark[mark] = node
         self.code.append(code)
         self.operands.append(operands)
@@ -75,12 +75,7 @@ class Store(Nodes):
         return node
 
     def _serves(self, code: int, operands: tuple[Node, ...]) -> bool:
-        """Whether a new node may stand for all nodes of its value.
-
-        A derived node may; a node as written may if it is a product of nodes that may.
-        """
-        if self._algebra:
-            return True
+        """Whether a new node as written may stand for all nodes of its value: if it is a product of nodes that may."""
         marks, by_mark = self.marks, self._by_mark
         return code not in (ADD, SUBTRACT, DIVIDE) and all(by_mark.get(marks[o]) == o for o in operands)
 
@@ -94,16 +89,20 @@ class Store(Nodes):
     def _known(self, code: int, operands: tuple[Node, ...], mark: int) -> Node | None:
         """The node of this operation on ``operands``; for a derived expression also a node of equal value."""
         node = self._by_structure.get((code, operands))
-        return self._equal(operands, mark) if node is None and self._algebra else node
+        if node is None and self._algebra and mark in self._by_mark:
+            return self._equal(operands, mark)
+        return node
 
     def _equal(self, operands: tuple[Node, ...], mark: int) -> Node | None:
-        """A node of the value ``mark`` that holds no other groups of variables than ``operands``"""
-        node = self._by_mark.get(mark)
-        return None if node is None or self._supports[node] & ~self._support(operands) else node
+        """The node of the known value ``mark``, if it holds no other groups of variables than ``operands``"""
+        node = self._by_mark[mark]
+        return None if self._supports[node] & ~self._support(operands) else node
 
     def _opposite(self, operands: tuple[Node, ...], mark: int) -> Node | None:
         """- (the node of the opposite value), if there is one"""
-        node = self._equal(operands, PRIME - mark) if self._algebra else None
+        if not self._algebra or PRIME - mark not in self._by_mark:
+            return None
+        node = self._equal(operands, PRIME - mark)
         return None if node is None else self._negated(node)
 
     def _negated(self, a: Node) -> Node:

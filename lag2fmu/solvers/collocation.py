@@ -130,7 +130,7 @@ class Collocation:
 
     @property
     def family(self) -> str:
-        """The folder of templates/runtime/solvers that takes steps with these coefficients."""
+        """The folder of templates/engine/integrate/methods that takes steps with these coefficients."""
         return "variational" if self.variational else "radau"
 
 

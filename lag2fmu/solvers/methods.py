@@ -1,4 +1,4 @@
-"""The solvers of co-simulation by name. Each belongs to a family, a folder of templates/runtime/solvers."""
+"""The solvers of co-simulation by name. Each belongs to a family, a folder of templates/engine/integrate/methods."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lag2fmu.solvers.tableaus import TABLEAUS, Tableau
 
 @dataclass(frozen=True)
 class LinearlyImplicit:
-    """A method of fixed cost, written out in the folder ``family`` of the runtime's solvers; letters as in Tableau."""
+    """A method of fixed cost, written out in the folder ``family`` of the engine's solvers; letters as in Tableau."""
 
     solver: str
     title: str

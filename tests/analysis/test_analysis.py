@@ -498,7 +498,7 @@ def test_what_does_not_apply_says_so_and_leaves_the_rest() -> None:
 def test_the_report_has_the_modes_in_text_and_latex() -> None:
     assert "mode 1: 2.3972 rad/s, 0.381526 Hz; theta1 0.7071, theta2 1" in analysis_report(load("double_pendulum"))
     latex = analysis_report(load("double_pendulum"), "latex")
-    assert latex.count("\\paragraph{") == 7
+    assert latex.count("\\paragraph{") == 6
     assert "\\cos{\\left(\\theta_{1} \\right)}" in latex
 
 

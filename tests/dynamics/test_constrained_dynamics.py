@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,7 +14,7 @@ import pytest
 from sympy import cos, sin
 
 from lag2fmu.dynamics import EquationsOfMotion, derive, lower
-from lag2fmu.dynamics.constraints import ambiguous
+from lag2fmu.dynamics.consistent_starts import ambiguous
 from lag2fmu.dynamics.schur_complement import solve_constrained
 from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.terms import canonical
@@ -165,7 +166,7 @@ def test_a_formula_that_is_too_long_is_not_made(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("lag2fmu.dynamics.schur_complement.MOST_OPERATIONS", 100)
     assert solve_constrained(equations, drift) is None
     accelerations = next(f for f in lower(equations).functions if f.name == "mechanism_accelerations")
-    assert {node for *_, node in accelerations.results} == {equations.graph.zero}, "the runtime's loops take over"
+    assert {node for *_, node in accelerations.results} == {equations.graph.zero}, "the engine's loops take over"
 
 
 THREE_BARS = """
@@ -268,7 +269,7 @@ TOGETHER = '[points.o]\nposition = [1, 2]\n[{0}s.s]\n{1} = 5\nbetween = ["o", "b
         (holonomic("x**2 + y**2 - 1"), GIVEN, r"residuals: c1 = 4. Near it they are met by x = 0.44\d*, y = 0.89"),
         (holonomic("x**2 + 1"), "guess = 1", "the start cannot meet .* residuals: c1 = 1.* c1 cannot be met"),
         (holonomic("sqrt(x - 3) - y"), GIVEN, "the start cannot meet the constraints; residuals: c1 = nan"),
-        (holonomic("x - y + 1"), "start = 1, velocity = 1", "the velocities at .* c1 = 1.* x_dot = 0.5, y_dot = 0.5"),
+        (holonomic("x - y + 1"), "start = 1, velocity = 1", r"velocities x_dot = 1, y_dot = 0 \(SI\) .* x_dot = 0.5"),
         (holonomic("sin(x)**2 + cos(x)**2 - 1"), GIVEN, r"constraints\.holonomic\.c1: .* is 0 whatever"),
         (holonomic("sin(x)**2 + cos(x)**2 - 3"), GIVEN, r"constraints\.holonomic\.c1: .* is -2 whatever"),
         (nonholonomic("(sin(x)**2 + cos(x)**2 - 1)*x_dot + 1"), GIVEN, r"nonholonomic\.c1: .* is 1 whatever"),
@@ -288,6 +289,38 @@ def test_a_bad_constraint_gets_one_sentence(tables: str, x: str, expected: str) 
     with pytest.raises(DerivationError, match=expected) as caught:
         derive(mechanism)
     assert "\n" not in str(caught.value)
+
+
+CRANK = """
+[mechanism]
+name = "crank"
+[coordinates]
+a = {{ unit = "deg", start = {a!r}, velocity = {speed!r} }}
+b = {{ unit = "rad", guess = 0.1 }}
+s = {{ unit = "m", guess = 0.15{more} }}
+[constraints.holonomic]
+loop_x = "{r!r}*cos(a) + {l!r}*cos(b) - s"
+loop_y = "{r!r}*sin(a) + {l!r}*sin(b)"
+[energy]
+kinetic = "a_dot**2/2 + s_dot**2/2 + b_dot**2/2"
+"""
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_crank_slider_says_what_is_wrong_with_its_start(seed: int) -> None:
+    """Two speeds that do not fit are named with their coordinates; so is a rod that is too short for the angle."""
+    rng = random.Random(seed)
+    r, speed, slide = rng.uniform(0.02, 0.2), rng.uniform(1, 20000), rng.uniform(10, 20)
+    fits = {"r": r, "l": 3 * r, "a": rng.uniform(20, 70), "speed": speed}
+    derive(read(CRANK.format(**fits, more=""), "crank.toml"))
+    named = (
+        rf"start velocities a_dot = {math.radians(speed):.6g}, s_dot = {slide:.6g} \(SI\) cannot meet .* by a_dot = "
+    )
+    with pytest.raises(DerivationError, match=named):
+        derive(read(CRANK.format(**fits, more=f", velocity = {slide!r}"), "crank.toml"))
+    short = fits | {"l": rng.uniform(0.3, 0.8) * r, "a": rng.uniform(75, 105)}
+    with pytest.raises(DerivationError, match=r"met by a = .*; or is a part of the loop too short to close it\?"):
+        derive(read(CRANK.format(**short, more=""), "crank.toml"))
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ def test_the_double_pendulum_as_on_paper() -> None:
     assert potential.startswith("V = ")
     assert found.mass_matrix.latex.startswith(r"M = \left(\begin{matrix}l_{1}^{2} m_{1} + l_{1}^{2} m_{2} &")
     assert [formula.latex.partition(" = ")[2] for formula in found.motion] == [r"Q_{\theta_{1}}", r"Q_{\theta_{2}}"]
-    assert all(r"\ddot{\theta_{2}}" in formula.latex for formula in found.motion)
+    assert all(r"\ddot{\theta}_{2}" in formula.latex for formula in found.motion)
 
 
 @pytest.mark.long

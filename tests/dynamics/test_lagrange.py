@@ -20,6 +20,9 @@ from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.tangent import differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import bundled, load
+from lag2fmu.formats.text import read
+from lag2fmu.language.expressions import parse
+from lag2fmu.language.vocabulary import value_of
 from lag2fmu.mechanism import Body, Energy, Mechanism, coordinate, parameter, signal
 from lag2fmu.reference import Equations
 
@@ -245,6 +248,53 @@ def test_external_power_is_that_of_the_inputs_alone() -> None:
     equations = derive(mechanism)
     values = start_values(mechanism) | {"x_dot": 2.0, "F": 3.0, "Q_x": 0.5}
     assert equations.graph.evaluate([equations.energies["external_power"]], values) == [pytest.approx(7.0)]
+
+
+WITHOUT = {  # {force of an input u: what it is without the input; 0 for terms that have no value then}
+    "1/u": "0",
+    "log(u)*x": "0",
+    "3*x - x/u": "3*x",
+    "x_dot*u**-0.5 - x_dot": "-x_dot",
+    "sqrt(u - 1) + x": "x",
+    "1/(u - x)": "0",
+    "if(x > 0, 1/u, -x)": "if(x > 0, 0, -x)",
+    "sin(x/u)": "0",
+    "x*(1 + 1/u)": "x",
+    "x/(1 + u)": "x",
+    "x*sqrt(1 + u**2)": "x",
+    "x*exp(-u)*cos(u) + u": "x",
+    "x**u": "0",
+    "asin(u/4)": "0",
+    "acos(u/4)*x": "pi/2*x",
+    "atan2(u, x)": "0",
+    "u/(u + 1)/(u + 2)": "0",
+}
+
+
+@pytest.mark.parametrize(("force", "silent"), WITHOUT.items())
+def test_inputs_may_stand_in_denominators_and_logarithms(force: str, silent: str) -> None:
+    """The power is finite at any point at which the force is, and that of what the input adds."""
+    text = """
+[mechanism]
+name = "driven"
+[coordinates]
+x = {{ start = 0.3, velocity = 1.5 }}
+[inputs]
+u = {{ start = 2.0 }}
+[bodies.b]
+mass = "1"
+position = ["x", "0"]
+[forces]
+x = "{}"
+"""
+    mechanism = read(text.format(force), "driven.toml")
+    equations = derive(mechanism)
+    lower(equations)
+    analysis_report(mechanism)
+    values = start_values(mechanism) | {"x": 0.3, "x_dot": 1.5, "u": 2.0, "Q_x": 0.0}
+    power = equations.graph.evaluate([equations.energies["external_power"]], values)
+    of_inputs = value_of(parse(force), values) - value_of(parse(silent), values)
+    assert power == [pytest.approx(1.5 * of_inputs, rel=1e-13)]
 
 
 @pytest.mark.parametrize("inertia", [1e-14, 1e-18])

@@ -63,13 +63,13 @@ def test_each_law_is_a_line_with_its_mode_at_the_start(ball: Mechanism) -> None:
     laws = [law.sentence for law in (*Hybrid(ball).contacts(), *Hybrid(ball).forces())]
     assert laws == [
         "impacts of several contacts are solved in rounds",
-        "contact floor: gap and force are at least 0, and one of them is 0; restitution e; friction 1/5, sticking 0.3; "
+        "contact floor: gap and force are at least 0, and one of them is 0; restitution e; friction 0.2, sticking 0.3; "
         "closed at the start, slides at 0.3 m/s",
         "stop rail_upper: gap and force are at least 0, and one of them is 0; restitution 0; open at the start, by 2 m",
-        "compliant contact soft: presses by 1000000*d**1.5*(1 + 1/2*d_dot), d being its penetration, and never pulls; "
+        "compliant contact soft: presses by 1000000*d**1.5*(1 + 0.5*d_dot), d being its penetration, and never pulls; "
         "friction 0.1, which fades below the slip speed 0.01; open at the start, by 0.1",
         "holonomic constraint catch, which holds while 1/2 - hold is above 0; holds at the start:",
-        "dry friction bearing: 0.1 + floor_force/20 against the slip, up to 4 while it sticks; at rest at the start",
+        "dry friction bearing: 0.1 + 0.05*floor_force against the slip, up to 4 while it sticks; at rest at the start",
     ]
 
 
@@ -80,7 +80,8 @@ def test_their_forces_stand_in_the_equations_of_motion(ball: Mechanism) -> None:
         "slip_floor = x_dot + phi_dot*r",
         "slip_bearing = phi_dot",
         "x - y = 0",
-        "2*x_ddot = Q_x + floor_friction + multiplier_catch - rail_upper_force + 1000000*if(-0.1 - x > 0",
+        "2*x_ddot - 1000000*if(-0.1 - x > 0",
+        " = Q_x + floor_friction + multiplier_catch - rail_upper_force",
         "0.1*phi_ddot = Q_phi + bearing_force + floor_friction*r",
     ):
         assert line in text, line
@@ -93,7 +94,6 @@ def test_a_table_is_told_by_its_size_and_a_state_by_its_equation() -> None:
     mechanism = read(TEXT + more, "ball")
     hybrid = Hybrid(mechanism)
     assert list(hybrid.forces())[-1].sentence == "table f: 3 points, cubic between them, held outside"
-    assert [(name, str(rate)) for name, rate in hybrid.state_equations()] == [("i_dot", "-i + f(x)")]
     text = procedure(mechanism)
     for line in ("Q^np_phi = Q_phi + if(i > 0, i, 0) + f(x)", "i_dot = -i + f(x)"):
         assert line in text
