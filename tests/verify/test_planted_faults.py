@@ -38,8 +38,7 @@ def _found(path: Path) -> bool:
     try:
         return "FAILED" in {check.outcome for check in _judged(path)}
     except SimulationError as error:
-        assert "grows beyond all bounds" in str(error)
-        return True
+        return "grows beyond all bounds" in str(error)
 
 
 def _judged(path: Path) -> list[Check]:
