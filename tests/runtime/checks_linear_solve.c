@@ -24,11 +24,12 @@ void check_mass_solve(void) {
         const double *m = MATRICES[i].mass;
         Factorization factorization;
         bool concerned[2] = {false, false};
+        double work[2];
         const double expected[2] = {3.0, -7.0};
         double a[2] = {m[0] * 3.0 - m[2] * 7.0, m[2] * 3.0 - m[3] * 7.0};
         CHECK(mass_factorize(m, &factorization, concerned) == MASS_REGULAR);
         CHECK(factorization.pivoted == MATRICES[i].pivoted && !concerned[0] && !concerned[1]);
-        mass_solve(&factorization, a);
+        mass_solve(&factorization, a, work);
         const double error[2] = {a[0] - expected[0], a[1] - expected[1]}; /* M error is small, row by row */
         CHECK(fabs(m[0] * error[0] + m[2] * error[1]) <= 1e-14 * (fabs(m[0]) + fabs(m[2])));
         CHECK(fabs(m[2] * error[0] + m[3] * error[1]) <= 1e-14 * (fabs(m[2]) + fabs(m[3])));

@@ -21,7 +21,7 @@ MOST_ROWS, MOST_CONTACTS = 24, 8
 UNITS = (
     *("complementarity", "cones", "contact_rows", "elimination", "impacts", "impacts_without_collision", "laws"),
     *("least_norm", "lemke", "polyhedral", "vector_length", "complementarity_large", "envelope", "sparse_rows"),
-    "scale",
+    *("scale", "arena"),
 )
 """The files of the runtime that know nothing of a mechanism but its sizes."""
 SIZES = f"#define SIZE_ROWS {MOST_ROWS}\n#define SIZE_ACTIVE {MOST_ROWS}\n#define SIZE_CONTACTS {MOST_CONTACTS}\n"
@@ -33,6 +33,8 @@ void solve_all(int count, const Problem problems[], double lambda[], double w[],
     }
 }
 """
+_ARENA = 2**20
+"""The capacity (bytes) of the arena that the laws work in."""
 _Doubles = ctypes.POINTER(ctypes.c_double)
 _Integers = ctypes.POINTER(ctypes.c_int)
 
@@ -52,6 +54,7 @@ class Row(ctypes.Structure):
 
 class _Problem(ctypes.Structure):
     _fields_ = [
+        ("arena", ctypes.c_void_p),
         ("rows", ctypes.c_int),
         ("delassus", _Doubles),
         ("free", _Doubles),
@@ -63,8 +66,8 @@ class _Problem(ctypes.Structure):
 class _Lcp(ctypes.Structure):
     _fields_ = [
         ("size", ctypes.c_int),
-        ("matrix", ctypes.c_double * (3 * MOST_ROWS) ** 2),
-        ("offset", ctypes.c_double * (3 * MOST_ROWS)),
+        ("matrix", _Doubles),
+        ("offset", _Doubles),
     ]
 
 
@@ -99,6 +102,7 @@ class Contact(ctypes.Structure):
 
 class _ImpactProblem(ctypes.Structure):
     _fields_ = [
+        ("arena", ctypes.c_void_p),
         ("rows", ctypes.c_int),
         ("delassus", _Doubles),
         ("velocities", _Doubles),
@@ -174,6 +178,13 @@ class Laws:
         self._library = compiled(folder, sources, "gcc" if "gcc" in COMPILERS else "zig")
         for name in ("lemke_solve", "impacts_solve", "impacts_without_collision", "complementarity_large"):
             getattr(self._library, name).restype = ctypes.c_bool
+        self._library.arena_begin.restype = ctypes.c_void_p
+        self._memory = np.zeros(_ARENA // 8 + 64)  # numpy aligns it to 16 bytes
+        self._arena = self.arena(self._memory)
+
+    def arena(self, memory: Array) -> int:
+        """The address of an arena in ``memory``."""
+        return int(self._library.arena_begin(memory.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(_ARENA)))
 
     def solve_all(self, delassus: Array, free: Array, rows: Sequence[Row]) -> tuple[NDArray[np.bool_], Array, Array]:
         """Whether solved[count], lambda[count, rows] and w[count, rows] of many problems with the same rows."""
@@ -181,7 +192,7 @@ class Laws:
         delassus, free = np.ascontiguousarray(delassus, float), np.ascontiguousarray(free, float)
         laws = (Row * size)(*rows)
         problems = (_Problem * count)(
-            *(_Problem(size, delassus[i].ctypes.data_as(_Doubles), free[i].ctypes.data_as(_Doubles), laws)
+            *(_Problem(self._arena, size, delassus[i].ctypes.data_as(_Doubles), free[i].ctypes.data_as(_Doubles), laws)
               for i in range(count))
         )  # fmt: skip
         forces, motions, solved = np.zeros((count, size)), np.zeros((count, size)), np.zeros(count, bool)
@@ -231,15 +242,16 @@ class Laws:
     def lemke(self, matrix: Array, offset: Array) -> tuple[bool, Array]:
         """Whether solved and z[n] of z >= 0, offset + matrix z >= 0, one of both 0 in each row."""
         size = len(offset)
-        numbers = (ctypes.c_double * size**2)(*matrix.ravel())
-        problem = _Lcp(size)
-        ctypes.memmove(problem.matrix, numbers, ctypes.sizeof(numbers))
-        problem.offset[:size] = offset
-        solution, positive = np.zeros(3 * MOST_ROWS), np.zeros(3 * MOST_ROWS, bool)
+        numbers, constants = np.ascontiguousarray(matrix, float), np.ascontiguousarray(offset, float)
+        problem = _Lcp(size, numbers.ctypes.data_as(_Doubles), constants.ctypes.data_as(_Doubles))
+        solution, positive = np.zeros(size), np.zeros(size, bool)
         solved = self._library.lemke_solve(
-            ctypes.byref(problem), solution.ctypes.data_as(_Doubles), positive.ctypes.data_as(ctypes.c_void_p)
+            ctypes.c_void_p(self._arena),
+            ctypes.byref(problem),
+            solution.ctypes.data_as(_Doubles),
+            positive.ctypes.data_as(ctypes.c_void_p),
         )
-        return bool(solved), solution[:size]
+        return bool(solved), solution
 
     def impact(
         self,
@@ -260,6 +272,7 @@ class Laws:
         delassus = np.ascontiguousarray(np.atleast_2d(jacobian) @ directions)
         rows = np.ascontiguousarray(np.atleast_2d(jacobian) @ before + drive)
         problem = _ImpactProblem(
+            self._arena,
             len(rows),
             delassus.ctypes.data_as(_Doubles),
             rows.ctypes.data_as(_Doubles),

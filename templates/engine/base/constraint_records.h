@@ -12,6 +12,7 @@
 typedef struct {
     double jacobian[SIZE_CONSTRAINTS * N_COORDINATES];  /* G */
     double response[SIZE_CONSTRAINTS * N_COORDINATES];  /* row k: M^-1 g_k, how accelerations answer multiplier k */
+    int begin[SIZE_CONSTRAINTS], end[SIZE_CONSTRAINTS]; /* row k of both is 0 outside of columns begin to end - 1 */
     double scale[SIZE_CONSTRAINTS];
     double factor[SIZE_CONSTRAINTS * SIZE_CONSTRAINTS]; /* L */
     int order[SIZE_CONSTRAINTS];
@@ -20,6 +21,18 @@ typedef struct {
     double held[SIZE_CONSTRAINTS]; /* of each row: 0 if it speaks for itself, up to 1 if it is about to be lost */
     bool holding;                  /* some row is held */
 } ConstraintFactorization;
+
+/* The columns from the first to the end of row k, but for zeros. With few columns all of them: loops whose bounds the
+   compiler knows are faster. */
+enum { MANY_COLUMNS = 17 };
+
+static inline int row_begin(const ConstraintFactorization *f, int k) {
+    return N_COORDINATES < MANY_COLUMNS ? 0 : f->begin[k];
+}
+
+static inline int row_end(const ConstraintFactorization *f, int k) {
+    return N_COORDINATES < MANY_COLUMNS ? N_COORDINATES : f->end[k];
+}
 
 /* Which rows were found to be independent of each other. They are taken again, so that the accelerations remain smooth
    functions of the states. */

@@ -12,10 +12,11 @@ bool report_coordinates(Instance *instance, FailureKind kind, double time, const
 }
 
 bool report_accelerations(Instance *instance, double time, const double accelerations[]) {
-    bool concerned[N_COORDINATES];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, bool, concerned, N_COORDINATES);
     for (int i = 0; i < N_COORDINATES; i++) {
         concerned[i] = !isfinite(accelerations[i]);
     }
     instance->failure.imported = !instance->policy->project;
-    return report_coordinates(instance, FAILURE_NOT_FINITE, time, concerned);
+    return arena_leave(mark, report_coordinates(instance, FAILURE_NOT_FINITE, time, concerned));
 }

@@ -11,6 +11,10 @@ static void start_modes(State *state) {
     }
 }
 
+void instance_work_in(Instance *instance, Arena *arena) {
+    instance->arena = instance->cache.system.arena = instance->scratch.system.arena = arena;
+}
+
 void instance_start(Instance *instance) {
     State *state = &instance->state;
     memset(state, 0, sizeof *state);

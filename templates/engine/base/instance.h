@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 
+#include "arena.h"
 #include "constraint_records.h"
 #include "linear_solve.h"
 #include "mechanism.h"
@@ -16,6 +17,7 @@
 
 /* The factorised system behind the accelerations, see system.h. */
 typedef struct {
+    Arena *arena;               /* for the work of solving it */
     bool dense;                 /* M is factorised in pivoted, not in factor */
     double factor[SIZE_FACTOR]; /* by generated code */
     Factorization pivoted;      /* densely */
@@ -113,6 +115,7 @@ typedef enum {
     FAILURE_PENETRATION,     /* the start leaves a gap negative */
     FAILURE_JUMP,            /* a switch makes a gap negative */
     FAILURE_MODES,           /* no modes were found that obey the laws of contact */
+    FAILURE_MEMORY,          /* there is no memory for the laws of what touches */
     FAILURE_MASSLESS,        /* the flagged coordinates, which have no mass, do not follow from the others */
     FAILURE_EVENT_VALUE,     /* an event function has no finite value */
     FAILURE_EVENT_POLE,      /* an event function grows beyond all bounds */
@@ -127,7 +130,8 @@ typedef struct {
     int state;                       /* for OVERFLOW and ACCURACY: the worst state; for FURTHER: the state; for TABLE:
                                         the index of the argument in ARGUMENTS */
     double amount;                   /* for ACCURACY: error in units of the tolerance; for the COUNTs: steps; for
-                                        FURTHER: the derivative; for TABLE: the value of the argument */
+                                        FURTHER: the derivative; for TABLE: the value of the argument; for
+                                        MEMORY: bytes */
     double step;                     /* for OVERFLOW and ACCURACY: length of the trial step, s; for STANDSTILL:
                                         the time that the steps took, s */
     int count;                       /* for CONSTRAINTS and MASSLESS: the number of constraints that are not met */
@@ -187,7 +191,12 @@ typedef struct {
     int n_notices;
     const Policy *policy;
     Listener listener;
+    Arena *arena; /* for work within one call */
 } Instance;
+
+/* Gives an instance its arena, of ARENA_CAPACITY (arena_size.h). Whoever makes the instance does so before all else,
+   and ends the arena with the instance. */
+void instance_work_in(Instance *instance, Arena *arena);
 
 /* Gives an instance all start values, in the phase of setting up; the policy and the listener stay. */
 void instance_start(Instance *instance);

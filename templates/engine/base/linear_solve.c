@@ -109,11 +109,12 @@ static double bring_pivot(Factorization *result, int k) {
 }
 
 /* With rank pivots found, the null space of U has a basis vector for each remaining column j: 1 there, and -U11^-1 U1j
-   in the columns before. Flags the coordinates that take part in one. */
-static void flag_null_space(const Factorization *result, int rank, bool concerned[]) {
+   in the columns before. Flags the coordinates that take part in one. It is formed in the place of the scale, which is
+   of no more use. */
+static void flag_null_space(Factorization *result, int rank, bool concerned[]) {
     const double *a = result->factor;
     for (int j = rank; j < N; j++) {
-        double z[N];
+        double *z = result->scale;
         concerned[result->column[j]] = true;
         for (int i = rank - 1; i >= 0; i--) {
             z[i] = a[i * N + j];
@@ -184,9 +185,8 @@ static void solve_positive(const double factor[], double b[]) {
 }
 
 /* Solves with P S M S Q = L U: a = S Q U^-1 L^-1 P S b. */
-static void solve_pivoted(const Factorization *factorization, double b[]) {
+static void solve_pivoted(const Factorization *factorization, double b[], double z[]) {
     const double *a = factorization->factor;
-    double z[N];
     for (int i = 0; i < N; i++) {
         z[i] = b[factorization->row[i]] * factorization->scale[factorization->row[i]];
         for (int j = 0; j < i; j++) {
@@ -204,9 +204,9 @@ static void solve_pivoted(const Factorization *factorization, double b[]) {
     }
 }
 
-void mass_solve(const Factorization *factorization, double b[]) {
+void mass_solve(const Factorization *factorization, double b[], double work[]) {
     if (factorization->pivoted) {
-        solve_pivoted(factorization, b);
+        solve_pivoted(factorization, b, work);
     } else {
         solve_positive(factorization->factor, b);
     }

@@ -26,7 +26,7 @@ MassOutcome mass_factorize(const double mass[], Factorization *result, bool conc
 /* Is M singular but for this part of its largest pivot, in scaled coordinates? concerned[n] flags the coordinates. */
 bool mass_nearly_singular(const double mass[], double part, Factorization *work, bool concerned[]);
 
-/* Overwrites b[n] by the solution a of M a = b. */
-void mass_solve(const Factorization *factorization, double b[]);
+/* Overwrites b[n] by the solution a of M a = b; work[n] is memory. */
+void mass_solve(const Factorization *factorization, double b[], double work[]);
 
 #endif

@@ -152,6 +152,9 @@ static void laws_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g the force of the dry friction %.400s is %.6g (SI), which would push; "
                  "expected 0 or more: write abs(...) around a load that changes its sign, or check the inputs",
                  failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
+    } else if (failure->kind == FAILURE_MEMORY) {
+        snprintf(text, size, "at time %.17g there is no memory for the laws of all that touches, %.0f bytes more; "
+                 "free memory, or let less touch at once", failure->time, failure->amount);
     } else if (failure->kind == FAILURE_SLIDING) {
         snprintf(text, size, "at time %.17g no forces of sliding friction are in equilibrium with the forces that they "
                  "depend on; check the coefficients of friction", failure->time);
@@ -219,6 +222,7 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
     case FAILURE_JUMP:
     case FAILURE_SLIDING:
     case FAILURE_MODES:
+    case FAILURE_MEMORY:
         laws_sentence(failure, text, size);
         break;
     case FAILURE_CONSTRAINTS:

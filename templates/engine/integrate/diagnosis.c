@@ -17,38 +17,43 @@ static const double SUDDEN = 10.0;
 static const double REGULAR = 0.1;
 
 void explain_failure(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
     const double *states = instance->state.states;
-    bool concerned[N_COORDINATES] = {false};
     if (instance->failure.kind == FAILURE_ACCURACY && mass_about_to_vanish(instance, states, SINGULAR_NOW, concerned)) {
         report_coordinates(instance, FAILURE_SINGULAR, instance->state.time, concerned);
     }
     massless_explain_failure(instance);
+    arena_release(mark);
 }
 
 bool runs_into_singularity(Instance *instance, const double accelerations[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
     const double *states = instance->state.states, *velocities = states + N;
-    bool concerned[N_COORDINATES] = {false};
     bool sudden = false;
     for (int i = 0; i < N; i++) {
         const double usual = (fabs(velocities[i]) + NOMINAL_STATES[N + i]) / DEFAULT_SOLVER_STEP;
         sudden = sudden || fabs(accelerations[i]) > SUDDEN * usual;
     }
-    return sudden && mass_about_to_vanish(instance, states, SINGULAR_SOON, concerned) &&
-           !report_coordinates(instance, FAILURE_NEARLY_SINGULAR, instance->state.time, concerned);
+    return arena_leave(mark, sudden && mass_about_to_vanish(instance, states, SINGULAR_SOON, concerned) &&
+                                 !report_coordinates(instance, FAILURE_NEARLY_SINGULAR, instance->state.time,
+                                 concerned));
 }
 
 bool leaps_over_singularity(Instance *instance, double length) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
+    WORK_ZEROS(mark, bool, ignored, N_COORDINATES);
     const double *old = instance->state.states, *new = instance->scratch.new_states;
-    bool concerned[N_COORDINATES] = {false}, ignored[N_COORDINATES] = {false};
     bool leaps = false;
     for (int i = N; i < 2 * N; i++) {
         const double change = new[i] - old[i];
         const double mean = 0.5 * (instance->state.first_stage[i] + instance->scratch.new_derivatives[i]);
         leaps = leaps || fabs(change - length * mean) > fabs(change) + fabs(old[i]) + NOMINAL_STATES[i];
     }
-    return leaps &&
-           (mass_about_to_vanish(instance, old, SINGULAR_NEAR, concerned) ||
-            mass_about_to_vanish(instance, new, SINGULAR_NEAR, concerned)) &&
-           !mass_about_to_vanish(instance, START_STATES, REGULAR, ignored) &&
-           !report_coordinates(instance, FAILURE_SINGULAR, instance->state.time, concerned);
+    return arena_leave(mark, leaps && (mass_about_to_vanish(instance, old, SINGULAR_NEAR, concerned) ||
+                                 mass_about_to_vanish(instance, new, SINGULAR_NEAR, concerned)) &&
+                                 !mass_about_to_vanish(instance, START_STATES, REGULAR, ignored) &&
+                                 !report_coordinates(instance, FAILURE_SINGULAR, instance->state.time, concerned));
 }

@@ -72,10 +72,12 @@ bool equations_accelerations(Instance *instance) {
 }
 
 void equations_remember(Instance *instance) {
-    Motion motion;
-    if (N_CONSTRAINTS > 0 && instance->policy->remember && equations_motion(instance, MAX_OUTPUT_ORDER, &motion)) {
-        constraints_remember(instance, &motion);
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Motion, motion);
+    if (N_CONSTRAINTS > 0 && instance->policy->remember && equations_motion(instance, MAX_OUTPUT_ORDER, motion)) {
+        constraints_remember(instance, motion);
     }
+    arena_release(mark);
 }
 
 bool equations_multipliers(Instance *instance) {
@@ -131,11 +133,12 @@ void equations_dependent_tangent(const Instance *instance, const Seed *seed, Tan
 /* With r = M qdd - f = 0 the accelerations change by dqdd = -M^-1 dr, where dr is the derivative of r along the seed
    with qdd held fixed. With constraints the same holds for all unknowns and the matrix of their system. */
 bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, change, N_RESIDUALS);
     const State *state = &instance->state;
     Cache *cache = &instance->cache;
-    double change[N_RESIDUALS];
     if (!equations_accelerations(instance) || !equations_factorize(instance)) {
-        return false;
+        return arena_leave(mark, false);
     }
     mechanism_residual_tangent(state->time, state->states, state->inputs, state->parameters, cache->accelerations,
                                seed->time, seed->states, seed->inputs, seed->parameters, change);
@@ -149,38 +152,41 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
     mechanism_locals_tangent(state->time, state->states, state->inputs, state->parameters, cache->reported,
                              seed->time, seed->states, seed->inputs, seed->parameters, tangent->accelerations,
                              tangent->locals);
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Differentiating r = 0 twice along the motion gives d4q = -M^-1 d2r, where d2r is the second derivative at d4q = 0 and
    with constant forces of sliding. */
 bool equations_motion(Instance *instance, int order, Motion *motion) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, change, N_UNKNOWNS);
+    WORK_OF(mark, Tangent, tangent);
+    WORK_OF(mark, Seed, seed);
     const State *state = &instance->state;
     const Cache *cache = &instance->cache;
     const double *du = state->inputs + N_INPUTS, *d2u = du + N_INPUTS; /* each with its rates behind it */
-    double change[N_UNKNOWNS];
     memcpy(motion->q[0], state->states, N_COORDINATES * sizeof(double));
     memcpy(motion->q[1], state->states + N_COORDINATES, N_COORDINATES * sizeof(double));
     if (order >= 0) {
         if (!equations_accelerations(instance)) {
-            return false;
+            return arena_leave(mark, false);
         }
         memcpy(motion->q[2], cache->accelerations, sizeof cache->accelerations);
         memcpy(motion->further[0], cache->further, sizeof cache->further);
     }
     if (order >= 1) {
-        Seed seed = {.time = 1.0};
-        Tangent tangent;
-        memcpy(seed.states, motion->q[1], N_COORDINATES * sizeof(double));
-        memcpy(seed.states + N_COORDINATES, motion->q[2], N_COORDINATES * sizeof(double));
-        memcpy(seed.states + 2 * N_COORDINATES, motion->further[0], N_FURTHER * sizeof(double));
-        memcpy(seed.inputs, du, sizeof seed.inputs);
-        if (!equations_tangent(instance, &seed, &tangent)) {
-            return false;
+        memset(seed, 0, sizeof *seed);
+        seed->time = 1.0;
+        memcpy(seed->states, motion->q[1], N_COORDINATES * sizeof(double));
+        memcpy(seed->states + N_COORDINATES, motion->q[2], N_COORDINATES * sizeof(double));
+        memcpy(seed->states + 2 * N_COORDINATES, motion->further[0], N_FURTHER * sizeof(double));
+        memcpy(seed->inputs, du, sizeof seed->inputs);
+        if (!equations_tangent(instance, seed, tangent)) {
+            return arena_leave(mark, false);
         }
-        memcpy(motion->q[3], tangent.accelerations, sizeof tangent.accelerations);
-        memcpy(motion->further[1], tangent.further, sizeof tangent.further);
-        memcpy(motion->locals[0], tangent.locals, sizeof tangent.locals);
+        memcpy(motion->q[3], tangent->accelerations, sizeof tangent->accelerations);
+        memcpy(motion->further[1], tangent->further, sizeof tangent->further);
+        memcpy(motion->locals[0], tangent->locals, sizeof tangent->locals);
     }
     if (order >= 2) {
         mechanism_residual_second(state->time, state->states, state->inputs, state->parameters, cache->reported,
@@ -190,5 +196,5 @@ bool equations_motion(Instance *instance, int order, Motion *motion) {
         mechanism_locals_second(state->time, state->states, state->inputs, state->parameters, cache->reported,
                                 du, d2u, motion->q[3], motion->q[4], motion->locals[1]);
     }
-    return true;
+    return arena_leave(mark, true);
 }

@@ -36,14 +36,15 @@ static bool opens_slowly(const State *state, int k, double value) {
 /* The solver has made a step: what was left of event functions at their last event has ended with it. Is an indicator
    below 0 without it, so that there is an event? */
 static bool forget_rests(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, values, N_EVENTS + 1); /* one more: there may be none */
     State *state = &instance->state;
-    double values[N_EVENTS + 1]; /* one more: there may be none */
     bool rested = false, below = false;
     for (int k = 0; k < N_EVENTS; k++) {
         rested = rested || state->event_rests[k] > 0.0;
     }
     if (!rested || !events_evaluate(instance, state->time, state->states, values)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int k = 0; k < N_EVENTS; k++) {
         state->event_rests[k] = opens_slowly(state, k, values[k]) ? state->event_rests[k] : 0.0;
@@ -52,7 +53,7 @@ static bool forget_rests(Instance *instance) {
     for (int k = 0; k < N_EVENTS && equations_indicators(instance); k++) {
         below = below || instance->cache.indicators[k] <= 0.0;
     }
-    return below;
+    return arena_leave(mark, below);
 }
 
 bool importer_completes_step(Instance *instance) {
@@ -78,12 +79,13 @@ void importer_enters_event(Instance *instance) {
 
 /* Moves the states onto the constraints. */
 static bool pull_back(Instance *instance, bool *changed) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
     State *state = &instance->state;
-    double states[N_STATES];
     bool moved;
-    memcpy(states, state->states, sizeof states);
+    memcpy(states, state->states, N_STATES * sizeof(double));
     if (!constraints_project(instance, state->time, state->inputs, states, &moved)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int i = 0; i < N_CONTINUOUS; i++) {
         const int k = CONTINUOUS_STATES[i];
@@ -93,7 +95,7 @@ static bool pull_back(Instance *instance, bool *changed) {
         instance_assign(instance, &state->states[i], states[i]);
     }
     massless_keep(state);
-    return true;
+    return arena_leave(mark, true);
 }
 
 static bool meet_constraints(Instance *instance, bool *changed) {

@@ -52,27 +52,29 @@ static bool interpolate(Instance *instance, double time, double states[]) {
    in space: if the slip comes to rest there, rounding decides the direction of friction at the end of the step, and
    with it the interpolant. */
 static bool prepare_interpolation(Instance *instance, Step tried, Step step) {
-    double states[N_STATES];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
     const bool cut = N_EVENTS > 0 && step.end < tried.end;
     if (cut && step.length > INSTANT * fabs(step.end) && contacts_slide_in_space(instance)) {
         instance->state.event_pending = 0;
-        return false;
+        return arena_leave(mark, false);
     }
-    return dense_begin(instance, step) &&
-           (N_CONSTRAINTS == 0 || interpolate(instance, step.end - 0.5 * step.length, states));
+    return arena_leave(mark, dense_begin(instance, step) &&
+                                 (N_CONSTRAINTS == 0 || interpolate(instance, step.end - 0.5 * step.length, states)));
 }
 
 bool integrator_catch_up(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
     State *state = &instance->state;
-    double states[N_STATES];
     if (instance->cache.states_behind) {
         if (!interpolate(instance, state->time, states)) {
-            return false;
+            return arena_leave(mark, false);
         }
-        memcpy(state->states, states, sizeof states);
+        memcpy(state->states, states, N_STATES * sizeof(double));
         instance->cache.states_behind = false;
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* A step that fails however short (s) it is may be at the end of its mode: a square root, for one, has no value beyond

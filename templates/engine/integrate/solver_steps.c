@@ -48,24 +48,27 @@ void accept_step(Instance *instance, Step step) {
 /* Tells the listener that the present point is the end of a solver step. The listener may answer with a nearer end of
    the communication step. Apart from that the run goes on as without a listener. */
 static void tell_step_end(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, inputs, (2 + MAX_INPUT_ORDER) * N_INPUTS);
     State *state = &instance->state;
     Scratch *scratch = &instance->scratch;
     const int64_t set = state->input_derivatives_set;
     const bool move = scratch->inputs_move;
-    double inputs[(2 + MAX_INPUT_ORDER) * N_INPUTS];
     if (instance->listener.follow == NULL) {
+        arena_release(mark);
         return;
     }
-    memcpy(inputs, state->inputs, sizeof inputs);
+    memcpy(inputs, state->inputs, ((2 + MAX_INPUT_ORDER) * N_INPUTS) * sizeof(double));
     inputs_end(instance); /* the listener reads values of the present point */
     state->event_held = state->event_pending;
     instance_forget_motion(instance);
     scratch->step_end = instance->listener.follow(instance->listener.owner, scratch->step_end);
     instance_forget_motion(instance);
     state->event_held = 0;
-    memcpy(state->inputs, inputs, sizeof inputs);
+    memcpy(state->inputs, inputs, ((2 + MAX_INPUT_ORDER) * N_INPUTS) * sizeof(double));
     state->input_derivatives_set = set;
     scratch->inputs_move = move;
+    arena_release(mark);
 }
 
 bool end_solver_step(Instance *instance) {

@@ -10,7 +10,6 @@
 
 /* The equations of the rows that hold at present. */
 static void choose_present(const Elimination *e, Choice *choice) {
-    memset(choice, 0, sizeof *choice);
     for (int i = 0; i < e->active; i++) {
         choice->held[i] = e->problem->row[e->row[i]].holds;
     }
@@ -30,22 +29,25 @@ static bool is_lone_contact(const Laws *laws) {
 
 /* A lone contact whose present mode breaks its law has one other mode only, which is tried. */
 static bool turns(const Laws *laws, const Choice *present, double x[]) {
-    Choice other;
     if (!is_lone_contact(laws)) {
         return false;
     }
-    memset(&other, 0, sizeof other);
+    bool held = false;
+    double slope = 0.0, value = 0.0;
+    Choice other = {&held, &slope, &value};
     other.held[0] = !present->held[0];
     x[0] = 0.0;
     return laws_try(laws, &other, x) && laws_bounded(laws, &other, x);
 }
 
 static bool solve_laws(const Elimination *e, const Laws *laws, double x[]) {
-    Choice present;
+    const ArenaMark mark = arena_mark(laws->arena);
+    Choice present = choice_take(laws->arena, laws->size);
     memset(x, 0, (size_t)laws->size * sizeof(double));
     choose_present(e, &present);
     const bool goes_on = laws_try(laws, &present, x) && laws_bounded(laws, &present, x);
-    return goes_on || turns(laws, &present, x) || (in_space(laws) ? cones_solve(laws, x) : polyhedral_solve(laws, x));
+    return arena_leave(mark, goes_on || turns(laws, &present, x) ||
+                                 (in_space(laws) ? cones_solve(laws, x) : polyhedral_solve(laws, x)));
 }
 
 /* Rows of friction that slip fall from the greatest holding force to that of sliding; returns whether any did. */
@@ -69,12 +71,13 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
 /* Rows that stay at rest may share a load. Of all x with the same motion takes the one of least norm, if it obeys the
    laws. */
 static void spread(const Laws *laws, double x[]) {
-    Choice choice;
-    double other[MOST_ACTIVE] = {0.0};
     if (is_lone_contact(laws)) {
         return; /* one row alone bears a unique load */
     }
-    memset(&choice, 0, sizeof choice);
+    const ArenaMark mark = arena_mark(laws->arena);
+    Choice choice = choice_take(laws->arena, laws->size);
+    double *other = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
+    memset(other, 0, (size_t)laws->size * sizeof(double));
     for (int k = 0; k < laws->size; k++) {
         const double limit = laws_limit(laws, x, k), side = limit > 0.0 ? x[k] / limit : 0.0;
         choice.held[k] = laws_at_rest(laws, x, k);
@@ -86,11 +89,16 @@ static void spread(const Laws *laws, double x[]) {
     if (laws_try(laws, &choice, other) && laws_bounded(laws, &choice, other)) {
         memcpy(x, other, (size_t)laws->size * sizeof(double));
     }
+    arena_release(mark);
 }
 
-/* Eliminates what is linear and solves the laws that are left, for x[laws->size]. */
-static bool reduce_and_solve(const Problem *problem, Elimination *elimination, Laws *laws, double x[]) {
-    eliminate_rows(problem, elimination, laws);
+/* Eliminates what is linear and solves the laws that are left, for x[laws->size] of the arena. */
+static bool reduce_and_solve(const Problem *problem, Elimination *elimination, Laws *laws, double **solution) {
+    if (!eliminate_rows(problem, elimination, laws)) {
+        return false;
+    }
+    double *x = arena_take(problem->arena, (size_t)laws->size * sizeof(double));
+    *solution = x;
     for (int i = 0; i < laws->size; i++) {
         const int row = elimination->row[i];
         set_limit(elimination, i, problem->row[row].holding, laws);
@@ -113,14 +121,17 @@ static bool slides(const Problem *problem) {
 }
 
 int complementarity_other(const Problem *problem) {
+    const ArenaMark mark = arena_mark(problem->arena);
     Elimination elimination;
     Laws laws;
-    double x[MOST_ACTIVE];
-    if (!slides(problem) || !reduce_and_solve(problem, &elimination, &laws, x) || in_space(&laws)) {
-        return -1;
+    double *x;
+    int other = -1;
+    if (slides(problem) && reduce_and_solve(problem, &elimination, &laws, &x) && !in_space(&laws)) {
+        other = polyhedral_other(&laws, x);
+        other = other < 0 ? -1 : elimination.row[other];
     }
-    const int other = polyhedral_other(&laws, x);
-    return other < 0 ? -1 : elimination.row[other];
+    arena_release(mark);
+    return other;
 }
 
 static bool all_free(const Problem *problem) {
@@ -132,9 +143,10 @@ static bool all_free(const Problem *problem) {
 }
 
 bool complementarity_solve(const Problem *problem, double lambda[], double w[]) {
+    const ArenaMark mark = arena_mark(problem->arena);
     Elimination elimination;
     Laws laws;
-    double x[MOST_ACTIVE];
+    double *x;
     if (problem->determined != NULL) {
         memset(problem->determined, 0, (size_t)problem->rows * sizeof(bool));
     }
@@ -143,8 +155,8 @@ bool complementarity_solve(const Problem *problem, double lambda[], double w[]) 
         memcpy(w, problem->free, (size_t)problem->rows * sizeof(double));
         return true;
     }
-    if (!reduce_and_solve(problem, &elimination, &laws, x)) {
-        return false;
+    if (!reduce_and_solve(problem, &elimination, &laws, &x)) {
+        return arena_leave(mark, false);
     }
     spread(&laws, x);
     for (int i = 0; i < laws.size; i++) {
@@ -154,5 +166,5 @@ bool complementarity_solve(const Problem *problem, double lambda[], double w[]) 
         }
     }
     recover_rows(&elimination, x, lambda, w);
-    return true;
+    return arena_leave(mark, true);
 }

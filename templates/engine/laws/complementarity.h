@@ -1,8 +1,7 @@
-/* Solves the laws of contacts and dry friction between the rows of a Delassus operator. SIZE_ROWS of mechanism.h is the
-   largest number of rows, SIZE_ACTIVE the largest number of unilateral, tangential and bounded rows together, both at
-   least 1. Sources: Pfeiffer, Glocker, Multibody Dynamics with Unilateral Contacts, 1996; Stewart, Trinkle, An implicit
-   time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction, Int. J. Numer. Meth.
-   Eng. 1996 (the complementarity problem whose solution Lemke's method finds). */
+/* Solves the laws of contacts and dry friction between the rows of a Delassus operator. Matrices are as large as the
+   rows that are not free. Sources: Pfeiffer, Glocker, Multibody Dynamics with Unilateral Contacts, 1996; Stewart,
+   Trinkle, An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction,
+   Int. J. Numer. Meth. Eng. 1996 (the complementarity problem whose solution Lemke's method finds). */
 #ifndef COMPLEMENTARITY_H
 #define COMPLEMENTARITY_H
 
@@ -14,8 +13,8 @@
    contradict each other. Where rows are redundant, bilateral rows get multipliers of least norm, in units of rows whose
    diagonal entry is 1, and so do unilateral and tangential rows if that obeys their laws. Equal problems give equal
    results, on ties the order of the rows decides.
-   False: there is no solution (Painleve's paradox; never without sliding rows as long as free belongs to a motion), or
-   none was found. */
+   False: there is no solution (Painleve's paradox; never without sliding rows as long as free belongs to a motion),
+   none was found, or there is no memory, as problem->arena tells. */
 bool complementarity_solve(const Problem *problem, double lambda[], double w[]);
 
 /* Is there another solution with another motion, as sliding friction allows (Painleve's paradox)? Returns a row that

@@ -57,13 +57,15 @@ static void relax(const Laws *laws, int k, double x[], double w[]) {
 }
 
 static void sweep(const Laws *laws, int sweeps, double x[]) {
-    double w[MOST_ACTIVE];
+    const ArenaMark mark = arena_mark(laws->arena);
+    double *w = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
     laws_evaluate(laws, x, w);
     for (int s = 0; s < sweeps; s++) {
         for (int k = 0; k < laws->size; k++) {
             relax(laws, k, x, w);
         }
     }
+    arena_release(mark);
 }
 
 /* Row k of the equations of a row or cone that sticks: w = 0, divided by the curvature. */
@@ -131,7 +133,10 @@ static void linearise(const Laws *laws, int k, double step, const double x[], co
 
 /* From x near a solution to it, with so many times the proximal step for friction. */
 static bool refine_with(const Laws *laws, double step, double x[]) {
-    double matrix[MOST_ACTIVE * MOST_ACTIVE], right[MOST_ACTIVE], w[MOST_ACTIVE], change[MOST_ACTIVE];
+    const ArenaMark mark = arena_mark(laws->arena);
+    const size_t bytes = (size_t)laws->size * sizeof(double);
+    double *matrix = arena_take(laws->arena, (size_t)laws->size * bytes), *right = arena_take(laws->arena, bytes);
+    double *w = arena_take(laws->arena, bytes), *change = arena_take(laws->arena, bytes);
     bool done = false;
     for (int count = 0; count < MOST_STEPS && !done; count++) {
         double moved = 0.0, size = 0.0;
@@ -141,7 +146,7 @@ static bool refine_with(const Laws *laws, double step, double x[]) {
                 linearise(laws, k, step, x, w, matrix, right);
             }
         }
-        least_norm_solve(laws->size, matrix, right, change);
+        least_norm_solve(laws->arena, laws->size, matrix, right, change);
         for (int k = 0; k < laws->size; k++) {
             x[k] += change[k];
             moved = fmax(moved, fabs(change[k]));
@@ -149,7 +154,7 @@ static bool refine_with(const Laws *laws, double step, double x[]) {
         }
         done = moved <= SOLVED * size;
     }
-    return laws_obeyed(laws, x);
+    return arena_leave(mark, laws_obeyed(laws, x));
 }
 
 /* From a start near a solution to it. The steps differ in where they lead to from afar; the long ones serve where
@@ -165,13 +170,16 @@ static bool refine(const Laws *laws, const double start[], double x[]) {
 }
 
 bool cones_solve(const Laws *laws, double x[]) {
-    double start[MOST_ACTIVE];
-    polyhedral_approximate(laws, start);
+    const ArenaMark mark = arena_mark(laws->arena);
+    double *start = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
+    if (!polyhedral_approximate(laws, start)) {
+        return arena_leave(mark, false);
+    }
     bool solved = refine(laws, start, x);
-    memset(start, 0, sizeof start);
+    memset(start, 0, (size_t)laws->size * sizeof(double));
     for (int sweeps = FIRST_SWEEPS; sweeps <= MOST_SWEEPS && !solved; sweeps *= 2) {
         sweep(laws, sweeps, start);
         solved = refine(laws, start, x);
     }
-    return solved;
+    return arena_leave(mark, solved);
 }

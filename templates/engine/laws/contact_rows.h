@@ -5,6 +5,8 @@
 
 #include <stdbool.h>
 
+#include "arena.h"
+
 typedef enum {
     ROW_FREE,       /* lambda = 0 */
     ROW_BILATERAL,  /* w = 0 */
@@ -27,6 +29,7 @@ typedef struct {
 } Row;
 
 typedef struct {
+    Arena *arena; /* for the work of solving it */
     int rows;
     const double *delassus; /* [rows * rows], row-major, symmetric, positive semidefinite; rows may be redundant */
     const double *free;     /* [rows] */

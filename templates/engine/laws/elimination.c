@@ -8,8 +8,6 @@
 #include "least_norm.h"
 #include "scale.h"
 
-enum { R = SIZE_ROWS };
-
 static bool is_active(const Row *row) {
     return row->law == ROW_UNILATERAL || row->law == ROW_TANGENTIAL || row->law == ROW_BOUNDED;
 }
@@ -40,19 +38,27 @@ static void scale_rows(Elimination *e) {
         }
     }
     for (int i = 0; i < n; i++) {
-        for (int j = 0; j < n; j++) {
-            e->delassus[i * n + j] = e->scale[i] * problem->delassus[i * n + j] * e->scale[j];
-        }
         e->free[i] = e->scale[i] * problem->free[i];
     }
+    for (int a = 0; a < e->kept; a++) {
+        for (int b = 0; b < e->kept; b++) {
+            const int i = e->row_kept[a], j = e->row_kept[b];
+            e->delassus[a * e->kept + b] = e->scale[i] * problem->delassus[i * n + j] * e->scale[j];
+        }
+    }
+}
+
+/* An entry of the scaled operator for two rows that are not free. */
+static double entry_of(const Elimination *e, int row, int column) {
+    return e->delassus[e->place_kept[row] * e->kept + e->place_kept[column]];
 }
 
 /* The remaining diagonal entry of the bilateral row at a place. */
 static double rest_of(const Elimination *e, int place, int rank) {
     const int row = e->order[place];
-    double rest = e->delassus[row * e->problem->rows + row];
+    double rest = entry_of(e, row, row);
     for (int k = 0; k < rank; k++) {
-        rest -= e->factor[place * R + k] * e->factor[place * R + k];
+        rest -= e->factor[place * e->bilateral + k] * e->factor[place * e->bilateral + k];
     }
     return rest;
 }
@@ -61,14 +67,15 @@ static void exchange_places(Elimination *e, int a, int b) {
     const int row = e->order[a];
     e->order[a] = e->order[b];
     e->order[b] = row;
-    for (int k = 0; k < R; k++) {
-        const double entry = e->factor[a * R + k];
-        e->factor[a * R + k] = e->factor[b * R + k];
-        e->factor[b * R + k] = entry;
+    for (int k = 0; k < e->bilateral; k++) {
+        const double entry = e->factor[a * e->bilateral + k];
+        e->factor[a * e->bilateral + k] = e->factor[b * e->bilateral + k];
+        e->factor[b * e->bilateral + k] = entry;
     }
 }
 
 static void factorize_bilateral(Elimination *e) {
+    const int m = e->bilateral;
     for (e->rank = 0; e->rank < e->bilateral; e->rank++) {
         const int k = e->rank;
         int best = k;
@@ -81,30 +88,31 @@ static void factorize_bilateral(Elimination *e) {
         }
         exchange_places(e, k, best);
         for (int i = k; i < e->bilateral; i++) {
-            double entry = e->delassus[e->order[i] * e->problem->rows + e->order[k]];
+            double entry = entry_of(e, e->order[i], e->order[k]);
             for (int j = 0; j < k; j++) {
-                entry -= e->factor[i * R + j] * e->factor[k * R + j];
+                entry -= e->factor[i * m + j] * e->factor[k * m + j];
             }
-            e->factor[i * R + k] = i == k ? sqrt(pivot) : entry / sqrt(pivot);
+            e->factor[i * m + k] = i == k ? sqrt(pivot) : entry / sqrt(pivot);
         }
     }
 }
 
 /* y[rank] = L^-1 of the bilateral entries of a column[rows]. */
 static void solve_lower(const Elimination *e, const double column[], double y[]) {
+    const int m = e->bilateral;
     for (int i = 0; i < e->rank; i++) {
         y[i] = column[e->order[i]];
         for (int k = 0; k < i; k++) {
-            y[i] -= e->factor[i * R + k] * y[k];
+            y[i] -= e->factor[i * m + k] * y[k];
         }
-        y[i] /= e->factor[i * R + i];
+        y[i] /= e->factor[i * m + i];
     }
 }
 
-/* What a row says of the others: w of all rows for lambda 1 of an active row, with what slides on it. */
+/* Adds w of all rows that are not free for lambda of a row that is not free. */
 static void add_column(const Elimination *e, int row, double lambda, double column[]) {
-    for (int i = 0; i < e->problem->rows; i++) {
-        column[i] += e->delassus[i * e->problem->rows + row] * lambda;
+    for (int a = 0; a < e->kept; a++) {
+        column[e->row_kept[a]] += e->delassus[a * e->kept + e->place_kept[row]] * lambda;
     }
 }
 
@@ -114,6 +122,8 @@ static double drag(const Elimination *e, int row) {
     return -sliding->friction * sliding->value * e->scale[sliding->normal] / e->scale[row];
 }
 
+/* What a row says of the others: w of all rows that are not free for lambda 1 of an active row, with what slides on
+   it. */
 static void column_of(const Elimination *e, int row, double column[]) {
     memset(column, 0, (size_t)e->problem->rows * sizeof(double));
     add_column(e, row, 1.0, column);
@@ -136,9 +146,14 @@ static double given(const Elimination *e, int row) {
 static void find_rows(Elimination *e) {
     e->active = 0;
     e->bilateral = 0;
+    e->kept = 0;
     for (int k = 0; k < e->problem->rows; k++) {
         const Row *row = &e->problem->row[k];
         e->place[k] = is_active(row) ? e->active : -1;
+        e->place_kept[k] = row->law != ROW_FREE ? e->kept : -1;
+        if (row->law != ROW_FREE) {
+            e->row_kept[e->kept++] = k;
+        }
         if (row->law == ROW_BILATERAL) {
             e->order[e->bilateral++] = k;
         }
@@ -171,11 +186,11 @@ void set_limit(const Elimination *e, int place, double limit, Laws *laws) {
 
 /* Rounding errors of a row that the bilateral rows determine must look neither like an influence on it nor like a
    motion along it. */
-static void clear_determined(const Elimination *e, double response[][R], Laws *laws) {
+static void clear_determined(const Elimination *e, const double response[], Laws *laws) {
     for (int i = 0; i < e->active; i++) {
-        double rest = e->delassus[e->row[i] * e->problem->rows + e->row[i]];
+        double rest = entry_of(e, e->row[i], e->row[i]);
         for (int k = 0; k < e->rank; k++) {
-            rest -= response[i][k] * response[i][k];
+            rest -= response[i * e->bilateral + k] * response[i * e->bilateral + k];
         }
         if (!(rest > REDUNDANT)) {
             memset(laws->matrix + i * e->active, 0, (size_t)e->active * sizeof(double));
@@ -196,51 +211,109 @@ static double difference(double a, const double b[], const double c[], int count
     return fabs(sum) > NOISE * *terms ? sum : 0.0;
 }
 
-void eliminate_rows(const Problem *problem, Elimination *e, Laws *laws) {
-    double column[R], known[R], seen[R], response[MOST_ACTIVE][R], terms;
-    e->problem = problem;
-    memset(e->factor, 0, sizeof e->factor);
-    scale_rows(e);
-    find_rows(e);
-    factorize_bilateral(e);
-    describe(e, laws);
-    memcpy(column, e->free, (size_t)problem->rows * sizeof(double));
-    for (int k = 0; k < problem->rows; k++) {
-        add_column(e, k, given(e, k), column);
+/* The rows and the arrays of the elimination, of which those for each row are large enough for any. */
+static void take_rows(Elimination *e) {
+    Arena *arena = e->problem->arena;
+    const size_t rows = (size_t)e->problem->rows;
+    e->scale = arena_take(arena, rows * sizeof(double));
+    e->free = arena_take(arena, rows * sizeof(double));
+    e->row_kept = arena_take(arena, rows * sizeof(int));
+    e->place_kept = arena_take(arena, rows * sizeof(int));
+    e->row = arena_take(arena, rows * sizeof(int));
+    e->place = arena_take(arena, rows * sizeof(int));
+    e->order = arena_take(arena, rows * sizeof(int));
+}
+
+static void take_matrices(Elimination *e) {
+    Arena *arena = e->problem->arena;
+    const size_t kept = (size_t)e->kept, bilateral = (size_t)e->bilateral;
+    e->delassus = arena_take(arena, kept * kept * sizeof(double));
+    e->factor = arena_take(arena, bilateral * bilateral * sizeof(double));
+    memset(e->factor, 0, bilateral * bilateral * sizeof(double));
+}
+
+/* Room for the matrices of the elimination and of the laws, and for two more of the larger one of laws and bilateral
+   rows, which elimination, a choice of equations and their solution of least norm take in turn. */
+static bool reserve(const Problem *problem, size_t kept, size_t active, size_t bilateral) {
+    const size_t larger = active > bilateral ? active : bilateral;
+    const size_t matrices = kept * kept + bilateral * bilateral + active * active + 2 * larger * larger;
+    return arena_reserve(problem->arena, (matrices + 32 * (kept + 8) + 4 * (size_t)problem->rows) * sizeof(double));
+}
+
+/* The elements of the laws, but for the limits of friction. */
+static void fill_laws(const Elimination *e, Laws *laws) {
+    const Problem *problem = e->problem;
+    const ArenaMark mark = arena_mark(problem->arena);
+    const size_t bytes = (size_t)problem->rows * sizeof(double);
+    const int m = e->bilateral;
+    double *column = arena_take(problem->arena, bytes), *known = arena_take(problem->arena, bytes), terms;
+    double *seen = arena_take(problem->arena, bytes);
+    double *response = arena_take(problem->arena, (size_t)(e->active * m) * sizeof(double));
+    memcpy(column, e->free, bytes);
+    for (int a = 0; a < e->kept; a++) {
+        add_column(e, e->row_kept[a], given(e, e->row_kept[a]), column);
     }
     solve_lower(e, column, known);
     for (int i = 0; i < e->active; i++) {
         const int row = e->row[i];
-        solve_lower(e, e->delassus + row * problem->rows, response[i]); /* the matrix is symmetric */
-        laws->offset[i] = difference(column[row], response[i], known, e->rank, &laws->terms[i]);
+        for (int k = 0; k < e->rank; k++) {
+            seen[e->order[k]] = entry_of(e, row, e->order[k]); /* the matrix is symmetric */
+        }
+        solve_lower(e, seen, response + i * m);
+        laws->offset[i] = difference(column[row], response + i * m, known, e->rank, &laws->terms[i]);
     }
     for (int j = 0; j < e->active; j++) {
         column_of(e, e->row[j], column);
         solve_lower(e, column, seen);
         for (int i = 0; i < e->active; i++) {
-            laws->matrix[i * e->active + j] = difference(column[e->row[i]], response[i], seen, e->rank, &terms);
+            laws->matrix[i * e->active + j] = difference(column[e->row[i]], response + i * m, seen, e->rank, &terms);
         }
     }
     clear_determined(e, response, laws);
+    arena_release(mark);
+}
+
+bool eliminate_rows(const Problem *problem, Elimination *e, Laws *laws) {
+    e->problem = problem;
+    if (!arena_reserve(problem->arena, (5 * (size_t)problem->rows + 16) * sizeof(double))) {
+        return false;
+    }
+    take_rows(e);
+    find_rows(e);
+    if (!reserve(problem, (size_t)e->kept, (size_t)e->active, (size_t)e->bilateral)) {
+        return false;
+    }
+    take_matrices(e);
+    *laws = laws_take(problem->arena, e->active);
+    scale_rows(e);
+    factorize_bilateral(e);
+    describe(e, laws);
+    fill_laws(e, laws);
+    return true;
 }
 
 /* Bilateral rows, given the others: lambda[rows] is scaled. */
 static void solve_bilateral(const Elimination *e, double lambda[]) {
-    double matrix[R * R] = {0.0}, right[R] = {0.0}, x[R];
-    const int m = e->bilateral, n = e->problem->rows;
+    Arena *arena = e->problem->arena;
+    const ArenaMark mark = arena_mark(arena);
+    const int m = e->bilateral;
+    const size_t bytes = (size_t)m * sizeof(double);
+    double *matrix = arena_take(arena, (size_t)m * bytes), *right = arena_take(arena, bytes);
+    double *x = arena_take(arena, bytes);
     for (int i = 0; i < m; i++) {
         right[i] = -e->free[e->order[i]];
-        for (int j = 0; j < n; j++) {
-            right[i] -= e->delassus[e->order[i] * n + j] * lambda[j];
+        for (int a = 0; a < e->kept; a++) {
+            right[i] -= entry_of(e, e->order[i], e->row_kept[a]) * lambda[e->row_kept[a]];
         }
         for (int j = 0; j < m; j++) {
-            matrix[i * m + j] = e->delassus[e->order[i] * n + e->order[j]];
+            matrix[i * m + j] = entry_of(e, e->order[i], e->order[j]);
         }
     }
-    least_norm_solve(m, matrix, right, x);
+    least_norm_solve(arena, m, matrix, right, x);
     for (int i = 0; i < m; i++) {
         lambda[e->order[i]] = x[i];
     }
+    arena_release(mark);
 }
 
 /* The sum of the absolute terms of w = free + delassus lambda in a row. */

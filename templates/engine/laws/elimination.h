@@ -4,25 +4,28 @@
 
 #include "contact_rows.h"
 #include "laws.h"
-#include "mechanism.h"
 
 /* The problem in scaled rows: lambda = scale times the scaled one, w = the scaled one divided by scale. */
 typedef struct {
     const Problem *problem;
-    double scale[SIZE_ROWS];
-    double delassus[SIZE_ROWS * SIZE_ROWS]; /* rows entries a row */
-    double free[SIZE_ROWS];
-    int active;           /* how many rows are unilateral, tangential or bounded */
-    int row[MOST_ACTIVE]; /* place among the laws -> row */
-    int place[SIZE_ROWS]; /* row -> place among the laws, or -1 */
-    int bilateral;        /* how many rows are bilateral */
-    int rank;             /* how many of them are independent */
-    int order[SIZE_ROWS]; /* place among the bilateral rows -> row, independent ones first */
-    double factor[SIZE_ROWS * SIZE_ROWS]; /* L of their L L^T = delassus; SIZE_ROWS entries a row */
+    double *scale;    /* [rows] */
+    double *free;     /* [rows] */
+    int kept;         /* how many rows are not free: matrices are as large as what takes part */
+    int *row_kept;    /* [kept]: place among them -> row */
+    int *place_kept;  /* [rows]: row -> place among them, or -1 */
+    double *delassus; /* [kept * kept] */
+    int active;       /* how many rows are unilateral, tangential or bounded */
+    int *row;         /* [active]: place among the laws -> row */
+    int *place;       /* [rows]: row -> place among the laws, or -1 */
+    int bilateral;    /* how many rows are bilateral */
+    int rank;         /* how many of them are independent */
+    int *order;       /* [bilateral]: place among the bilateral rows -> row, independent ones first */
+    double *factor;   /* [bilateral * bilateral]: L of their L L^T = delassus */
 } Elimination;
 
-/* Fills all of the laws but the limits of friction. */
-void eliminate_rows(const Problem *problem, Elimination *elimination, Laws *laws);
+/* Takes the elimination and the laws from the arena, and fills all of them but the limits of friction. Returns false,
+   with arena->refused, if there is no memory for them and for their solution but for polyhedral.h. */
+bool eliminate_rows(const Problem *problem, Elimination *elimination, Laws *laws);
 
 /* Sets the limits of a row of friction among the laws: a coefficient of friction, or the force of a bounded row. */
 void set_limit(const Elimination *elimination, int place, double limit, Laws *laws);

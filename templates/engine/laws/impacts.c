@@ -25,7 +25,11 @@ static Problem describe(const ImpactProblem *problem, const double velocities[],
         memset(&rows[k], 0, sizeof rows[k]);
         rows[k].law = problem->bilateral[k] ? ROW_BILATERAL : ROW_FREE;
     }
-    return (Problem){.rows = problem->rows, .delassus = problem->delassus, .free = velocities, .row = rows};
+    return (Problem){.arena = problem->arena,
+                     .rows = problem->rows,
+                     .delassus = problem->delassus,
+                     .free = velocities,
+                     .row = rows};
 }
 
 /* A contact that takes part, with this least normal impulse. */
@@ -43,10 +47,12 @@ static void add_contact(const Round *round, int c, double least, Row rows[]) {
 
 /* Newton's law. */
 static bool newton(Round *round) {
-    Row rows[SIZE_ROWS];
-    double free[SIZE_ROWS], w[SIZE_ROWS];
+    const ArenaMark mark = arena_mark(round->problem->arena);
+    WORK(mark, Row, rows, SIZE_ROWS);
+    WORK(mark, double, free, SIZE_ROWS);
+    WORK(mark, double, w, SIZE_ROWS);
     const ImpactProblem *problem = round->problem;
-    memcpy(free, round->before, sizeof free);
+    memcpy(free, round->before, SIZE_ROWS * sizeof(double));
     const Problem laws = describe(problem, free, rows);
     for (int c = 0; c < problem->contacts; c++) {
         if (round->takes_part[c]) {
@@ -56,20 +62,22 @@ static bool newton(Round *round) {
         }
     }
     if (!complementarity_solve(&laws, round->impulses, w)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int k = 0; k < problem->rows; k++) {
         round->after[k] = w[k] - (free[k] - round->before[k]);
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Poisson's law with this part of the restitution: after a phase of compression, of which the velocities at its end
    are 0 or more, the expansion returns at least the restitution's part of each normal impulse. Pfeiffer, Glocker,
    Multibody Dynamics with Unilateral Contacts, 1996, chapter 8. */
 static bool poisson(Round *round, double part) {
-    Row rows[SIZE_ROWS];
-    double compression[SIZE_ROWS], middle[SIZE_ROWS];
+    const ArenaMark mark = arena_mark(round->problem->arena);
+    WORK(mark, Row, rows, SIZE_ROWS);
+    WORK(mark, double, compression, SIZE_ROWS);
+    WORK(mark, double, middle, SIZE_ROWS);
     const ImpactProblem *problem = round->problem;
     Problem laws = describe(problem, round->before, rows);
     for (int phase = 0; phase < 2; phase++) {
@@ -82,13 +90,13 @@ static bool poisson(Round *round, double part) {
         laws.free = phase == 0 ? round->before : middle;
         if (!complementarity_solve(&laws, phase == 0 ? compression : round->impulses,
                                    phase == 0 ? middle : round->after)) {
-            return false;
+            return arena_leave(mark, false);
         }
     }
     for (int k = 0; k < problem->rows; k++) {
         round->impulses[k] += compression[k];
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* The kinetic energy that is lost, and the sum of the absolute terms that it follows from. */
@@ -156,7 +164,8 @@ static void start(const ImpactProblem *problem, Round *round, ImpactResult *resu
 
 /* Velocities of the rows up to these are rest. */
 static void find_slow(const ImpactProblem *problem, double slow[]) {
-    bool counts[SIZE_ROWS];
+    const ArenaMark mark = arena_mark(problem->arena);
+    WORK(mark, bool, counts, SIZE_ROWS);
     double fastest = 0.0;
     memcpy(counts, problem->bilateral, (size_t)problem->rows * sizeof(bool));
     for (int c = 0; c < problem->contacts; c++) {
@@ -177,6 +186,7 @@ static void find_slow(const ImpactProblem *problem, double slow[]) {
         const ImpactContact *contact = &problem->contact[c];
         slow[contact->normal] = fmax(contact->slow, slow[contact->normal]);
     }
+    arena_release(mark);
 }
 
 /* Does a bilateral row still move, as one does that begins to hold? */
@@ -204,9 +214,10 @@ static bool next_round(Round *round, const double slow[], const bool loaded[], i
 }
 
 static bool solve_in_turn(Round *round, const double slow[], ImpactResult *result) {
+    const ArenaMark mark = arena_mark(round->problem->arena);
+    WORK(mark, bool, loaded, SIZE_CONTACTS);
     const ImpactProblem *problem = round->problem;
     const int most = MOST_ROUNDS + MORE_ROUNDS * problem->contacts;
-    bool loaded[SIZE_CONTACTS];
     for (int c = 0; c < problem->contacts; c++) {
         loaded[c] = problem->contact[c].loaded;
     }
@@ -217,7 +228,7 @@ static bool solve_in_turn(Round *round, const double slow[], ImpactResult *resul
             round->restitution[c] = 0.0;
         }
         if (!collide(round, result)) {
-            return false;
+            return arena_leave(mark, false);
         }
         if (result->closed) {
             break;
@@ -226,7 +237,7 @@ static bool solve_in_turn(Round *round, const double slow[], ImpactResult *resul
             loaded[c] = loaded[c] || (round->takes_part[c] && round->impulses[problem->contact[c].normal] > 0.0);
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 static bool solve_at_once(Round *round, const double slow[], ImpactResult *result) {
@@ -241,12 +252,13 @@ static bool solve_at_once(Round *round, const double slow[], ImpactResult *resul
 }
 
 bool impacts_solve(const ImpactProblem *problem, ImpactOrder order, ImpactResult *result) {
-    Round round;
-    double slow[SIZE_ROWS];
-    start(problem, &round, result);
+    const ArenaMark mark = arena_mark(problem->arena);
+    WORK_OF(mark, Round, round);
+    WORK(mark, double, slow, SIZE_ROWS);
+    start(problem, round, result);
     find_slow(problem, slow);
-    const bool solved = order == IMPACTS_SEQUENTIAL ? solve_in_turn(&round, slow, result)
-                                                    : solve_at_once(&round, slow, result);
-    memcpy(result->velocities, round.before, sizeof result->velocities);
-    return solved;
+    const bool solved = order == IMPACTS_SEQUENTIAL ? solve_in_turn(round, slow, result)
+                                                    : solve_at_once(round, slow, result);
+    memcpy(result->velocities, round->before, sizeof result->velocities);
+    return arena_leave(mark, solved);
 }

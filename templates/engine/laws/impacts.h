@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 
+#include "arena.h"
 #include "mechanism.h"
 
 typedef enum {
@@ -32,6 +33,7 @@ typedef struct {
 } ImpactContact;
 
 typedef struct {
+    Arena *arena; /* for the work of solving it */
     int rows;
     const double *delassus;   /* [rows * rows], row-major, symmetric, positive semidefinite */
     const double *velocities; /* [rows], before */
@@ -51,7 +53,8 @@ typedef struct {
     bool closed;  /* the rounds did not end and were closed without restitution */
 } ImpactResult;
 
-/* Resolves an impact. False: there is no solution, as between bodies whose motions are all prescribed. */
+/* Resolves an impact. False: there is no memory, as problem->arena tells, or no solution, as between bodies whose
+   motions are all prescribed. */
 bool impacts_solve(const ImpactProblem *problem, ImpactOrder order, ImpactResult *result);
 
 #endif

@@ -32,10 +32,14 @@ static bool possible(const ImpactContact *contact, const double impulses[]) {
 
 /* Stops one contact, or all that slide for -1. */
 static bool stop(const ImpactProblem *problem, int only, ImpactResult *result) {
-    Row rows[SIZE_ROWS];
-    const Problem laws = {
-        .rows = problem->rows, .delassus = problem->delassus, .free = problem->velocities, .row = rows};
-    memset(rows, 0, sizeof rows);
+    const ArenaMark mark = arena_mark(problem->arena);
+    WORK(mark, Row, rows, SIZE_ROWS);
+    const Problem laws = {.arena = problem->arena,
+                          .rows = problem->rows,
+                          .delassus = problem->delassus,
+                          .free = problem->velocities,
+                          .row = rows};
+    memset(rows, 0, SIZE_ROWS * sizeof(Row));
     for (int k = 0; k < problem->rows; k++) {
         rows[k].law = problem->bilateral[k] ? ROW_BILATERAL : ROW_FREE;
     }
@@ -51,7 +55,7 @@ static bool stop(const ImpactProblem *problem, int only, ImpactResult *result) {
         stopped = stopped || result->counts[c] > 0;
         solved = result->counts[c] == 0 || possible(&problem->contact[c], result->impulses);
     }
-    return solved && stopped;
+    return arena_leave(mark, solved && stopped);
 }
 
 bool impacts_without_collision(const ImpactProblem *problem, ImpactResult *result) {

@@ -8,6 +8,31 @@
 #include "scale.h"
 #include "vector_length.h"
 
+Laws laws_take(Arena *arena, int size) {
+    const size_t n = (size_t)size;
+    return (Laws){.arena = arena,
+                  .size = size,
+                  .matrix = arena_take(arena, n * n * sizeof(double)),
+                  .offset = arena_take(arena, n * sizeof(double)),
+                  .terms = arena_take(arena, n * sizeof(double)),
+                  .determined = arena_take(arena, n * sizeof(bool)),
+                  .width = arena_take(arena, n * sizeof(int)),
+                  .normal = arena_take(arena, n * sizeof(int)),
+                  .slope = arena_take(arena, n * sizeof(double)),
+                  .base = arena_take(arena, n * sizeof(double))};
+}
+
+static void *take_zeros(Arena *arena, size_t bytes) {
+    return memset(arena_take(arena, bytes), 0, bytes);
+}
+
+Choice choice_take(Arena *arena, int size) {
+    const size_t n = (size_t)size;
+    return (Choice){.held = take_zeros(arena, n * sizeof(bool)),
+                    .slope = take_zeros(arena, n * sizeof(double)),
+                    .value = take_zeros(arena, n * sizeof(double))};
+}
+
 void laws_evaluate(const Laws *laws, const double x[], double w[]) {
     for (int i = 0; i < laws->size; i++) {
         w[i] = laws->offset[i];
@@ -18,8 +43,11 @@ void laws_evaluate(const Laws *laws, const double x[], double w[]) {
 }
 
 static void solve_choice(const Laws *laws, const Choice *choice, double x[]) {
-    double matrix[MOST_ACTIVE * MOST_ACTIVE], right[MOST_ACTIVE], change[MOST_ACTIVE], w[MOST_ACTIVE];
+    const ArenaMark mark = arena_mark(laws->arena);
     const int n = laws->size;
+    const size_t bytes = (size_t)n * sizeof(double);
+    double *matrix = arena_take(laws->arena, (size_t)n * bytes), *right = arena_take(laws->arena, bytes);
+    double *change = arena_take(laws->arena, bytes), *w = arena_take(laws->arena, bytes);
     laws_evaluate(laws, x, w);
     for (int k = 0; k < n; k++) {
         double *row = matrix + k * n;
@@ -36,10 +64,11 @@ static void solve_choice(const Laws *laws, const Choice *choice, double x[]) {
             right[k] += choice->slope[k] * x[laws->normal[k]];
         }
     }
-    least_norm_solve(n, matrix, right, change);
+    least_norm_solve(laws->arena, n, matrix, right, change);
     for (int k = 0; k < n; k++) {
         x[k] += change[k];
     }
+    arena_release(mark);
 }
 
 double laws_terms(const Laws *laws, const double x[], int k) {
@@ -91,14 +120,15 @@ static bool law_obeyed(const Laws *laws, const double x[], const double w[], dou
 }
 
 bool laws_obeyed(const Laws *laws, const double x[]) {
-    double w[MOST_ACTIVE];
+    const ArenaMark mark = arena_mark(laws->arena);
+    double *w = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
     bool obeyed = true;
     const double rounding = noise(laws, x);
     laws_evaluate(laws, x, w);
     for (int k = 0; k < laws->size && obeyed; k++) {
         obeyed = law_obeyed(laws, x, w, rounding, k);
     }
-    return obeyed;
+    return arena_leave(mark, obeyed);
 }
 
 bool laws_bounded(const Laws *laws, const Choice *choice, const double x[]) {

@@ -4,30 +4,35 @@
 
 #include <stdbool.h>
 
-#include "mechanism.h"
-
-enum { MOST_ACTIVE = SIZE_ACTIVE };
+#include "arena.h"
 
 /* w = offset + matrix x in units in which rows have diagonal entries of the order of 1; matrix is symmetric if there is
    no sliding row. */
 typedef struct {
+    Arena *arena;
     int size;
-    double matrix[MOST_ACTIVE * MOST_ACTIVE]; /* size entries a row */
-    double offset[MOST_ACTIVE];
-    double terms[MOST_ACTIVE]; /* the sum of the absolute terms of the offset: its rounding error is a part of that */
-    bool determined[MOST_ACTIVE]; /* bilateral rows alone determine the motion along the row */
-    int width[MOST_ACTIVE];    /* 0: unilateral; friction: 1, or 2 for the first and -1 for the second row of a cone */
-    int normal[MOST_ACTIVE];   /* rows of friction: base + slope x[normal] bounds x; -1: base does */
-    double slope[MOST_ACTIVE];
-    double base[MOST_ACTIVE];
+    double *matrix; /* [size * size] */
+    double *offset; /* [size], as the next ones */
+    double *terms;  /* the sum of the absolute terms of the offset: its rounding error is a part of that */
+    bool *determined; /* bilateral rows alone determine the motion along the row */
+    int *width;     /* 0: unilateral; friction: 1, or 2 for the first and -1 for the second row of a cone */
+    int *normal;    /* rows of friction: base + slope x[normal] bounds x; -1: base does */
+    double *slope;
+    double *base;
 } Laws;
 
 /* A choice of one equation a row: w = 0, or x = slope x[normal] + value. */
 typedef struct {
-    bool held[MOST_ACTIVE];
-    double slope[MOST_ACTIVE];
-    double value[MOST_ACTIVE];
+    bool *held; /* [size], as the next ones */
+    double *slope;
+    double *value;
 } Choice;
+
+/* Arrays of the arena for laws of this size. */
+Laws laws_take(Arena *arena, int size);
+
+/* A choice with zeros, of the arena. */
+Choice choice_take(Arena *arena, int size);
 
 /* w[size] for x[size]. */
 void laws_evaluate(const Laws *laws, const double x[], double w[]);

@@ -5,22 +5,20 @@
 #include <math.h>
 #include <string.h>
 
-#include "mechanism.h"
 #include "scale.h"
-
-enum { R = SIZE_ROWS };
 
 /* Column k of Q's reflections stands in column k from the diagonal on, row k of Z's in row k: in its place on the
    diagonal, which T has in diagonal[], and from the rank on. */
 typedef struct {
     int n;
     int rank;
-    double entry[R * R];
-    double diagonal[R];
-    double left[R];  /* 2 / v^T v of the reflections 1 - left v v^T */
-    double right[R]; /* 2 / v^T v of the reflections from the right, which make Z */
-    double head[R];  /* the first component of Z's v */
-    int column[R];   /* place -> column of A */
+    double *entry; /* [n * n]; the next ones [n] */
+    double *diagonal;
+    double *left;  /* 2 / v^T v of the reflections 1 - left v v^T */
+    double *right; /* 2 / v^T v of the reflections from the right, which make Z */
+    double *head;  /* the first component of Z's v */
+    double *sums;  /* memory */
+    int *column;   /* place -> column of A */
 } Decomposition;
 
 static double column_square(const Decomposition *d, int first, int j) {
@@ -55,7 +53,8 @@ static double bring_column(Decomposition *d, int k) {
 static void reflect_column(Decomposition *d, int k, double square) {
     const int n = d->n;
     double *pivot = &d->entry[k * n + k];
-    double sums[R] = {0.0};
+    double *sums = d->sums;
+    memset(sums, 0, (size_t)n * sizeof(double));
     d->diagonal[k] = *pivot > 0.0 ? -sqrt(square) : sqrt(square);
     *pivot -= d->diagonal[k];
     d->left[k] = 2.0 / column_square(d, k, k);
@@ -96,9 +95,21 @@ static void reflect_row(Decomposition *d, int k) {
     }
 }
 
-static void decompose(Decomposition *d, int n, const double a[]) {
+static Decomposition take(Arena *arena, int n) {
+    const size_t bytes = (size_t)n * sizeof(double);
+    return (Decomposition){.n = n,
+                           .entry = arena_take(arena, (size_t)n * bytes),
+                           .diagonal = arena_take(arena, bytes),
+                           .left = arena_take(arena, bytes),
+                           .right = arena_take(arena, bytes),
+                           .head = arena_take(arena, bytes),
+                           .sums = arena_take(arena, bytes),
+                           .column = arena_take(arena, (size_t)n * sizeof(int))};
+}
+
+static void decompose(Decomposition *d, const double a[]) {
+    const int n = d->n;
     double least = 0.0;
-    d->n = n;
     memcpy(d->entry, a, (size_t)(n * n) * sizeof(double));
     for (int k = 0; k < n; k++) {
         d->column[k] = k;
@@ -158,14 +169,15 @@ static void add_solution(const Decomposition *d, double b[], double x[]) {
     }
 }
 
-void least_norm_solve(int n, const double a[], const double b[], double x[]) {
-    Decomposition d;
-    double rest[R];
+void least_norm_solve(Arena *arena, int n, const double a[], const double b[], double x[]) {
     if (n == 1) {
         x[0] = a[0] != 0.0 ? b[0] / a[0] : 0.0;
         return;
     }
-    decompose(&d, n, a);
+    const ArenaMark mark = arena_mark(arena);
+    Decomposition d = take(arena, n);
+    double *rest = arena_take(arena, (size_t)n * sizeof(double));
+    decompose(&d, a);
     memset(x, 0, (size_t)n * sizeof(double));
     for (int refinement = 0; refinement < 2; refinement++) {
         for (int i = 0; i < n; i++) {
@@ -176,4 +188,5 @@ void least_norm_solve(int n, const double a[], const double b[], double x[]) {
         }
         add_solution(&d, rest, x);
     }
+    arena_release(mark);
 }

@@ -2,9 +2,11 @@
 #ifndef LEAST_NORM_H
 #define LEAST_NORM_H
 
-/* The solution x[n] of least norm of a x = b in the sense of least squares; a[n * n] is row-major, n <= SIZE_ROWS, its
-   entries are of the order of 1. Its rank is that to rounding. Golub, Van Loan, Matrix Computations, 4th edition,
+#include "arena.h"
+
+/* The solution x[n] of least norm of a x = b in the sense of least squares; a[n * n] is row-major, its entries are of
+   the order of 1. Its rank is that to rounding. Golub, Van Loan, Matrix Computations, 4th edition,
    sections 5.4.2 (orthogonal decomposition with column pivoting) and 5.5.2 (least norm). */
-void least_norm_solve(int n, const double a[], const double b[], double x[]);
+void least_norm_solve(Arena *arena, int n, const double a[], const double b[], double x[]);
 
 #endif

@@ -5,27 +5,34 @@
 #include <math.h>
 #include <string.h>
 
+#include "mechanism.h"
 #include "scale.h"
 
-enum { MAX_PIVOTS = 50 + 20 * LCP_SIZE };
+enum { MAX_PIVOTS = 50 + 60 * SIZE_ACTIVE };
 
 typedef struct {
     int n;
-    double entry[LCP_SIZE * (LCP_SIZE + 1)];
-    double value[LCP_SIZE];      /* of the basic variables */
-    int basic[LCP_SIZE];         /* row -> variable */
-    int nonbasic[LCP_SIZE + 1];  /* column -> variable */
-    int place[2 * LCP_SIZE + 1]; /* variable -> its row, or -1 - its column */
-    double first;                /* the first value of z0 */
+    double *entry; /* [n * (n + 1)] */
+    double *value; /* [n], of the basic variables */
+    int *basic;    /* [n]: row -> variable */
+    int *nonbasic; /* [n + 1]: column -> variable */
+    int *place;    /* [2 n + 1]: variable -> its row, or -1 - its column */
+    double first;  /* the first value of z0 */
 } Tableau;
 
 static double *row_of(Tableau *t, int row) {
     return t->entry + row * (t->n + 1);
 }
 
-static void start(Tableau *t, const Lcp *problem) {
+static void start(Arena *arena, Tableau *t, const Lcp *problem) {
     const int n = problem->size;
+    const size_t size = (size_t)n;
     t->n = n;
+    t->entry = arena_take(arena, size * (size + 1) * sizeof(double));
+    t->value = arena_take(arena, size * sizeof(double));
+    t->basic = arena_take(arena, size * sizeof(int));
+    t->nonbasic = arena_take(arena, (size + 1) * sizeof(int));
+    t->place = arena_take(arena, (2 * size + 1) * sizeof(int));
     for (int i = 0; i < n; i++) {
         memcpy(row_of(t, i), problem->matrix + i * n, (size_t)n * sizeof(double));
         row_of(t, i)[n] = 1.0;
@@ -139,15 +146,16 @@ static bool pivot_to_the_end(Tableau *t) {
     return true;
 }
 
-bool lemke_solve(const Lcp *problem, double z[], bool positive[]) {
+bool lemke_solve(Arena *arena, const Lcp *problem, double z[], bool positive[]) {
+    const ArenaMark mark = arena_mark(arena);
     Tableau t;
     const int n = problem->size;
-    start(&t, problem);
+    start(arena, &t, problem);
     const bool solved = pivot_to_the_end(&t);
     for (int k = 0; k < n; k++) {
         const int place = t.place[n + k];
         positive[k] = place >= 0;
         z[k] = positive[k] ? fmax(t.value[place], 0.0) : 0.0;
     }
-    return solved;
+    return arena_leave(mark, solved);
 }

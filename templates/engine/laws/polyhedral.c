@@ -19,11 +19,21 @@ static const double MOST_OTHERS = 81.0;
 /* A variable of the complementarity problem is: x of a row with a sign, or a slip (sign 0). */
 typedef struct {
     int count;
-    int row[LCP_SIZE];
-    double sign[LCP_SIZE];
-    int slip[LCP_SIZE]; /* of a direction: its slip variable, else -1 */
-    int first[MOST_ACTIVE];  /* row -> its first variable */
+    int *row;     /* [count], as the next ones */
+    double *sign;
+    int *slip;    /* of a direction: its slip variable, else -1 */
+    int *first;   /* row -> its first variable */
 } Layout;
+
+/* How many variables the laws have. */
+static int count_variables(const Laws *laws) {
+    int count = 0;
+    for (int k = 0; k < laws->size; k++) {
+        const int width = laws->width[k];
+        count += width == 0 ? 1 : width > 0 ? 2 * width + 1 : 0;
+    }
+    return count;
+}
 
 static void add(Layout *layout, int row, double sign, int slip) {
     const int v = layout->count++;
@@ -32,8 +42,13 @@ static void add(Layout *layout, int row, double sign, int slip) {
     layout->slip[v] = slip;
 }
 
-static void lay_out(const Laws *laws, Layout *layout) {
+static void lay_out(const Laws *laws, int variables, Layout *layout) {
+    const size_t count = (size_t)variables;
     layout->count = 0;
+    layout->row = arena_take(laws->arena, count * sizeof(int));
+    layout->sign = arena_take(laws->arena, count * sizeof(double));
+    layout->slip = arena_take(laws->arena, count * sizeof(int));
+    layout->first = arena_take(laws->arena, (size_t)laws->size * sizeof(int));
     for (int k = 0; k < laws->size; k++) {
         layout->first[k] = layout->count;
         const int width = laws->width[k];
@@ -92,7 +107,6 @@ static void put_limit(const Laws *laws, int k, double side, Choice *choice) {
 
 /* The equations of the variables that are positive. */
 static void choose(const Laws *laws, const Layout *layout, const bool positive[], Choice *choice) {
-    memset(choice, 0, sizeof *choice);
     for (int k = 0; k < laws->size; k++) {
         const int v = layout->first[k];
         if (laws->width[k] == 0) {
@@ -128,27 +142,30 @@ static double count_choices(const Laws *laws) {
 
 /* The first row whose accelerations differ, where these are `own` for the one and w of x for the other; -1: none. */
 static int moved_row(const Laws *laws, const double own[], const double x[]) {
-    double w[MOST_ACTIVE], greatest = 0.0, terms = 0.0;
+    const ArenaMark mark = arena_mark(laws->arena);
+    double *w = arena_take(laws->arena, (size_t)laws->size * sizeof(double)), greatest = 0.0, terms = 0.0;
+    int moved = -1;
     laws_evaluate(laws, x, w);
     for (int k = 0; k < laws->size; k++) {
         greatest = fmax(greatest, fmax(fabs(own[k]), fabs(w[k])));
         terms = fmax(terms, laws_terms(laws, x, k));
     }
-    for (int k = 0; k < laws->size; k++) {
-        if (fabs(w[k] - own[k]) > fmax(LOCATED * greatest, TOLERATED * terms)) {
-            return k;
-        }
+    for (int k = laws->size - 1; k >= 0; k--) {
+        moved = fabs(w[k] - own[k]) > fmax(LOCATED * greatest, TOLERATED * terms) ? k : moved;
     }
-    return -1;
+    arena_release(mark);
+    return moved;
 }
 
 /* Tries all choices in turn; with accelerations that are known, those of another motion. */
 static bool enumerate(const Laws *laws, const double known[], double x[]) {
-    int digit[MOST_ACTIVE] = {0};
+    const ArenaMark mark = arena_mark(laws->arena);
+    int *digit = arena_take(laws->arena, (size_t)laws->size * sizeof(int));
     bool solved = false;
+    memset(digit, 0, (size_t)laws->size * sizeof(int));
     for (bool more = true; more && !solved; more = next_choice(laws, digit)) {
-        Choice choice;
-        memset(&choice, 0, sizeof choice);
+        const ArenaMark trial = arena_mark(laws->arena);
+        Choice choice = choice_take(laws->arena, laws->size);
         for (int k = 0; k < laws->size; k++) {
             const bool unilateral = laws->width[k] == 0;
             const double side = digit[k] == 0 ? 0.0 : digit[k] == 1 ? -1.0 : 1.0;
@@ -157,40 +174,66 @@ static bool enumerate(const Laws *laws, const double known[], double x[]) {
         }
         memset(x, 0, (size_t)laws->size * sizeof(double));
         solved = laws_try(laws, &choice, x) && (known == NULL || moved_row(laws, known, x) >= 0);
+        arena_release(trial);
     }
-    return solved;
+    return arena_leave(mark, solved);
 }
 
 int polyhedral_other(const Laws *laws, const double x[]) {
-    double other[MOST_ACTIVE], own[MOST_ACTIVE];
+    const ArenaMark mark = arena_mark(laws->arena);
+    double *other = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
+    double *own = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
     laws_evaluate(laws, x, own);
     const bool found = count_choices(laws) <= MOST_OTHERS && enumerate(laws, own, other);
-    return found ? moved_row(laws, own, other) : -1;
+    const int moved = found ? moved_row(laws, own, other) : -1;
+    arena_release(mark);
+    return moved;
 }
 
-static bool approximate(const Laws *laws, Choice *choice, double x[]) {
-    Layout layout;
-    Lcp lcp;
-    double z[LCP_SIZE];
-    bool positive[LCP_SIZE];
-    lay_out(laws, &layout);
-    fill(laws, &layout, &lcp);
-    const bool solved = lemke_solve(&lcp, z, positive);
+/* The memory of a complementarity problem of so many variables and of its solution. */
+static bool reserve(Arena *arena, int variables) {
+    const size_t n = (size_t)variables;
+    return arena_reserve(arena, (2 * n * n + 8 * n + 32) * sizeof(double));
+}
+
+/* *solved: the x and the equations found solve the complementarity problem. False: there is no memory for it. */
+static bool approximate(const Laws *laws, Choice *choice, double x[], bool *solved) {
+    const ArenaMark mark = arena_mark(laws->arena);
+    const int variables = count_variables(laws);
+    const size_t size = (size_t)variables;
     memset(x, 0, (size_t)laws->size * sizeof(double));
+    if (!reserve(laws->arena, variables)) {
+        return false;
+    }
+    Layout layout;
+    lay_out(laws, variables, &layout);
+    double *z = arena_take(laws->arena, size * sizeof(double));
+    bool *positive = arena_take(laws->arena, size * sizeof(bool));
+    Lcp lcp = {.matrix = arena_take(laws->arena, size * size * sizeof(double)),
+               .offset = arena_take(laws->arena, size * sizeof(double))};
+    fill(laws, &layout, &lcp);
+    *solved = lemke_solve(laws->arena, &lcp, z, positive);
     for (int v = 0; v < lcp.size; v++) {
         x[layout.row[v]] += layout.sign[v] * z[v];
     }
     choose(laws, &layout, positive, choice);
-    return solved;
+    return arena_leave(mark, true);
 }
 
-void polyhedral_approximate(const Laws *laws, double x[]) {
-    Choice choice;
-    approximate(laws, &choice, x);
+bool polyhedral_approximate(const Laws *laws, double x[]) {
+    const ArenaMark mark = arena_mark(laws->arena);
+    Choice choice = choice_take(laws->arena, laws->size);
+    bool solved;
+    return arena_leave(mark, approximate(laws, &choice, x, &solved));
 }
 
 bool polyhedral_solve(const Laws *laws, double x[]) {
-    Choice choice;
-    return (approximate(laws, &choice, x) && laws_try(laws, &choice, x)) ||
-           (count_choices(laws) <= MOST_CHOICES && enumerate(laws, NULL, x));
+    const ArenaMark mark = arena_mark(laws->arena);
+    Choice choice = choice_take(laws->arena, laws->size);
+    bool solved = false;
+    if (!approximate(laws, &choice, x, &solved)) {
+        return arena_leave(mark, false);
+    }
+    return arena_leave(mark, (solved && laws_try(laws, &choice, x)) ||
+                                 (count_choices(laws) <= MOST_CHOICES && enumerate(laws, NULL, x)));
 }

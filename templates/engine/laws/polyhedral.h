@@ -11,7 +11,8 @@ bool polyhedral_solve(const Laws *laws, double x[]);
    are too many to try. */
 int polyhedral_other(const Laws *laws, const double x[]);
 
-/* Solves a problem in which pyramids with four sides stand for round cones; x[size]. */
-void polyhedral_approximate(const Laws *laws, double x[]);
+/* Solves a problem in which pyramids with four sides stand for round cones; x[size], as far as that goes. False: there
+   is no memory for it, which laws->arena tells. */
+bool polyhedral_approximate(const Laws *laws, double x[]);
 
 #endif

@@ -27,14 +27,15 @@ static bool evaluate_further(Instance *instance, double time, const double state
 }
 
 bool derivative_at(Instance *instance, double time, const double states[], double derivatives[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
     const double *inputs = inputs_at(instance, time);
-    double unknowns[N_UNKNOWNS];
     const bool known = accelerations_at(instance, time, states, inputs, unknowns);
     memcpy(derivatives, states + N_COORDINATES, N_COORDINATES * sizeof(double));
     memcpy(derivatives + N_COORDINATES, unknowns, N_COORDINATES * sizeof(double));
     if (!known || !evaluate_further(instance, time, states, inputs, unknowns, derivatives + 2 * N_COORDINATES)) {
         tables_explain(instance, time, states, inputs);
-        return false;
+        return arena_leave(mark, false);
     }
-    return true;
+    return arena_leave(mark, true);
 }

@@ -53,7 +53,10 @@ bool mass_accept(Instance *instance, MassOutcome outcome, double time, const boo
 void mass_divide(const System *system, const double b[], double a[]) {
     if (system->dense) {
         memcpy(a, b, N * sizeof(double));
-        mass_solve(&system->pivoted, a);
+        const ArenaMark mark = arena_mark(system->arena);
+        WORK(mark, double, work, N);
+        mass_solve(&system->pivoted, a, work);
+        arena_release(mark);
     } else {
         mechanism_solve(system->factor, b, a);
     }

@@ -23,35 +23,41 @@ static bool any(const double values[], int count) {
 
 /* What depends on parameters alone. */
 static void add_dependent(const Instance *instance, const Tangent *weights, Seed *sensitivity) {
-    Seed term = {0};
-    mechanism_dependent_adjoint(instance->state.parameters, weights->dependent, term.parameters);
-    seed_add(sensitivity, &term);
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Seed, term);
+    memset(term, 0, sizeof *term);
+    mechanism_dependent_adjoint(instance->state.parameters, weights->dependent, term->parameters);
+    seed_add(sensitivity, term);
+    arena_release(mark);
 }
 
 /* Accelerations, multipliers, rates of further states and locals. */
 static bool add_motion(Instance *instance, const Tangent *weights, Seed *sensitivity) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    WORK_ZEROS(mark, double, change, N_RESIDUALS);
+    WORK_OF(mark, Seed, term);
+    WORK_OF(mark, Spread, spread);
     const State *state = &instance->state;
     const Cache *cache = &instance->cache;
-    double unknowns[N_UNKNOWNS], change[N_RESIDUALS] = {0.0};
-    Seed term = {0};
-    Spread spread;
+    memset(term, 0, sizeof *term);
     if (!equations_accelerations(instance) || !equations_factorize(instance)) {
-        return false;
+        return arena_leave(mark, false);
     }
     mechanism_unknowns_adjoint(state->time, state->states, state->inputs, state->parameters, cache->reported,
                                weights->further, weights->locals, unknowns);
     for (int i = 0; i < N_UNKNOWNS; i++) {
         unknowns[i] += weights->accelerations[i];
     }
-    multipliers_spread_adjoint(instance, unknowns, &spread);
+    multipliers_spread_adjoint(instance, unknowns, spread);
     contacts_answer_adjoint(instance, unknowns, sensitivity);
     system_answer_adjoint(&cache->system, unknowns, change);
-    multipliers_spread_knowns(instance, &spread, change, sensitivity);
+    multipliers_spread_knowns(instance, spread, change, sensitivity);
     accelerations_stabilise_adjoint(instance, change);
     mechanism_adjoint(state->time, state->states, state->inputs, state->parameters, cache->reported, change,
-                      weights->further, weights->locals, &term.time, term.states, term.inputs, term.parameters);
-    seed_add(sensitivity, &term);
-    return true;
+                      weights->further, weights->locals, &term->time, term->states, term->inputs, term->parameters);
+    seed_add(sensitivity, term);
+    return arena_leave(mark, true);
 }
 
 /* equations_settle_seed */

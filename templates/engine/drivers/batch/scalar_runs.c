@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "arena_size.h"
 #include "diagnosis.h"
 #include "equations.h"
 #include "events.h"
@@ -33,7 +34,9 @@ static bool begin(Run *run, int64_t number) {
     Instance *instance = &run->instance;
     State *state = &instance->state;
     bool jumped;
+    Arena *arena = instance->arena;
     memset(instance, 0, sizeof *instance);
+    instance_work_in(instance, arena);
     instance->policy = &OWN_SOLVER;
     instance_start(instance);
     run->run = number;
@@ -125,12 +128,13 @@ static void explain(Run *run, int64_t number) {
 }
 
 EXPORTED int64_t scalar_memory(void) {
-    return (int64_t)sizeof(Run) + 64;
+    return (int64_t)(64 + arena_bytes(sizeof(Run), 1) + ARENA_HEAD + ARENA_CAPACITY);
 }
 
 static Run *run_in(char *memory, const Batch *batch) {
     Run *run = (Run *)(void *)(memory + (64 - (uintptr_t)memory % 64));
     run->batch = batch;
+    run->instance.arena = arena_begin((char *)run + arena_bytes(sizeof(Run), 1), ARENA_CAPACITY);
     return run;
 }
 
@@ -145,6 +149,7 @@ EXPORTED void scalar_starts(const Batch *batch, char *memory, double settled[]) 
             batch->status[number] = RUN_LEFT;
         }
     }
+    arena_end(run->instance.arena);
 }
 
 /* The runs that wait, or that have left their lanes; from any number of threads at once. */
@@ -163,4 +168,5 @@ EXPORTED void scalar_runs(const Batch *batch, char *memory) {
             batch->accepted[number] = run->instance.state.steps;
         }
     }
+    arena_end(run->instance.arena);
 }

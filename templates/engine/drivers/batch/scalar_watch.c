@@ -84,15 +84,17 @@ static void note_events(Run *run) {
 /* The end of a solver step, at which an event and a kink of the motion may be. */
 static double follow(void *owner, double end) {
     Run *run = owner;
-    double quantities[N_QUANTITIES];
+    const ArenaMark mark = arena_mark(run->instance.arena);
+    WORK(mark, double, quantities, N_QUANTITIES);
     note_events(run);
     if (run->batch->extremes > 0) {
-        memcpy(quantities, run->quantities, sizeof quantities);
+        memcpy(quantities, run->quantities, N_QUANTITIES * sizeof(double));
         if (run_evaluate(run)) {
             widen(run);
         }
-        memcpy(run->quantities, quantities, sizeof quantities);
+        memcpy(run->quantities, quantities, N_QUANTITIES * sizeof(double));
     }
+    arena_release(mark);
     return end;
 }
 
@@ -202,14 +204,16 @@ static void watch_crossings(Run *run) {
 /* Extremes at the present point, and at the vertex of the parabola through the last three, if no event was among
    them. */
 static void watch_extremes(Run *run) {
+    const ArenaMark mark = arena_mark(run->instance.arena);
+    WORK(mark, double, quantities, N_QUANTITIES);
     const Batch *batch = run->batch;
     const Point *a = &run->earlier, *b = &run->before, *c = &run->present;
-    double quantities[N_QUANTITIES];
     widen(run);
     if (run->points < 2 || a->noted.passed != c->noted.passed) {
+        arena_release(mark);
         return;
     }
-    memcpy(quantities, run->quantities, sizeof quantities);
+    memcpy(quantities, run->quantities, N_QUANTITIES * sizeof(double));
     for (int64_t i = 0; i < batch->extremes; i++) {
         const int64_t column = batch->extreme_columns[i];
         const double first = b->state.time - a->state.time, second = c->state.time - b->state.time;
@@ -221,7 +225,8 @@ static void watch_extremes(Run *run) {
         }
     }
     widen(run);
-    memcpy(run->quantities, quantities, sizeof quantities);
+    memcpy(run->quantities, quantities, N_QUANTITIES * sizeof(double));
+    arena_release(mark);
 }
 
 /* One part up to a time (s), no longer than *length, which follows the solver's steps. A part with many of them is
@@ -287,14 +292,15 @@ bool watch_to(Run *run, double time) {
 }
 
 bool watch_knot(Run *run) {
+    const ArenaMark mark = arena_mark(run->instance.arena);
+    WORK(mark, double, before, N_QUANTITIES);
     const Batch *batch = run->batch;
-    double before[N_QUANTITIES];
     if (batch->extremes + batch->crossings == 0) {
-        return true;
+        return arena_leave(mark, true);
     }
-    memcpy(before, run->quantities, sizeof before);
+    memcpy(before, run->quantities, N_QUANTITIES * sizeof(double));
     if (!run_evaluate(run)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int64_t i = 0; i < batch->crossings; i++) {
         const int64_t column = batch->crossing_columns[i];
@@ -304,7 +310,7 @@ bool watch_knot(Run *run) {
     }
     widen(run);
     run->points = 0;
-    return true;
+    return arena_leave(mark, true);
 }
 
 void watch_start(Run *run) {

@@ -1,6 +1,4 @@
 /* The life of an instance: what model exchange and co-simulation have in common (FMI 2.0, sections 2.1.5 and 2.1.6). */
-#include <stdlib.h>
-
 #include "life.h"
 #include "logging.h"
 
@@ -30,7 +28,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
 }
 
 void fmi2FreeInstance(fmi2Component c) {
-    free(enter(c, CALL_FreeInstance));
+    component_free(enter(c, CALL_FreeInstance));
 }
 
 fmi2Status fmi2Reset(fmi2Component c) {

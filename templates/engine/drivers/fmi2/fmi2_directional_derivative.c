@@ -43,8 +43,6 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                                         const fmi2ValueReference vKnown_ref[], size_t nKnown,
                                         const fmi2Real dvKnown[], fmi2Real dvUnknown[]) {
     Component *component = enter_present(c, CALL_GetDirectionalDerivative);
-    Seed seed;
-    Tangent tangent;
     bool needs_accelerations = false;
     double value;
     if (component == NULL) {
@@ -55,18 +53,20 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
         return fail(component, "an array is NULL; expected references and values for %u unknowns and %u knowns",
                     (unsigned)nUnknown, (unsigned)nKnown);
     }
-    if (prepare(component, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, &seed, &needs_accelerations) !=
+    Seed *seed = &component->seed;
+    Tangent *tangent = &component->tangent;
+    if (prepare(component, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, seed, &needs_accelerations) !=
             fmi2OK ||
-        find_tangent(component, &seed, needs_accelerations, &tangent) != fmi2OK) {
+        find_tangent(component, seed, needs_accelerations, tangent) != fmi2OK) {
         return fmi2Error;
     }
     for (size_t i = 0; i < nUnknown; i++) {
-        if (read_tangent(component, &seed, &tangent, &VARIABLES[vUnknown_ref[i]], &value) != fmi2OK) {
+        if (read_tangent(component, seed, tangent, &VARIABLES[vUnknown_ref[i]], &value) != fmi2OK) {
             return fmi2Error;
         }
     }
     for (size_t i = 0; i < nUnknown; i++) {
-        read_tangent(component, &seed, &tangent, &VARIABLES[vUnknown_ref[i]], &dvUnknown[i]);
+        read_tangent(component, seed, tangent, &VARIABLES[vUnknown_ref[i]], &dvUnknown[i]);
     }
     return fmi2OK;
 }

@@ -51,7 +51,6 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                         const fmi2Integer order[], fmi2Real value[]) {
     Component *component = enter_present(c, CALL_GetRealOutputDerivatives);
-    Motion motion;
     int needed = -1;
     double derivative;
     if (component == NULL || check_arguments(component, vr, nvr, order, value) != fmi2OK) {
@@ -62,16 +61,16 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
             return fmi2Error;
         }
     }
-    if (nvr > 0 && find_motion(component, needed, &motion) != fmi2OK) {
+    if (nvr > 0 && find_motion(component, needed, &component->motion) != fmi2OK) {
         return fmi2Error;
     }
     for (size_t i = 0; i < nvr; i++) {
-        if (read_motion(component, &motion, &VARIABLES[vr[i]], order[i], &derivative) != fmi2OK) {
+        if (read_motion(component, &component->motion, &VARIABLES[vr[i]], order[i], &derivative) != fmi2OK) {
             return fmi2Error;
         }
     }
     for (size_t i = 0; i < nvr; i++) {
-        read_motion(component, &motion, &VARIABLES[vr[i]], order[i], &value[i]);
+        read_motion(component, &component->motion, &VARIABLES[vr[i]], order[i], &value[i]);
     }
     return fmi2OK;
 }

@@ -111,7 +111,6 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueRefere
                                     size_t nValueReferences, const fmi3Int32 orders[], fmi3Float64 values[],
                                     size_t nValues) {
     Component *component = enter_present(instance, CALL_GetOutputDerivatives);
-    Motion motion;
     int needed = -1;
     double value;
     if (component == NULL ||
@@ -129,18 +128,18 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueRefere
             return fmi3Error;
         }
     }
-    if (nValues > 0 && find_motion(component, needed, &motion) != fmi3OK) {
+    if (nValues > 0 && find_motion(component, needed, &component->motion) != fmi3OK) {
         return fmi3Error;
     }
     for (size_t i = 0; i < nValues; i++) {
         const Variable *variable = next_element(&second);
-        if (read_motion(component, &motion, variable, orders[second.port], &value) != fmi3OK) {
+        if (read_motion(component, &component->motion, variable, orders[second.port], &value) != fmi3OK) {
             return fmi3Error;
         }
     }
     for (size_t i = 0; i < nValues; i++) {
         const Variable *variable = next_element(&third);
-        read_motion(component, &motion, variable, orders[third.port], &values[i]);
+        read_motion(component, &component->motion, variable, orders[third.port], &values[i]);
     }
     return fmi3OK;
 }

@@ -1,6 +1,4 @@
 /* The life of an instance: what model exchange and co-simulation have in common (FMI 3.0, section 2.3). */
-#include <stdlib.h>
-
 #include "life.h"
 #include "logging.h"
 
@@ -41,7 +39,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
 }
 
 void fmi3FreeInstance(fmi3Instance instance) {
-    free(enter(instance, CALL_FreeInstance));
+    component_free(enter(instance, CALL_FreeInstance));
 }
 
 fmi3Status fmi3Reset(fmi3Instance instance) {

@@ -38,17 +38,17 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
                                         const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
                                         size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity) {
     Component *component = enter_present(instance, CALL_GetDirectionalDerivative);
-    Seed direction;
-    Tangent tangent;
     bool needs_accelerations = false;
     if (component == NULL || check_lists(component, unknowns, nUnknowns, knowns, nKnowns, sensitivity, nSensitivity,
                                          seed, nSeed) != fmi3OK) {
         return fmi3Error;
     }
     Elements known = elements_of(knowns), unknown = elements_of(unknowns);
-    memset(&direction, 0, sizeof direction);
+    Seed *direction = &component->seed;
+    Tangent *tangent = &component->tangent;
+    memset(direction, 0, sizeof *direction);
     for (size_t i = 0; i < nSeed; i++) {
-        if (add_to_seed(component, &direction, next_element(&known), seed[i]) != fmi3OK) {
+        if (add_to_seed(component, direction, next_element(&known), seed[i]) != fmi3OK) {
             return fmi3Error;
         }
     }
@@ -57,9 +57,9 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
             return fmi3Error;
         }
     }
-    return find_tangent(component, &direction, needs_accelerations, &tangent) != fmi3OK
+    return find_tangent(component, direction, needs_accelerations, tangent) != fmi3OK
                ? fmi3Error
-               : write_tangent(component, &direction, &tangent, unknowns, sensitivity, nSensitivity);
+               : write_tangent(component, direction, tangent, unknowns, sensitivity, nSensitivity);
 }
 
 /* Adds the weight of an unknown. */
@@ -101,17 +101,17 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
                                     const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
                                     size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity) {
     Component *component = enter_present(instance, CALL_GetAdjointDerivative);
-    Seed gradient;
-    Tangent weights;
     if (component == NULL || check_lists(component, unknowns, nUnknowns, knowns, nKnowns, seed, nSeed, sensitivity,
                                          nSensitivity) != fmi3OK) {
         return fmi3Error;
     }
     Elements unknown = elements_of(unknowns), known = elements_of(knowns);
-    memset(&gradient, 0, sizeof gradient);
-    memset(&weights, 0, sizeof weights);
+    Seed *gradient = &component->seed;
+    Tangent *weights = &component->tangent;
+    memset(gradient, 0, sizeof *gradient);
+    memset(weights, 0, sizeof *weights);
     for (size_t i = 0; i < nSeed; i++) {
-        if (add_weight(component, &weights, &gradient, next_element(&unknown), seed[i]) != fmi3OK) {
+        if (add_weight(component, weights, gradient, next_element(&unknown), seed[i]) != fmi3OK) {
             return fmi3Error;
         }
     }
@@ -120,8 +120,8 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
             return fmi3Error;
         }
     }
-    if (!equations_adjoint(&component->instance, &weights, &gradient)) {
+    if (!equations_adjoint(&component->instance, weights, gradient)) {
         return report_failure(component, fmi3Error);
     }
-    return write_sensitivity(component, &gradient, knowns, sensitivity, nSensitivity);
+    return write_sensitivity(component, gradient, knowns, sensitivity, nSensitivity);
 }

@@ -84,15 +84,16 @@ static void set_polynomial(Instance *instance, int input, const double values[],
 bool ask_for_inputs(Component *component, double length) {
     Instance *instance = &component->instance;
     const double start = instance->state.time;
-    double samples[SAMPLES][N_INPUTS];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ROWS(mark, double, samples, SAMPLES, N_INPUTS);
     if (!component->importer.sets_inputs || component->importer.intermediate_update == NULL) {
-        return true;
+        return arena_leave(mark, true);
     }
     for (int i = 0; i < SAMPLES; i++) {
         bool early = false; /* is not asked for here */
         double early_time = start;
         if (!update(component, start + length * ((double)i / (SAMPLES - 1)), true, &early, &early_time)) {
-            return false;
+            return arena_leave(mark, false);
         }
         memcpy(samples[i], instance->state.inputs, sizeof samples[i]);
     }
@@ -100,5 +101,5 @@ bool ask_for_inputs(Component *component, double length) {
         const double values[SAMPLES] = {samples[0][k], samples[1][k], samples[2][k], samples[3][k]};
         set_polynomial(instance, k, values, length);
     }
-    return true;
+    return arena_leave(mark, true);
 }

@@ -11,6 +11,9 @@ typedef struct {
     Session session;
     InterfaceType type;
     Importer importer;
+    Seed seed;                          /* with the next ones: what derivatives are asked for, within one call */
+    Tangent tangent;
+    Motion motion;
     bool logging_requested;             /* loggingOn of the instantiation */
     unsigned categories;                /* bit i: Category i is logged */
     Call call;                          /* the function being executed, for messages */

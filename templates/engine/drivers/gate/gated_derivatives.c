@@ -7,8 +7,7 @@
 #include "values.h"
 
 Status check_known(Component *component, const Variable *variable) {
-    Seed seed;
-    if (value_in_seed(&seed, variable) == NULL) {
+    if (value_in_seed(&component->seed, variable) == NULL) {
         return fail(component, "variable %s is not a known; expected time, states, inputs and parameters",
                     variable->name);
     }

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena_size.h"
 #include "equations.h"
 #include "events.h"
 #include "logging.h"
@@ -27,19 +28,29 @@ bool names_fit(const Importer *importer, const char *name, const char *token, co
 }
 
 Component *component_new(const Importer *importer, InterfaceType type, const char *name, bool logging) {
-    const size_t name_size = strlen(name) + 1;
-    Component *component = calloc(1, sizeof *component + name_size);
+    const size_t name_size = strlen(name) + 1, own = arena_bytes(sizeof(Component) + name_size, 1);
+    const size_t work = ARENA_HEAD + ARENA_CAPACITY;
+    Component *component = calloc(1, own + work);
     if (component == NULL) {
-        report_no_instance(importer, name, "there is no memory for an instance of %u bytes",
-                           (unsigned)(sizeof *component + name_size));
+        report_no_instance(importer, name, "there is no memory for an instance of %.0f bytes, of which %.0f are for "
+                           "work", (double)(own + work), (double)work);
         return NULL;
     }
+    instance_work_in(&component->instance, arena_begin((char *)component + own, ARENA_CAPACITY));
     memcpy(component->name, name, name_size);
     component->type = type;
     component->importer = *importer;
     component->logging_requested = logging;
     component_start(component);
     return component;
+}
+
+void component_free(void *handle) {
+    Component *component = handle;
+    if (component != NULL) {
+        arena_end(component->instance.arena);
+        free(component);
+    }
 }
 
 Status set_up_experiment(Component *component, bool tolerance_defined, double tolerance, double start_time,

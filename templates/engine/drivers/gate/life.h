@@ -10,6 +10,9 @@ bool names_fit(const Importer *importer, const char *name, const char *token, co
 /* A new component, started; NULL, with the reason logged, if there is no memory. */
 Component *component_new(const Importer *importer, InterfaceType type, const char *name, bool logging);
 
+/* The end of a component; NULL is none. */
+void component_free(void *handle);
+
 /* Takes over tolerance, start time (s) and stop time (s) of the experiment, with all checks. */
 Status set_up_experiment(Component *component, bool tolerance_defined, double tolerance, double start_time,
                          bool stop_time_defined, double stop_time);

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "arena_size.h"
 #include "diagnosis.h"
 #include "equations.h"
 #include "events.h"
@@ -15,6 +16,7 @@
 
 /* A page has one instance, so it is static; an FMU may have many. */
 static Instance the_instance;
+static double the_work[(ARENA_HEAD + ARENA_CAPACITY) / sizeof(double) + 1];
 static struct {
     double states[N_STATES];
     double inputs[N_SIGNALS];
@@ -41,6 +43,8 @@ void page_begin(double start, double stop, double tolerance) {
     State *state = &the_instance.state;
     the_instance.policy = &OWN_SOLVER;
     the_instance.listener.awaits_events = true;
+    arena_end(the_instance.arena);
+    instance_work_in(&the_instance, arena_begin(the_work, ARENA_CAPACITY));
     instance_start(&the_instance);
     state->time = state->start_time = start;
     state->stop_time_defined = 1;

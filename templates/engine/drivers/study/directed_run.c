@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena_size.h"
 #include "directions.h"
 #include "values.h"
 
@@ -9,8 +10,12 @@
 STUDY_EXPORT void study_seed(void *study, int direction, int reference, double change, double scale);
 
 void *study_new(int directions) {
-    Variations *variations = calloc(1, sizeof *variations + (size_t)directions * sizeof(Direction));
+    const size_t own = arena_bytes(sizeof(Variations) + (size_t)directions * sizeof(Direction), 1);
+    Variations *variations = calloc(1, own + ARENA_HEAD + ARENA_CAPACITY);
     if (variations != NULL) {
+        Arena *arena = arena_begin((char *)variations + own, ARENA_CAPACITY);
+        instance_work_in(&variations->study.instance, arena);
+        instance_work_in(&variations->probe, arena); /* they work in turn */
         variations->count = directions;
         study_reset(variations);
     }
@@ -18,7 +23,10 @@ void *study_new(int directions) {
 }
 
 void study_free(void *study) {
-    free(study);
+    if (study != NULL) {
+        arena_end(((Variations *)study)->study.instance.arena);
+        free(study);
+    }
 }
 
 void study_reset(void *study) {

@@ -17,9 +17,10 @@ typedef const double (*Stages)[N_STATES];
 
 /* The directions through the stages of the trial step that the instance has just made, from one up to another. */
 static bool take_stages(Variations *variations, Step step, int first, int end) {
+    const ArenaMark mark = arena_mark(variations->study.instance.arena);
+    WORK(mark, double, states, N_STATES);
     const Instance *instance = &variations->study.instance;
     const State *state = &instance->state;
-    double states[N_STATES];
     for (int i = first; i < end; i++) {
         const double time = TABLEAU.c[i] == 1.0 ? step.end : state->time + TABLEAU.c[i] * step.length;
         tableau_states(i, step.length, state->states, (Stages)instance->scratch.solver.stages, states);
@@ -28,13 +29,13 @@ static bool take_stages(Variations *variations, Step step, int first, int end) {
             tableau_states(i, step.length, direction->states, (Stages)direction->stages, direction->seed.states);
         }
         if (!directions_evaluate(variations, time, states)) {
-            return false;
+            return arena_leave(mark, false);
         }
         for (int d = 0; d < variations->count; d++) {
             memcpy(variations->directions[d].stages[i], variations->directions[d].rates, N_STATES * sizeof(double));
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* The directions through that trial step. */
@@ -64,19 +65,24 @@ static bool step_directions(Variations *variations, Step step) {
 }
 
 /* The error of one direction in units of the tolerance, as that of the states: see solver_error. */
-static double direction_error(const Direction *direction, Step step, double tolerance) {
-    double estimate[N_STATES], other[N_STATES], error = 0.0, second = 0.0;
+static double direction_error(Arena *arena, const Direction *direction, Step step, double tolerance) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, estimate, N_STATES);
+    WORK(mark, double, other, N_STATES);
+    double error = 0.0, second = 0.0;
     tableau_errors(step.length, (Stages)direction->stages, estimate, other);
     for (int i = 0; i < N_STATES; i++) {
         const double size = larger(fabs(direction->states[i]), fabs(direction->new_states[i]));
         const double unit = 1.0 / (tolerance * (size + NOMINAL_STATES[i] / direction->scale));
         if (!isfinite(estimate[i])) {
+            arena_release(mark);
             return HUGE_VAL;
         }
         error = larger(error, unit * fabs(estimate[i]));
         second = larger(second, unit * fabs(other[i]));
     }
     const double ratio = 0.1 * second / error;
+    arena_release(mark);
     return second > 0.0 && error > 0.0 ? error / sqrt(1.0 + ratio * ratio) : error;
 }
 
@@ -94,7 +100,7 @@ static double try_step(Variations *variations, Step step) {
         return HUGE_VAL;
     }
     for (int d = 0; d < variations->count && error <= 1.0; d++) {
-        error = larger(error, direction_error(&variations->directions[d], step, tolerance));
+        error = larger(error, direction_error(instance->arena, &variations->directions[d], step, tolerance));
     }
     if (!(error <= 1.0)) {
         instance->failure = (Failure){.kind = FAILURE_ACCURACY, .time = instance->state.time, .state = worst,
@@ -144,14 +150,15 @@ static void begin_dense(Direction *direction, const Dense *motion, Step step) {
 
 /* Samples at the times within the step, which is about to be accepted. */
 static bool sample_within(Variations *variations, const Request *request, Step step, int *next) {
+    const ArenaMark mark = arena_mark(variations->study.instance.arena);
+    WORK(mark, double, states, N_STATES);
     Instance *instance = &variations->study.instance;
     const Dense *dense = &instance->state.dense;
-    double states[N_STATES];
     if (*next >= request->n_times || !(request->times[*next] < step.end)) {
-        return true;
+        return arena_leave(mark, true);
     }
     if (!dense_begin(instance, step) || !take_stages(variations, step, TABLEAU.stages, STAGES)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int d = 0; d < variations->count; d++) {
         begin_dense(&variations->directions[d], dense, step);
@@ -163,10 +170,10 @@ static bool sample_within(Variations *variations, const Request *request, Step s
             dense_states(&variations->directions[d].dense, time, variations->directions[d].seed.states);
         }
         if (!directions_sample(variations, request, *next, time, states)) {
-            return false;
+            return arena_leave(mark, false);
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 static bool accept(Variations *variations, Step step) {

@@ -15,13 +15,17 @@
 enum { N = N_COORDINATES };
 
 bool directions_evaluate(Variations *variations, double time, const double states[]) {
+    const ArenaMark mark = arena_mark(variations->study.instance.arena);
+    WORK(mark, double, inputs, N_SIGNALS);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    WORK(mark, double, change, N_RESIDUALS);
+    WORK(mark, double, answer, N_UNKNOWNS);
     Instance *instance = &variations->study.instance;
     System *system = &instance->scratch.system;
-    double inputs[N_SIGNALS], unknowns[N_UNKNOWNS], change[N_RESIDUALS], answer[N_UNKNOWNS];
-    memcpy(inputs, inputs_at(instance, time), sizeof inputs);
+    memcpy(inputs, inputs_at(instance, time), N_SIGNALS * sizeof(double));
     if (!accelerations_at(instance, time, states, inputs, unknowns) ||
         !system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
-        return false;
+        return arena_leave(mark, false);
     }
     if (N_FURTHER > 0 && !multipliers_unique(instance)) {
         multipliers_spread(system, unknowns);
@@ -37,33 +41,37 @@ bool directions_evaluate(Variations *variations, double time, const double state
         memcpy(direction->rates + N, answer, N * sizeof(double));
         further_tangent(instance, time, states, inputs, unknowns, seed, answer, direction->rates + 2 * N);
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* One level of directions_project: positions by the first rows, the holonomic ones, or velocities by all rows. */
 static bool project_level(Variations *variations, double time, const double states[], bool positions) {
-    const double zero[N_UNKNOWNS] = {0.0};
+    const ArenaMark mark = arena_mark(variations->study.instance.arena);
+    WORK(mark, double, inputs, N_SIGNALS);
+    WORK(mark, double, change, N_RESIDUALS);
+    WORK(mark, double, right, SIZE_CONSTRAINTS);
+    WORK(mark, double, answer, N_UNKNOWNS);
+    static const double ZERO[N_UNKNOWNS];
     const int rows = positions ? N_HOLONOMIC : N_CONSTRAINTS;
     Instance *instance = &variations->study.instance;
     System *system = &instance->scratch.system;
-    double inputs[N_SIGNALS], change[N_RESIDUALS], right[SIZE_CONSTRAINTS], answer[N_UNKNOWNS];
-    memcpy(inputs, inputs_at(instance, time), sizeof inputs);
+    memcpy(inputs, inputs_at(instance, time), N_SIGNALS * sizeof(double));
     if (!system_factorize(instance, time, states, inputs, rows, 0.0, system)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int d = 0; d < variations->count; d++) {
         Seed *seed = &variations->directions[d].seed;
-        mechanism_residual_tangent(time, states, inputs, instance->state.parameters, zero, seed->time, seed->states,
+        mechanism_residual_tangent(time, states, inputs, instance->state.parameters, ZERO, seed->time, seed->states,
                                    seed->inputs, seed->parameters, change);
         for (int k = 0; k < rows; k++) {
             right[k] = -change[N_UNKNOWNS + (positions ? N_CONSTRAINTS : 0) + k];
         }
-        system_solve(system, zero, right, NULL, answer);
+        system_solve(system, ZERO, right, NULL, answer);
         for (int i = 0; i < N; i++) {
             seed->states[(positions ? 0 : N) + i] += answer[i];
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 bool directions_project(Variations *variations, double time, const double states[]) {
@@ -87,21 +95,22 @@ bool directions_settle(Variations *variations) {
 
 /* The derivatives along a direction of what is read at the probe's point. */
 static bool sample_slopes(Variations *variations, const Request *request, int d, double slopes[]) {
+    const ArenaMark mark = arena_mark(variations->study.instance.arena);
+    WORK_OF(mark, Tangent, tangent);
     Instance *probe = &variations->probe;
     const Seed *seed = &variations->directions[d].seed;
-    Tangent tangent;
     bool whole = false;
     for (int i = 0; i < request->n_outputs; i++) {
         whole = whole || value_needs_tangent(VARIABLES[request->outputs[i]].kind);
     }
-    equations_dependent_tangent(probe, seed, &tangent);
-    if (whole && !equations_tangent(probe, seed, &tangent)) {
-        return false;
+    equations_dependent_tangent(probe, seed, tangent);
+    if (whole && !equations_tangent(probe, seed, tangent)) {
+        return arena_leave(mark, false);
     }
     for (int i = 0; i < request->n_outputs; i++) {
-        slopes[i * variations->count + d] = *value_in_tangent(seed, &tangent, &VARIABLES[request->outputs[i]]);
+        slopes[i * variations->count + d] = *value_in_tangent(seed, tangent, &VARIABLES[request->outputs[i]]);
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 bool directions_sample(Variations *variations, const Request *request, int sample, double time,

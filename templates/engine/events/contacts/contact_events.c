@@ -117,19 +117,22 @@ static void find_limits(Instance *instance, double time, const double states[], 
 }
 
 static Sharing sharing_at(const Instance *instance, const System *system, const Point *point) {
-    return (Sharing){&instance->state, &system->constraints, point->holding, point->capacity};
+    return (Sharing){instance->arena, &instance->state, &system->constraints, point->holding, point->capacity};
 }
 
 void contacts_share(Instance *instance, const System *system, double unknowns[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Point, point);
     const State *state = &instance->state;
-    Point point;
     if (multipliers_unique(instance)) {
+        arena_release(mark);
         return;
     }
-    memcpy(point.unknowns, unknowns, sizeof point.unknowns);
-    find_limits(instance, state->time, state->states, &point);
-    const Sharing sharing = sharing_at(instance, system, &point);
+    memcpy(point->unknowns, unknowns, sizeof point->unknowns);
+    find_limits(instance, state->time, state->states, point);
+    const Sharing sharing = sharing_at(instance, system, point);
     loads_obey(&sharing, unknowns + N_COORDINATES);
+    arena_release(mark);
 }
 
 /* What holds ends where no loads obey the laws: the functions are those of the loads that are farthest from it, unless
@@ -149,25 +152,36 @@ static void choose_loads(Instance *instance, double time, const double states[],
     }
 }
 
+static bool report_memory(Instance *instance, double time) {
+    instance->failure.kind = FAILURE_MEMORY;
+    instance->failure.time = time;
+    instance->failure.amount = (double)instance->arena->refused;
+    return false;
+}
+
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Point, point);
     const State *state = &instance->state;
     const double *inputs = inputs_at(instance, time), *parameters = state->parameters;
-    Point point;
-    memset(point.unknowns, 0, sizeof point.unknowns);
+    memset(point->unknowns, 0, sizeof point->unknowns);
     if (loaded(state)) {
-        if (!accelerations_at(instance, time, states, inputs, point.unknowns)) {
-            return false;
+        if (!accelerations_at(instance, time, states, inputs, point->unknowns)) {
+            return arena_leave(mark, false);
         }
-        choose_loads(instance, time, states, &point);
+        choose_loads(instance, time, states, point);
+        if (instance->arena->refused > 0) {
+            return arena_leave(mark, report_memory(instance, time));
+        }
     }
-    mechanism_slips(time, states, inputs, parameters, point.gaps, point.slips);
+    mechanism_slips(time, states, inputs, parameters, point->gaps, point->slips);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        evaluate_contact(state, &point, time, i, values + 2 * i);
+        evaluate_contact(state, point, time, i, values + 2 * i);
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
-        values[2 * N_UNILATERALS + i] = evaluate_friction(state, &point, i);
+        values[2 * N_UNILATERALS + i] = evaluate_friction(state, point, i);
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Does an open contact approach below 0 by more than rounding? */
@@ -186,27 +200,32 @@ static bool fades(const State *state, const ElementRows *rows, int contact) {
 }
 
 int contacts_overdue(Instance *instance, const double values[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, ElementRows, rows);
     const State *state = &instance->state;
     const double *gaps = values + N_SWITCHES;
     const double slow = LOOK * solver_tolerance(state) * states_pace(state);
-    ElementRows rows;
     bool possible = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         possible = possible || (!contact_closed(state, i) && gaps[2 * i] < 0.0) ||
                    (contact_slips(i) == 2 && contact_slides(state, i) && gaps[2 * i + 1] < slow);
     }
     if (!possible) {
+        arena_release(mark);
         return -1;
     }
-    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &rows);
+    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        if (sinks(state, &rows, i, gaps[2 * i])) {
+        if (sinks(state, rows, i, gaps[2 * i])) {
+            arena_release(mark);
             return 2 * i;
         }
-        if (fades(state, &rows, i)) {
+        if (fades(state, rows, i)) {
+            arena_release(mark);
             return 2 * i + 1;
         }
     }
+    arena_release(mark);
     return -1;
 }
 
@@ -220,26 +239,27 @@ static bool report_pushing(Instance *instance, double time, int friction, double
 }
 
 bool contacts_oppose(Instance *instance, double time, const double states[], const double unknowns[]) {
-    Point point;
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Point, point);
     double greatest = 1.0;
     if (N_FRICTIONS == 0) {
-        return true;
+        return arena_leave(mark, true);
     }
-    memset(point.unknowns, 0, sizeof point.unknowns);
+    memset(point->unknowns, 0, sizeof point->unknowns);
     if (unknowns != NULL) {
-        memcpy(point.unknowns, unknowns, sizeof point.unknowns);
+        memcpy(point->unknowns, unknowns, sizeof point->unknowns);
     } else if (LOADED_FRICTION &&
-               !accelerations_at(instance, time, states, inputs_at(instance, time), point.unknowns)) {
-        return false;
+               !accelerations_at(instance, time, states, inputs_at(instance, time), point->unknowns)) {
+        return arena_leave(mark, false);
     }
-    find_limits(instance, time, states, &point);
+    find_limits(instance, time, states, point);
     for (int k = N_COORDINATES; k < N_UNKNOWNS; k++) {
-        greatest = fmax(greatest, fabs(point.unknowns[k]));
+        greatest = fmax(greatest, fabs(point->unknowns[k]));
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
-        if (!(point.force[i] >= -OBEYED * greatest)) {
-            return report_pushing(instance, time, i, point.force[i]);
+        if (!(point->force[i] >= -OBEYED * greatest)) {
+            return arena_leave(mark, report_pushing(instance, time, i, point->force[i]));
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }

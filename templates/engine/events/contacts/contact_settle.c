@@ -90,23 +90,24 @@ static bool changes_little(const Settling *settling, const double states[]) {
 /* Slips along a line that are due and that friction then holds are at rest: what is left of them is the error of the
    location, or what an importer's step has gone on beyond the stop. Velocities that were set anew are neither. */
 static bool stop_slips(Settling *settling, bool *jumped) {
-    double states[N_STATES];
-    StoppingSlips slips;
-    if (!slips_find(settling, &slips)) {
-        return true;
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, states, N_STATES);
+    WORK_OF(mark, StoppingSlips, slips);
+    if (!slips_find(settling, slips)) {
+        return arena_leave(mark, true);
     }
     if (!settling_measure(settling)) {
-        return false;
+        return arena_leave(mark, false);
     }
     find_touching(settling);
-    slips_stop(settling, &slips);
-    if (slips.stopped && settling_find_states(settling, states) &&
-        (slips.within_step || changes_little(settling, states))) {
+    slips_stop(settling, slips);
+    if (slips->stopped && settling_find_states(settling, states) &&
+        (slips->within_step || changes_little(settling, states))) {
         settling_take(settling, states, jumped);
-    } else if (slips.stopped) {
-        slips_pass(settling, &slips);
+    } else if (slips->stopped) {
+        slips_pass(settling, slips);
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Closes contacts at the top of the last rebound, which is lower than the tolerance; unless others have thrown them
@@ -143,36 +144,41 @@ static bool close_at_top(Settling *settling, bool *jumped) {
 }
 
 bool contacts_undo_drift(Instance *instance, bool *jumped) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Settling, settling);
     bool closed = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         closed = closed || contact_closed(&instance->state, i);
     }
     if (!closed || !instance->policy->stabilise) {
-        return true;
+        return arena_leave(mark, true);
     }
-    Settling settling = {.instance = instance};
-    return settling_move(&settling, jumped);
+    memset(settling, 0, sizeof *settling);
+    settling->instance = instance;
+    return arena_leave(mark, settling_move(settling, jumped));
 }
 
 /* An importer's solver locates an impact where the indicator is 0, a little inside: bodies that meet are put back to
    where they touch, so that no gap is negative after the event. If they cannot all touch, they stay where they are. */
 static bool undo_overlap(Settling *settling, bool *jumped) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, states, N_STATES);
+    WORK(mark, bool, open, SIZE_UNILATERALS);
     Instance *instance = settling->instance;
     State *state = &instance->state;
-    double states[N_STATES];
-    bool open[SIZE_UNILATERALS], found = false, moved;
+    bool found = false, moved;
     for (int i = 0; i < N_UNILATERALS; i++) {
         open[i] = !contact_closed(state, i);
         found = found || (open[i] && settling_due(settling, 2 * i));
     }
     if (!found || !instance->policy->stabilise) {
-        return true;
+        return arena_leave(mark, true);
     }
     rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
         row_activate(state, i, !open[i] || meets(settling, i));
     }
-    memcpy(states, state->states, sizeof states);
+    memcpy(states, state->states, N_STATES * sizeof(double));
     const bool touch = constraints_regroup(instance) &&
                        constraints_project(instance, state->time, inputs_at(instance, state->time), states, &moved);
     for (int i = 0; i < N_UNILATERALS; i++) {
@@ -186,7 +192,7 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
         memcpy(state->states, states, N * sizeof(double));
     }
     state->usual_known = 0;
-    return constraints_regroup(instance);
+    return arena_leave(mark, constraints_regroup(instance));
 }
 
 /* Is no gap negative at the start? Gaps that are closed but for a part of nominal values are. */
@@ -214,32 +220,36 @@ static bool flies(const Instance *instance, const bool due[]) {
 }
 
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again) {
-    Settling settling = {.instance = instance};
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Settling, settling);
+    memset(settling, 0, sizeof *settling);
+    settling->instance = instance;
     const bool flew = flies(instance, due);
     bool collided = false, moved = false;
+    instance->arena->refused = 0;
     if (due == NULL) {
         forget_modes(&instance->state);
     } else {
-        memcpy(settling.due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
+        memcpy(settling->due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
     }
-    end_cascades(&settling);
-    if (!undo_overlap(&settling, &moved) || !close_at_top(&settling, &moved)) {
-        return false;
+    end_cascades(settling);
+    if (!undo_overlap(settling, &moved) || !close_at_top(settling, &moved)) {
+        return arena_leave(mark, false);
     }
-    if (!stop_slips(&settling, &moved) || !settling_stop_in_space(&settling, &moved) || !settling_measure(&settling)) {
-        return false;
+    if (!stop_slips(settling, &moved) || !settling_stop_in_space(settling, &moved) || !settling_measure(settling)) {
+        return arena_leave(mark, false);
     }
-    if (due == NULL && !starts_apart(&settling)) {
-        return false;
+    if (due == NULL && !starts_apart(settling)) {
+        return arena_leave(mark, false);
     }
-    update_latches(&settling);
-    find_touching(&settling);
-    if (!settling_impacts(&settling, &collided) || !settling_modes(&settling, &moved) ||
-        !settling_move(&settling, &moved) ||
+    update_latches(settling);
+    find_touching(settling);
+    if (!settling_impacts(settling, &collided) || !settling_modes(settling, &moved) ||
+        !settling_move(settling, &moved) ||
         !contacts_oppose(instance, instance->state.time, instance->state.states, NULL)) {
-        return false;
+        return arena_leave(mark, false);
     }
     *jumped = *jumped || collided || moved;
     *again = *again || moved || (collided && !(flew && !contacts_hold(instance))); /* in flight impacts decide alone */
-    return true;
+    return arena_leave(mark, true);
 }

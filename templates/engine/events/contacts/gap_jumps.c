@@ -11,19 +11,22 @@ static void measure(Instance *instance, ElementRows *rows) {
 }
 
 void contacts_gaps(Instance *instance, double gaps[]) {
-    ElementRows rows;
-    measure(instance, &rows);
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, ElementRows, rows);
+    measure(instance, rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        gaps[i] = rows.positions[i];
+        gaps[i] = rows->positions[i];
     }
+    arena_release(mark);
 }
 
 bool contacts_jump(Instance *instance, const double before[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, ElementRows, rows);
     const double most = instance->policy->stabilise ? LOCATED_LOOSELY : LOCATED;
-    ElementRows rows;
-    measure(instance, &rows);
+    measure(instance, rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        const double gap = rows.positions[i], change = gap - before[i], size = row_size(&rows, i);
+        const double gap = rows->positions[i], change = gap - before[i], size = row_size(rows, i);
         if (contact_closed(&instance->state, i) && change > LOCATED * size) {
             instance->state.event_rests[N_SWITCHES + 2 * i] = 0.0; /* it was of the force, not of the gap */
             contact_open(&instance->state, i);
@@ -32,8 +35,8 @@ bool contacts_jump(Instance *instance, const double before[]) {
             instance->failure.time = instance->state.time;
             instance->failure.count = ROW_PLACES[i];
             instance->failure.amount = gap;
-            return false;
+            return arena_leave(mark, false);
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }

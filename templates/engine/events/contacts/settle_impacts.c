@@ -34,9 +34,10 @@ static bool something_approaches(const Settling *settling) {
 
 /* What the touching contacts bear before the impact. */
 static bool find_loads(const Settling *settling, bool loaded[]) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
     Instance *instance = settling->instance;
     const State *state = &instance->state;
-    double unknowns[N_UNKNOWNS];
     double greatest = 0.0;
     bool closed = false;
     memset(loaded, 0, SIZE_UNILATERALS * sizeof(bool));
@@ -44,10 +45,10 @@ static bool find_loads(const Settling *settling, bool loaded[]) {
         closed = closed || contact_closed(state, i);
     }
     if (!closed) {
-        return true;
+        return arena_leave(mark, true);
     }
     if (!accelerations_at(instance, state->time, state->states, inputs_at(instance, state->time), unknowns)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int k = N; k < N_UNKNOWNS; k++) {
         greatest = fmax(greatest, fabs(unknowns[k]));
@@ -56,7 +57,7 @@ static bool find_loads(const Settling *settling, bool loaded[]) {
         const double force = unknowns[N + ROW_PLACES[i]];
         loaded[i] = contact_closed(state, i) && force > OBEYED * greatest && settling_bears(settling, i, force);
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Fills contact[] with the contacts that touch, and which[] with their numbers; returns how many there are. */
@@ -120,34 +121,35 @@ static void keep_result(Settling *settling, const ImpactResult *result, const in
 /* An impact at this point, of which loaded[] take part without an approach; where nothing collides, sliding friction
    has left no forces. Returns false if there is no solution. */
 static bool perform(Settling *settling, const bool loaded[], bool collision, bool *jumped) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, bool, bilateral, K);
+    WORK(mark, ImpactContact, contact, SIZE_CONTACTS);
+    WORK_OF(mark, ImpactResult, result);
+    WORK(mark, int, which, SIZE_CONTACTS);
     const State *state = &settling->instance->state;
-    bool bilateral[K];
-    ImpactContact contact[SIZE_CONTACTS];
-    ImpactResult result;
-    int which[SIZE_CONTACTS];
-    memcpy(bilateral, settling->permanent, sizeof bilateral);
+    memcpy(bilateral, settling->permanent, K * sizeof(bool));
     for (int row = FIRST_LATCH; row < N_ROWS; row++) {
         bilateral[ROW_PLACES[row]] = row_active(state, row);
     }
     const int count = gather_contacts(settling, loaded, contact, which);
-    const ImpactProblem problem = {K, settling->delassus, settling->velocity, bilateral, count, contact};
+    const ImpactProblem problem = {mark.arena, K, settling->delassus, settling->velocity, bilateral, count, contact};
     const ImpactOrder order = SIMULTANEOUS_IMPACTS ? IMPACTS_SIMULTANEOUS : IMPACTS_SEQUENTIAL;
-    if (!(collision ? impacts_solve(&problem, order, &result) : impacts_without_collision(&problem, &result))) {
-        return false;
+    if (!(collision ? impacts_solve(&problem, order, result) : impacts_without_collision(&problem, result))) {
+        return arena_leave(mark, false);
     }
-    move(settling, result.impulses);
-    settling->instance->state.states[DISSIPATED] += result.lost;
-    keep_result(settling, &result, which, count);
-    if (collision && count > 0 && (result.poisson || result.closed)) {
-        give_notice(settling->instance, result.closed ? NOTICE_CLOSED : NOTICE_POISSON, 0.0,
+    move(settling, result->impulses);
+    settling->instance->state.states[DISSIPATED] += result->lost;
+    keep_result(settling, result, which, count);
+    if (collision && count > 0 && (result->poisson || result->closed)) {
+        give_notice(settling->instance, result->closed ? NOTICE_CLOSED : NOTICE_POISSON, 0.0,
                     N_SWITCHES + 2 * which[0]);
     }
     *jumped = true;
     if (!settling_measure(settling)) {
-        return false;
+        return arena_leave(mark, false);
     }
-    rest(settling, result.velocities);
-    return true;
+    rest(settling, result->velocities);
+    return arena_leave(mark, true);
 }
 
 /* A contact that an impact has lifted flies, whether its own impacts have accumulated before or not. */
@@ -162,30 +164,30 @@ static void end_lifted_cascades(Settling *settling) {
 }
 
 bool settling_impacts(Settling *settling, bool *jumped) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, bool, loaded, SIZE_UNILATERALS);
     Instance *instance = settling->instance;
-    bool loaded[SIZE_UNILATERALS];
     if (!something_approaches(settling)) {
-        return true;
+        return arena_leave(mark, true);
     }
     if (!find_loads(settling, loaded)) {
-        return false;
+        return arena_leave(mark, false);
     }
     if (!perform(settling, loaded, true, jumped)) {
-        instance->failure.kind = FAILURE_MODES;
-        instance->failure.time = instance->state.time;
-        return false;
+        return arena_leave(mark, settling_fail(instance));
     }
     end_lifted_cascades(settling);
-    return true;
+    return arena_leave(mark, true);
 }
 
 bool settling_without_collision(Settling *settling, bool *jumped) {
-    bool loaded[SIZE_UNILATERALS] = {false};
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK_ZEROS(mark, bool, loaded, SIZE_UNILATERALS);
     for (int i = 0; i < N_UNILATERALS; i++) {
         loaded[i] = settling->row[ROW_PLACES[i]].law == ROW_UNILATERAL;
     }
     if (!perform(settling, loaded, false, jumped)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int i = N_UNILATERALS - 1; i >= 0; i--) {
         if (settling->rebounds[i]) {
@@ -193,5 +195,5 @@ bool settling_without_collision(Settling *settling, bool *jumped) {
         }
         settling->rebounds[i] = false;
     }
-    return true;
+    return arena_leave(mark, true);
 }

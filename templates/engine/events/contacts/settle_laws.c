@@ -102,34 +102,38 @@ static bool any_moves_without_lever(const Settling *settling) {
 
 /* lambda and w of all rows, with determined[] as it is known. Returns false if there are none. */
 static bool solve_laws(Settling *settling, bool determined[]) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK_ZEROS(mark, double, unknowns, N_UNKNOWNS);
+    WORK(mark, double, sliding, SIZE_FRICTIONAL);
+    WORK_ZEROS(mark, double, force, SIZE_FRICTIONS);
+    WORK_ZEROS(mark, double, capacity, SIZE_FRICTIONS);
+    WORK_OF(mark, Repetition, last);
     const State *state = &settling->instance->state;
-    const Problem problem = {.rows = K,
+    const Problem problem = {.arena = settling->instance->arena,
+                             .rows = K,
                              .delassus = settling->delassus,
                              .free = settling->free,
                              .row = settling->row,
                              .determined = determined};
-    double unknowns[N_UNKNOWNS] = {0.0};
-    double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS] = {0.0}, capacity[SIZE_FRICTIONS] = {0.0};
-    Repetition last;
-    memset(&last, 0, sizeof last);
+    memset(last, 0, sizeof *last);
     for (int i = 0; i < MOST_REPETITIONS; i++) {
         double change = 0.0, greatest = 0.0;
         mechanism_friction(state->time, state->states, inputs_at(settling->instance, state->time), state->parameters,
                            unknowns, sliding, force, capacity);
         set_rows(settling, force, capacity);
         if (!complementarity_solve(&problem, settling->lambda, settling->w)) {
-            return false;
+            return arena_leave(mark, false);
         }
         for (int k = 0; k < K; k++) {
             change = fmax(change, fabs(settling->lambda[k] - unknowns[N + k]));
             greatest = fmax(greatest, fabs(settling->lambda[k]));
         }
-        repetition_proceed(&last, settling->lambda, i > FEW_REPETITIONS, unknowns + N);
+        repetition_proceed(last, settling->lambda, i > FEW_REPETITIONS, unknowns + N);
         if (change <= SOLVED * greatest || N_FRICTIONS == 0) {
-            return true;
+            return arena_leave(mark, true);
         }
     }
-    return false;
+    return arena_leave(mark, false);
 }
 
 /* Is the row of a slip at rest itself 0 to rounding, and does the motion not change that at once? Then no velocities
@@ -156,13 +160,14 @@ static void find_vanishing(Settling *settling) {
 }
 
 bool settling_laws(Settling *settling) {
-    bool determined[K] = {false};
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK_ZEROS(mark, bool, determined, K);
     memset(settling->determined, 0, sizeof settling->determined);
     bool solved = solve_laws(settling, determined);
-    memcpy(settling->determined, determined, sizeof determined);
+    memcpy(settling->determined, determined, K * sizeof(bool));
     find_vanishing(settling);
     if (solved && any_moves_without_lever(settling)) {
         solved = solve_laws(settling, NULL);
     }
-    return solved;
+    return arena_leave(mark, solved);
 }

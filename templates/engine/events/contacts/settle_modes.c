@@ -132,7 +132,8 @@ static void carry_out_friction(Settling *settling, int friction) {
 /* Gives notice if the laws allow another motion than the one that is chosen. */
 static void watch_solutions(Settling *settling) {
     const Problem problem = {
-        .rows = K, .delassus = settling->delassus, .free = settling->free, .row = settling->row};
+        .arena = settling->instance->arena, .rows = K, .delassus = settling->delassus, .free = settling->free,
+        .row = settling->row};
     const int row = complementarity_other(&problem);
     for (int i = 0; i < N_UNILATERALS && row >= 0; i++) {
         if (row == ROW_PLACES[i]) {
@@ -142,17 +143,16 @@ static void watch_solutions(Settling *settling) {
 }
 
 bool settling_modes(Settling *settling, bool *jumped) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, bool, leaves, SIZE_UNILATERALS);
     Instance *instance = settling->instance;
     const bool solved =
         settling_laws(settling) || (settling_without_collision(settling, jumped) && settling_laws(settling));
     if (!solved) {
-        instance->failure.kind = FAILURE_MODES;
-        instance->failure.time = instance->state.time;
-        return false;
+        return arena_leave(mark, settling_fail(instance));
     }
     watch_solutions(settling);
     begin_cascades(settling);
-    bool leaves[SIZE_UNILATERALS];
     for (int i = 0; i < N_UNILATERALS; i++) {
         leaves[i] = gives_way(settling, i) || follows(settling, i);
     }
@@ -170,5 +170,5 @@ bool settling_modes(Settling *settling, bool *jumped) {
     for (int i = 0; i < N_FRICTIONS; i++) {
         carry_out_friction(settling, i);
     }
-    return true;
+    return arena_leave(mark, true);
 }

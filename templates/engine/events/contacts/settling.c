@@ -16,6 +16,14 @@ bool settling_due(const Settling *settling, int function) {
     return settling->due[function];
 }
 
+bool settling_fail(Instance *instance) {
+    const size_t refused = instance->arena->refused;
+    instance->failure.kind = refused > 0 ? FAILURE_MEMORY : FAILURE_MODES;
+    instance->failure.time = instance->state.time;
+    instance->failure.amount = (double)refused;
+    return false;
+}
+
 double settling_least_speed(const Settling *settling, int row) {
     return row_least_speed(&settling->instance->state, &settling->rows, row);
 }
@@ -42,12 +50,32 @@ static void gather_rows(Settling *settling, const System *system, double gamma[]
     }
 }
 
-static double dot(const double a[], const double b[]) {
+/* The sum of a[i] b[i] up to the end, where a is 0 before the beginning. */
+static double dot(const double a[], const double b[], int begin, int end) {
     double sum = 0.0;
-    for (int i = 0; i < N; i++) {
+    for (int i = begin; i < end; i++) {
         sum += a[i] * b[i];
     }
     return sum;
+}
+
+/* G M^-1 G^T. Each row concerns few coordinates where many bodies touch. */
+static void fill_delassus(Settling *settling) {
+    for (int k = 0; k < K; k++) {
+        const double *row = settling->jacobian + k * N;
+        int begin = 0, end = N;
+        while (begin < end && row[begin] == 0.0) {
+            begin++;
+        }
+        while (end > begin && row[end - 1] == 0.0) {
+            end--;
+        }
+        for (int j = 0; j <= k; j++) {
+            const double entry = dot(row, settling->response + j * N, begin, end);
+            settling->delassus[k * K + j] = entry;
+            settling->delassus[j * K + k] = entry;
+        }
+    }
 }
 
 static bool report_law(Settling *settling, FailureKind kind, int contact, double coefficient) {
@@ -77,32 +105,28 @@ static bool find_coefficients(Settling *settling) {
 }
 
 bool settling_measure(Settling *settling) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, gamma, K);
+    WORK(mark, double, acceleration, N);
     Instance *instance = settling->instance;
     const State *state = &instance->state;
     System *system = &instance->scratch.system;
     const double *inputs = inputs_at(instance, state->time);
-    double gamma[K], acceleration[N];
     if (!system_factorize(instance, state->time, state->states, inputs, 0, 0.0, system)) {
-        return false;
+        return arena_leave(mark, false);
     }
     if (!find_coefficients(settling)) {
-        return false;
+        return arena_leave(mark, false);
     }
     rows_evaluate(instance, state->time, state->states, inputs, &settling->rows);
     gather_rows(settling, system, gamma);
     mass_divide(system, system->forcing, acceleration);
     for (int k = 0; k < K; k++) {
         mass_divide(system, settling->jacobian + k * N, settling->response + k * N);
-        settling->free[k] = gamma[k] + dot(settling->jacobian + k * N, acceleration);
+        settling->free[k] = gamma[k] + dot(settling->jacobian + k * N, acceleration, 0, N);
     }
-    for (int k = 0; k < K; k++) {
-        for (int j = 0; j <= k; j++) {
-            const double entry = dot(settling->jacobian + k * N, settling->response + j * N);
-            settling->delassus[k * K + j] = entry;
-            settling->delassus[j * K + k] = entry;
-        }
-    }
-    return true;
+    fill_delassus(settling);
+    return arena_leave(mark, true);
 }
 
 bool settling_find_states(Settling *settling, double states[]) {
@@ -131,12 +155,13 @@ void settling_take(Settling *settling, const double states[], bool *jumped) {
 }
 
 bool settling_move(Settling *settling, bool *jumped) {
-    double states[N_STATES];
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, states, N_STATES);
     if (!settling_find_states(settling, states)) {
-        return false;
+        return arena_leave(mark, false);
     }
     settling_take(settling, states, jumped);
-    return true;
+    return arena_leave(mark, true);
 }
 
 double settling_slip_located(const Settling *settling, int row, int function) {

@@ -31,6 +31,9 @@ typedef struct {
    singular or a coefficient of restitution or friction has no meaning. */
 bool settling_measure(Settling *settling);
 
+/* No modes were found: sets instance->failure to the reason, which may be that there was no memory; returns false. */
+bool settling_fail(Instance *instance);
+
 /* A velocity along a row that is as good as 0. */
 double settling_least_speed(const Settling *settling, int row);
 

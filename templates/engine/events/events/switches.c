@@ -37,14 +37,15 @@ static bool evaluate_margins(Instance *instance, double time, const double state
 
 /* values[N_SWITCHES] of the margins, positive where the switches are on their sides. */
 static bool evaluate_sides(Instance *instance, double time, const double states[], double values[]) {
-    double margins[SIZE_SWITCHES];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, margins, SIZE_SWITCHES);
     if (!evaluate_margins(instance, time, states, margins)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int k = 0; k < N_SWITCHES; k++) {
         values[k] = switches_of(instance)[k] * margins[k];
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 bool events_evaluate(Instance *instance, double time, const double states[], double values[]) {
@@ -70,11 +71,14 @@ static void turn(Instance *instance, int k) {
 /* *rise is by how much the margin k is more than `from` on its side a little later under the present modes, as the
    accelerations at the present point say: at the first glance that tells it from rounding, or else at the last one. */
 static bool glance_ahead(Instance *instance, int k, double from, double *rise) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, derivatives, N_STATES);
+    WORK(mark, double, states, N_STATES);
+    WORK(mark, double, margins, SIZE_SWITCHES);
     const State *state = &instance->state;
     const double duration = experiment_duration(state), noise = events_noise(instance, k);
-    double derivatives[N_STATES], states[N_STATES], margins[SIZE_SWITCHES];
     if (!derivative_at(instance, state->time, state->states, derivatives)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (double part = SLIVER * SLIVER; part <= 1.5 * SLIVER; part *= 10.0) {
         const double h = part * duration;
@@ -85,14 +89,14 @@ static bool glance_ahead(Instance *instance, int k, double from, double *rise) {
             states[i] = state->states[i] + h * derivatives[i];
         }
         if (!evaluate_margins(instance, state->time + h, states, margins)) {
-            return false;
+            return arena_leave(mark, false);
         }
         *rise = switches_of(instance)[k] * (margins[k] - from);
         if (fabs(*rise) > noise) {
-            return true;
+            return arena_leave(mark, true);
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Chooses the side of a switch whose margin is 0: the side to which the motion goes if the switch is on this side. */
@@ -112,52 +116,57 @@ static bool choose_side(Instance *instance, int k) {
 
 /* Turns the switches that are due, and those whose margins say so; at 0 the motion decides. *turned: any of them. */
 static bool settle_switches(Instance *instance, const bool due[], bool *turned) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, margins, SIZE_SWITCHES);
+    WORK(mark, double, before, SIZE_SWITCHES);
     const State *state = &instance->state;
-    double margins[SIZE_SWITCHES], before[SIZE_SWITCHES];
     memcpy(before, switches_of(instance), N_SWITCHES * sizeof(double));
     for (int k = 0; k < N_SWITCHES; k++) {
         if (!evaluate_margins(instance, state->time, state->states, margins)) {
-            return false;
+            return arena_leave(mark, false);
         }
         const double value = switches_of(instance)[k] * margins[k];
         const bool at_zero = fabs(value) <= events_noise(instance, k);
         if (due != NULL && due[k]) {
             turn(instance, k);
         } else if (at_zero && !choose_side(instance, k)) {
-            return false;
+            return arena_leave(mark, false);
         } else if (!at_zero && value < 0.0) {
             turn(instance, k);
         }
     }
     *turned = memcmp(before, switches_of(instance), N_SWITCHES * sizeof(double)) != 0;
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Notes by how much event functions are below 0 although their modes hold, which is rounding: in a gap that opens, for
    one. */
 static bool note_rests(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, values, SIZE_EVENTS);
     State *state = &instance->state;
-    double values[SIZE_EVENTS];
     instance->cache.indicators_valid = false;
     if (!events_evaluate(instance, state->time, state->states, values)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int k = 0; k < N_EVENTS; k++) {
         if (values[k] < 0.0 && values[k] > -HYSTERESIS * EVENT_NOMINALS[k]) {
             state->event_rests[k] = fmax(state->event_rests[k], -2.0 * values[k]);
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Turns switches as settle_switches does. Contacts open whose gaps jump up with them; at the start all are open. */
 static bool settle_rows(Instance *instance, const bool due[], bool *turned) {
-    double gaps[SIZE_UNILATERALS] = {0.0};
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, gaps, SIZE_UNILATERALS);
     const bool may_jump = N_SWITCHES > 0 && due != NULL;
     if (may_jump) {
         contacts_gaps(instance, gaps);
     }
-    return settle_switches(instance, due, turned) && (!may_jump || !*turned || contacts_jump(instance, gaps));
+    return arena_leave(mark, settle_switches(instance, due, turned) &&
+                                 (!may_jump || !*turned || contacts_jump(instance, gaps)));
 }
 
 bool events_settle(Instance *instance, const bool due[], bool *jumped) {
@@ -184,24 +193,25 @@ bool events_settle(Instance *instance, const bool due[], bool *jumped) {
 }
 
 bool events_refresh(Instance *instance, bool *jumped) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, values, SIZE_EVENTS);
+    WORK(mark, bool, due, SIZE_EVENTS);
     State *state = &instance->state;
-    double values[SIZE_EVENTS];
-    bool due[SIZE_EVENTS];
     *jumped = false;
     if (state->modes_settled || state->phase == PHASE_SETTING_UP) {
-        return true;
+        return arena_leave(mark, true);
     }
     if (state->phase == PHASE_SOLVING_START) {
-        return events_settle(instance, NULL, jumped);
+        return arena_leave(mark, events_settle(instance, NULL, jumped));
     }
     if (!events_evaluate(instance, state->time, state->states, values)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int k = 0; k < N_EVENTS; k++) {
         const double noise = events_noise(instance, k);
         due[k] = values[k] < -noise || (state->event_held && state->due[k] && values[k] <= noise);
     }
-    return events_settle(instance, due, jumped);
+    return arena_leave(mark, events_settle(instance, due, jumped));
 }
 
 bool events_indicate(Instance *instance, double indicators[]) {
@@ -216,11 +226,13 @@ bool events_indicate(Instance *instance, double indicators[]) {
 }
 
 bool events_push_back(Instance *instance, int k, bool *pushed) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, margins, SIZE_SWITCHES);
     const State *state = &instance->state;
-    double margins[SIZE_SWITCHES], rise;
+    double rise;
     *pushed = false;
     if (N_SWITCHES == 0 || k >= N_SWITCHES) {
-        return true;
+        return arena_leave(mark, true);
     }
     const double side = switches_of(instance)[k];
     bool known = evaluate_margins(instance, state->time, state->states, margins);
@@ -233,7 +245,7 @@ bool events_push_back(Instance *instance, int k, bool *pushed) {
     if (switches_of(instance)[k] != side) {
         turn(instance, k);
     }
-    return known;
+    return arena_leave(mark, known);
 }
 
 bool events_go_on(Instance *instance) {

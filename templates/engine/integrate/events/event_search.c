@@ -33,21 +33,23 @@ static const double CLEAR = 1e3; /* units of rounding, beyond which a margin has
    the states there are those of Hermite's cubic alone. */
 static bool sample_node(Instance *instance, double from, double width, bool cubic, int i,
                         double values[][ROOT_NODES]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
+    WORK(mark, double, at, SIZE_EVENTS);
     const Dense *dense = &instance->state.dense;
     const double theta = from + width * ROOT_PLACES[i], time = dense->start + theta * (dense->end - dense->start);
-    double states[N_STATES], at[SIZE_EVENTS];
     if (cubic) {
         dense_cubic_states(dense, theta, states);
     } else {
         dense_states(dense, time, states);
     }
     if (!events_evaluate(instance, time, states, at)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int k = 0; k < N_EVENTS; k++) {
         values[k][i] = at[k];
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Sets values to the event functions at all nodes of a part of the step but the first one, which is known. */
@@ -201,13 +203,14 @@ static bool find_timed(Instance *instance, double from, double to, TimedRoots *t
 }
 
 bool far_from_events(Instance *instance, Step step, const double start[], bool *far) {
-    double values[SIZE_EVENTS][ROOT_NODES];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ROWS(mark, double, values, SIZE_EVENTS, ROOT_NODES);
     dense_begin_cubic(instance, step);
     *far = GROWTH * first_width(instance, instance->state.time, step.length, step.end) >= 1.0;
     /* The last node comes first: it shows most events. */
     for (int i = ROOT_NODES - 1; i > 0 && *far; i--) {
         if (!sample_node(instance, 0.0, 1.0, true, i, values)) {
-            return false;
+            return arena_leave(mark, false);
         }
         *far = all_positive(values, i);
     }
@@ -218,11 +221,11 @@ bool far_from_events(Instance *instance, Step step, const double start[], bool *
     if (*far) {
         TimedRoots timed;
         if (!find_timed(instance, instance->state.time, step.end, &timed)) {
-            return false;
+            return arena_leave(mark, false);
         }
         *far = timed.first < 0;
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Adds the roots of switches that depend on the time alone. */
@@ -240,14 +243,15 @@ static void add_timed(const Dense *dense, const TimedRoots *timed, Descents *fou
 }
 
 bool find_descents(Instance *instance, const double start[], Descents *found) {
-    double values[SIZE_EVENTS][ROOT_NODES];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ROWS(mark, double, values, SIZE_EVENTS, ROOT_NODES);
+    WORK_OF(mark, TimedRoots, timed);
     const Dense *dense = &instance->state.dense;
     double from = 0.0, width = first_width(instance, dense->start, dense->end - dense->start, dense->end);
     const double shortest = width * SHORTEST_PART;
     double most = 1.0;
-    TimedRoots timed;
-    if (!find_timed(instance, dense->start, dense->end, &timed)) {
-        return false;
+    if (!find_timed(instance, dense->start, dense->end, timed)) {
+        return arena_leave(mark, false);
     }
     found->first = -1;
     found->slope = 0.0;
@@ -257,7 +261,7 @@ bool find_descents(Instance *instance, const double start[], Descents *found) {
     }
     while (from < 1.0 && found->first < 0) {
         if (!sample(instance, from, width, values)) {
-            return false;
+            return arena_leave(mark, false);
         }
         if (width > shortest && !all_resolved(values)) {
             width *= 0.5;
@@ -265,7 +269,7 @@ bool find_descents(Instance *instance, const double start[], Descents *found) {
             continue;
         }
         if (width <= shortest && !switches_told(instance, values)) {
-            return false;
+            return arena_leave(mark, false);
         }
         if (!search(instance, from, width, values, found) && width > shortest) {
             found->first = -1;
@@ -279,7 +283,7 @@ bool find_descents(Instance *instance, const double start[], Descents *found) {
         }
         width = smaller(smaller(GROWTH * width, most), 1.0 - from);
     }
-    add_timed(dense, &timed, found);
+    add_timed(dense, timed, found);
     found->start = found->first >= 0 ? start[found->first] : 0.0;
-    return true;
+    return arena_leave(mark, true);
 }

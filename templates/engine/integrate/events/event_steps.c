@@ -45,22 +45,25 @@ static bool repeat(Instance *instance, Step *step, double length, double values[
 
 /* Moves the end of the repeated step by a little (s), by the explicit midpoint rule, whose error is of third order. */
 static bool shift_end(Instance *instance, Step *step, double shift, double values[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, slopes, N_STATES);
     Scratch *scratch = &instance->scratch;
     const double end = step->end + shift, *rates = scratch->new_derivatives;
-    double *middle = scratch->stage_states, slopes[N_STATES];
+    double *middle = scratch->stage_states;
     for (int i = 0; i < N_STATES; i++) {
         middle[i] = scratch->new_states[i] + 0.5 * shift * rates[i];
     }
     if (!derivative_at(instance, step->end + 0.5 * shift, middle, slopes)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int i = 0; i < N_STATES; i++) {
         scratch->new_states[i] += shift * slopes[i];
     }
     step->end = end;
     step->length = end - instance->state.time;
-    return derivative_at(instance, end, scratch->new_states, scratch->new_derivatives) &&
-           bring_back_result(instance, *step) && events_evaluate(instance, end, scratch->new_states, values);
+    return arena_leave(mark, derivative_at(instance, end, scratch->new_states, scratch->new_derivatives) &&
+                                 bring_back_result(instance, *step) &&
+                                 events_evaluate(instance, end, scratch->new_states, values));
 }
 
 /* Takes the step to another end. That of a variational method is repeated, because momenta belong to a whole step. */
@@ -99,18 +102,21 @@ static bool polish(Instance *instance, const Descents *found, Step *step, double
 /* Is the value of the event function k at the end of the step no more than what rounding of the states makes of it? A
    stiff spring makes a force of this rounding which stays above 0 however often the step is repeated. */
 static bool is_rounding_of_states(Instance *instance, Step step, int k, double value) {
-    double states[N_STATES], values[SIZE_EVENTS], rounding = 0.0;
-    memcpy(states, instance->scratch.new_states, sizeof states);
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
+    WORK(mark, double, values, SIZE_EVENTS);
+    double rounding = 0.0;
+    memcpy(states, instance->scratch.new_states, N_STATES * sizeof(double));
     for (int i = 0; i < N_STATES; i++) {
         const double kept = states[i];
         states[i] += 2.0 * DBL_EPSILON * kept;
         if (!events_evaluate(instance, step.end, states, values)) {
-            return false;
+            return arena_leave(mark, false);
         }
         rounding += fabs(values[k] - value);
         states[i] = kept;
     }
-    return value <= rounding;
+    return arena_leave(mark, value <= rounding);
 }
 
 /* Notes which events are due at the end of the step: those of functions that came down there together. If the step is
@@ -163,21 +169,22 @@ static bool seems_to_repeat(Instance *instance, const Descents *found, Step step
    exact enough to tell how a contact leaves 0 there: a foot that is lifted for less than a step seems to sink at once.
    A shorter step tells whether and when it comes back. */
 static bool cut_repetition(Instance *instance, const double start[], Step *step, Descents *found) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, values, SIZE_EVENTS);
     const State *state = &instance->state;
     const double shortest = 4.0 * DBL_EPSILON * fabs(step->end);
-    double values[SIZE_EVENTS];
     if (METHOD.error_order > 0 || state->events_there < MOST_EVENTS_AT_ONCE / 2 ||
         fabs(state->time - state->event_time) > shortest) {
-        return true;
+        return arena_leave(mark, true);
     }
     while (N_EVENTS > N_SWITCHES && found->first >= N_SWITCHES && found->theta[found->first] < EARLY &&
            step->length > 1e3 * shortest) {
         if (!repeat(instance, step, CUT * step->length, values) || !dense_begin(instance, *step) ||
             !find_descents(instance, start, found)) {
-            return false;
+            return arena_leave(mark, false);
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Is the margin of a switch not near 0 where its root was looked for? A long step of a stiff motion passes over the
@@ -198,18 +205,19 @@ static bool is_lost(Instance *instance, const Descents *found, Step step, const 
 
 /* Ends the step at its beginning if an event is overdue there and none has just been passed. */
 static bool stop_overdue(Instance *instance, Step *step, const double start[], bool *overdue) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, values, SIZE_EVENTS);
     State *state = &instance->state;
-    double values[SIZE_EVENTS];
     const int which = state->event_time >= state->time ? -1 : contacts_overdue(instance, start);
     *overdue = which >= 0;
     if (which < 0) {
-        return true;
+        return arena_leave(mark, true);
     }
     for (int k = 0; k < N_EVENTS; k++) {
         state->due[k] = k == N_SWITCHES + which;
     }
     state->event_pending = 1;
-    return repeat(instance, step, 0.0, values);
+    return arena_leave(mark, repeat(instance, step, 0.0, values));
 }
 
 /* The first descent in a trial step, by shared loads of least norm. Where these seem to break the laws, there may be
@@ -229,36 +237,39 @@ static bool find_first(Instance *instance, const Step *step, double start[], Des
 
 /* events_end_step, with event functions of the loads in instance->shown_loads. */
 static bool end_step(Instance *instance, Step *step) {
-    Descents found;
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Descents, found);
+    WORK(mark, double, start, SIZE_EVENTS);
+    WORK(mark, double, values, SIZE_EVENTS);
     State *state = &instance->state;
-    double start[SIZE_EVENTS], values[SIZE_EVENTS];
     bool overdue = false, far = false;
     state->event_pending = 0;
     if (!contacts_oppose(instance, state->time, state->states, NULL) ||
         !events_evaluate(instance, state->time, state->states, start) ||
         !stop_overdue(instance, step, start, &overdue) ||
         (DENSE_ROWS > 0 && !overdue && !far_from_events(instance, *step, start, &far))) {
-        return false;
+        return arena_leave(mark, false);
     }
     if (far || overdue) {
-        return true;
+        return arena_leave(mark, true);
     }
-    if (!find_first(instance, step, start, &found) || !cut_repetition(instance, start, step, &found)) {
-        return false;
+    if (!find_first(instance, step, start, found) || !cut_repetition(instance, start, step, found)) {
+        return arena_leave(mark, false);
     }
-    if (found.first >= 0) {
+    if (found->first >= 0) {
         const double whole = step->length;
-        if (!polish(instance, &found, step, values) || seems_to_repeat(instance, &found, *step, whole) ||
-            is_lost(instance, &found, *step, values, whole)) {
-            return false;
+        if (!polish(instance, found, step, values) || seems_to_repeat(instance, found, *step, whole) ||
+            is_lost(instance, found, *step, values, whole)) {
+            return arena_leave(mark, false);
         }
-        if (fabs(values[found.first]) > POLE * (fabs(found.start) + EVENT_NOMINALS[found.first])) {
-            return report_pole(instance, found.first); /* before it is taken for what an event has left */
+        if (fabs(values[found->first]) > POLE * (fabs(found->start) + EVENT_NOMINALS[found->first])) {
+            /* before it is taken for what an event has left */
+            return arena_leave(mark, report_pole(instance, found->first));
         }
-        found.slope /= whole;
-        note_due(instance, &found, *step, values);
+        found->slope /= whole;
+        note_due(instance, found, *step, values);
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 bool events_end_step(Instance *instance, Step *step) {
@@ -270,13 +281,15 @@ bool events_end_step(Instance *instance, Step *step) {
 }
 
 bool events_at_hand(Instance *instance, double span) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
+    WORK(mark, double, values, SIZE_EVENTS);
     State *state = &instance->state;
-    double states[N_STATES], values[SIZE_EVENTS];
     for (int i = 0; i < N_STATES; i++) {
         states[i] = state->states[i] + span * state->first_stage[i];
     }
     if (!events_evaluate(instance, state->time + span, states, values)) {
-        return false;
+        return arena_leave(mark, false);
     }
     state->event_pending = 0;
     for (int k = 0; k < N_EVENTS; k++) {
@@ -284,7 +297,7 @@ bool events_at_hand(Instance *instance, double span) {
         state->event_rests[k] = state->due[k] ? 4.0 * fabs(values[k]) : state->event_rests[k];
         state->event_pending = state->event_pending || state->due[k];
     }
-    return state->event_pending != 0;
+    return arena_leave(mark, state->event_pending != 0);
 }
 
 int events_latest(const State *state, double since) {
@@ -334,18 +347,19 @@ static bool count_in_step(Instance *instance) {
 }
 
 bool events_pass(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, bool, due, SIZE_EVENTS);
     State *state = &instance->state;
-    bool due[SIZE_EVENTS];
     bool jumped;
     for (int k = 0; k < N_EVENTS; k++) {
         due[k] = state->due[k] != 0;
     }
     state->event_pending = 0;
     if (!count_event(instance) || !count_in_step(instance) || !events_settle(instance, due, &jumped)) {
-        return false;
+        return arena_leave(mark, false);
     }
     start_anew(instance);
-    return true;
+    return arena_leave(mark, true);
 }
 
 bool events_begin(Instance *instance) {

@@ -76,10 +76,12 @@ static double least_by_slopes(double first, double last, Interval slope, double 
 
 /* The root of a margin that comes down steadily in a part: the first time, to rounding, at which it is not positive. */
 static bool bisect(Instance *instance, const Part *part, int k, double *root) {
-    double positive = part->from, negative = part->to, values[SIZE_SWITCHES];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, values, SIZE_SWITCHES);
+    double positive = part->from, negative = part->to;
     if (part->first[k] <= 0.0) {
         *root = part->from;
-        return true;
+        return arena_leave(mark, true);
     }
     for (int i = 0; i < MOST_BISECTIONS; i++) {
         const double middle = 0.5 * (positive + negative);
@@ -87,7 +89,7 @@ static bool bisect(Instance *instance, const Part *part, int k, double *root) {
             break;
         }
         if (!evaluate(instance, middle, values)) {
-            return false;
+            return arena_leave(mark, false);
         }
         if (values[k] > 0.0) {
             positive = middle;
@@ -96,7 +98,7 @@ static bool bisect(Instance *instance, const Part *part, int k, double *root) {
         }
     }
     *root = negative;
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* What counts as 0 of a margin in a part: rounding beside its values there, and what was left of it at its last event.
@@ -150,52 +152,64 @@ static void copy(const double values[], double to[]) {
 }
 
 bool timed_first(Instance *instance, double from, double to, TimedRoots *found) {
-    Interval parameters[SIZE_PARAMETERS];
-    Part part = {.from = from};
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, Interval, parameters, SIZE_PARAMETERS);
+    WORK_OF(mark, Part, part);
     double width = to - from;
     for (int i = 0; i < SIZE_PARAMETERS; i++) {
         parameters[i] = interval_of(instance->state.parameters[i]);
     }
+    part->from = from;
     found->first = -1;
     found->known = from;
-    if (!evaluate(instance, from, part.first)) {
-        return false;
+    if (!evaluate(instance, from, part->first)) {
+        return arena_leave(mark, false);
     }
-    for (int i = 0; i < MOST_PARTS && part.from < to && found->first < 0; i++) {
+    for (int i = 0; i < MOST_PARTS && part->from < to && found->first < 0; i++) {
         bool told = false;
-        part.to = part.from + width < to ? part.from + width : to;
-        const bool shortest = part.to - part.from <= SHORTEST * DBL_EPSILON * larger(fabs(part.from), fabs(part.to));
-        if (evaluate(instance, part.to, part.last)) {
-            bound(instance, parameters, &part);
-            if (!look_for_all(instance, &part, shortest, found, &told)) {
-                return false;
+        part->to = part->from + width < to ? part->from + width : to;
+        const double rounding = DBL_EPSILON * larger(fabs(part->from), fabs(part->to));
+        const bool shortest = part->to - part->from <= SHORTEST * rounding;
+        if (evaluate(instance, part->to, part->last)) {
+            bound(instance, parameters, part);
+            if (!look_for_all(instance, part, shortest, found, &told)) {
+                return arena_leave(mark, false);
             }
         } else if (shortest) {
-            return false;
+            return arena_leave(mark, false);
         }
         if (!told) {
             found->first = -1;
             width *= 0.5;
             continue;
         }
-        found->known = found->first < 0 ? part.to : found->roots[found->first];
-        part.from = part.to;
-        copy(part.last, part.first);
+        found->known = found->first < 0 ? part->to : found->roots[found->first];
+        part->from = part->to;
+        copy(part->last, part->first);
         width *= GROWTH;
     }
-    return true;
+    return arena_leave(mark, true);
+}
+
+/* What timed_next returns for the roots found; not told: the search ended early. The end (s) is that of the search. */
+static double next_of(const TimedRoots *found, double time, bool told, double end) {
+    if (!told) {
+        return found->known > time ? found->known : HUGE_VAL;
+    }
+    if (found->first >= 0) {
+        return found->roots[found->first] > time ? found->roots[found->first] : HUGE_VAL;
+    }
+    return found->known < end ? found->known : HUGE_VAL;
 }
 
 double timed_next(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, TimedRoots, found);
     const State *state = &instance->state;
     const double ahead = (state->stop_time_defined ? 1.0 : FARTHEST) * experiment_duration(state);
     const double end = state->time + ahead;
-    TimedRoots found;
-    if (!timed_first(instance, state->time, end, &found)) {
-        return found.known > state->time ? found.known : HUGE_VAL;
-    }
-    if (found.first >= 0) {
-        return found.roots[found.first] > state->time ? found.roots[found.first] : HUGE_VAL;
-    }
-    return found.known < end ? found.known : HUGE_VAL;
+    const bool told = timed_first(instance, state->time, end, found);
+    const double next = next_of(found, state->time, told, end);
+    arena_release(mark);
+    return next;
 }

@@ -22,7 +22,10 @@ static double stabilisation(const Instance *instance) {
 /* drift[m]: what is added to G qdd + gamma = 0 to bring phi back. */
 static void find_drift(const Instance *instance, double time, const double states[], const double inputs[],
                        double drift[]) {
-    double positions[N_HOLONOMIC + 1], velocities[N_CONSTRAINTS], jacobian[N_CONSTRAINTS * N_COORDINATES];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, positions, N_HOLONOMIC + 1);
+    WORK(mark, double, velocities, N_CONSTRAINTS);
+    WORK(mark, double, jacobian, N_CONSTRAINTS * N_COORDINATES);
     const double rate = stabilisation(instance);
     memset(drift, 0, N_CONSTRAINTS * sizeof(double));
     if (rate > 0.0) {
@@ -31,6 +34,7 @@ static void find_drift(const Instance *instance, double time, const double state
             drift[k] = 2.0 * rate * velocities[k] + (k < N_HOLONOMIC ? rate * rate * positions[k] : 0.0);
         }
     }
+    arena_release(mark);
 }
 
 /* What is remembered of a step is used for so many times as long as drift takes to be damped. */
@@ -68,37 +72,41 @@ static bool formula_holds(const Instance *instance, const double margins[], cons
    and none holds, there is none to be lost. */
 static bool evaluate_formula(Instance *instance, double time, const double states[], const double inputs[],
                              const double drift[], double unknowns[]) {
-    double pivots[N_COORDINATES], margins[N_CONSTRAINTS], squares[N_CONSTRAINTS];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, pivots, N_COORDINATES);
+    WORK(mark, double, margins, N_CONSTRAINTS);
+    WORK(mark, double, squares, N_CONSTRAINTS);
     const bool free = contacts_idle(instance) == N_CONSTRAINTS;
     if (!free && contacts_hold(instance)) {
-        return false;
+        return arena_leave(mark, false);
     }
     mechanism_accelerations(time, states, inputs, instance->state.parameters, drift, unknowns, pivots, margins,
                             squares);
-    return (free || formula_holds(instance, margins, squares)) && pivots_sound(instance, pivots);
+    return arena_leave(mark, (free || formula_holds(instance, margins, squares)) && pivots_sound(instance, pivots));
 }
 
 bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
                       double unknowns[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, drift, N_CONSTRAINTS);
     System *system = &instance->scratch.system;
-    double drift[N_CONSTRAINTS];
     find_drift(instance, time, states, inputs, drift);
     if (!evaluate_formula(instance, time, states, inputs, drift, unknowns)) {
-        double below[N_CONSTRAINTS];
+        WORK(mark, double, below, N_CONSTRAINTS);
         if (!system_factorize(instance, time, states, inputs, N_CONSTRAINTS, 0.0, system)) {
-            return false;
+            return arena_leave(mark, false);
         }
         for (int k = 0; k < N_CONSTRAINTS; k++) {
             below[k] = -system->gamma[k] - drift[k];
         }
         system_solve(system, system->forcing, below, usual_accelerations(instance, time), unknowns);
         if (!contacts_slide(instance, system, time, states, inputs, unknowns)) {
-            return false;
+            return arena_leave(mark, false);
         }
     }
     /* apart: processors wait where they load as a pair what was stored one by one */
-    return (all_finite(unknowns, N_COORDINATES) && all_finite(unknowns + N_COORDINATES, N_CONSTRAINTS)) ||
-           report_accelerations(instance, time, unknowns);
+    const bool finite = all_finite(unknowns, N_COORDINATES) && all_finite(unknowns + N_COORDINATES, N_CONSTRAINTS);
+    return arena_leave(mark, finite || report_accelerations(instance, time, unknowns));
 }
 
 void accelerations_stabilise(const Instance *instance, double change[]) {

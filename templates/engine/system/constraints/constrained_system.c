@@ -13,7 +13,8 @@ enum { N = N_COORDINATES };
 /* mass += G^T W G. Each weight makes its row count as much as the largest inertia of the coordinates it ties: other
    inertias may be larger by any factor. */
 static void add_constraints(System *system, double mass[]) {
-    double inertias[N];
+    const ArenaMark mark = arena_mark(system->arena);
+    WORK(mark, double, inertias, N);
     double heaviest = 0.0;
     for (int i = 0; i < N; i++) {
         inertias[i] = fabs(mass[i * N + i]);
@@ -34,71 +35,77 @@ static void add_constraints(System *system, double mass[]) {
             }
         }
     }
+    arena_release(mark);
 }
 
 /* Factorises M; where M is singular, M with the constraints added to it. Returns false, with instance->failure, if that
    is singular too. */
 static bool factorize_densely(Instance *instance, double time, const double states[], const double inputs[],
                               System *system) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
     double *mass = instance->scratch.mass;
-    bool concerned[N_COORDINATES] = {false};
     MassOutcome outcome = mass_evaluate(instance, time, states, inputs, system, concerned);
     if (outcome == MASS_SINGULAR) {
         add_constraints(system, mass);
         outcome = mass_factorize(mass, &system->pivoted, concerned);
     }
-    return mass_accept(instance, outcome, time, concerned);
+    return arena_leave(mark, mass_accept(instance, outcome, time, concerned));
 }
 
 bool system_factorize(Instance *instance, double time, const double states[], const double inputs[], int rows,
                       double damping, System *system) {
-    double pivots[N_COORDINATES];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, pivots, N_COORDINATES);
     ConstraintFactorization *constraints = &system->constraints;
     memset(system->weight, 0, sizeof system->weight);
     mechanism_constrained(time, states, inputs, instance->state.parameters, system->factor, pivots, system->forcing,
                           constraints->jacobian, system->gamma);
     system->dense = !pivots_sound(instance, pivots);
     if (system->dense && !factorize_densely(instance, time, states, inputs, system)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int k = 0; k < rows; k++) {
         mass_divide(system, constraints->jacobian + k * N, constraints->response + k * N);
     }
-    constraints_factorize(constraints, rows, instance->state.rows_known ? &instance->state.rows : NULL, damping);
-    return true;
+    constraints_factorize(instance->arena, constraints, rows,
+                          instance->state.rows_known ? &instance->state.rows : NULL, damping);
+    return arena_leave(mark, true);
 }
 
 /* With a = M^-1 right and G (a + M^-1 G^T multipliers) = below. */
 void system_solve(const System *system, const double right[], const double *below, const double *usual,
                   double unknowns[]) {
+    const ArenaMark mark = arena_mark(system->arena);
+    WORK(mark, double, rest, N_CONSTRAINTS);
+    WORK_ZEROS(mark, double, kept, N_CONSTRAINTS);
+    WORK(mark, double, mended, N_COORDINATES);
     const ConstraintFactorization *constraints = &system->constraints;
     double *multipliers = unknowns + N;
-    double rest[N_CONSTRAINTS];
-    double kept[N_CONSTRAINTS] = {0.0};
     const bool keeps = usual != NULL && constraints->holding;
-    double mended[N_COORDINATES];
-    memcpy(mended, right, sizeof mended);
+    memcpy(mended, right, N_COORDINATES * sizeof(double));
     for (int k = 0; k < constraints->rows; k++) {
-        for (int i = 0; i < N && system->weight[k] > 0.0; i++) {
+        for (int i = row_begin(constraints, k); i < row_end(constraints, k) && system->weight[k] > 0.0; i++) {
             mended[i] += constraints->jacobian[k * N + i] * system->weight[k] * below[k];
         }
     }
     mass_divide(system, mended, unknowns);
     for (int k = 0; k < constraints->rows; k++) {
         rest[k] = below[k];
-        for (int i = 0; i < N; i++) {
+        for (int i = row_begin(constraints, k); i < row_end(constraints, k); i++) {
             rest[k] -= constraints->jacobian[k * N + i] * unknowns[i];
         }
-        for (int i = 0; keeps && i < N; i++) {
+        for (int i = row_begin(constraints, k); keeps && i < row_end(constraints, k); i++) {
             kept[k] += constraints->jacobian[k * N + i] * (usual[i] - unknowns[i]);
         }
     }
-    constraints_solve(constraints, rest, keeps ? kept : NULL, multipliers);
+    constraints_solve(system->arena, constraints, rest, keeps ? kept : NULL, multipliers);
     constraints_respond(constraints, multipliers, unknowns);
+    arena_release(mark);
 }
 
 void multipliers_spread(const System *system, double unknowns[]) {
-    constraints_spread(&system->constraints, unknowns + N_COORDINATES);
+    constraints_spread(system->arena, &system->constraints, unknowns + N_COORDINATES);
 }
 
 bool multipliers_unique(const Instance *instance) {

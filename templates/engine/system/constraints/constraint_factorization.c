@@ -19,21 +19,42 @@ static double inner_product(const double a[], const double b[], int count) {
     return sum;
 }
 
+/* The columns of row k beyond which there are zeros only: where many bodies touch, each row concerns few of them. */
+static void find_columns(ConstraintFactorization *result, int k) {
+    const double *row = result->jacobian + k * N, *response = result->response + k * N;
+    int begin = 0, end = N;
+    if (N_COORDINATES < MANY_COLUMNS) {
+        return;
+    }
+    while (begin < end && row[begin] == 0.0 && response[begin] == 0.0) {
+        begin++;
+    }
+    while (end > begin && row[end - 1] == 0.0 && response[end - 1] == 0.0) {
+        end--;
+    }
+    result->begin[k] = begin;
+    result->end[k] = end;
+}
+
 /* D: a row that restricts nothing gets the scale 0. */
 static void scale_rows(ConstraintFactorization *result) {
     for (int k = 0; k < result->rows; k++) {
-        const double square = inner_product(result->jacobian + k * N, result->response + k * N, N);
+        find_columns(result, k);
+        const int begin = k * N + row_begin(result, k), count = row_end(result, k) - row_begin(result, k);
+        const double square = inner_product(result->jacobian + begin, result->response + begin, count);
         result->scale[k] = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
     }
 }
 
 /* The full matrix P D G M^-1 G^T D P^T in factor. The loops run along the rows of G, which have many zeros, and add to
    all sums of a row in turn. */
-static void multiply(ConstraintFactorization *result) {
+static void multiply(Arena *arena, ConstraintFactorization *result) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, sum, M);
     for (int i = 0; i < result->rows; i++) {
         const int row = result->order[i];
-        double sum[M] = {0.0};
-        for (int column = 0; column < N; column++) {
+        memset(sum, 0, M * sizeof(double));
+        for (int column = row_begin(result, row); column < row_end(result, row); column++) {
             const double slope = result->jacobian[row * N + column];
             for (int j = 0; slope != 0.0 && j <= i; j++) {
                 sum[j] += slope * result->response[result->order[j] * N + column];
@@ -45,6 +66,7 @@ static void multiply(ConstraintFactorization *result) {
             result->factor[j * M + i] = entry;
         }
     }
+    arena_release(mark);
 }
 
 static void swap(double *a, double *b) {
@@ -81,8 +103,9 @@ static void eliminate(double a[], int rows, int k) {
         a[i * M + k] /= a[k * M + k];
     }
     for (int i = k + 1; i < rows; i++) {
-        for (int j = k + 1; j <= i; j++) {
-            a[i * M + j] -= a[i * M + k] * a[j * M + k];
+        const double factor = a[i * M + k];
+        for (int j = k + 1; j <= i && factor != 0.0; j++) {
+            a[i * M + j] -= factor * a[j * M + k];
             a[j * M + i] = a[i * M + j];
         }
     }
@@ -134,14 +157,15 @@ static double hold(const ConstraintFactorization *f, const IndependentRows *know
     return rest > 0.0 ? rest * rest : 0.0;
 }
 
-void constraints_factorize(ConstraintFactorization *result, int rows, const IndependentRows *known, double damping) {
+void constraints_factorize(Arena *arena, ConstraintFactorization *result, int rows, const IndependentRows *known,
+                           double damping) {
     result->rows = rows;
     result->rank = 0;
     memset(result->held, 0, sizeof result->held);
     result->holding = false;
     scale_rows(result);
     const int independent = order_rows(result, known);
-    multiply(result);
+    multiply(arena, result);
     for (int k = 0; k < rows; k++) {
         result->factor[k * M + k] += result->scale[result->order[k]] > 0.0 ? damping : 0.0;
     }
@@ -170,36 +194,43 @@ static void solve_lower(const double lower[], int size, double b[]) {
 static void solve_upper(const double lower[], int size, double b[]) {
     for (int i = size - 1; i >= 0; i--) {
         b[i] /= lower[i * M + i];
-        for (int j = 0; j < i; j++) {
-            b[j] -= lower[i * M + j] * b[i];
+        const double found = b[i];
+        for (int j = 0; j < i && found != 0.0; j++) {
+            b[j] -= lower[i * M + j] * found;
         }
     }
 }
 
-void constraints_solve(const ConstraintFactorization *f, const double b[], const double usual[],
+void constraints_solve(Arena *arena, const ConstraintFactorization *f, const double b[], const double usual[],
                        double multipliers[]) {
-    double z[M];
-    double other[M];
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, z, M);
+    WORK(mark, double, other, M);
+    int begin = 0; /* z is 0 before it */
     for (int i = 0; i < f->rank; i++) {
         const int row = f->order[i];
         const double *lower = f->factor + i * M;
-        z[i] = (f->scale[row] * b[row] - inner_product(lower, z, i)) / lower[i];
+        z[i] = (f->scale[row] * b[row] - inner_product(lower + begin, z + begin, i - begin)) / lower[i];
         if (f->holding) {
             other[i] = usual == NULL ? 0.0 : (f->scale[row] * usual[row] - inner_product(lower, other, i)) / lower[i];
             z[i] += f->held[row] * (other[i] - z[i]);
         }
+        begin = begin == i && z[i] == 0.0 ? i + 1 : begin;
     }
     solve_upper(f->factor, f->rank, z);
     for (int i = 0; i < f->rows; i++) {
         multipliers[f->order[i]] = i < f->rank ? f->scale[f->order[i]] * z[i] : 0.0;
     }
+    arena_release(mark);
 }
 
 /* L^T times any solution is the same; the one of least norm is L (L^T L)^-1 times that. */
-void constraints_spread(const ConstraintFactorization *f, double multipliers[]) {
-    double normal[M * M] = {0.0};
-    double z[M];
+void constraints_spread(Arena *arena, const ConstraintFactorization *f, double multipliers[]) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, normal, M * M);
+    WORK(mark, double, z, M);
     if (f->rank == f->rows) {
+        arena_release(mark);
         return;
     }
     factorize_normal(f, normal);
@@ -219,12 +250,14 @@ void constraints_spread(const ConstraintFactorization *f, double multipliers[]) 
             multipliers[row] = f->scale[row] * inner_product(f->factor + i * M, z, columns);
         }
     }
+    arena_release(mark);
 }
 
 void constraints_respond(const ConstraintFactorization *f, const double multipliers[], double a[]) {
     for (int k = 0; k < f->rows; k++) {
-        for (int i = 0; i < N; i++) {
-            a[i] += multipliers[k] * f->response[k * N + i];
+        const double multiplier = multipliers[k];
+        for (int i = row_begin(f, k); i < row_end(f, k) && multiplier != 0.0; i++) {
+            a[i] += multiplier * f->response[k * N + i];
         }
     }
 }

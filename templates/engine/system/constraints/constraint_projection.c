@@ -10,23 +10,28 @@
 enum { N = N_COORDINATES, MOST_CORRECTIONS = 12 };
 
 double constraints_drift(const Instance *instance, double time, const double states[], const double inputs[]) {
-    Values values;
-    residuals_evaluate(instance, time, states, inputs, &values);
-    return residual_size(&values, POSITIONS, 1.0, NULL);
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Values, values);
+    residuals_evaluate(instance, time, states, inputs, values);
+    const double drift = residual_size(values, POSITIONS, 1.0, NULL);
+    arena_release(mark);
+    return drift;
 }
 
 /* states[of the level] += the shortest change, in the metric M, that takes the residuals away to first order. */
 static void correct(const Values *values, Level level, const System *system, double states[]) {
-    const double zero[N_COORDINATES] = {0.0};
-    double right[N_CONSTRAINTS];
-    double change[N_UNKNOWNS];
+    const ArenaMark mark = arena_mark(system->arena);
+    WORK(mark, double, right, N_CONSTRAINTS);
+    WORK(mark, double, change, N_UNKNOWNS);
+    static const double ZERO[N_COORDINATES];
     for (int k = 0; k < rows_of(level); k++) {
         right[k] = level == POSITIONS ? -values->positions[k] : -values->velocities[k];
     }
-    system_solve(system, zero, right, NULL, change);
+    system_solve(system, ZERO, right, NULL, change);
     for (int i = 0; i < N; i++) {
         states[(level == POSITIONS ? 0 : N) + i] += change[i];
     }
+    arena_release(mark);
 }
 
 /* Simplified Newton iteration: the system is factorised again only where that is needed to go on. *factorized is the
@@ -63,13 +68,16 @@ static bool project(Instance *instance, Level level, double time, const double i
 }
 
 bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
-    Values values;
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Values, values);
     int factorized = 0;
     *moved = false;
     if (instance->state.rows_known && instance->state.rows.rank == 0) {
-        return true; /* in the present modes nothing holds */
+        return arena_leave(mark, true); /* in the present modes nothing holds */
     }
-    residuals_evaluate(instance, time, states, inputs, &values);
-    return (N_HOLONOMIC == 0 || project(instance, POSITIONS, time, inputs, states, &values, &factorized, moved)) &&
-           project(instance, VELOCITIES, time, inputs, states, &values, &factorized, moved);
+    residuals_evaluate(instance, time, states, inputs, values);
+    return arena_leave(
+        mark,
+        (N_HOLONOMIC == 0 || project(instance, POSITIONS, time, inputs, states, values, &factorized, moved)) &&
+            project(instance, VELOCITIES, time, inputs, states, values, &factorized, moved));
 }

@@ -20,17 +20,19 @@ static double size_at(const Values *values, Level level, const double states[]) 
 }
 
 /* change[n]: the least change of the free states, in nominal values, that takes residuals[rows] away to first order. */
-static void least_change(ConstraintFactorization *work, const double jacobian[], const double residuals[], Level level,
-                         Freedom freedom, double damping, double change[]) {
-    double right[N_CONSTRAINTS];
-    double multipliers[N_CONSTRAINTS];
+static void least_change(Arena *arena, ConstraintFactorization *work, const double jacobian[],
+                         const double residuals[], Level level, Freedom freedom, double damping, double change[]) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, right, N_CONSTRAINTS);
+    WORK(mark, double, multipliers, N_CONSTRAINTS);
     for (int k = 0; k < rows_of(level); k++) {
         right[k] = -residuals[k];
     }
-    start_factorize(work, jacobian, level, freedom, damping);
-    constraints_solve(work, right, NULL, multipliers);
+    start_factorize(arena, work, jacobian, level, freedom, damping);
+    constraints_solve(arena, work, right, NULL, multipliers);
     memset(change, 0, N * sizeof(double));
     constraints_respond(work, multipliers, change);
+    arena_release(mark);
 }
 
 /* The square of the residuals' norm, rows scaled as for the step, along which it falls. Rows in which nothing may move
@@ -47,33 +49,38 @@ static double scaled_square(const Values *values, Level level, const double scal
 
 /* Newton's method with steps of least norm, halved where the residual grows. */
 static void newton(Instance *instance, Level level, Freedom freedom, double states[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, change, N_COORDINATES);
+    WORK(mark, double, kept, N_COORDINATES);
+    WORK_OF(mark, Values, values);
+    WORK_OF(mark, Values, trial);
     const State *state = &instance->state;
     ConstraintFactorization *work = &instance->scratch.system.constraints;
     double *moving = states + (level == POSITIONS ? 0 : N);
-    double change[N_COORDINATES];
-    double kept[N_COORDINATES];
-    Values values, trial;
-    residuals_evaluate(instance, state->time, states, state->inputs, &values);
-    for (int i = 0; i < MOST_ITERATIONS && size_at(&values, level, states) > 1e-3 * MET; i++) {
-        least_change(work, values.jacobian, level == POSITIONS ? values.positions : values.velocities, level, freedom,
-                     damping_of(size_at(&values, level, states)), change);
-        memcpy(kept, moving, sizeof kept);
+    residuals_evaluate(instance, state->time, states, state->inputs, values);
+    for (int i = 0; i < MOST_ITERATIONS && size_at(values, level, states) > 1e-3 * MET; i++) {
+        least_change(instance->arena, work, values->jacobian,
+                     level == POSITIONS ? values->positions : values->velocities, level, freedom,
+                     damping_of(size_at(values, level, states)), change);
+        memcpy(kept, moving, N_COORDINATES * sizeof(double));
         double length = 1.0;
         for (int halvings = 0; ; halvings++, length *= 0.5) {
             for (int j = 0; j < N; j++) {
                 moving[j] = kept[j] + length * change[j];
             }
-            residuals_evaluate(instance, state->time, states, state->inputs, &trial);
-            if (scaled_square(&trial, level, work->scale) < scaled_square(&values, level, work->scale)) {
+            residuals_evaluate(instance, state->time, states, state->inputs, trial);
+            if (scaled_square(trial, level, work->scale) < scaled_square(values, level, work->scale)) {
                 break;
             }
             if (halvings == MOST_HALVINGS) {
-                memcpy(moving, kept, sizeof kept);
+                memcpy(moving, kept, N_COORDINATES * sizeof(double));
+                arena_release(mark);
                 return;
             }
         }
-        values = trial;
+        *values = *trial;
     }
+    arena_release(mark);
 }
 
 /* Tells how far a given start was moved. */
@@ -91,27 +98,28 @@ static void remark_projection(const Instance *instance, const double before[], c
 }
 
 static bool settle(Instance *instance, Level level, double states[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, before, N_STATES);
+    WORK_OF(mark, Values, values);
     const State *state = &instance->state;
-    double before[N_STATES];
-    Values values;
     for (int freedom = GUESSES; freedom <= ALL_STATES; freedom++) {
-        residuals_evaluate(instance, state->time, states, state->inputs, &values);
-        const double size = size_at(&values, level, states);
+        residuals_evaluate(instance, state->time, states, state->inputs, values);
+        const double size = size_at(values, level, states);
         if (size <= MET) {
-            return true;
+            return arena_leave(mark, true);
         }
         if (freedom == ALL_STATES && size > TYPED) {
             break;
         }
-        memcpy(before, states, sizeof before);
+        memcpy(before, states, N_STATES * sizeof(double));
         newton(instance, level, (Freedom)freedom, states);
         if (freedom == ALL_STATES) {
             remark_projection(instance, before, states);
         }
     }
-    residuals_evaluate(instance, state->time, states, state->inputs, &values);
-    return size_at(&values, level, states) <= MET ||
-           report_constraints(instance, state->time, &values, level);
+    residuals_evaluate(instance, state->time, states, state->inputs, values);
+    return arena_leave(mark, size_at(values, level, states) <= MET ||
+                                 report_constraints(instance, state->time, values, level));
 }
 
 /* Which rows are independent at these states, and how far from the span of the others. */
@@ -149,21 +157,22 @@ static bool move_on(Instance *instance, double states[]) {
 /* A start may be in a singular position, where a constraint that restricts the motion shows itself little or not at
    all. Such a constraint counts as it does further on, and is about to be lost at the start. */
 static bool find_independent_rows(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
+    WORK_OF(mark, IndependentRows, further);
     State *state = &instance->state;
-    double states[N_STATES];
-    IndependentRows further;
     state->rows_known = 0;
     if (!independent_rows(instance, state->states, &state->rows)) {
-        return false;
+        return arena_leave(mark, false);
     }
-    if (state->rows.rank < N_CONSTRAINTS && move_on(instance, states) && independent_rows(instance, states, &further) &&
-        further.rank > state->rows.rank) {
-        state->rows = further;
+    if (state->rows.rank < N_CONSTRAINTS && move_on(instance, states) && independent_rows(instance, states, further) &&
+        further->rank > state->rows.rank) {
+        state->rows = *further;
     }
     instance->failure.kind = FAILURE_NONE;
     state->rows_known = 1;
     instance_forget_motion(instance); /* which may have been calculated with other rows, at these very states */
-    return true;
+    return arena_leave(mark, true);
 }
 
 bool constraints_regroup(Instance *instance) {
@@ -174,20 +183,21 @@ bool constraints_regroup(Instance *instance) {
 }
 
 bool constraints_settle(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
     State *state = &instance->state;
-    double states[N_STATES];
     if (state->settled) {
-        return true;
+        return arena_leave(mark, true);
     }
-    memcpy(states, state->states, sizeof states);
+    memcpy(states, state->states, N_STATES * sizeof(double));
     if ((N_HOLONOMIC > 0 && !settle(instance, POSITIONS, states)) || !settle(instance, VELOCITIES, states)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int i = 0; i < N_STATES; i++) {
         instance_assign(instance, &state->states[i], states[i]);
     }
     state->settled = 1;
-    return find_independent_rows(instance);
+    return arena_leave(mark, find_independent_rows(instance));
 }
 
 /* The rows of the residuals' tangent that belong to a level. */
@@ -197,29 +207,33 @@ static const double *rows_in(const double change[], Level level) {
 
 /* As settle does: the guesses follow first, and what they cannot take away moves all states of the level. */
 static void settle_level_seed(Instance *instance, const Values *values, Level level, Seed *seed) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, change, N_RESIDUALS);
+    WORK(mark, double, answer, N_COORDINATES);
     const State *state = &instance->state;
-    double change[N_RESIDUALS];
-    double answer[N_COORDINATES];
     for (int freedom = GUESSES; freedom <= ALL_STATES; freedom++) {
         mechanism_residual_tangent(state->time, state->states, state->inputs, state->parameters,
                                    instance->cache.accelerations, seed->time, seed->states, seed->inputs,
                                    seed->parameters, change);
-        least_change(&instance->scratch.system.constraints, values->jacobian, rows_in(change, level), level,
-                     (Freedom)freedom, 0.0, answer);
+        least_change(instance->arena, &instance->scratch.system.constraints, values->jacobian,
+                     rows_in(change, level), level, (Freedom)freedom, 0.0, answer);
         for (int i = 0; i < N; i++) {
             seed->states[(level == POSITIONS ? 0 : N) + i] += answer[i];
         }
     }
+    arena_release(mark);
 }
 
 void constraints_settle_seed(Instance *instance, Seed *seed) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Values, values);
     const State *state = &instance->state;
-    Values values;
-    residuals_evaluate(instance, state->time, state->states, state->inputs, &values);
+    residuals_evaluate(instance, state->time, state->states, state->inputs, values);
     for (int i = 0; i < N_STATES; i++) {
         seed->states[i] = GIVEN_STATES[i] ? seed->states[i] : 0.0;
     }
     for (int level = N_HOLONOMIC > 0 ? POSITIONS : VELOCITIES; level <= VELOCITIES; level++) {
-        settle_level_seed(instance, &values, (Level)level, seed);
+        settle_level_seed(instance, values, (Level)level, seed);
     }
+    arena_release(mark);
 }

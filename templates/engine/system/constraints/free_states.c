@@ -10,7 +10,7 @@ static bool is_free(Level level, Freedom freedom, int i) {
     return freedom == ALL_STATES || !GIVEN_STATES[(level == POSITIONS ? 0 : N) + i];
 }
 
-void start_factorize(ConstraintFactorization *work, const double jacobian[], Level level, Freedom freedom,
+void start_factorize(Arena *arena, ConstraintFactorization *work, const double jacobian[], Level level, Freedom freedom,
                      double damping) {
     memcpy(work->jacobian, jacobian, sizeof work->jacobian);
     for (int k = 0; k < rows_of(level); k++) {
@@ -19,5 +19,5 @@ void start_factorize(ConstraintFactorization *work, const double jacobian[], Lev
             work->response[k * N + i] = weight * jacobian[k * N + i];
         }
     }
-    constraints_factorize(work, rows_of(level), NULL, damping);
+    constraints_factorize(arena, work, rows_of(level), NULL, damping);
 }

@@ -9,7 +9,7 @@ typedef enum { GUESSES, ALL_STATES } Freedom;
 
 /* The constraints of the level as a function of the states that are free, in nominal values; damped as
    constraints_factorize says. Multipliers that solve it make the change of least norm. */
-void start_factorize(ConstraintFactorization *work, const double jacobian[], Level level, Freedom freedom,
+void start_factorize(Arena *arena, ConstraintFactorization *work, const double jacobian[], Level level, Freedom freedom,
                      double damping);
 
 #endif

@@ -11,24 +11,27 @@
 
 static bool factorize_densely(Instance *instance, double time, const double states[], const double inputs[],
                               System *system) {
-    bool concerned[N_COORDINATES] = {false};
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
     const MassOutcome outcome = mass_evaluate(instance, time, states, inputs, system, concerned);
-    return mass_accept(instance, outcome, time, concerned);
+    return arena_leave(mark, mass_accept(instance, outcome, time, concerned));
 }
 
 bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
                       double accelerations[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, pivots, N_COORDINATES);
     System *system = &instance->scratch.system;
-    double pivots[N_COORDINATES];
     mechanism_accelerations(time, states, inputs, instance->state.parameters, accelerations, pivots);
     if (!pivots_sound(instance, pivots)) {
         system->dense = true;
         if (!factorize_densely(instance, time, states, inputs, system)) {
-            return false;
+            return arena_leave(mark, false);
         }
         system_solve(system, instance->scratch.forcing, NULL, NULL, accelerations);
     }
-    return all_finite(accelerations, N_COORDINATES) || report_accelerations(instance, time, accelerations);
+    return arena_leave(mark, all_finite(accelerations, N_COORDINATES) ||
+                                 report_accelerations(instance, time, accelerations));
 }
 
 void accelerations_stabilise(const Instance *instance, double change[]) {
@@ -54,12 +57,13 @@ void multipliers_spread_rates(const Instance *instance, const Seed *seed, double
 
 bool system_factorize(Instance *instance, double time, const double states[], const double inputs[], int rows,
                       double damping, System *system) {
-    double pivots[N_COORDINATES];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, pivots, N_COORDINATES);
     (void)rows; /* 0 */
     (void)damping;
     mechanism_factor(time, states, inputs, instance->state.parameters, system->factor, pivots);
     system->dense = !pivots_sound(instance, pivots);
-    return !system->dense || factorize_densely(instance, time, states, inputs, system);
+    return arena_leave(mark, !system->dense || factorize_densely(instance, time, states, inputs, system));
 }
 
 void system_solve(const System *system, const double right[], const double *below, const double *usual,

@@ -99,9 +99,13 @@ bool contacts_slide_in_space(const Instance *instance) {
 }
 
 double contacts_decay(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, gaps, SIZE_UNILATERALS);
+    WORK(mark, double, slips, SIZE_FRICTIONAL);
     const State *state = &instance->state;
-    double gaps[SIZE_UNILATERALS], slips[SIZE_FRICTIONAL], greatest = 0.0;
+    double greatest = 0.0;
     if (!contacts_slide_in_space(instance)) {
+        arena_release(mark);
         return 0.0;
     }
     mechanism_slips(state->time, state->states, inputs_at(instance, state->time), state->parameters, gaps, slips);
@@ -111,6 +115,7 @@ double contacts_decay(Instance *instance) {
             greatest = fmax(greatest, state->slip_decelerations[i] / speed);
         }
     }
+    arena_release(mark);
     return greatest;
 }
 

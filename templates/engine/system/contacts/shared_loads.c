@@ -12,7 +12,7 @@
 #include "scale.h"
 #include "vector_length.h"
 
-enum { M = N_CONSTRAINTS, MOST_CONES = SIZE_UNILATERALS + SIZE_FRICTIONS, SIZE = M + 1, MOST_STEPS = 50 };
+enum { M = N_CONSTRAINTS, MOST_CONES = SIZE_UNILATERALS + SIZE_FRICTIONS, MOST_STEPS = 50 };
 
 /* Relative to the load: what no motion feels but for rounding, and a margin that has no bound. */
 static const double UNBOUNDED = 1e3;
@@ -27,18 +27,19 @@ static const double FALL = 0.1;
 /* s = offset + slope x > |t|, t = force + tangent x, for the weights x of the loads; there are width entries of t. */
 typedef struct {
     int width;
-    double offset, slope[SIZE];
-    double force[2], tangent[2][SIZE];
+    int room; /* entries of slope and of each row of tangent: at least those of the loads, and one more */
+    double offset, *slope;
+    double force[2], *tangent[2];
 } Cone;
 
 typedef struct {
     const Sharing *sharing;
     int loads, cones, size; /* of x: the weights of the loads, then the least margin if it is asked for */
-    double load[M][M];      /* orthonormal, in units of the scaled rows */
+    double *load[M + 1];    /* each [m]; orthonormal, in units of the scaled rows; behind them memory for another one */
     double least[M];        /* the scaled multipliers of least norm */
     double greatest;        /* of them */
     Cone cone[MOST_CONES];
-    double x[SIZE];
+    double x[M + 1];
 } Shares;
 
 static double inner_product(const double a[], const double b[], int size) {
@@ -55,20 +56,34 @@ static double scale_of(const Shares *p, int row) {
 
 /* unfelt[m] = what no motion feels of a unit of the scaled row. */
 static void project(const Shares *p, int row, double unfelt[]) {
-    double felt[M] = {0.0};
+    const ArenaMark mark = arena_mark(p->sharing->arena);
+    WORK_ZEROS(mark, double, felt, M);
     felt[row] = scale_of(p, row);
-    constraints_spread(p->sharing->constraints, felt);
+    constraints_spread(p->sharing->arena, p->sharing->constraints, felt);
     for (int k = 0; k < M; k++) {
         unfelt[k] = scale_of(p, k) > 0.0 ? (k == row ? 1.0 : 0.0) - felt[k] / scale_of(p, k) : 0.0;
     }
+    arena_release(mark);
 }
 
-/* By the method of Gram and Schmidt, twice for the sake of rounding. */
-static void find_loads(Shares *p) {
+/* So many doubles; NULL where there is no memory. */
+static double *take(const Shares *p, size_t count) {
+    Arena *arena = p->sharing->arena;
+    return arena_reserve(arena, arena_bytes(count, sizeof(double))) ? arena_take(arena, count * sizeof(double)) : NULL;
+}
+
+/* By the method of Gram and Schmidt, twice for the sake of rounding. False: there is no memory. */
+static bool find_loads(Shares *p) {
     for (int row = 0; row < M; row++) {
-        double *own = p->load[p->loads];
         if (!(scale_of(p, row) > 0.0)) {
             continue;
+        }
+        if (p->load[p->loads] == NULL) {
+            p->load[p->loads] = take(p, M);
+        }
+        double *own = p->load[p->loads];
+        if (own == NULL) {
+            return false;
         }
         project(p, row, own);
         for (int i = 0; i < 2 * p->loads; i++) {
@@ -85,23 +100,42 @@ static void find_loads(Shares *p) {
             p->loads++;
         }
     }
+    return true;
 }
 
-/* factor times the scaled row as a function of x: its constant part, and its slope[SIZE]. */
+/* factor times the scaled row as a function of x: its constant part, and its slope by the loads, and
+   0 behind them. */
 static double part_of(const Shares *p, int row, double factor, double slope[]) {
-    memset(slope, 0, SIZE * sizeof(double));
     for (int i = 0; i < p->loads; i++) {
         slope[i] = factor * p->load[i][row];
     }
+    slope[p->loads] = 0.0;
     return factor * p->least[row];
+}
+
+/* The cone that may be added, with memory; NULL where there is none. */
+static Cone *next_cone(Shares *p) {
+    Cone *cone = &p->cone[p->cones];
+    const int room = p->loads + 1;
+    if (cone->room < room) {
+        double *entries = take(p, 3 * (size_t)room);
+        if (entries == NULL) {
+            return NULL;
+        }
+        cone->room = room;
+        cone->slope = entries;
+        cone->tangent[0] = entries + room;
+        cone->tangent[1] = entries + 2 * room;
+    }
+    return cone;
 }
 
 /* Adds the cone, unless x does not change it. */
 static void keep(Shares *p) {
     Cone *cone = &p->cone[p->cones];
-    double most = inner_product(cone->slope, cone->slope, SIZE);
+    double most = inner_product(cone->slope, cone->slope, p->loads);
     for (int i = 0; i < cone->width; i++) {
-        most = fmax(most, inner_product(cone->tangent[i], cone->tangent[i], SIZE));
+        most = fmax(most, inner_product(cone->tangent[i], cone->tangent[i], p->loads));
     }
     if (most > OBEYED * OBEYED) {
         cone->slope[p->loads] = p->size > p->loads ? -1.0 : 0.0;
@@ -109,8 +143,11 @@ static void keep(Shares *p) {
     }
 }
 
-static void set_contact(Shares *p, int contact) {
-    Cone *cone = &p->cone[p->cones];
+static bool set_contact(Shares *p, int contact) {
+    Cone *cone = next_cone(p);
+    if (cone == NULL) {
+        return false;
+    }
     const int normal = ROW_PLACES[contact], first = SLIP_ROWS[contact];
     const double holding = p->sharing->holding[contact];
     const bool sticks = contact_sticks(p->sharing->state, contact) && holding > 0.0;
@@ -120,15 +157,20 @@ static void set_contact(Shares *p, int contact) {
         const int row = ROW_PLACES[first + i];
         cone->force[i] = part_of(p, row, scale_of(p, row) / scale_of(p, normal), cone->tangent[i]);
     }
+    return true;
 }
 
-static void set_friction(Shares *p, int friction) {
-    Cone *cone = &p->cone[p->cones];
+static bool set_friction(Shares *p, int friction) {
+    Cone *cone = next_cone(p);
+    if (cone == NULL) {
+        return false;
+    }
     const int row = ROW_PLACES[FIRST_FRICTION + friction];
     cone->width = 1;
     cone->force[0] = part_of(p, row, 1.0, cone->tangent[0]);
     (void)part_of(p, row, 0.0, cone->slope);
     cone->offset = p->sharing->capacity[friction] / scale_of(p, row);
+    return true;
 }
 
 static bool takes_part(const Shares *p, int contact) {
@@ -142,9 +184,11 @@ static bool slides(const Shares *p, int contact) {
 
 /* Does the contact slide by friction that another sharing would change? */
 static bool rubs(const Shares *p, int contact) {
-    double slope[SIZE];
-    (void)part_of(p, ROW_PLACES[contact], 1.0, slope);
-    return slides(p, contact) && sqrt(inner_product(slope, slope, SIZE)) > OBEYED;
+    double square = 0.0;
+    for (int i = 0; i < p->loads; i++) {
+        square += p->load[i][ROW_PLACES[contact]] * p->load[i][ROW_PLACES[contact]];
+    }
+    return slides(p, contact) && sqrt(square) > OBEYED;
 }
 
 /* The loads of least norm for multipliers[m]. */
@@ -152,29 +196,32 @@ static void begin(const Sharing *sharing, const double multipliers[], Shares *p)
     memset(p, 0, sizeof *p);
     p->sharing = sharing;
     memcpy(p->least, multipliers, sizeof p->least);
-    constraints_spread(sharing->constraints, p->least);
+    constraints_spread(sharing->arena, sharing->constraints, p->least);
     for (int k = 0; k < M; k++) {
         p->least[k] = scale_of(p, k) > 0.0 ? p->least[k] / scale_of(p, k) : 0.0;
         p->greatest = fmax(p->greatest, fabs(p->least[k]));
     }
 }
 
-/* The problem, with the least margin in x or without. Returns false where nothing is shared. */
+/* The problem, with the least margin in x or without. Returns false where nothing is shared, or there is no memory. */
 static bool pose(bool centre, Shares *p) {
-    find_loads(p);
+    if (!find_loads(p)) {
+        return false;
+    }
     p->size = p->loads + (centre ? 1 : 0);
     for (int i = 0; i < N_UNILATERALS; i++) {
         if (takes_part(p, i)) {
-            if (rubs(p, i)) {
+            if (rubs(p, i) || !set_contact(p, i)) {
                 return false;
             }
-            set_contact(p, i);
             keep(p);
         }
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
         if (friction_sticks(p->sharing->state, i)) {
-            set_friction(p, i);
+            if (!set_friction(p, i)) {
+                return false;
+            }
             keep(p);
         }
     }
@@ -210,22 +257,21 @@ static bool all_hold_well(Shares *p) {
     bool well = true;
     for (int i = 0; i < N_UNILATERALS && well; i++) {
         if (takes_part(p, i)) {
-            set_contact(p, i);
-            well = !slides(p, i) && margin(p, p->cone) > least;
+            well = set_contact(p, i) && !slides(p, i) && margin(p, p->cone) > least;
         }
     }
     for (int i = 0; i < N_FRICTIONS && well; i++) {
         if (friction_sticks(p->sharing->state, i)) {
-            set_friction(p, i);
-            well = margin(p, p->cone) > least;
+            well = set_friction(p, i) && margin(p, p->cone) > least;
         }
     }
     return well;
 }
 
-/* Adds the derivatives of -log(s^2 - t^2), half of it without t: gradient[size] and matrix[size * size]. */
-static void add_barrier(const Shares *p, const Cone *cone, double gradient[], double matrix[]) {
-    double t[2] = {0.0}, v[SIZE];
+/* Adds the derivatives of -log(s^2 - t^2), half of it without t: gradient[size] and matrix[size * size]; v[size] is
+   memory. */
+static void add_barrier(const Shares *p, const Cone *cone, double gradient[], double matrix[], double v[]) {
+    double t[2] = {0.0};
     const double s = evaluate(p, cone, t), r = cone->width == 0 ? s * s : s * s - t[0] * t[0] - t[1] * t[1];
     for (int i = 0; i < p->size; i++) {
         v[i] = s * cone->slope[i];
@@ -246,10 +292,10 @@ static void add_barrier(const Shares *p, const Cone *cone, double gradient[], do
 }
 
 /* Goes this part of the way to x - change[size], or less, so that x stays inside of all cones: where the matrix of a
-   step is singular to rounding, its solution leads anywhere. Returns false where no way leads on. */
-static bool go_inside(Shares *p, const double change[], double part) {
-    double before[SIZE];
-    memcpy(before, p->x, sizeof before);
+   step is singular to rounding, its solution leads anywhere. Returns false where no way leads on. before[m + 1] is
+   memory. */
+static bool go_inside(Shares *p, const double change[], double part, double before[]) {
+    memcpy(before, p->x, sizeof p->x);
     for (int i = 0; i < MOST_STEPS; i++) {
         for (int k = 0; k < p->size; k++) {
             p->x[k] = before[k] - part * change[k];
@@ -259,16 +305,24 @@ static bool go_inside(Shares *p, const double change[], double part) {
         }
         part *= 0.5;
     }
-    memcpy(p->x, before, sizeof before);
+    memcpy(p->x, before, sizeof p->x);
     return false;
 }
 
+/* The memory of a step. */
+typedef struct {
+    double *gradient, *change, *other; /* [m + 1], of which p->size entries are used */
+    double *matrix;                    /* [p->size * p->size] */
+    int *order;                        /* [p->size] */
+} StepWork;
+
 /* One step for the weight tau. Returns false where there is nothing left to improve. */
-static bool step(Shares *p, double tau) {
-    double gradient[SIZE] = {0.0}, matrix[SIZE * SIZE] = {0.0}, change[SIZE];
-    int order[SIZE];
+static bool step(Shares *p, double tau, const StepWork *work) {
+    double *gradient = work->gradient, *matrix = work->matrix;
     const bool centre = p->size > p->loads;
     const double weight = centre ? YIELDS / (p->greatest * p->greatest) : 1.0 / (tau * p->greatest);
+    memset(gradient, 0, (size_t)p->size * sizeof(double));
+    memset(matrix, 0, (size_t)(p->size * p->size) * sizeof(double));
     for (int i = 0; i < p->loads; i++) {
         gradient[i] = weight * p->x[i];
         matrix[i * p->size + i] = weight;
@@ -277,29 +331,44 @@ static bool step(Shares *p, double tau) {
         gradient[p->loads] = -1.0 / tau;
     }
     for (int i = 0; i < p->cones; i++) {
-        add_barrier(p, &p->cone[i], gradient, matrix);
+        add_barrier(p, &p->cone[i], gradient, matrix, work->other);
     }
-    if (!lu_factorize(matrix, order, p->size)) {
+    if (!lu_factorize(matrix, work->order, p->size)) {
         return false;
     }
-    lu_solve(matrix, order, p->size, gradient, change);
-    const double square = inner_product(gradient, change, p->size);
+    lu_solve(matrix, work->order, p->size, gradient, work->change);
+    const double square = inner_product(gradient, work->change, p->size);
     if (!(square > MET)) {
         return false;
     }
-    return go_inside(p, change, square > 0.0625 ? 1.0 / (1.0 + sqrt(square)) : 1.0);
+    return go_inside(p, work->change, square > 0.0625 ? 1.0 / (1.0 + sqrt(square)) : 1.0, work->other);
 }
 
 /* From inside of all cones. Margins without a bound are followed only so far. */
-static void solve(Shares *p) {
+static void follow(Shares *p, const StepWork *work) {
     const bool centre = p->size > p->loads;
     for (double tau = 1.0; tau >= (centre ? TOLERATED : MET); tau *= FALL) {
-        for (int i = 0; i < MOST_STEPS && step(p, tau * p->greatest); i++) {
+        for (int i = 0; i < MOST_STEPS && step(p, tau * p->greatest, work); i++) {
             if (centre && p->x[p->loads] > UNBOUNDED * p->greatest) {
                 return;
             }
         }
     }
+}
+
+static void solve(Shares *p) {
+    Arena *arena = p->sharing->arena;
+    const ArenaMark mark = arena_mark(arena);
+    const size_t size = (size_t)p->size, vector = (M + 1) * sizeof(double);
+    if (arena_reserve(arena, (4 * (M + 2) + size * (size + 1) + 4) * sizeof(double))) {
+        const StepWork work = {.gradient = arena_take(arena, vector),
+                               .change = arena_take(arena, vector),
+                               .other = arena_take(arena, vector),
+                               .matrix = arena_take(arena, size * size * sizeof(double)),
+                               .order = arena_take(arena, size * sizeof(int))};
+        follow(p, &work);
+    }
+    arena_release(mark);
 }
 
 static void combine(const Shares *p, double multipliers[]) {
@@ -318,39 +387,52 @@ static void centre_within(Shares *p) {
 }
 
 void loads_centre(const Sharing *sharing, double multipliers[]) {
-    Shares p;
-    begin(sharing, multipliers, &p);
-    if (pose(true, &p)) {
-        centre_within(&p);
-        combine(&p, multipliers);
+    const ArenaMark mark = arena_mark(sharing->arena);
+    WORK_OF(mark, Shares, p);
+    begin(sharing, multipliers, p);
+    if (pose(true, p)) {
+        centre_within(p);
+        combine(p, multipliers);
     }
+    arena_release(mark);
 }
 
 bool loads_least(const Sharing *sharing, double multipliers[]) {
-    Shares p;
-    begin(sharing, multipliers, &p);
-    combine(&p, multipliers);
-    return all_hold_well(&p);
+    const ArenaMark mark = arena_mark(sharing->arena);
+    WORK_OF(mark, Shares, p);
+    begin(sharing, multipliers, p);
+    combine(p, multipliers);
+    return arena_leave(mark, all_hold_well(p));
+}
+
+/* Moves the loads p, which do not obey the laws, inside, where `inside` begins as p did; false if that goes nowhere. */
+static bool move_inside(Shares *p, Shares *inside) {
+    if (!pose(true, inside)) {
+        return false;
+    }
+    centre_within(inside);
+    memcpy(p->x, inside->x, (size_t)p->loads * sizeof(double));
+    const double least = least_margin(p);
+    if (least <= -YIELDS * p->greatest) {
+        return false;
+    }
+    if (least > 0.0) {
+        solve(p);
+    }
+    return true;
 }
 
 void loads_obey(const Sharing *sharing, double multipliers[]) {
-    Shares p, inside;
-    begin(sharing, multipliers, &p);
-    inside = p;
-    if (all_hold_well(&p) || !pose(false, &p) || least_margin(&p) >= 0.0 || !pose(true, &inside)) {
-        return;
+    const ArenaMark mark = arena_mark(sharing->arena);
+    WORK_OF(mark, Shares, p);
+    WORK_OF(mark, Shares, inside);
+    begin(sharing, multipliers, p);
+    *inside = *p;
+    if (!all_hold_well(p) && pose(false, p) && least_margin(p) < 0.0 && move_inside(p, inside)) {
+        combine(p, multipliers);
+        for (int i = 0; i < N_UNILATERALS; i++) {
+            multipliers[ROW_PLACES[i]] = fmax(multipliers[ROW_PLACES[i]], 0.0);
+        }
     }
-    centre_within(&inside);
-    memcpy(p.x, inside.x, (size_t)p.loads * sizeof(double));
-    const double least = least_margin(&p);
-    if (least <= -YIELDS * p.greatest) {
-        return;
-    }
-    if (least > 0.0) {
-        solve(&p);
-    }
-    combine(&p, multipliers);
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        multipliers[ROW_PLACES[i]] = fmax(multipliers[ROW_PLACES[i]], 0.0);
-    }
+    arena_release(mark);
 }

@@ -9,6 +9,7 @@
    forces of dry friction that sticks. The margin of a contact that sticks is holding N - |T|, of another one N, and
    that of dry friction its capacity less its force. Margins and norms are in units of the scaled rows. */
 typedef struct {
+    Arena *arena; /* for the work of sharing; arena->refused tells that there was no memory, and nothing was shared */
     const State *state;
     const ConstraintFactorization *constraints;
     const double *holding, *capacity;

@@ -11,8 +11,9 @@
 enum { N = N_COORDINATES, MOST_CORRECTIONS = 40 };
 
 bool contacts_sliding(const Instance *instance) {
-    int rows[SIZE_FRICTIONAL];
-    return N_FRICTIONAL > 0 && sliding_find(&instance->state, rows) > 0;
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, int, rows, SIZE_FRICTIONAL);
+    return arena_leave(mark, N_FRICTIONAL > 0 && sliding_find(&instance->state, rows) > 0);
 }
 
 /* The slope of z - s, factorised. */
@@ -39,7 +40,10 @@ static void add_forces(const Sliding *sliding, const double z[], double unknowns
 /* rest[count] = z - s(unknowns); returns the largest entry relative to the forces. */
 static double residual(const Instance *instance, double time, const double states[], const double inputs[],
                        const double unknowns[], const Sliding *sliding, double rest[]) {
-    double s[SIZE_FRICTIONAL], force[SIZE_FRICTIONS], holding[SIZE_FRICTIONS];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, s, SIZE_FRICTIONAL);
+    WORK(mark, double, force, SIZE_FRICTIONS);
+    WORK(mark, double, holding, SIZE_FRICTIONS);
     double largest = 0.0, scale = 0.0;
     mechanism_friction(time, states, inputs, instance->state.parameters, unknowns, s, force, holding);
     for (int k = 0; k < sliding->count; k++) {
@@ -48,6 +52,7 @@ static double residual(const Instance *instance, double time, const double state
         largest = fmax(largest, fabs(rest[k]));
         scale = fmax(scale, fabs(z));
     }
+    arena_release(mark);
     return scale > 0.0 ? largest / scale : largest;
 }
 
@@ -60,97 +65,114 @@ static bool report(Instance *instance, double time) {
 /* Accelerations that are rounding errors of forces in equilibrium become 0, so that a body at rest does not creep. Each
    row bears a rounding error of the greatest load of all, in units of the scaled rows: also where it bears nothing. */
 static void remove_dust(const System *system, const Sliding *sliding, double unknowns[]) {
+    const ArenaMark mark = arena_mark(system->arena);
+    WORK_ZEROS(mark, double, greatest, N);
     const ConstraintFactorization *constraints = &system->constraints;
     double load = 0.0;
     for (int k = 0; k < constraints->rows; k++) {
         load = constraints->scale[k] > 0.0 ? fmax(load, fabs(unknowns[N + k]) / constraints->scale[k]) : load;
     }
-    for (int i = 0; i < N; i++) {
-        double greatest = 0.0;
-        for (int k = 0; k < constraints->rows; k++) {
-            greatest = fmax(greatest, load * constraints->scale[k] * fabs(constraints->response[k * N + i]));
+    for (int k = 0; k < constraints->rows; k++) {
+        for (int i = row_begin(constraints, k); i < row_end(constraints, k); i++) {
+            greatest[i] = fmax(greatest[i], load * constraints->scale[k] * fabs(constraints->response[k * N + i]));
         }
-        for (int k = 0; k < sliding->count; k++) {
-            const double force = unknowns[N + ROW_PLACES[sliding->row[k]]];
-            greatest = fmax(greatest, fabs(force * sliding->answer[k][i]));
-        }
-        unknowns[i] = fabs(unknowns[i]) <= NOISE * greatest ? 0.0 : unknowns[i];
     }
+    for (int k = 0; k < sliding->count; k++) {
+        const double force = unknowns[N + ROW_PLACES[sliding->row[k]]];
+        for (int i = 0; i < N; i++) {
+            greatest[i] = fmax(greatest[i], fabs(force * sliding->answer[k][i]));
+        }
+    }
+    for (int i = 0; i < N; i++) {
+        unknowns[i] = fabs(unknowns[i]) <= NOISE * greatest[i] ? 0.0 : unknowns[i];
+    }
+    arena_release(mark);
 }
 
 /* Solves z = s for the forces of the rows that slide. */
 static bool find_forces(Instance *instance, double time, const double states[], const double inputs[],
                         const Sliding *sliding, double unknowns[]) {
-    Slope slope;
-    double rest[SIZE_FRICTIONAL], step[SIZE_FRICTIONAL];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Slope, slope);
+    WORK(mark, double, rest, SIZE_FRICTIONAL);
+    WORK(mark, double, step, SIZE_FRICTIONAL);
     double previous = HUGE_VAL;
     for (int i = 0; i < MOST_CORRECTIONS; i++) {
         const double size = residual(instance, time, states, inputs, unknowns, sliding, rest);
         if (size <= NOISE || (i > 2 && size <= MET && size > 0.5 * previous)) {
-            return true;
+            return arena_leave(mark, true);
         }
-        if (!factorize(instance, time, states, inputs, unknowns, sliding, &slope)) {
-            return report(instance, time);
+        if (!factorize(instance, time, states, inputs, unknowns, sliding, slope)) {
+            return arena_leave(mark, report(instance, time));
         }
         previous = size;
-        lu_solve(slope.matrix, slope.order, sliding->count, rest, step);
+        lu_solve(slope->matrix, slope->order, sliding->count, rest, step);
         for (int k = 0; k < sliding->count; k++) {
             step[k] = -step[k];
         }
         add_forces(sliding, step, unknowns);
     }
-    return report(instance, time);
+    return arena_leave(mark, report(instance, time));
 }
 
 bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
                     const double inputs[], double unknowns[]) {
-    Sliding sliding;
-    sliding_evaluate(instance, system, time, states, inputs, &sliding);
-    if (sliding.count > 0) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Sliding, sliding);
+    sliding_evaluate(instance, system, time, states, inputs, sliding);
+    if (sliding->count > 0) {
         sliding_share(instance, system, unknowns);
     }
-    if (sliding.count > 0 && !find_forces(instance, time, states, inputs, &sliding, unknowns)) {
-        return false;
+    if (sliding->count > 0 && !find_forces(instance, time, states, inputs, sliding, unknowns)) {
+        return arena_leave(mark, false);
     }
-    remove_dust(system, &sliding, unknowns);
-    return true;
+    remove_dust(system, sliding, unknowns);
+    return arena_leave(mark, true);
 }
 
 /* Adds to the answer the forces z of z = s whose part with constant z is the change[N_FRICTIONAL] of s. */
-static void add_answers(const Sliding *sliding, const Slope *slope, const double change[], double answer[]) {
-    double rest[SIZE_FRICTIONAL], z[SIZE_FRICTIONAL];
+static void add_answers(Arena *arena, const Sliding *sliding, const Slope *slope, const double change[],
+                        double answer[]) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, rest, SIZE_FRICTIONAL);
+    WORK(mark, double, z, SIZE_FRICTIONAL);
     for (int k = 0; k < sliding->count; k++) {
         rest[k] = change[sliding->row[k] - FIRST_SLIP];
     }
     lu_solve(slope->matrix, slope->order, sliding->count, rest, z);
     add_forces(sliding, z, answer);
+    arena_release(mark);
 }
 
 void contacts_answer(Instance *instance, const System *system, double time, const double states[],
                      const double inputs[], const double unknowns[], const Seed *seed, double answer[]) {
-    Sliding sliding;
-    Slope slope;
-    double change[SIZE_FRICTIONAL];
-    sliding_evaluate(instance, system, time, states, inputs, &sliding);
-    if (sliding.count > 0 && factorize(instance, time, states, inputs, unknowns, &sliding, &slope)) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Sliding, sliding);
+    WORK_OF(mark, Slope, slope);
+    WORK(mark, double, change, SIZE_FRICTIONAL);
+    sliding_evaluate(instance, system, time, states, inputs, sliding);
+    if (sliding->count > 0 && factorize(instance, time, states, inputs, unknowns, sliding, slope)) {
         sliding_share(instance, system, answer);
         sliding_change(instance, time, states, inputs, unknowns, seed, answer, change);
-        add_answers(&sliding, &slope, change, answer);
+        add_answers(instance->arena, sliding, slope, change, answer);
     }
+    arena_release(mark);
 }
 
 void contacts_answer_twice(Instance *instance, const System *system, const double du[], const double d2u[],
                            const double rates[], double answer[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Sliding, sliding);
+    WORK_OF(mark, Slope, slope);
+    WORK(mark, double, change, SIZE_FRICTIONAL);
     const State *state = &instance->state;
     const double *unknowns = instance->cache.reported;
-    Sliding sliding;
-    Slope slope;
-    double change[SIZE_FRICTIONAL];
-    sliding_evaluate(instance, system, state->time, state->states, state->inputs, &sliding);
-    if (sliding.count > 0 &&
-        factorize(instance, state->time, state->states, state->inputs, unknowns, &sliding, &slope)) {
+    sliding_evaluate(instance, system, state->time, state->states, state->inputs, sliding);
+    if (sliding->count > 0 &&
+        factorize(instance, state->time, state->states, state->inputs, unknowns, sliding, slope)) {
         mechanism_friction_second(state->time, state->states, state->inputs, state->parameters, unknowns, du, d2u,
                                   rates, answer, change);
-        add_answers(&sliding, &slope, change, answer);
+        add_answers(instance->arena, sliding, slope, change, answer);
     }
+    arena_release(mark);
 }

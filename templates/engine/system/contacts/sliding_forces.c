@@ -7,20 +7,21 @@
 enum { N = N_COORDINATES };
 
 bool contacts_rub(Instance *instance, double time, const double states[], double forces[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    WORK(mark, int, sliding, SIZE_FRICTIONAL);
+    WORK_OF(mark, ElementRows, rows);
     const double *inputs = inputs_at(instance, time);
-    double unknowns[N_UNKNOWNS];
-    int sliding[SIZE_FRICTIONAL];
-    ElementRows rows;
     if (!accelerations_at(instance, time, states, inputs, unknowns)) {
-        return false;
+        return arena_leave(mark, false);
     }
-    rows_evaluate(instance, time, states, inputs, &rows);
+    rows_evaluate(instance, time, states, inputs, rows);
     const int count = sliding_find(&instance->state, sliding);
     for (int k = 0; k < count; k++) {
-        const double *jacobian = rows.jacobian + sliding[k] * N;
+        const double *jacobian = rows->jacobian + sliding[k] * N;
         for (int i = 0; i < N; i++) {
             forces[i] += jacobian[i] * unknowns[N + ROW_PLACES[sliding[k]]];
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }

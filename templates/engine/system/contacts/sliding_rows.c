@@ -36,16 +36,18 @@ void sliding_share(const Instance *instance, const System *system, double unknow
 
 void sliding_evaluate(Instance *instance, const System *system, double time, const double states[],
                       const double inputs[], Sliding *sliding) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, ElementRows, rows);
     static const double NOTHING[N_CONSTRAINTS];
-    ElementRows rows;
-    rows_evaluate(instance, time, states, inputs, &rows);
+    rows_evaluate(instance, time, states, inputs, rows);
     sliding->count = sliding_find(&instance->state, sliding->row);
     for (int k = 0; k < sliding->count; k++) {
         const int row = sliding->row[k];
-        system_solve(system, rows.jacobian + row * N, NOTHING, NULL, sliding->answer[k]);
+        system_solve(system, rows->jacobian + row * N, NOTHING, NULL, sliding->answer[k]);
         sliding_share(instance, system, sliding->answer[k]);
         sliding->answer[k][N + ROW_PLACES[row]] = 1.0;
     }
+    arena_release(mark);
 }
 
 void sliding_change(const Instance *instance, double time, const double states[], const double inputs[],
@@ -56,12 +58,14 @@ void sliding_change(const Instance *instance, double time, const double states[]
 
 void sliding_slope(const Instance *instance, double time, const double states[], const double inputs[],
                    const double unknowns[], const Sliding *sliding, double slope[]) {
-    const Seed still = {0};
-    double change[SIZE_FRICTIONAL];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, change, SIZE_FRICTIONAL);
+    static const Seed STILL;
     for (int k = 0; k < sliding->count; k++) {
-        sliding_change(instance, time, states, inputs, unknowns, &still, sliding->answer[k], change);
+        sliding_change(instance, time, states, inputs, unknowns, &STILL, sliding->answer[k], change);
         for (int i = 0; i < sliding->count; i++) {
             slope[i * sliding->count + k] = (i == k ? 1.0 : 0.0) - change[sliding->row[i] - FIRST_SLIP];
         }
     }
+    arena_release(mark);
 }

@@ -45,12 +45,14 @@ static bool factorize(const double jacobian[], int size, Slopes *slopes) {
 }
 
 /* change[size], by coordinate, that takes residuals[m], by constraint, away. */
-static void solve(const Slopes *slopes, const double residuals[], double change[]) {
-    double right[N_MASSLESS];
+static void solve(Arena *arena, const Slopes *slopes, const double residuals[], double change[]) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, right, N_MASSLESS);
     for (int k = 0; k < slopes->size; k++) {
         right[k] = -residuals[MASSLESS_CONSTRAINTS[k]];
     }
     lu_solve(slopes->matrix, slopes->rows, slopes->size, right, change);
+    arena_release(mark);
 }
 
 /* moving[n] = kept[size] + length change[size] */
@@ -81,82 +83,89 @@ static double size_of(const Values *values, const double states[]) {
 }
 
 static bool report_massless(Instance *instance, const double residuals[], int size) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
     Failure *failure = &instance->failure;
-    bool concerned[N_COORDINATES] = {false};
     for (int k = 0; k < size; k++) {
         concerned[MASSLESS_COORDINATES[k]] = true;
         failure->constraints[k] = MASSLESS_CONSTRAINTS[k];
         failure->residuals[k] = residuals[MASSLESS_CONSTRAINTS[k]];
     }
     failure->count = size;
-    return report_coordinates(instance, FAILURE_MASSLESS, instance->state.time, concerned);
+    return arena_leave(mark, report_coordinates(instance, FAILURE_MASSLESS, instance->state.time, concerned));
 }
 
 /* One step of Newton's method, halved until the residual falls. Returns false, and the states as they were, if it does
    not fall. Equations that are met already get one trial only, because what is left is rounding. */
 static bool improve(const Instance *instance, double states[], Values *values, double *size) {
-    double kept[N_MASSLESS], change[N_MASSLESS];
-    Slopes slopes;
-    Values trial;
-    if (!factorize(values->jacobian, N_MASSLESS_POSITIONS, &slopes)) {
-        return false;
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, kept, N_MASSLESS);
+    WORK(mark, double, change, N_MASSLESS);
+    WORK_OF(mark, Slopes, slopes);
+    WORK_OF(mark, Values, trial);
+    if (!factorize(values->jacobian, N_MASSLESS_POSITIONS, slopes)) {
+        return arena_leave(mark, false);
     }
-    solve(&slopes, values->positions, change);
+    solve(instance->arena, slopes, values->positions, change);
     for (int i = 0; i < N_MASSLESS_POSITIONS; i++) {
         kept[i] = states[MASSLESS_COORDINATES[i]];
     }
     double length = 1.0;
     for (int trials = *size <= ACCEPTED ? 1 : MOST_TRIALS; trials > 0; trials--, length *= 0.5) {
         move(states, kept, length, change, N_MASSLESS_POSITIONS);
-        evaluate(instance, states, &trial);
-        const double found = size_of(&trial, states);
+        evaluate(instance, states, trial);
+        const double found = size_of(trial, states);
         if (found < *size) {
-            *values = trial;
+            *values = *trial;
             *size = found;
-            return true;
+            return arena_leave(mark, true);
         }
     }
     move(states, kept, 0.0, change, N_MASSLESS_POSITIONS);
-    return false;
+    return arena_leave(mark, false);
 }
 
 static bool solve_positions(Instance *instance, double states[]) {
-    Values values;
-    evaluate(instance, states, &values);
-    double size = size_of(&values, states);
-    for (int i = 0; i < MOST_ITERATIONS && size > NOISE && improve(instance, states, &values, &size); i++) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Values, values);
+    evaluate(instance, states, values);
+    double size = size_of(values, states);
+    for (int i = 0; i < MOST_ITERATIONS && size > NOISE && improve(instance, states, values, &size); i++) {
     }
-    return size <= ACCEPTED || report_massless(instance, values.positions, N_MASSLESS_POSITIONS);
+    return arena_leave(mark, size <= ACCEPTED || report_massless(instance, values->positions, N_MASSLESS_POSITIONS));
 }
 
 static bool solve_velocities(Instance *instance, double states[]) {
-    double change[N_MASSLESS];
-    Slopes slopes;
-    Values values;
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, change, N_MASSLESS);
+    WORK_OF(mark, Slopes, slopes);
+    WORK_OF(mark, Values, values);
     move(states + N, REST, 0.0, REST, N_MASSLESS);
-    evaluate(instance, states, &values);
-    if (!factorize(values.jacobian, N_MASSLESS, &slopes)) {
-        return report_massless(instance, values.velocities, N_MASSLESS);
+    evaluate(instance, states, values);
+    if (!factorize(values->jacobian, N_MASSLESS, slopes)) {
+        return arena_leave(mark, report_massless(instance, values->velocities, N_MASSLESS));
     }
-    solve(&slopes, values.velocities, change);
+    solve(instance->arena, slopes, values->velocities, change);
     move(states + N, REST, 1.0, change, N_MASSLESS);
-    return all_finite(change, N_MASSLESS) || report_massless(instance, values.velocities, N_MASSLESS);
+    return arena_leave(mark, all_finite(change, N_MASSLESS) ||
+                                 report_massless(instance, values->velocities, N_MASSLESS));
 }
 
 bool massless_settle(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
     State *state = &instance->state;
-    double states[N_STATES];
     if (state->settled) {
-        return true;
+        return arena_leave(mark, true);
     }
-    memcpy(states, state->states, sizeof states);
+    memcpy(states, state->states, N_STATES * sizeof(double));
     move(states, state->massless[0], 0.0, state->massless[0], N_MASSLESS_POSITIONS);
     if ((N_MASSLESS_POSITIONS > 0 && !solve_positions(instance, states)) || !solve_velocities(instance, states)) {
-        return false;
+        return arena_leave(mark, false);
     }
-    memcpy(state->states, states, sizeof states);
+    memcpy(state->states, states, N_STATES * sizeof(double));
     state->settled = 1;
-    return true;
+    return arena_leave(mark, true);
 }
 
 void massless_keep(State *state) {
@@ -181,8 +190,9 @@ bool massless_return(Instance *instance) {
 
 /* Is the change of the forces with what has no mass smaller, by the factor part, than that with the other coordinates,
    in nominal values? */
-static bool hardly_depend(const double jacobian[], double part, Slopes *slopes) {
-    double scaled[N_CONSTRAINTS * N_COORDINATES];
+static bool hardly_depend(Arena *arena, const double jacobian[], double part, Slopes *slopes) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, scaled, N_CONSTRAINTS * N_COORDINATES);
     for (int k = 0; k < N_CONSTRAINTS; k++) {
         double scale = 0.0;
         for (int i = 0; i < N; i++) {
@@ -196,36 +206,41 @@ static bool hardly_depend(const double jacobian[], double part, Slopes *slopes) 
     for (int k = 0; k < N_MASSLESS && !found; k++) {
         found = part * fabs(slopes->matrix[k * N_MASSLESS + k]) > 1.0; /* inverse pivots */
     }
-    return found;
+    return arena_leave(mark, found);
 }
 
 void massless_explain_failure(Instance *instance) {
-    Slopes slopes;
-    Values values;
-    evaluate(instance, instance->state.states, &values);
-    if (instance->failure.kind == FAILURE_ACCURACY && hardly_depend(values.jacobian, SINGULAR_SOON, &slopes)) {
-        report_massless(instance, values.velocities, N_MASSLESS);
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Slopes, slopes);
+    WORK_OF(mark, Values, values);
+    evaluate(instance, instance->state.states, values);
+    if (instance->failure.kind == FAILURE_ACCURACY &&
+        hardly_depend(instance->arena, values->jacobian, SINGULAR_SOON, slopes)) {
+        report_massless(instance, values->velocities, N_MASSLESS);
     }
+    arena_release(mark);
 }
 
 bool massless_settle_seed(Instance *instance, Seed *seed) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, residuals, N_RESIDUALS);
+    WORK(mark, double, change, N_MASSLESS);
+    WORK_OF(mark, Slopes, slopes);
+    WORK_OF(mark, Values, values);
     const State *state = &instance->state;
-    double residuals[N_RESIDUALS];
-    double change[N_MASSLESS];
-    Slopes slopes;
-    Values values;
-    evaluate(instance, state->states, &values);
+    evaluate(instance, state->states, values);
     for (int level = N_MASSLESS_POSITIONS > 0 ? 0 : 1; level < 2; level++) {
         const int size = level == 0 ? N_MASSLESS_POSITIONS : N_MASSLESS;
         const double *rows = residuals + N_UNKNOWNS + (level == 0 ? N_CONSTRAINTS : 0);
-        if (!factorize(values.jacobian, size, &slopes)) {
-            return report_massless(instance, level == 0 ? values.positions : values.velocities, size);
+        if (!factorize(values->jacobian, size, slopes)) {
+            return arena_leave(mark, report_massless(instance, level == 0 ? values->positions : values->velocities,
+                                         size));
         }
         mechanism_residual_tangent(state->time, state->states, state->inputs, state->parameters,
                                    instance->cache.accelerations, seed->time, seed->states, seed->inputs,
                                    seed->parameters, residuals);
-        solve(&slopes, rows, change);
+        solve(instance->arena, slopes, rows, change);
         move(seed->states + level * N, REST, 1.0, change, size);
     }
-    return true;
+    return arena_leave(mark, true);
 }

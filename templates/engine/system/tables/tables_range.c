@@ -2,7 +2,8 @@
 #include "tables.h"
 
 bool tables_explain(Instance *instance, double time, const double states[], const double inputs[]) {
-    double arguments[N_ARGUMENTS];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, arguments, N_ARGUMENTS);
     mechanism_arguments(time, states, inputs, instance->state.parameters, arguments);
     for (int k = 0; k < N_ARGUMENTS; k++) {
         if (arguments[k] < ARGUMENTS[k].least || arguments[k] > ARGUMENTS[k].greatest) {
@@ -10,8 +11,8 @@ bool tables_explain(Instance *instance, double time, const double states[], cons
             instance->failure.time = time;
             instance->failure.state = k;
             instance->failure.amount = arguments[k];
-            return true;
+            return arena_leave(mark, true);
         }
     }
-    return false;
+    return arena_leave(mark, false);
 }

@@ -12,8 +12,9 @@
 enum { N = N_COORDINATES, M = N_CONSTRAINTS };
 
 /* constraints_solve: b[rows] for weights of the multipliers. A row that is held counts less, and so does its weight. */
-static void solve_adjoint(const ConstraintFactorization *f, const double multipliers[], double b[]) {
-    double z[M];
+static void solve_adjoint(Arena *arena, const ConstraintFactorization *f, const double multipliers[], double b[]) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, z, M);
     memset(b, 0, M * sizeof(double));
     for (int i = 0; i < f->rank; i++) {
         const int row = f->order[i];
@@ -31,6 +32,7 @@ static void solve_adjoint(const ConstraintFactorization *f, const double multipl
         }
         b[row] = f->scale[row] * z[i];
     }
+    arena_release(mark);
 }
 
 /* The product of row k of a matrix, (m, n), and a vector. */
@@ -43,13 +45,16 @@ static double row_times(const double matrix[], int k, const double vector[]) {
 }
 
 void system_answer_adjoint(const System *system, const double unknowns[], double change[]) {
+    const ArenaMark mark = arena_mark(system->arena);
+    WORK(mark, double, multipliers, M);
+    WORK(mark, double, accelerations, N);
     const ConstraintFactorization *f = &system->constraints;
-    double multipliers[M], accelerations[N], *below = change + N;
-    memcpy(accelerations, unknowns, sizeof accelerations);
+    double *below = change + N;
+    memcpy(accelerations, unknowns, N * sizeof(double));
     for (int k = 0; k < M; k++) {
         multipliers[k] = unknowns[N + k] + row_times(f->response, k, unknowns);
     }
-    solve_adjoint(f, multipliers, below);
+    solve_adjoint(system->arena, f, multipliers, below);
     for (int k = 0; k < M; k++) {
         for (int i = 0; i < N; i++) {
             accelerations[i] -= f->jacobian[k * N + i] * below[k];
@@ -62,6 +67,7 @@ void system_answer_adjoint(const System *system, const double unknowns[], double
     for (int i = 0; i < N_UNKNOWNS; i++) {
         change[i] = -change[i];
     }
+    arena_release(mark);
 }
 
 void accelerations_stabilise_adjoint(const Instance *instance, double change[]) {
@@ -76,43 +82,52 @@ void accelerations_stabilise_adjoint(const Instance *instance, double change[]) 
 
 void add_constraints_adjoint(const Instance *instance, const double positions[], const double velocities[],
                              Seed *sensitivity) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Seed, term);
     const State *state = &instance->state;
-    Seed term = {0};
+    memset(term, 0, sizeof *term);
     mechanism_constraints_adjoint(state->time, state->states, state->inputs, state->parameters, positions, velocities,
-                                  &term.time, term.states, term.inputs, term.parameters);
-    seed_add(sensitivity, &term);
+                                  &term->time, term->states, term->inputs, term->parameters);
+    seed_add(sensitivity, term);
+    arena_release(mark);
 }
 
 /* The changes of the states of a level, the last one first. */
 static void level_adjoint(Instance *instance, const Values *values, Level level, Seed *sensitivity) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, multipliers, M);
+    WORK(mark, double, rows, M);
+    WORK_ZEROS(mark, double, nothing, M);
     ConstraintFactorization *work = &instance->scratch.system.constraints;
-    double multipliers[M], rows[M], nothing[M] = {0.0};
     for (int freedom = ALL_STATES; freedom >= GUESSES; freedom--) {
-        start_factorize(work, values->jacobian, level, (Freedom)freedom, 0.0);
+        start_factorize(instance->arena, work, values->jacobian, level, (Freedom)freedom, 0.0);
         for (int k = 0; k < rows_of(level); k++) {
             multipliers[k] = row_times(work->response, k, sensitivity->states + (level == POSITIONS ? 0 : N));
         }
-        solve_adjoint(work, multipliers, rows);
+        solve_adjoint(instance->arena, work, multipliers, rows);
         for (int k = 0; k < M; k++) {
             rows[k] = -rows[k];
         }
         add_constraints_adjoint(instance, level == POSITIONS ? rows : nothing, level == POSITIONS ? nothing : rows,
                                 sensitivity);
     }
+    arena_release(mark);
 }
 
 void constraints_settle_adjoint(Instance *instance, Seed *sensitivity) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Values, values);
     const State *state = &instance->state;
-    Values values;
-    residuals_evaluate(instance, state->time, state->states, state->inputs, &values);
-    level_adjoint(instance, &values, VELOCITIES, sensitivity);
+    residuals_evaluate(instance, state->time, state->states, state->inputs, values);
+    level_adjoint(instance, values, VELOCITIES, sensitivity);
     for (int i = N; i < 2 * N; i++) {
         sensitivity->states[i] = GIVEN_STATES[i] ? sensitivity->states[i] : 0.0;
     }
     if (N_HOLONOMIC > 0) {
-        level_adjoint(instance, &values, POSITIONS, sensitivity);
+        level_adjoint(instance, values, POSITIONS, sensitivity);
     }
     for (int i = 0; i < N_STATES; i++) {
         sensitivity->states[i] = GIVEN_STATES[i] ? sensitivity->states[i] : 0.0;
     }
+    arena_release(mark);
 }

@@ -17,42 +17,50 @@ typedef struct {
 } Entries;
 
 /* constraints_spread: scale^2 G (G^T ...)^+ G^T, symmetric but for the scale. */
-static void spread_adjoint(const ConstraintFactorization *f, double multipliers[]) {
+static void spread_adjoint(Arena *arena, const ConstraintFactorization *f, double multipliers[]) {
     for (int k = 0; k < M; k++) {
         multipliers[k] *= f->scale[k] > 0.0 ? f->scale[k] * f->scale[k] : 1.0;
     }
-    constraints_spread(f, multipliers);
+    constraints_spread(arena, f, multipliers);
     for (int k = 0; k < M; k++) {
         multipliers[k] /= f->scale[k] > 0.0 ? f->scale[k] * f->scale[k] : 1.0;
     }
 }
 
 void multipliers_spread_adjoint(const Instance *instance, double unknowns[], Spread *spread) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, rates, N_UNKNOWNS);
+    WORK(mark, double, change, N_UNKNOWNS);
     const System *system = &instance->cache.system;
-    double rates[N_UNKNOWNS] = {0.0}, change[N_UNKNOWNS], *multipliers = unknowns + N;
+    double *multipliers = unknowns + N;
     spread->unique = multipliers_unique(instance);
     if (spread->unique) {
+        arena_release(mark);
         return;
     }
     memcpy(spread->own, multipliers, sizeof spread->own);
-    spread_adjoint(&system->constraints, multipliers);
+    spread_adjoint(instance->arena, &system->constraints, multipliers);
     memcpy(rates + N, multipliers, M * sizeof(double));
     system_answer_adjoint(system, rates, change);
     memcpy(spread->exchange, change, sizeof spread->exchange);
     for (int k = 0; k < M; k++) {
         spread->own[k] -= multipliers[k];
     }
+    arena_release(mark);
 }
 
 /* own_rates: the weights of squares dG w - ds/s multiplier. */
 static void add_own(const Instance *instance, const Spread *spread, Entries *entries) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, w, N);
+    WORK(mark, double, forces, M);
+    WORK(mark, double, weights, M);
     const ConstraintFactorization *f = &instance->cache.system.constraints;
     const double *multipliers = instance->cache.reported + N;
-    double w[N] = {0.0}, forces[M], weights[M];
     for (int k = 0; k < M; k++) {
         forces[k] = f->scale[k] > 0.0 ? multipliers[k] / (f->scale[k] * f->scale[k]) : 0.0;
     }
-    constraints_solve(f, forces, NULL, weights);
+    constraints_solve(instance->arena, f, forces, NULL, weights);
     constraints_respond(f, weights, w);
     for (int k = 0; k < M; k++) {
         const double *row = f->response + k * N;
@@ -64,26 +72,31 @@ static void add_own(const Instance *instance, const Spread *spread, Entries *ent
             }
         }
     }
+    arena_release(mark);
 }
 
 void multipliers_spread_knowns(const Instance *instance, const Spread *spread, const double change[],
                                Seed *sensitivity) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Entries, entries);
+    WORK_OF(mark, Seed, term);
     const State *state = &instance->state;
     const Cache *cache = &instance->cache;
-    Entries entries;
-    Seed term = {0};
+    memset(term, 0, sizeof *term);
     if (spread->unique) {
+        arena_release(mark);
         return;
     }
-    memset(&entries, 0, sizeof entries);
+    memset(entries, 0, sizeof *entries);
     for (int k = 0; k < M; k++) {
         const double difference = cache->reported[N + k] - cache->accelerations[N + k];
         for (int i = 0; i < N; i++) {
-            entries.jacobian[k * N + i] -= difference * (spread->exchange[i] - change[i]);
+            entries->jacobian[k * N + i] -= difference * (spread->exchange[i] - change[i]);
         }
     }
-    add_own(instance, spread, &entries);
-    mechanism_matrices_adjoint(state->time, state->states, state->inputs, state->parameters, entries.mass,
-                               entries.jacobian, &term.time, term.states, term.inputs, term.parameters);
-    seed_add(sensitivity, &term);
+    add_own(instance, spread, entries);
+    mechanism_matrices_adjoint(state->time, state->states, state->inputs, state->parameters, entries->mass,
+                               entries->jacobian, &term->time, term->states, term->inputs, term->parameters);
+    seed_add(sensitivity, term);
+    arena_release(mark);
 }

@@ -6,9 +6,11 @@
 
 /* rows[count] for weights[count] of the forces; false if there is no definite answer. */
 static bool solve_transposed(const Instance *instance, const Sliding *sliding, const double weights[], double rows[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, slope, SIZE_FRICTIONAL * SIZE_FRICTIONAL);
+    WORK(mark, double, transposed, SIZE_FRICTIONAL * SIZE_FRICTIONAL);
+    WORK(mark, int, order, SIZE_FRICTIONAL);
     const State *state = &instance->state;
-    double slope[SIZE_FRICTIONAL * SIZE_FRICTIONAL], transposed[SIZE_FRICTIONAL * SIZE_FRICTIONAL];
-    int order[SIZE_FRICTIONAL];
     const int count = sliding->count;
     sliding_slope(instance, state->time, state->states, state->inputs, instance->cache.accelerations, sliding, slope);
     for (int i = 0; i < count; i++) {
@@ -17,35 +19,41 @@ static bool solve_transposed(const Instance *instance, const Sliding *sliding, c
         }
     }
     if (!lu_factorize(transposed, order, count)) {
-        return false;
+        return arena_leave(mark, false);
     }
     lu_solve(transposed, order, count, weights, rows);
-    return true;
+    return arena_leave(mark, true);
 }
 
 void contacts_answer_adjoint(Instance *instance, double unknowns[], Seed *sensitivity) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, weights, SIZE_FRICTIONAL);
+    WORK(mark, double, rows, SIZE_FRICTIONAL);
+    WORK_ZEROS(mark, double, of_forces, SIZE_FRICTIONAL);
+    WORK(mark, double, of_unknowns, N_UNKNOWNS);
+    WORK_OF(mark, Seed, term);
+    WORK_OF(mark, Sliding, sliding);
     const State *state = &instance->state;
-    double weights[SIZE_FRICTIONAL] = {0.0}, rows[SIZE_FRICTIONAL], of_forces[SIZE_FRICTIONAL] = {0.0};
-    double of_unknowns[N_UNKNOWNS];
-    Seed term = {0};
-    Sliding sliding;
-    sliding_evaluate(instance, &instance->cache.system, state->time, state->states, state->inputs, &sliding);
-    for (int k = 0; k < sliding.count; k++) {
+    memset(term, 0, sizeof *term);
+    sliding_evaluate(instance, &instance->cache.system, state->time, state->states, state->inputs, sliding);
+    for (int k = 0; k < sliding->count; k++) {
         for (int i = 0; i < N_UNKNOWNS; i++) {
-            weights[k] += sliding.answer[k][i] * unknowns[i];
+            weights[k] += sliding->answer[k][i] * unknowns[i];
         }
     }
-    if (sliding.count == 0 || !solve_transposed(instance, &sliding, weights, rows)) {
+    if (sliding->count == 0 || !solve_transposed(instance, sliding, weights, rows)) {
+        arena_release(mark);
         return;
     }
-    for (int k = 0; k < sliding.count; k++) {
-        of_forces[sliding.row[k] - FIRST_SLIP] = rows[k];
+    for (int k = 0; k < sliding->count; k++) {
+        of_forces[sliding->row[k] - FIRST_SLIP] = rows[k];
     }
     mechanism_friction_adjoint(state->time, state->states, state->inputs, state->parameters,
-                               instance->cache.accelerations, of_forces, &term.time, term.states, term.inputs,
-                               term.parameters, of_unknowns);
-    seed_add(sensitivity, &term);
+                               instance->cache.accelerations, of_forces, &term->time, term->states, term->inputs,
+                               term->parameters, of_unknowns);
+    seed_add(sensitivity, term);
     for (int i = 0; i < N_UNKNOWNS; i++) {
         unknowns[i] += of_unknowns[i];
     }
+    arena_release(mark);
 }

@@ -9,47 +9,54 @@
 enum { N = N_COORDINATES };
 
 /* rows[size] = - A^-T weights[size] for the square part A of the Jacobian; false if there is no definite answer. */
-static bool solve_transposed(const double jacobian[], int size, const double weights[], double rows[]) {
-    double matrix[N_MASSLESS * N_MASSLESS];
-    int order[N_MASSLESS];
+static bool solve_transposed(Arena *arena, const double jacobian[], int size, const double weights[],
+                             double rows[]) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, matrix, N_MASSLESS * N_MASSLESS);
+    WORK(mark, int, order, N_MASSLESS);
     for (int k = 0; k < size; k++) {
         for (int i = 0; i < size; i++) {
             matrix[i * size + k] = jacobian[MASSLESS_CONSTRAINTS[k] * N + MASSLESS_COORDINATES[i]];
         }
     }
     if (!lu_factorize(matrix, order, size)) {
-        return false;
+        return arena_leave(mark, false);
     }
     lu_solve(matrix, order, size, weights, rows);
     for (int k = 0; k < size; k++) {
         rows[k] = -rows[k];
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* As massless_settle_seed says. */
 static bool report(Instance *instance, const double residuals[], int size) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
     Failure *failure = &instance->failure;
-    bool concerned[N_COORDINATES] = {false};
     for (int k = 0; k < size; k++) {
         concerned[MASSLESS_COORDINATES[k]] = true;
         failure->constraints[k] = MASSLESS_CONSTRAINTS[k];
         failure->residuals[k] = residuals[MASSLESS_CONSTRAINTS[k]];
     }
     failure->count = size;
-    return report_coordinates(instance, FAILURE_MASSLESS, instance->state.time, concerned);
+    return arena_leave(mark, report_coordinates(instance, FAILURE_MASSLESS, instance->state.time, concerned));
 }
 
 /* The answers of positions or velocities: their weights go to what they follow from. */
 static bool level_adjoint(Instance *instance, const Values *values, Level level, Seed *sensitivity) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, weights, N_MASSLESS);
+    WORK(mark, double, found, N_MASSLESS);
+    WORK_ZEROS(mark, double, rows, N_CONSTRAINTS);
+    WORK_ZEROS(mark, double, nothing, N_CONSTRAINTS);
     const int size = level == POSITIONS ? N_MASSLESS_POSITIONS : N_MASSLESS;
     double *states = sensitivity->states + (level == POSITIONS ? 0 : N);
-    double weights[N_MASSLESS], found[N_MASSLESS], rows[N_CONSTRAINTS] = {0.0}, nothing[N_CONSTRAINTS] = {0.0};
     for (int i = 0; i < size; i++) {
         weights[i] = states[MASSLESS_COORDINATES[i]];
     }
-    if (!solve_transposed(values->jacobian, size, weights, found)) {
-        return report(instance, level == POSITIONS ? values->positions : values->velocities, size);
+    if (!solve_transposed(instance->arena, values->jacobian, size, weights, found)) {
+        return arena_leave(mark, report(instance, level == POSITIONS ? values->positions : values->velocities, size));
     }
     for (int k = 0; k < size; k++) {
         rows[MASSLESS_CONSTRAINTS[k]] = found[k];
@@ -59,13 +66,15 @@ static bool level_adjoint(Instance *instance, const Values *values, Level level,
     for (int i = 0; i < size; i++) {
         states[MASSLESS_COORDINATES[i]] = 0.0;
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 bool massless_settle_adjoint(Instance *instance, Seed *sensitivity) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Values, values);
     const State *state = &instance->state;
-    Values values;
-    residuals_evaluate(instance, state->time, state->states, state->inputs, &values);
-    return level_adjoint(instance, &values, VELOCITIES, sensitivity) &&
-           (N_MASSLESS_POSITIONS == 0 || level_adjoint(instance, &values, POSITIONS, sensitivity));
+    residuals_evaluate(instance, state->time, state->states, state->inputs, values);
+    return arena_leave(mark, level_adjoint(instance, values, VELOCITIES, sensitivity) &&
+                                 (N_MASSLESS_POSITIONS == 0 ||
+                                 level_adjoint(instance, values, POSITIONS, sensitivity)));
 }

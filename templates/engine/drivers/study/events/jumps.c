@@ -107,14 +107,17 @@ typedef bool (*Looked)(Variations *variations, const Way *way, double by, double
 /* slopes[count] of what is looked at along a way, and how far the differences of two widths are apart. */
 static bool differentiate(Variations *variations, const Way *way, Looked looked, int count, double slopes[],
                           double apart[]) {
-    double ahead[N_JUMPING + SIZE_EVENTS], behind[N_JUMPING + SIZE_EVENTS], coarse[N_JUMPING + SIZE_EVENTS];
+    const ArenaMark mark = arena_mark(variations->study.instance.arena);
+    WORK(mark, double, ahead, N_JUMPING + SIZE_EVENTS);
+    WORK(mark, double, behind, N_JUMPING + SIZE_EVENTS);
+    WORK(mark, double, coarse, N_JUMPING + SIZE_EVENTS);
     const double width = width_of(&variations->before, way);
     memset(slopes, 0, (size_t)count * sizeof(double));
     memset(apart, 0, (size_t)count * sizeof(double));
     for (int level = 0; width > 0.0 && level < 2; level++) {
         const double by = level == 0 ? width : 0.5 * width;
         if (!looked(variations, way, by, ahead) || !looked(variations, way, -by, behind)) {
-            return false;
+            return arena_leave(mark, false);
         }
         for (int i = 0; i < count; i++) {
             const double slope = (ahead[i] - behind[i]) / (2.0 * by);
@@ -123,7 +126,7 @@ static bool differentiate(Variations *variations, const Way *way, Looked looked,
             coarse[i] = slope;
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Are the differences of what jumps along a way those of a smooth function? Both in nominal values. */
@@ -141,8 +144,11 @@ static bool smooth(const Variations *variations, const Way *way, const double sl
 
 /* By how much the event moves along each direction: all functions that are due have to agree. */
 static bool find_shifts(Variations *variations) {
+    const ArenaMark mark = arena_mark(variations->study.instance.arena);
+    WORK(mark, double, falls, SIZE_EVENTS);
+    WORK(mark, double, changes, SIZE_EVENTS);
+    WORK(mark, double, apart, SIZE_EVENTS);
     const State *state = &variations->before.state;
-    double falls[SIZE_EVENTS], changes[SIZE_EVENTS], apart[SIZE_EVENTS];
     Way along = {.time = 1.0, .scale = experiment_duration(state)};
     int first = -1;
     memcpy(along.states, state->first_stage, sizeof along.states);
@@ -150,30 +156,32 @@ static bool find_shifts(Variations *variations) {
         first = state->due[k] && first < 0 ? k : first;
     }
     if (first < 0) {
-        return true;
+        return arena_leave(mark, true);
     }
     if (!differentiate(variations, &along, look, N_EVENTS, falls, apart)) {
-        return refuse(variations, first, "the functions of events have no values beside it");
+        return arena_leave(mark, refuse(variations, first, "the functions of events have no values beside it"));
     }
     if (fabs(falls[first]) * experiment_duration(state) < LOCATED * EVENT_NOMINALS[first]) {
-        return refuse(variations, first, "this value is only touched, not crossed; vary the start a little");
+        return arena_leave(mark, refuse(variations, first, "this value is only touched, not crossed; vary the start "
+                                                           "a little"));
     }
     for (int d = 0; d < variations->count; d++) {
         Direction *direction = &variations->directions[d];
         Way way = {.scale = direction->scale, .seed = &direction->seed};
         memcpy(way.states, direction->states, sizeof way.states);
         if (!differentiate(variations, &way, look, N_EVENTS, changes, apart)) {
-            return refuse(variations, first, "the functions of events have no values beside it");
+            return arena_leave(mark, refuse(variations, first, "the functions of events have no values beside it"));
         }
         direction->shift = -changes[first] / falls[first];
         for (int k = first + 1; k < N_EVENTS; k++) {
             const double left = fabs(changes[k] + direction->shift * falls[k]);
             if (state->due[k] && left > DIFFERENT * (fabs(changes[k]) + fabs(direction->shift * falls[k]))) {
-                return refuse(variations, k, "another event comes at the same time, and what is varied parts the two");
+                return arena_leave(mark, refuse(variations, k, "another event comes at the same time, and what is "
+                                         "varied parts the two"));
             }
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Do states go on where they were, while forces may jump? Modes then may be decided otherwise beside the motion, as
@@ -194,26 +202,29 @@ static bool continuous(const Variations *variations) {
 
 /* S after the event into the seed of one direction, with what modes remember. */
 static bool jump(Variations *variations, Direction *direction, int k) {
+    const ArenaMark mark = arena_mark(variations->study.instance.arena);
+    WORK(mark, double, jumped, N_JUMPING);
+    WORK(mark, double, apart, N_JUMPING);
     const double *before = variations->before.state.first_stage;
     const double *after = variations->study.instance.state.first_stage;
-    double jumped[N_JUMPING], apart[N_JUMPING];
     Way way = {.time = direction->shift, .scale = direction->scale, .seed = &direction->seed};
     for (int i = 0; i < N_STATES; i++) {
         way.states[i] = direction->states[i] + before[i] * direction->shift;
         direction->seed.states[i] = way.states[i] - after[i] * direction->shift;
     }
     if (continuous(variations)) {
-        return true;
+        return arena_leave(mark, true);
     }
     if (!differentiate(variations, &way, pass_beside, N_JUMPING, jumped, apart) ||
         !smooth(variations, &way, jumped, apart)) {
-        return refuse(variations, k, "beside the motion contacts decide otherwise, as where several meet at one time");
+        return arena_leave(mark, refuse(variations, k, "beside the motion contacts decide otherwise, as where several "
+                                 "meet at one time"));
     }
     for (int i = 0; i < N_STATES; i++) {
         direction->seed.states[i] = jumped[i] - after[i] * direction->shift;
     }
     memcpy(direction->seed.parameters, jumped + N_STATES, N_MASKS * sizeof(double));
-    return true;
+    return arena_leave(mark, true);
 }
 
 bool directions_pass(Variations *variations) {
@@ -238,8 +249,11 @@ bool directions_pass(Variations *variations) {
 /* Which gaps that are closed at the start close further: their impacts are due. *first: one of them, -1 if there are
    none; *others: something else touches or rubs there, so that the motion before the start is not known. */
 static bool find_due(Variations *variations, int *first, bool *others) {
+    const ArenaMark mark = arena_mark(variations->study.instance.arena);
+    WORK(mark, double, gaps, SIZE_EVENTS);
+    WORK(mark, double, falls, SIZE_EVENTS);
+    WORK(mark, double, apart, SIZE_EVENTS);
     State *state = &variations->before.state;
-    double gaps[SIZE_EVENTS], falls[SIZE_EVENTS], apart[SIZE_EVENTS];
     Way along = {.time = 1.0, .scale = experiment_duration(state)};
     memcpy(along.states, state->first_stage, sizeof along.states);
     *first = -1;
@@ -247,7 +261,7 @@ static bool find_due(Variations *variations, int *first, bool *others) {
     memset(state->due, 0, sizeof state->due);
     if (!events_evaluate(&variations->before, state->time, state->states, gaps) ||
         !differentiate(variations, &along, look, N_EVENTS, falls, apart)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
         const int k = N_SWITCHES + 2 * i;
@@ -257,19 +271,20 @@ static bool find_due(Variations *variations, int *first, bool *others) {
             *first = state->due[k] && *first < 0 ? k : *first;
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Does the event, passed from before the start, lead to the states after it? */
 static bool passes_alike(Variations *variations) {
+    const ArenaMark mark = arena_mark(variations->study.instance.arena);
+    WORK(mark, double, passed, N_JUMPING);
     const State *after = &variations->study.instance.state;
     const Way still = {.scale = 1.0};
-    double passed[N_JUMPING];
     bool alike = pass_beside(variations, &still, 0.0, passed);
     for (int i = 0; i < N_STATES && alike; i++) {
         alike = fabs(passed[i] - after->states[i]) <= HYSTERESIS * (fabs(after->states[i]) + NOMINAL_STATES[i]);
     }
-    return alike;
+    return arena_leave(mark, alike);
 }
 
 /* The instance before the impacts of its start, which it has passed, with the directions on its constraints. */

@@ -22,9 +22,11 @@ const Method METHOD = {.name = "moreau", .order = 1};
 
 /* The velocities after the impulses. */
 static void find_velocities(Instance *instance, double length, double qd[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, start, N);
+    WORK(mark, double, changes, N);
     const double *before = instance->state.states + N;
     const SolverScratch *scratch = &instance->scratch.solver;
-    double start[N] = {0.0}, changes[N];
     stepped_respond(instance, scratch->impulses, start, changes);
     for (int i = 0; i < N; i++) {
         const double pushed = length * scratch->accelerations[i];
@@ -33,19 +35,22 @@ static void find_velocities(Instance *instance, double length, double qd[]) {
         qd[i] = before[i] + (pushed + changes[i]);
         qd[i] = fabs(qd[i]) <= dust ? 0.0 : qd[i];
     }
+    arena_release(mark);
 }
 
 /* The terms that make a singular M regular bear a part of the permanent constraints' impulses. Adds this part. */
 static void complete_impulses(Instance *instance, const double qd[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, changes, N);
     SolverScratch *scratch = &instance->scratch.solver;
     const System *system = &instance->scratch.system;
-    double changes[N];
     for (int i = 0; i < N; i++) {
         changes[i] = qd[i] - instance->state.states[N + i];
     }
     for (int row = 0; row < N_PERMANENT; row++) {
         scratch->impulses[row] -= system->weight[PLACES[row]] * stepped_along(&scratch->at, row, changes);
     }
+    arena_release(mark);
 }
 
 /* middle[2n] gets the mean of the velocities at both ends. */
@@ -58,15 +63,17 @@ static void take_mean(const Instance *instance, const double qd[], double middle
 /* Moves z with its rate at the middle of the step, and adds the energy that normal impulses take to the dissipated
    energy, whose rate holds dampers and friction alone. */
 static bool find_further(Instance *instance, double time, double length, const double middle[], double states[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    WORK(mark, double, rates, SIZE_FURTHER);
     const SolverScratch *scratch = &instance->scratch.solver;
-    double unknowns[N_UNKNOWNS], rates[SIZE_FURTHER];
     unknowns_of(scratch->impulses, length, unknowns);
     for (int i = 0; i < N; i++) {
         unknowns[i] = (states[N + i] - instance->state.states[N + i]) / length;
     }
     if (!contacts_oppose(instance, time, middle, unknowns) ||
         !further_rates(instance, time, middle, inputs_at(instance, time), unknowns, rates)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int i = 2 * N; i < N_STATES; i++) {
         states[i] = middle[i] + length * rates[i - 2 * N];
@@ -75,24 +82,25 @@ static bool find_further(Instance *instance, double time, double length, const d
         const int row = CONTACT_ROWS[c];
         states[DISSIPATED] -= 0.5 * scratch->impulses[row] * (scratch->at.velocities[row] + scratch->after[row]);
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* The positions at the end. The work that the correction of q takes from the forces is no loss of energy. */
 static bool find_positions(Instance *instance, Step step, const double middle[], double states[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, before, N);
     const double *forcing = instance->scratch.system.forcing;
-    double before[N];
     for (int i = 0; i < N; i++) {
         states[i] = middle[i] + 0.5 * step.length * states[N + i];
     }
-    memcpy(before, states, sizeof before);
+    memcpy(before, states, N * sizeof(double));
     if (!new_states_finite(instance, step) || !step_positions(instance, step.end, states)) {
-        return false;
+        return arena_leave(mark, false);
     }
     for (int i = 0; i < N; i++) {
         states[DISSIPATED] += forcing[i] * (states[i] - before[i]);
     }
-    return new_states_finite(instance, step);
+    return arena_leave(mark, new_states_finite(instance, step));
 }
 
 /* The velocities qd[n] at the end; in middle[2n] the mean of both ends takes the place of those at the beginning.

@@ -106,24 +106,32 @@ static double rebound(const SolverScratch *scratch, int row, double restitution,
 }
 
 static void find_coefficients(Instance *instance, double time, const double states[], double length) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, restitution, SIZE_UNILATERALS);
+    WORK(mark, double, sliding, SIZE_UNILATERALS);
+    WORK(mark, double, holding, SIZE_UNILATERALS);
     SolverScratch *scratch = &instance->scratch.solver;
     const State *state = &instance->state;
-    double restitution[SIZE_UNILATERALS], sliding[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
     mechanism_contacts(time, states, inputs_at(instance, time), state->parameters, restitution, sliding, holding);
     for (int c = 0; c < N_UNILATERALS; c++) {
         const bool collides = restitution[c] > 0.0 && step_collides(instance, c);
         scratch->restitution[c] = collides ? rebound(scratch, CONTACT_ROWS[c], restitution[c], length) : 0.0;
         scratch->friction[c] = contact_sticks(state, c) ? holding[c] : sliding[c];
     }
+    arena_release(mark);
 }
 
 /* The forces of dry frictions under the present impulses; returns whether they are as they were. */
 static bool find_dry(Instance *instance, double time, const double states[], double length) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    WORK(mark, double, along, SIZE_FRICTIONAL);
+    WORK(mark, double, sliding, SIZE_FRICTIONS);
+    WORK(mark, double, holding, SIZE_FRICTIONS);
     SolverScratch *scratch = &instance->scratch.solver;
-    double unknowns[N_UNKNOWNS], along[SIZE_FRICTIONAL], sliding[SIZE_FRICTIONS], holding[SIZE_FRICTIONS];
     bool same = true;
     if (N_FRICTIONS == 0) {
-        return true;
+        return arena_leave(mark, true);
     }
     unknowns_of(scratch->impulses, length, unknowns);
     mechanism_friction(time, states, inputs_at(instance, time), instance->state.parameters, unknowns, along, sliding,
@@ -133,7 +141,7 @@ static bool find_dry(Instance *instance, double time, const double states[], dou
         same = same && fabs(force - scratch->dry[i]) <= MET * fmax(force, scratch->dry[i]);
         scratch->dry[i] = force;
     }
-    return same;
+    return arena_leave(mark, same);
 }
 
 /* The part of a contact's approaching velocity that comes back, 0 or negative, with this part of the restitution. */

@@ -40,9 +40,11 @@ static void settle_latch(Instance *instance, int latch) {
 }
 
 static void turn_switches(Instance *instance, double time, const double states[]) {
-    double margins[N_SWITCHES + 1];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, margins, N_SWITCHES + 1);
     double *switches = instance->state.parameters + N_MASKS;
     if (N_SWITCHES == 0) {
+        arena_release(mark);
         return;
     }
     mechanism_switches(time, states, inputs_at(instance, time), instance->state.parameters, margins);
@@ -52,6 +54,7 @@ static void turn_switches(Instance *instance, double time, const double states[]
             instance->cache.least_pivots_valid = false;
         }
     }
+    arena_release(mark);
 }
 
 void step_modes(Instance *instance, double time, const double states[]) {

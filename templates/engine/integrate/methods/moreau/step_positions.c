@@ -51,9 +51,12 @@ static double find_needs(const SolverScratch *scratch, const SteppedRows *at, bo
 
 /* Moves q by what the linearised positions need. */
 static void correct(Instance *instance, const SteppedRows *at, const bool moved[], double q[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, pushes, K);
+    WORK_ZEROS(mark, double, start, N);
+    WORK(mark, double, changes, N);
     SolverScratch *scratch = &instance->scratch.solver;
     ChosenRows *chosen = &scratch->chosen;
-    double pushes[K] = {0.0}, start[N] = {0.0}, changes[N];
     choose_rows(scratch, moved);
     for (int i = 0; i < chosen->count; i++) {
         chosen->free[i] = at->positions[chosen->rows[i]];
@@ -73,6 +76,7 @@ static void correct(Instance *instance, const SteppedRows *at, const bool moved[
     for (int i = 0; i < N; i++) {
         q[i] += changes[i];
     }
+    arena_release(mark);
 }
 
 static bool fail(Instance *instance, double time, int row, double residual) {
@@ -86,9 +90,10 @@ static bool fail(Instance *instance, double time, int row, double residual) {
 }
 
 bool step_positions(Instance *instance, double time, double states[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, bool, moved, K);
     SolverScratch *scratch = &instance->scratch.solver;
     SteppedRows *at = &scratch->end;
-    bool moved[K];
     double worst = 0.0;
     int which = 0;
     for (int i = 0; i <= MOST_CORRECTIONS; i++) {
@@ -99,5 +104,5 @@ bool step_positions(Instance *instance, double time, double states[]) {
         }
         correct(instance, at, moved, states);
     }
-    return worst <= LOCATED || fail(instance, time, which, at->positions[which]);
+    return arena_leave(mark, worst <= LOCATED || fail(instance, time, which, at->positions[which]));
 }

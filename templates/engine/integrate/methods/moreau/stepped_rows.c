@@ -14,33 +14,37 @@ enum { N = N_COORDINATES, K = N_CONSTRAINTS };
 /* M where the generated factors are not sound: densely, and where it is singular with the permanent constraints added.
    What modes switch must not be added. */
 static bool factorize_densely(Instance *instance, double time, const double states[], const double inputs[]) {
-    double masks[N_ROWS];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, masks, N_ROWS);
     double *parameters = instance->state.parameters;
-    memcpy(masks, parameters, sizeof masks);
-    memset(parameters, 0, sizeof masks);
+    memcpy(masks, parameters, N_ROWS * sizeof(double));
+    memset(parameters, 0, N_ROWS * sizeof(double));
     const bool regular = system_factorize(instance, time, states, inputs, 0, 0.0, &instance->scratch.system);
-    memcpy(parameters, masks, sizeof masks);
-    return regular;
+    memcpy(parameters, masks, N_ROWS * sizeof(double));
+    return arena_leave(mark, regular);
 }
 
 bool stepped_measure(Instance *instance, double time, const double states[], SteppedRows *at) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, pivots, N);
     System *system = &instance->scratch.system;
     const double *inputs = inputs_at(instance, time);
-    double pivots[N];
     memset(at->positions, 0, sizeof at->positions);
     memset(system->weight, 0, sizeof system->weight);
     mechanism_stepping(time, states, inputs, instance->state.parameters, system->factor, pivots, system->forcing,
                        at->entries, at->positions, at->velocities);
     system->dense = !pivots_sound(instance, pivots);
-    return !system->dense || factorize_densely(instance, time, states, inputs);
+    return arena_leave(mark, !system->dense || factorize_densely(instance, time, states, inputs));
 }
 
 void stepped_evaluate(Instance *instance, double time, const double states[], SteppedRows *at) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, pivots, N);
     SolverScratch *scratch = &instance->scratch.solver;
-    double pivots[N];
     memset(at->positions, 0, sizeof at->positions);
     mechanism_stepping(time, states, inputs_at(instance, time), instance->state.parameters, scratch->factor, pivots,
                        scratch->forcing, at->entries, at->positions, at->velocities);
+    arena_release(mark);
 }
 
 void stepped_accelerate(const Instance *instance, double accelerations[]) {
@@ -81,10 +85,12 @@ static double along_in(const SteppedRows *at, int row, const double response[], 
 
 /* What the active rows of one colour do: each to the rows that it meets. */
 static void meet_colour(Instance *instance, int colour) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, push, N);
+    WORK(mark, double, response, N);
+    WORK(mark, int, owners, N_BLOCKS);
     SolverScratch *scratch = &instance->scratch.solver;
-    double push[N] = {0.0}, response[N];
-    int owners[N_BLOCKS];
-    memset(owners, -1, sizeof owners);
+    memset(owners, -1, N_BLOCKS * sizeof(int));
     for (int i = COLOUR_STARTS[colour]; i < COLOUR_STARTS[colour + 1]; i++) {
         const int row = COLOUR_ROWS[i];
         for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1] && scratch->active[row]; e++) {
@@ -99,6 +105,7 @@ static void meet_colour(Instance *instance, int colour) {
             scratch->delassus[e] = along_in(&scratch->at, MEETING_ROWS[e], response, owners, row);
         }
     }
+    arena_release(mark);
 }
 
 void stepped_meet(Instance *instance) {

@@ -72,9 +72,12 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
 
 /* With the derivatives at the start or, where the error is too large, at the start moved by it: [HW] (8.19), (8.20). */
 static bool estimate(Instance *instance, Step step, const double accelerations[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, combined, N_STATES);
+    WORK(mark, double, states, N_STATES);
+    WORK(mark, double, derivatives, N_STATES);
     const double e[3] = {-(13.0 + 7.0 * SQRT6) / 3.0, (-13.0 + 7.0 * SQRT6) / 3.0, -1.0 / 3.0};
     const double *x = instance->state.states;
-    double combined[N_STATES] = {0.0}, states[N_STATES], derivatives[N_STATES];
     int worst;
     for (int i = 0; i < S; i++) {
         radau_stage(instance, step.length, i, accelerations, states);
@@ -84,31 +87,32 @@ static bool estimate(Instance *instance, Step step, const double accelerations[]
     }
     estimate_with(instance, step.length, instance->state.first_stage, combined);
     if (solver_error(instance, step, solver_tolerance(&instance->state), &worst) <= 1.0) {
-        return true;
+        return arena_leave(mark, true);
     }
     for (int k = 0; k < N_STATES; k++) {
         states[k] = x[k] + instance->scratch.solver.errors[0][k];
     }
     if (!derivative_at(instance, instance->state.time, states, derivatives)) {
-        return false;
+        return arena_leave(mark, false);
     }
     estimate_with(instance, step.length, derivatives, combined);
-    return true;
+    return arena_leave(mark, true);
 }
 
 bool solver_step(Instance *instance, Step step) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, accelerations, S * R);
     Scratch *scratch = &instance->scratch;
     SolverMemory *memory = &instance->state.solver;
-    double accelerations[S * R];
     bool moved;
     if (!radau_solve(instance, step, inner_tolerance(solver_tolerance(&instance->state)), accelerations)) {
-        return false;
+        return arena_leave(mark, false);
     }
     radau_stage(instance, step.length, S - 1, accelerations, scratch->new_states);
     if (!constraints_project(instance, step.end, inputs_at(instance, step.end), scratch->new_states, &moved) ||
         !estimate(instance, step, accelerations) ||
         !derivative_at(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
-        return false;
+        return arena_leave(mark, false);
     }
     memory->start = instance->state.time;
     memory->end = step.end;
@@ -116,7 +120,7 @@ bool solver_step(Instance *instance, Step step) {
     memcpy(memory->accelerations, accelerations, sizeof memory->accelerations);
     memcpy(memory->start_accelerations, instance->state.first_stage + N, sizeof memory->start_accelerations);
     memcpy(memory->end_accelerations, scratch->new_derivatives + N, sizeof memory->end_accelerations);
-    return true;
+    return arena_leave(mark, true);
 }
 
 double solver_stiffness(const Instance *instance) {
@@ -129,7 +133,9 @@ double solver_stiffness(const Instance *instance) {
    over, times the stiffness, and would bend the states between ends that are right: by 9 m/s after a force on a stiff
    damper had jumped. They are filtered as in the error estimate, by 1 - (1 - filter)^2, which spares the others. */
 static void smooth_start(const Instance *instance, double h, double accelerations[]) {
-    double beyond[N_STATES] = {0.0}, again[N_STATES] = {0.0};
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, beyond, N_STATES);
+    WORK_ZEROS(mark, double, again, N_STATES);
     radau_polynomial(&instance->state.solver, 0.0, accelerations);
     for (int k = 0; k < R; k++) {
         beyond[N + k] = instance->state.first_stage[N + k] - accelerations[k];
@@ -140,6 +146,7 @@ static void smooth_start(const Instance *instance, double h, double acceleration
     for (int k = 0; k < R; k++) {
         accelerations[k] += 2.0 * beyond[N + k] - again[N + k];
     }
+    arena_release(mark);
 }
 
 /* The interpolant of further states: the quartic whose derivatives are before[r] at the start and those at the stages.
@@ -163,9 +170,10 @@ static void dense_further(const Instance *instance, double h, const double befor
    the last stage), and its derivative for the velocities. It is as smooth as the motion and needs no evaluation; the
    polynomial through the stages has order 3. */
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, before, R);
     const double h = step.length, *after = instance->state.solver.accelerations + (S - 1) * R;
     double *fourth = terms[HERMITE_TERMS], *fifth = terms[HERMITE_TERMS + 1];
-    double before[R];
     smooth_start(instance, h, before);
     for (int k = 0; k < N; k++) {
         fourth[k] = 0.5 * h * h * before[k] + terms[1][k] - terms[2][k];
@@ -176,5 +184,5 @@ bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STA
         fifth[N + k] = 0.0;
     }
     dense_further(instance, h, before, terms);
-    return true;
+    return arena_leave(mark, true);
 }

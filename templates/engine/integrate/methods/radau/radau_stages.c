@@ -81,12 +81,15 @@ static void combine_stages(const double matrix[], const double stages[], double 
 }
 
 /* The change of the accelerations at the stages that the linearized equations ask for. */
-static void solve_linearized(const SolverScratch *work, const double residual[], double change[]) {
-    double modes[SIZE], solved[SIZE];
+static void solve_linearized(Arena *arena, const SolverScratch *work, const double residual[], double change[]) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, modes, SIZE);
+    WORK(mark, double, solved, SIZE);
     combine_stages(MODES.to_modes, residual, modes);
     lu_solve(work->real_matrix, work->real_rows, R, modes, solved);
     lu_solve(work->pair_matrix, work->pair_rows, 2 * R, modes + R, solved + R);
     combine_stages(MODES.from_modes, solved, change);
+    arena_release(mark);
 }
 
 void radau_stage(const Instance *instance, double h, int i, const double accelerations[], double states[]) {
@@ -106,18 +109,20 @@ void radau_stage(const Instance *instance, double h, int i, const double acceler
 
 /* residual[S * R] = qdd and dz/dt at the stages less those that led there. */
 static bool residuals(Instance *instance, Step step, const double accelerations[], double residual[]) {
-    double states[N_STATES], derivatives[N_STATES];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
+    WORK(mark, double, derivatives, N_STATES);
     for (int i = 0; i < S; i++) {
         const double time = COLLOCATION.c[i] == 1.0 ? step.end : instance->state.time + COLLOCATION.c[i] * step.length;
         radau_stage(instance, step.length, i, accelerations, states);
         if (!derivative_at(instance, time, states, derivatives)) {
-            return false;
+            return arena_leave(mark, false);
         }
         for (int k = 0; k < R; k++) {
             residual[i * R + k] = derivatives[N + k] - accelerations[i * R + k];
         }
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* What a change of the accelerations changes in the states, in units of the tolerance. */
@@ -175,11 +180,12 @@ static void expect(const State *state, double now, double accelerations[]) {
    what was changed since, inputs for instance. It is moved by that alone, because between steps the accelerations show
    the error times the stiffness. */
 static void predict(const Instance *instance, Step step, double accelerations[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, expected, R);
     const State *state = &instance->state;
     const SolverMemory *memory = &state->solver;
     const double rate = memory->length > 0.0 ? 1.0 / memory->length : 0.0;
     const double now = rate * (state->time - memory->start);
-    double expected[R];
     expect(state, now, expected);
     for (int i = 0; i < S; i++) {
         radau_polynomial(memory, now + rate * COLLOCATION.c[i] * step.length, accelerations + i * R);
@@ -187,21 +193,24 @@ static void predict(const Instance *instance, Step step, double accelerations[])
             accelerations[i * R + k] += state->first_stage[N + k] - expected[k];
         }
     }
+    arena_release(mark);
 }
 
 /* Newton's method with one linearization, until the rest is small against the error of the step. Where a stiff
    direction turns, the second change may be as large as the first one and the third one small; so contractions are
    means over two changes. */
 static bool iterate(Instance *instance, Step step, double tolerance, double accelerations[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, residual, SIZE);
+    WORK(mark, double, change, SIZE);
     const double enough = fmax(10.0 * DBL_EPSILON / tolerance, fmin(0.03, sqrt(tolerance)));
-    double residual[SIZE], change[SIZE];
     double previous = 0.0, last_ratio = 0.0;
     predict(instance, step, accelerations);
     for (int iteration = 0; iteration < MOST_ITERATIONS; iteration++) {
         if (!residuals(instance, step, accelerations, residual)) {
-            return false;
+            return arena_leave(mark, false);
         }
-        solve_linearized(&instance->scratch.solver, residual, change);
+        solve_linearized(instance->arena, &instance->scratch.solver, residual, change);
         const double size = size_of(instance, step.length, tolerance, change);
         for (int i = 0; i < SIZE; i++) {
             accelerations[i] += change[i];
@@ -215,12 +224,12 @@ static bool iterate(Instance *instance, Step step, double tolerance, double acce
             instance->state.solver.contraction = contraction;
         }
         if (contraction < 1.0 && size * contraction / (1.0 - contraction) <= enough) {
-            return true;
+            return arena_leave(mark, true);
         }
         previous = size;
         last_ratio = ratio;
     }
-    return report_iteration(instance, step);
+    return arena_leave(mark, report_iteration(instance, step));
 }
 
 /* Tries with K and D as they are, and with new ones if that fails. Friction in space becomes less stiff as its slip
@@ -237,9 +246,10 @@ bool radau_solve(Instance *instance, Step step, double tolerance, double acceler
 }
 
 void radau_filter(const Instance *instance, double h, double x[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, right, R);
     const SolverScratch *work = &instance->scratch.solver;
     const double g = h * MODES.real;
-    double right[R];
     for (int k = 0; k < R; k++) {
         right[k] = x[N + k];
         for (int l = 0; l < N; l++) {
@@ -250,4 +260,5 @@ void radau_filter(const Instance *instance, double h, double x[]) {
     for (int k = 0; k < N; k++) {
         x[k] += g * x[N + k];
     }
+    arena_release(mark);
 }

@@ -44,18 +44,20 @@ static void assemble(const double jacobian[], double s, double matrix[]) {
 }
 
 /* Overwrites r[N_STATES] by the solution k of (I - s J) k = r. */
-static void solve_stage(const double jacobian[], const double matrix[], const int rows[], double s, double r[]) {
-    double b[R];
+static void solve_stage(Arena *arena, const SolverScratch *work, const int rows[], double s, double r[]) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, b, R);
     for (int j = 0; j < N; j++) {
         for (int i = 0; i < R; i++) {
-            r[N + i] += s * jacobian[j * R + i] * r[j];
+            r[N + i] += s * work->jacobian[j * R + i] * r[j];
         }
     }
-    lu_solve(matrix, rows, R, r + N, b);
-    memcpy(r + N, b, sizeof b);
+    lu_solve(work->matrix, rows, R, r + N, b);
+    memcpy(r + N, b, R * sizeof(double));
     for (int i = 0; i < N; i++) {
         r[i] += s * r[N + i];
     }
+    arena_release(mark);
 }
 
 /* By how much the accelerations and the derivatives of further states at the new states exceed those at the second
@@ -71,9 +73,11 @@ static double beyond_linear(const Scratch *scratch, const double f2[], int i) {
 
 /* Compares what beyond_linear changes the velocities by in a step with their whole change; maxima in nominal units. */
 static void compare_with_linearization(Instance *instance, Step step, const int rows[], const double f2[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, rest, R);
+    WORK(mark, double, answer, R);
     Scratch *scratch = &instance->scratch;
     const double *x = instance->state.states, *x_new = scratch->new_states;
-    double rest[R], answer[R];
     double missed = 0.0, change = 0.0, size = 1.0;
     for (int i = 0; i < R; i++) {
         rest[i] = beyond_linear(scratch, f2, i);
@@ -85,45 +89,47 @@ static void compare_with_linearization(Instance *instance, Step step, const int 
         size = fmax(size, fabs(x_new[N + i]) / NOMINAL_STATES[N + i]);
     }
     scratch->solver.missed = missed / (PART * change + SMALL * size);
+    arena_release(mark);
 }
 
 bool solver_step(Instance *instance, Step step) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, f2, R);
+    WORK(mark, int, rows, R);
     const State *state = &instance->state;
     Scratch *scratch = &instance->scratch;
     double *k1 = scratch->solver.stages[0], *k2 = scratch->solver.stages[1];
     const double s = GAMMA * step.length;
-    double f2[R];
-    int rows[R];
 
     if (!equations_jacobian(instance, state->time, state->states, scratch->solver.jacobian)) {
-        return false;
+        return arena_leave(mark, false);
     }
     assemble(scratch->solver.jacobian, s, scratch->solver.matrix);
     if (!lu_factorize(scratch->solver.matrix, rows, R)) {
-        return report_iteration(instance, step);
+        return arena_leave(mark, report_iteration(instance, step));
     }
     memcpy(k1, state->first_stage, sizeof state->first_stage);
-    solve_stage(scratch->solver.jacobian, scratch->solver.matrix, rows, s, k1);
+    solve_stage(instance->arena, &scratch->solver, rows, s, k1);
     for (int i = 0; i < N_STATES; i++) {
         scratch->stage_states[i] = state->states[i] + step.length * k1[i];
     }
     if (!derivative_at(instance, step.end, scratch->stage_states, k2)) {
-        return false;
+        return arena_leave(mark, false);
     }
-    memcpy(f2, k2 + N, sizeof f2);
+    memcpy(f2, k2 + N, R * sizeof(double));
     for (int i = 0; i < N_STATES; i++) {
         k2[i] -= 2.0 * k1[i];
     }
-    solve_stage(scratch->solver.jacobian, scratch->solver.matrix, rows, s, k2);
+    solve_stage(instance->arena, &scratch->solver, rows, s, k2);
     for (int i = 0; i < N_STATES; i++) {
         scratch->new_states[i] = state->states[i] + 0.5 * step.length * (3.0 * k1[i] + k2[i]);
     }
     if (!new_states_finite(instance, step) ||
         !derivative_at(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
-        return false;
+        return arena_leave(mark, false);
     }
     compare_with_linearization(instance, step, rows, f2);
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* Steps of fixed length need neither of the next two functions. */

@@ -48,8 +48,10 @@ bool solver_step(Instance *instance, Step step) {
 }
 
 double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, estimate, N_STATES);
+    WORK(mark, double, other, N_STATES);
     const double *old = instance->state.states, *new = instance->scratch.new_states;
-    double estimate[N_STATES], other[N_STATES];
     double error = 0.0, second = 0.0;
     tableau_errors(step.length, stages_of(instance), estimate, other);
     *worst = 0;
@@ -64,6 +66,7 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
         second = two > second ? two : second;
     }
     const double ratio = 0.1 * second / error;
+    arena_release(mark);
     return second > 0.0 && error > 0.0 ? error / sqrt(1.0 + ratio * ratio) : error;
 }
 
@@ -73,9 +76,12 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
    in nominal values; further states count with the velocities. For a decay both quotients give its rate, for a
    vibration the lesser one is at most its frequency. */
 double solver_stiffness(const Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, difference, N_STATES); /* squares; of coordinates and of velocities */
     const Scratch *scratch = &instance->scratch;
-    double difference[N_STATES], apart[2] = {0.0}, rise = 0.0; /* squares; of coordinates and of velocities */
+    double apart[2] = {0.0}, rise = 0.0;
     if (TABLEAU.twin == 0) {
+        arena_release(mark);
         return 0.0;
     }
     tableau_difference(stages_of(instance), difference);
@@ -89,9 +95,11 @@ double solver_stiffness(const Instance *instance) {
         rise += change * change;
     }
     if (!(apart[0] > 0.0 && apart[1] > 0.0)) {
+        arena_release(mark);
         return 0.0;
     }
     /* both rates times the length of the step, which the differences lack */
+    arena_release(mark);
     return fmin(sqrt(rise / apart[1]), sqrt(scratch->trial_length * sqrt(rise / apart[0]))) / METHOD.stability;
 }
 

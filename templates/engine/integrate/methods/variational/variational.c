@@ -78,17 +78,20 @@ static double further_at(const Instance *instance, double h, const Stages *stage
 
 /* Their derivatives at the stages; the system that is factorised in scratch stays. */
 static bool rate_further(Instance *instance, Step step, Stages *stages) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, System, kept);
+    WORK(mark, double, states, N_STATES);
+    WORK(mark, double, derivatives, N_STATES);
     System *system = &instance->scratch.system;
-    const System kept = *system;
+    *kept = *system;
     bool known = true;
     for (int i = 0; i < S && known; i++) {
-        double states[N_STATES], derivatives[N_STATES];
         stage_states(stages, i, states);
         known = derivative_at(instance, time_within(instance, step, COLLOCATION.c[i]), states, derivatives);
         memcpy(stages->rates[i], derivatives + 2 * N, N_FURTHER * sizeof(double));
     }
-    *system = kept;
-    return known;
+    *system = *kept;
+    return arena_leave(mark, known);
 }
 
 /* Further states at the stages, moved on by one round. Returns the greatest relative change, infinite where they have
@@ -111,22 +114,25 @@ static double correct_further(Instance *instance, Step step, Stages *stages) {
 
 /* Adds what slides to the forces at the stages; the system that is factorised in scratch stays. */
 static bool add_friction(Instance *instance, Step step, Stages *stages) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, System, kept);
+    WORK(mark, double, states, N_STATES);
     System *system = &instance->scratch.system;
-    const System kept = *system;
+    *kept = *system;
     bool known = true;
     for (int i = 0; i < S && known; i++) {
-        double states[N_STATES];
         stage_states(stages, i, states);
         known = contacts_rub(instance, time_within(instance, step, COLLOCATION.c[i]), states, stages->forces[i]);
     }
-    *system = kept;
-    return known;
+    *system = *kept;
+    return arena_leave(mark, known);
 }
 
 /* Coordinates, momenta and forces that belong to the velocities. */
 static bool complete(Instance *instance, Step step, Stages *stages) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
     for (int i = 0; i < S; i++) {
-        double states[N_STATES];
         for (int k = 0; k < N; k++) {
             stages->coordinates[i][k] =
                 instance->state.states[k] + step.length * weighed(COLLOCATION.a + i * S, stages->velocities, k);
@@ -136,18 +142,19 @@ static bool complete(Instance *instance, Step step, Stages *stages) {
                  stages->forces[i]);
     }
     stages_constrain(instance, step, stages);
-    return !contacts_sliding(instance) || add_friction(instance, step, stages);
+    return arena_leave(mark, !contacts_sliding(instance) || add_friction(instance, step, stages));
 }
 
 /* One round of the iteration: each V_i is corrected by M^-1 times what is missing from its momentum, with M at the
    start of the step. Returns the greatest relative change. Constraints determine velocities up to the rounding of
    coordinates divided by h, which in very short steps is more than the rounding of velocities. */
 static double correct(Instance *instance, Step step, const double p[], Stages *stages) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ROWS(mark, double, changes, S, N_UNKNOWNS);
+    WORK(mark, double, missing, N_COORDINATES);
     static const double RESTING[SIZE_CONSTRAINTS];
-    double changes[S][N_UNKNOWNS];
     double greatest = 0.0;
     for (int i = 0; i < S; i++) {
-        double missing[N_COORDINATES];
         for (int k = 0; k < N; k++) {
             const double force = weighed(COLLOCATION.hat + i * S, stages->forces, k) + stages_reaction(stages, i, k);
             missing[k] = p[k] + step.length * force - stages->momenta[i][k];
@@ -165,6 +172,7 @@ static double correct(Instance *instance, Step step, const double p[], Stages *s
             greatest = isfinite(relative) ? fmax(greatest, relative) : HUGE_VAL;
         }
     }
+    arena_release(mark);
     return greatest;
 }
 
@@ -201,15 +209,17 @@ static double add_compensated(double x, double increment, double *rest) {
    for rounding. Under constraints p lacks the impulse of the last multiplier until it makes the velocities meet
    them. */
 static bool find_velocities(Instance *instance, double time, SolverMemory *next, double states[]) {
-    double resting[N_STATES];
-    double impulse[N] = {0.0};
-    double momenta[N], forces[N];
-    memcpy(resting, states, sizeof resting);
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, resting, N_STATES);
+    WORK_ZEROS(mark, double, impulse, N);
+    WORK(mark, double, momenta, N);
+    WORK(mark, double, forces, N);
+    memcpy(resting, states, N_STATES * sizeof(double));
     memset(resting + N, 0, N * sizeof(double));
     if (!factorize(instance, time, resting)) {
-        return false;
+        return arena_leave(mark, false);
     }
-    memcpy(states, resting, sizeof resting);
+    memcpy(states, resting, N_STATES * sizeof(double));
     for (int round = 0; round < 2; round++) {
         evaluate(instance, time, states, momenta, forces);
         for (int k = 0; k < N; k++) {
@@ -220,24 +230,25 @@ static bool find_velocities(Instance *instance, double time, SolverMemory *next,
     for (int k = 0; k < N; k++) {
         next->momenta[k] = add_compensated(next->momenta[k], impulse[k], &next->rest_momenta[k]);
     }
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* The momenta at the present point: kept from the last step, or new if something was changed since. Where only motion
    inputs were changed, the momenta are kept and the velocities are new: a support that changes its velocity by a jump
    strikes. */
 static bool update_momenta(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, forces, N);
     State *state = &instance->state;
-    double forces[N];
     if (!state->solver.valid) {
         memset(&state->solver, 0, sizeof state->solver);
         evaluate(instance, state->time, state->states, state->solver.momenta, forces);
         state->solver.valid = 1;
     } else if (state->solver.moved && !find_velocities(instance, state->time, &state->solver, state->states)) {
-        return false;
+        return arena_leave(mark, false);
     }
     state->solver.moved = 0;
-    return true;
+    return arena_leave(mark, true);
 }
 
 /* The stages to begin with: as if the accelerations and the further states at the start were constant. */
@@ -258,41 +269,42 @@ static void guess_stages(const Instance *instance, Step step, Stages *stages) {
 
 /* A step of this method is never rejected: momenta and rests of sums go to the State at once. */
 bool solver_step(Instance *instance, Step step) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, SolverMemory, next);
+    WORK_OF(mark, Stages, stages);
     State *state = &instance->state;
     Scratch *scratch = &instance->scratch;
-    SolverMemory next;
-    Stages stages;
 
     if (!update_momenta(instance)) {
-        return false;
+        return arena_leave(mark, false);
     }
-    next = state->solver;
+    *next = state->solver;
     if (!factorize(instance, state->time, state->states)) {
-        return false;
+        return arena_leave(mark, false);
     }
-    guess_stages(instance, step, &stages);
-    if (!solve_stages(instance, step, state->solver.momenta, &stages)) {
-        return false;
+    guess_stages(instance, step, stages);
+    if (!solve_stages(instance, step, state->solver.momenta, stages)) {
+        return arena_leave(mark, false);
     }
     for (int k = 0; k < N; k++) {
-        const double shift = step.length * weighed(COLLOCATION.b, stages.velocities, k);
+        const double shift = step.length * weighed(COLLOCATION.b, stages->velocities, k);
         const double kick =
-            step.length * (weighed(COLLOCATION.b, stages.forces, k) + stages_reaction(&stages, S, k));
-        scratch->new_states[k] = add_compensated(state->states[k], shift, &next.rest_coordinates[k]);
-        next.momenta[k] = add_compensated(state->solver.momenta[k], kick, &next.rest_momenta[k]);
+            step.length * (weighed(COLLOCATION.b, stages->forces, k) + stages_reaction(stages, S, k));
+        scratch->new_states[k] = add_compensated(state->states[k], shift, &next->rest_coordinates[k]);
+        next->momenta[k] = add_compensated(state->solver.momenta[k], kick, &next->rest_momenta[k]);
     }
     for (int k = 0; k < N_FURTHER; k++) {
-        scratch->new_states[2 * N + k] = further_at(instance, step.length, &stages, S, k);
+        scratch->new_states[2 * N + k] = further_at(instance, step.length, stages, S, k);
     }
-    if (!find_velocities(instance, step.end, &next, scratch->new_states) ||
+    if (!find_velocities(instance, step.end, next, scratch->new_states) ||
         !derivative_at(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
-        return false;
+        return arena_leave(mark, false);
     }
     if (!all_finite(scratch->new_states, N_STATES) || !new_states_on_constraints(instance, step)) {
-        return report_iteration(instance, step);
+        return arena_leave(mark, report_iteration(instance, step));
     }
-    state->solver = next;
-    return true;
+    state->solver = *next;
+    return arena_leave(mark, true);
 }
 
 double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {

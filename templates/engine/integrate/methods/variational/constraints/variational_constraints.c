@@ -18,21 +18,26 @@ enum { N = N_COORDINATES, M = N_CONSTRAINTS, S = STAGES };
 static const double NO_FORCE[N_COORDINATES]; /* zeros */
 
 void stages_guess_multipliers(const System *system, Stages *stages) {
-    double below[M];
-    double unknowns[N_UNKNOWNS];
+    const ArenaMark mark = arena_mark(system->arena);
+    WORK(mark, double, below, M);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
     for (int k = 0; k < M; k++) {
         below[k] = -system->gamma[k];
     }
     system_solve(system, system->forcing, below, NULL, unknowns);
     for (int i = 0; i < NODES.count - 1; i++) {
-        memcpy(stages->multipliers[i], unknowns + N, sizeof below);
+        memcpy(stages->multipliers[i], unknowns + N, M * sizeof(double));
     }
+    arena_release(mark);
 }
 
 /* Residuals of the holonomic constraints at node i, and the forces of all there. */
 static void constrain_node(Instance *instance, Step step, Stages *stages, int i) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, states, N_STATES);
+    WORK(mark, double, velocities, M);
+    WORK(mark, double, jacobian, M * N);
     const double time = time_within(instance, step, NODES.c[i]);
-    double states[N_STATES] = {0.0}, velocities[M], jacobian[M * N];
     for (int k = 0; k < N; k++) {
         states[k] = instance->state.states[k];
         for (int j = 0; j < S; j++) {
@@ -47,13 +52,17 @@ static void constrain_node(Instance *instance, Step step, Stages *stages, int i)
             stages->reactions[i][j] += jacobian[k * N + j] * stages->multipliers[i][k];
         }
     }
+    arena_release(mark);
 }
 
 /* Residuals of the nonholonomic constraints G qd + b = 0: its integrals from the start to the nodes. */
 static void integrate_velocities(Instance *instance, Step step, Stages *stages) {
-    double speeds[S][M];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ROWS(mark, double, speeds, S, M);
+    WORK(mark, double, states, N_STATES);
+    WORK(mark, double, positions, N_HOLONOMIC + 1);
+    WORK(mark, double, jacobian, M * N);
     for (int j = 0; j < S; j++) {
-        double states[N_STATES], positions[N_HOLONOMIC + 1], jacobian[M * N];
         const double time = time_within(instance, step, COLLOCATION.c[j]);
         stage_states(stages, j, states);
         mechanism_constraints(time, states, inputs_at(instance, time), instance->state.parameters, positions, speeds[j],
@@ -68,6 +77,7 @@ static void integrate_velocities(Instance *instance, Step step, Stages *stages) 
             stages->residuals[i][k] = step.length * sum;
         }
     }
+    arena_release(mark);
 }
 
 void stages_constrain(Instance *instance, Step step, Stages *stages) {
@@ -92,10 +102,11 @@ double stages_reaction(const Stages *stages, int i, int coordinate) {
 /* The corrections d_j of the multipliers, see stages_meet_constraints. */
 static void correct_multipliers(const System *system, double h, double changes[S][N_UNKNOWNS],
                                 double residuals[SIZE_NODES][M], double d[SIZE_NODES][M]) {
+    const ArenaMark mark = arena_mark(system->arena);
+    WORK(mark, double, answer, N_UNKNOWNS);
     const int last = NODES.count - 1;
     memset(d, 0, SIZE_NODES * sizeof d[0]);
     for (int i = 1; i <= last; i++) {
-        double answer[N_UNKNOWNS];
         system_solve(system, NO_FORCE, residuals[i], NULL, answer);
         for (int k = 0; k < M; k++) {
             double right = -answer[N + k];
@@ -107,6 +118,7 @@ static void correct_multipliers(const System *system, double h, double changes[S
             }
         }
     }
+    arena_release(mark);
 }
 
 /* changes[i] = [x_i, mu_i] solve M x_i = missing_i + G^T mu_i, G x_i = 0. With A = G M^-1 G^T the multipliers change by
@@ -116,10 +128,11 @@ static void correct_multipliers(const System *system, double h, double changes[S
 
    with a and hat of the nodes. The velocities change by x_i + M^-1 G^T (h sum_j hat_ij d_j - mu_i). */
 void stages_meet_constraints(const System *system, double h, Stages *stages, double changes[S][N_UNKNOWNS]) {
-    double d[SIZE_NODES][M];
+    const ArenaMark mark = arena_mark(system->arena);
+    WORK_ROWS(mark, double, d, SIZE_NODES, M);
+    WORK(mark, double, impulse, M);
     correct_multipliers(system, h, changes, stages->residuals, d);
     for (int i = 0; i < S; i++) {
-        double impulse[M];
         for (int k = 0; k < M; k++) {
             impulse[k] = -changes[i][N + k];
             for (int j = 0; j < NODES.count - 1; j++) {
@@ -133,11 +146,16 @@ void stages_meet_constraints(const System *system, double h, Stages *stages, dou
             stages->multipliers[i][k] += d[i][k];
         }
     }
+    arena_release(mark);
 }
 
 void stages_end_step(Instance *instance, double time, const double missing[], double states[], double impulse[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, positions, M);
+    WORK(mark, double, velocities, M);
+    WORK(mark, double, jacobian, M * N);
+    WORK(mark, double, change, N_UNKNOWNS);
     const System *system = &instance->scratch.system;
-    double positions[M], velocities[M], jacobian[M * N], change[N_UNKNOWNS];
     mechanism_constraints(time, states, inputs_at(instance, time), instance->state.parameters, positions, velocities,
                           jacobian);
     for (int k = 0; k < M; k++) {
@@ -150,23 +168,25 @@ void stages_end_step(Instance *instance, double time, const double missing[], do
             impulse[j] += jacobian[k * N + j] * change[N + k];
         }
     }
+    arena_release(mark);
 }
 
 bool mass_regular(Instance *instance, double time, const double states[], const System *system) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, bool, concerned, N_COORDINATES);
+    WORK_OF(mark, Factorization, work);
     double *mass = instance->scratch.mass;
-    bool concerned[N_COORDINATES];
-    Factorization work;
     double mended = 0.0;
     for (int k = 0; k < M; k++) {
         mended = fmax(mended, system->weight[k]);
     }
     if (!(mended > 0.0)) {
-        return true;
+        return arena_leave(mark, true);
     }
     mechanism_dynamics(time, states, inputs_at(instance, time), instance->state.parameters, mass,
                        instance->scratch.forcing);
-    mass_factorize(mass, &work, concerned);
-    return report_coordinates(instance, FAILURE_SINGULAR, time, concerned);
+    mass_factorize(mass, work, concerned);
+    return arena_leave(mark, report_coordinates(instance, FAILURE_SINGULAR, time, concerned));
 }
 
 bool new_states_on_constraints(Instance *instance, Step step) {

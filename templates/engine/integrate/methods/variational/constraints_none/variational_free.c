@@ -30,13 +30,15 @@ void stages_meet_constraints(const System *system, double h, Stages *stages, dou
 }
 
 void stages_end_step(Instance *instance, double time, const double missing[], double states[], double impulse[]) {
-    double change[N];
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, change, N);
     (void)time;
     (void)impulse;
     system_solve(&instance->scratch.system, missing, NULL, NULL, change);
     for (int k = 0; k < N; k++) {
         states[N + k] += change[k];
     }
+    arena_release(mark);
 }
 
 bool mass_regular(Instance *instance, double time, const double states[], const System *system) {

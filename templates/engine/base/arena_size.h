@@ -1,0 +1,28 @@
+/* How much work memory an instance needs besides that of laws whose matrices are large. Its unit is what all vectors,
+   or all matrices, of the mechanism have together; the call that takes most has no more of them at one time than the
+   factors here say, which the compiler's call graph shows (tests/toolchain/test_stack.py). */
+#ifndef ARENA_SIZE_H
+#define ARENA_SIZE_H
+
+#include "arena.h"
+#include "state.h"
+
+/* Entries of vectors: states, residuals, signals, parameters, events at the nodes of a polynomial, locals. */
+#define VECTOR_ENTRIES                                                                                                \
+    ((size_t)N_STATES + N_RESIDUALS + N_SIGNALS + SIZE_PARAMETERS + 16 * (size_t)SIZE_EVENTS + SIZE_LOCALS +          \
+     SIZE_DEPENDENT + SIZE_FURTHER)
+
+/* Entries of matrices: the constraints' Jacobian, their operator, the mass matrix with its factor. */
+#define MATRIX_ENTRIES                                                                                                \
+    ((size_t)N_CONSTRAINTS * N_COORDINATES + (size_t)N_CONSTRAINTS * N_CONSTRAINTS)
+
+#ifndef SMALL_LAWS
+#define SMALL_LAWS 262144 /* bytes; laws that need no more are solved without a further block */
+#endif
+
+#define ARENA_CAPACITY                                                                                                \
+    ((12 * VECTOR_ENTRIES + 5 * MATRIX_ENTRIES + 2 * (size_t)N_COORDINATES * N_COORDINATES + SIZE_FACTOR) *            \
+         sizeof(double) +                                                                                             \
+     (N_CONSTRAINTS > 0 ? SMALL_LAWS : 0) + 4096)
+
+#endif
