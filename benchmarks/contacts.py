@@ -2,7 +2,7 @@
 
 Run with `make bench` or `python -m benchmarks.contacts [--spheres N ...]`. Each sphere slides or rolls on the plane,
 and touches the next one or not. The bar: with solver moreau the cost of a step is linear in the contacts that are
-closed. The dense matrices of other events and of model exchange want memory on the stack, 0.4 GB with 300 spheres.
+closed. The dense matrices of other events and of model exchange are slow, and take 0.4 GB with 300 spheres.
 """
 
 from __future__ import annotations

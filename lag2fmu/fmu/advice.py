@@ -6,12 +6,9 @@ from collections.abc import Collection, Sequence
 
 from lag2fmu.analysis.stiffness import Vibration, stiffness, undamped_vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.functions import Program
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, STIFF_SOLVER, Method, TimeStepping
 
-_USUAL_STACK = 2**20
-"""The stack (bytes) that every thread has on all platforms."""
 _SEEN, _MOST = 1e-9, 6
 """Starts that move by less than _SEEN of their size are not mentioned; of the others at most _MOST are named."""
 
@@ -65,18 +62,6 @@ def missed_vibrations(equations: EquationsOfMotion, method: Method) -> tuple[Vib
     """
     steps = isinstance(method, TimeStepping)  # their steps have errors of first order anyway
     return undamped_vibrations(equations) if not steps and (method.implicit or method.error_order == 0) else ()
-
-
-def stack_of_events(program: Program, coordinates: int) -> str:
-    """A phrase on the stack that the dense matrices of many contacts take; "" if any thread has as much.
-
-    The deepest call has three matrices over ``coordinates`` and constraints, and room for 26 over constraints alone.
-    """
-    constraints = program.constraints
-    needed = 8 * constraints * (3 * coordinates + 26 * constraints)
-    if not program.places or needed < _USUAL_STACK:
-        return ""
-    return f"starts and located events take about {needed / 2**20:.1f} MB of the stack of the thread that runs the FMU"
 
 
 def steps_over_impacts(mechanism: Mechanism, method: Method) -> str:

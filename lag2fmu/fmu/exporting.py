@@ -10,7 +10,7 @@ from pathlib import Path
 
 from lag2fmu.analysis.entry_points import resting
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.advice import damping, moved_starts, stack_of_events, steps_over_impacts
+from lag2fmu.fmu.advice import damping, moved_starts, steps_over_impacts
 from lag2fmu.fmu.backends.backend import Backend, Choices
 from lag2fmu.fmu.backends.native import NATIVE
 from lag2fmu.fmu.backends.python import PYTHON
@@ -103,8 +103,8 @@ def export(  # noqa: PLR0913 (choices of the user)
         **(extra or {}),
     }
     pack(files, target)
-    at_events = [steps_over_impacts(mechanism, method), stack_of_events(program, len(mechanism.coordinates))]
-    remarks = "; ".join(filter(None, [found.choice, damping(found.missed, method), *at_events]))
+    at_events = steps_over_impacts(mechanism, method)
+    remarks = "; ".join(filter(None, [found.choice, damping(found.missed, method), at_events]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
 
 

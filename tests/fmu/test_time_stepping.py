@@ -9,9 +9,9 @@ import pytest
 from stepping import Stepping
 
 from lag2fmu import simulate
-from lag2fmu.dynamics import derive, lower
+from lag2fmu.dynamics import derive
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.advice import stack_of_events, steps_over_impacts
+from lag2fmu.fmu.advice import steps_over_impacts
 from lag2fmu.fmu.method_check import check_solver
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
@@ -204,13 +204,6 @@ def test_what_has_no_contacts_is_refused(model: str, reason: str) -> None:
             check_solver(mechanism, METHODS["moreau"])
     else:
         check_solver(mechanism, METHODS["moreau"])
-
-
-def test_the_stack_of_many_contacts_is_told() -> None:
-    """With 60 spheres, 239 rows and 300 coordinates, 12 MB were enough and 10 were not."""
-    few, program = lower(derive(load("stack_of_blocks"))), lower(derive(load("bouncing_ball")))
-    assert stack_of_events(few, 6) == ""
-    assert stack_of_events(replace(program, constraints=239), 300).startswith("starts and located events take about 13")
 
 
 def test_impacts_in_turn_become_impacts_at_once() -> None:
