@@ -194,6 +194,9 @@ def setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Cal
 
 # ------------------------------------------------------------------------------------------------------------ by fmpy
 
+_SETTING_UP = ("setupExperiment", "enterInitializationMode")
+"""The methods of fmpy that take the tolerance, in FMI 2.0 and 3.0."""
+
 
 def _interval(grid: Floats) -> float:
     """The step (s) of the ``grid`` (k,); where its last step is shorter, the step by which as many reach its end."""
@@ -215,6 +218,8 @@ def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     sundials.CVodeSolver = partial(cvode, maxNumSteps=MOST_STEPS)  # simulate_fmu has no argument for it
     if plan.pieces is not None:
         fmu.setTime = _driven(instance, run, plan)
+    if run.kind == "model-exchange":
+        _tell_tolerance(instance, _tolerance(instance, run))
     constants = _constant_inputs(run, plan)
     start = {**(run.values or {}), **(first_inputs(plan) if plan.pieces is not None else {})}
     recorded = [plan.scalars[name] for name in plan.names]
@@ -237,9 +242,19 @@ def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
         )
     finally:
         sundials.CVodeSolver = cvode
-        fmu.__dict__.pop("setTime", None)
+        for name in ("setTime", *_SETTING_UP):
+            fmu.__dict__.pop(name, None)
     columns = [result[s.variable.name].reshape(len(result), -1)[:, s.element] for s in recorded]
     return result["time"], np.stack(columns, axis=1)
+
+
+def _tell_tolerance(instance: Instance, tolerance: float | None) -> None:
+    """Let fmpy tell the FMU the relative ``tolerance``: in model exchange it gives it to its own solver alone.
+
+    The FMU needs it too. Impacts that accumulate end where their rebounds are below it.
+    """
+    setting_up = _SETTING_UP[is_fmi3(instance.description)]
+    setattr(instance.fmu, setting_up, partial(getattr(instance.fmu, setting_up), tolerance=tolerance))
 
 
 def _driven(instance: Instance, run: Run, plan: Plan) -> Callable[[float], None]:

@@ -179,10 +179,11 @@ static bool sinks(const State *state, const ElementRows *rows, int contact, doub
 
 /* Is a slip in space, which has a direction by itself, slower than errors of the states? The solver would follow the
    noise of its direction in ever shorter steps. */
-static bool fades(const State *state, const ElementRows *rows, int contact) {
+static bool fades(const Instance *instance, const ElementRows *rows, int contact) {
+    const State *state = &instance->state;
     const int first = SLIP_ROWS[contact];
     return contact_slips(contact) == 2 && contact_slides(state, contact) && contact_steady(state, contact) == 0.0 &&
-           hypot(rows->velocities[first], rows->velocities[first + 1]) <= contact_loose_speed(state, rows, contact);
+           hypot(rows->velocities[first], rows->velocities[first + 1]) <= contact_loose_speed(instance, rows, contact);
 }
 
 int contacts_overdue(Instance *instance, const double values[]) {
@@ -203,7 +204,7 @@ int contacts_overdue(Instance *instance, const double values[]) {
         if (sinks(state, &rows, i, gaps[2 * i])) {
             return 2 * i;
         }
-        if (fades(state, &rows, i)) {
+        if (fades(instance, &rows, i)) {
             return 2 * i + 1;
         }
     }

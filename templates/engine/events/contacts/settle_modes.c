@@ -34,7 +34,7 @@ static void begin_cascades(Settling *settling) {
         const int k = ROW_PLACES[i];
         const double v = settling->velocity[k], a = settling->w[k], e = settling->restitution[i];
         const bool bounces = settling->rebounds[i] || stays_near(settling, i);
-        const double seen = (bounces ? solver_tolerance(state) : unseen) * row_size(&settling->rows, i);
+        const double seen = bounces ? settling_least_rebound(settling, i) : unseen * row_size(&settling->rows, i);
         const double lowest = bounces ? fmax(seen, -settling->rows.positions[i]) : seen;
         const bool lifted = struck && settling->touching[i];
         if ((bounces || lifted) && settling->row[k].law == ROW_FREE && a < 0.0 && e < 1.0 &&

@@ -13,7 +13,7 @@ static bool slips_in_space(int contact) {
 }
 
 static double loose_speed(const Settling *settling, int contact) {
-    return contact_loose_speed(&settling->instance->state, &settling->rows, contact);
+    return contact_loose_speed(settling->instance, &settling->rows, contact);
 }
 
 /* Is the slip in space so slow that it may be at rest? */

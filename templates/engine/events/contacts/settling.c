@@ -20,6 +20,12 @@ double settling_least_speed(const Settling *settling, int row) {
     return row_least_speed(&settling->instance->state, &settling->rows, row);
 }
 
+double settling_least_rebound(const Settling *settling, int contact) {
+    const Instance *instance = settling->instance;
+    const double located = instance->policy->stabilise ? 100.0 * HYSTERESIS : 0.0;
+    return fmax(solver_tolerance(&instance->state), located) * row_size(&settling->rows, contact);
+}
+
 bool settling_bears(const Settling *settling, int contact, double force) {
     const int k = ROW_PLACES[contact];
     return force * settling->delassus[k * K + k] * DEFAULT_SOLVER_STEP > settling_least_speed(settling, contact);
