@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "scale.h"
+#include "sizes.h"
 
 /* Row by row: w_ij = M_ij - sum_k<j w_ik L_jk, L_ij = w_ij / d_j, d_i = M_ii - sum_j w_ij L_ij. All inner loops run
    along rows. Returns false at the first pivot d_i that is not clearly positive against M_ii. */

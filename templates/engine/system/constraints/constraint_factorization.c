@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "scale.h"
+#include "sizes.h"
 
 static double inner_product(const double a[], const double b[], int count) {
     double sum = 0.0;
