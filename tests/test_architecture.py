@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -223,21 +224,11 @@ def test_a_name_comes_from_the_module_that_defines_it() -> None:
 
 def test_the_public_names_are_these() -> None:
     assert sorted(lag2fmu.__all__) == [
-        "Calibration",
-        "Contact",
         "Ensemble",
         "Fmu",
-        "Friction",
         "Lag2FmuError",
         "Mechanism",
         "Report",
-        "Runs",
-        "Sensitivities",
-        "State",
-        "Stop",
-        "Table",
-        "Trajectory",
-        "__version__",
         "animate",
         "calibrate",
         "derive",
@@ -254,8 +245,25 @@ def test_the_public_names_are_these() -> None:
         "sweep",
         "validate",
     ]
-    for name in lag2fmu.__all__:
+    for name in (*lag2fmu.__all__, "__version__"):
         assert getattr(lag2fmu, name) is not None
+        assert name in dir(lag2fmu)
+
+
+@pytest.mark.parametrize(
+    "name", ["Calibration", "Contact", "Friction", "Runs", "Sensitivities", "State", "Stop", "Table"]
+)
+def test_names_that_left_the_package_say_where_they_are(name: str) -> None:
+    with pytest.raises(AttributeError) as refused:
+        getattr(lag2fmu, name)
+    place = re.search(rf"it is ([\w.]+)\.{name}$", str(refused.value))
+    assert place is not None
+    assert hasattr(import_module(place[1]), name)
+
+
+def test_other_names_list_those_that_there_are() -> None:
+    with pytest.raises(AttributeError, match=r"no attribute 'exprot'; there are .*export"):
+        getattr(lag2fmu, "exprot")  # noqa: B009 (an attribute that is not there is no code)
 
 
 def test_the_process_that_runs_an_fmu_imports_nothing_heavy() -> None:
