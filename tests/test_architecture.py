@@ -21,7 +21,7 @@ PACKAGE = Path(lag2fmu.__file__).parent
 ROOMS = {
     "language": ({"errors"}, {"sympy"}),
     "description": ({"errors", "language"}, {"sympy"}),
-    "mechanism": ({"errors", "lazy", "language", "description"}, {"sympy"}),
+    "mechanism": ({"errors", "lazy", "language", "description"}, {"sympy", "typing_extensions"}),
     "formats": (
         {"errors", "resources", "xml_tree", "language", "description", "mechanism"},
         {"sympy", "numpy", "tomli", "mujoco"},

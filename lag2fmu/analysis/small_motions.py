@@ -143,7 +143,10 @@ class _Form:
             f"{m.name}_linearized",
             title=f"{m.title}, small motions",
             source=m.source,
-            **m.imprint,
+            author=m.author,
+            version=m.version,
+            copyright=m.copyright,
+            license=m.license,
             coordinates=[
                 self._coordinate(c, float(place)) for c, place in zip(m.coordinates, self.about.q, strict=True)
             ],

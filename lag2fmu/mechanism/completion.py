@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import fields, replace
 from inspect import Signature, signature
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint, Damper, Definition
@@ -33,6 +33,11 @@ from lag2fmu.mechanism.ports import input_names, with_chosen_inputs, with_ports
 from lag2fmu.mechanism.record import Completed
 from lag2fmu.mechanism.scope import Scope, constrained, fixed_parameters
 from lag2fmu.mechanism.unilaterals import check_gaps, check_open, unilaterals
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from lag2fmu.mechanism.keywords import Keywords
 
 Origins = dict[str, str]
 """{place of an entry that nobody wrote: place of what brings it}, such as {'constraints.hinge_x': 'joints.hinge'}."""
@@ -64,15 +69,28 @@ class Mechanism(record.Mechanism):
 
     __signature__: ClassVar[Signature] = signature(Description)  # help() shows it as the arguments
 
-    def __init__(self, name: str, **tables: Any) -> None:
-        """The keywords are the tables of ``Description``.
+    def __init__(self, name: str, **tables: Unpack[Keywords]) -> None:
+        """The mechanism ``name``, an identifier, of these tables; each may be left out.
 
-        Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy.
+        - ``title``, ``source``, ``not_taken``, ``author``, ``version``, ``copyright``, ``license``: texts.
+        - ``parameters``, ``coordinates``, ``inputs``: symbols, or the records that they declare.
+        - ``states``, ``tables``, ``definitions``: further states of first order, measured data, named expressions.
+        - ``energy``: kinetic, potential and dissipated energy, or the Lagrangian; ``gravity``: in m/s2.
+        - ``frames``, ``bodies``, ``points``: places, and what has mass.
+        - ``springs``, ``dampers``, ``loads``, ``forces`` (of each coordinate): what acts.
+        - ``joints``, ``constraints``: what holds always, or while a condition holds.
+        - ``contacts``, ``stops``, ``frictions``: what holds at times; ``impacts``: "sequential" or "simultaneous".
+        - ``outputs``, ``ports``, ``experiment``: what the FMU gives and takes, and what a default run looks like.
+        - ``parts``: mechanisms that this one is made of.
+        - ``strict_units``: units that are missing or do not match are an error.
+
+        Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy; TypeError for
+        another keyword.
         """
         unknown = next((table for table in tables if table not in _TABLES), None)
         if unknown is not None:
             raise TypeError(f"Mechanism: there is no table '{unknown}'; {suggestion(unknown, _TABLES)}")
-        written = Description(name, **tables)
+        written = Description(name, **cast("dict[str, Any]", tables))  # which makes records and tuples of them
         super().__init__(written, completed(written))
 
 
