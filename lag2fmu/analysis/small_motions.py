@@ -28,7 +28,7 @@ from lag2fmu.graph.batches import Floats, evaluate
 from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written
 from lag2fmu.language.vocabulary import symbol
-from lag2fmu.mechanism.completion import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 _NEGLIGIBLE = 1e-13
 """Entries below this share of the largest one of a matrix, in units of nominal values, are rounding."""

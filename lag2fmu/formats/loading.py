@@ -18,9 +18,8 @@ from lag2fmu.formats.robots import READERS, robot
 from lag2fmu.formats.text import read_file
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import Unit
-from lag2fmu.mechanism import record
-from lag2fmu.mechanism.completion import Mechanism, complete
 from lag2fmu.mechanism.display import display_units, value_in_si
+from lag2fmu.mechanism.record import Mechanism, complete
 from lag2fmu.resources import MODEL_SUFFIXES, bundled
 
 __all__ = ["as_mechanism", "bundled", "load", "pairs_of", "split_settings", "values_of", "with_settings", "with_values"]
@@ -29,9 +28,9 @@ _PROGRAM = ".py:"
 """The sign between a file and the name of the thing in it that is meant."""
 
 
-def as_mechanism(model: object) -> record.Mechanism:
+def as_mechanism(model: object) -> Mechanism:
     """``model`` itself if it is a mechanism, else what ``load`` makes of it; raises LoadError as that does."""
-    return model if isinstance(model, record.Mechanism) else load(model)
+    return model if isinstance(model, Mechanism) else load(model)
 
 
 def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
@@ -173,7 +172,7 @@ def pairs_of(items: Iterable[str]) -> dict[str, str]:
     return pairs
 
 
-def with_settings(mechanism: record.Mechanism, texts: Mapping[str, str]) -> Mechanism:
+def with_settings(mechanism: Mechanism, texts: Mapping[str, str]) -> Mechanism:
     """``mechanism`` with the values in ``texts``, each in the declared unit of its name, or in one of its own.
 
     Raises LoadError and MechanismError as ``with_values`` does, and LoadError for a text that is no number.
@@ -186,7 +185,7 @@ def values_of(texts: Mapping[str, str], units: Mapping[str, Unit]) -> dict[str, 
     return {name: _check_finite(name, value_in_si(name, text, units)) for name, text in texts.items()}
 
 
-def with_values(mechanism: record.Mechanism, settings: Mapping[str, float]) -> Mechanism:
+def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanism:
     """``mechanism`` with other values of parameters and start values, all in SI.
 
     A coordinate's start is set by its name, that of its velocity by ``NAME_dot``, that of an input or further state by
@@ -205,7 +204,7 @@ def with_values(mechanism: record.Mechanism, settings: Mapping[str, float]) -> M
     return complete(replace(d, **changed, parts=mechanism.parts_with(left)))
 
 
-def _writing_out(mechanism: record.Mechanism, settings: Iterable[str]) -> Description:
+def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
     """The description of ``mechanism``; parts of joints and loads that ``settings`` name are written out in it."""
     d, settings = mechanism.description, set(settings)
 
@@ -238,7 +237,7 @@ def _given(written: bool | None, found: bool | None) -> bool:
     return found is not False if written is None else written
 
 
-def _check_settable(m: record.Mechanism, wanted: Iterable[str]) -> None:
+def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
     """Raise LoadError for the first name in ``wanted`` that is no independent parameter or start value of ``m``."""
     dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
     known = [name for name in _with_starts(m) if name not in dependent]
@@ -255,7 +254,7 @@ def _check_settable(m: record.Mechanism, wanted: Iterable[str]) -> None:
             )
 
 
-def _with_starts(m: record.Mechanism) -> Iterator[str]:
+def _with_starts(m: Mechanism) -> Iterator[str]:
     """The names of everything with a value or a start; a filtered motion has one start, that of its target."""
     followed = {x for name in m.filtered for x in (names.velocity(name), names.target(name))}
     yield from (p.name for p in m.parameters)

@@ -26,7 +26,7 @@ from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import DIMENSIONLESS, SECOND, Unit
 from lag2fmu.mechanism.assembly import Settable, settable
-from lag2fmu.mechanism.completion import Mechanism, complete
+from lag2fmu.mechanism.record import Mechanism, complete
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -24,7 +24,7 @@ from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.language.writer import without_dust
 from lag2fmu.mechanism import Body, Mechanism, Part, coordinate, parameter, signal
-from lag2fmu.mechanism.completion import complete
+from lag2fmu.mechanism.record import complete
 from lag2fmu.verify.instances import problems
 
 IMPRINT = {
