@@ -6,6 +6,7 @@ import ast
 import re
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
@@ -223,6 +224,13 @@ def test_a_name_comes_from_the_module_that_defines_it() -> None:
             for alias in node.names:
                 home = doors.get(str(node.module), {}).get(alias.name)
                 assert home is None, f"{path}: import {alias.name} from {home}, not from {node.module}"
+
+
+def test_a_class_has_a_name_of_its_own() -> None:
+    """One word is one thing, in all rooms and in private."""
+    classes = [node.name for path in _modules() for node in ast.walk(_tree(path)) if isinstance(node, ast.ClassDef)]
+    assert len(classes) > 300
+    assert [name for name, times in Counter(classes).items() if times > 1] == []
 
 
 def test_the_public_names_are_these() -> None:

@@ -48,7 +48,7 @@ def drawn(width: int) -> Notation:
     )
 
 
-class _Printer(PrettyPrinter):  # type: ignore[misc]
+class _DrawnPrinter(PrettyPrinter):  # type: ignore[misc]
     """Prints names as ``letters`` writes them."""
 
     def _print_Symbol(self, e: sp.Symbol) -> prettyForm:
@@ -58,7 +58,7 @@ class _Printer(PrettyPrinter):  # type: ignore[misc]
 def _expression(expression: sp.Expr) -> str:
     if operations(expression) > MOST_DRAWN:
         return to_read(expression)
-    form = _Printer(_SETTINGS)._print(with_decimals(expression, alike=True))
+    form = _DrawnPrinter(_SETTINGS)._print(with_decimals(expression, alike=True))
     found = Drawn(form.render(wrap_line=False))
     found.baseline, found.text = form.baseline, to_read(expression)
     return found

@@ -55,7 +55,7 @@ def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechan
     return mechanism
 
 
-def _converted(source: _Source, given: Mapping[str, object]) -> dict[str, object]:
+def _converted(source: _ModelSource, given: Mapping[str, object]) -> dict[str, object]:
     """The structural arguments ``given``, as the ``source`` takes them.
 
     Raises LoadError for one that it does not take, that cannot be converted, or that is missing.
@@ -115,7 +115,7 @@ def structural_arguments(model: str | Path) -> dict[str, inspect.Parameter]:
     return {} if find(model).suffix == ".toml" else arguments_of(*_function_of(model))
 
 
-class _Source(NamedTuple):
+class _ModelSource(NamedTuple):
     """The place of a model, for messages, and the function that makes its mechanism."""
 
     place: Path
@@ -128,22 +128,22 @@ def _split(model: str | Path) -> tuple[str, str]:
     return (f"{file}.py", name) if mark else (str(model), "")
 
 
-def _function_of(model: object) -> _Source:
+def _function_of(model: object) -> _ModelSource:
     """The function that makes the mechanism of ``model``, which is no text, from structural arguments."""
     if is_mechanics(model):
         name = type(model).__name__
-        return _Source(Path(name), function_of_mechanics(model, "mechanism"))
+        return _ModelSource(Path(name), function_of_mechanics(model, "mechanism"))
     if not isinstance(model, (str, Path)):
         got = type(model).__name__
         raise LoadError(f"expected a Mechanism, a model's name or path, or an object of SymPy's mechanics, got {got}")
     path = find(model)
     if path.suffix not in READERS:
-        return _Source(path, model_function(path, _split(model)[1]))
+        return _ModelSource(path, model_function(path, _split(model)[1]))
 
     def read(base: str = "fixed", stops: bool = False) -> Mechanism:
         return complete(robot(path, base=base, stops=stops))
 
-    return _Source(path, read)
+    return _ModelSource(path, read)
 
 
 # -------------------------------------------------------------------------------------------------------- settings

@@ -17,7 +17,7 @@ from lag2fmu.studies.asking import (
     signals_of,
     times_of,
 )
-from lag2fmu.studies.library import Library, Study, compiled
+from lag2fmu.studies.library import Study, StudyLibrary, compiled
 from lag2fmu.verify.inputs import Inputs
 from lag2fmu.verify.plan import check_tolerance
 
@@ -107,7 +107,7 @@ class Directed:
 
 
 def directed_run(  # noqa: PLR0913 (what makes a run)
-    library: Library,
+    library: StudyLibrary,
     over: Sequence[str],
     outputs: Sequence[str],
     *,

@@ -15,7 +15,7 @@ from machines import FAMILIES, mechanism
 from lag2fmu.dynamics.lagrange import complete
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.loading import with_values
-from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.verify.law_checks import accuracy_of, judged
 from lag2fmu.verify.laws.along import Along, needed, watched
 from lag2fmu.verify.located import located
@@ -44,7 +44,7 @@ def _broken(family: str, fmu: Fmu, seed: int) -> Iterator[str]:
     )
     run = located(fmu.path, options, watched(m))
     assert run is not None
-    for item in judged(Along(System(m), run, {}, {}), accuracy_of(TOLERANCE)):
+    for item in judged(Along(HybridSystem(m), run, {}, {}), accuracy_of(TOLERANCE)):
         if not item.value <= item.bar and (family, seed, item.law) not in KNOWN:
             yield f"{family} {seed}: {item.law}: {item.value:g} {item.unit}, bar {item.bar:g}, {item.where}"
 
