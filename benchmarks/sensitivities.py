@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from lag2fmu.studies.asking import scale_of
 from lag2fmu.studies.library import Study, StudyLibrary, compiled
+from lag2fmu.studies.requests import scale_of
 
 STOP = 5.0
 PARAMETERS = ("m1", "m2", "l1", "l2", "g")

@@ -12,21 +12,21 @@ from lag2fmu.lazy import offered
 from lag2fmu.version import VERSION
 
 if TYPE_CHECKING:
-    from lag2fmu.analysis.entry_points import equilibria as equilibria
-    from lag2fmu.analysis.entry_points import modes as modes
+    from lag2fmu.analysis.at_rest import equilibria as equilibria
+    from lag2fmu.analysis.at_rest import modes as modes
     from lag2fmu.dynamics import derive as derive
     from lag2fmu.ensemble import Ensemble as Ensemble
     from lag2fmu.ensemble.function import function as function
     from lag2fmu.errors import Lag2FmuError as Lag2FmuError
     from lag2fmu.fmu import Fmu as Fmu
     from lag2fmu.fmu import export as export
-    from lag2fmu.fmu.paging import page as page
+    from lag2fmu.fmu.live.paging import page as page
     from lag2fmu.formats.loading import load as load
     from lag2fmu.mechanism import Mechanism as Mechanism
     from lag2fmu.studies.calibration import calibrate as calibrate
     from lag2fmu.studies.sensitivities import sensitivities as sensitivities
     from lag2fmu.studies.sweeping import sweep as sweep
-    from lag2fmu.systems.entry_points import ssp as ssp
+    from lag2fmu.systems.ssp import ssp as ssp
     from lag2fmu.verify import Report as Report
     from lag2fmu.verify import linearize as linearize
     from lag2fmu.verify import simulate as simulate

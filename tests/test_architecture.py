@@ -39,20 +39,16 @@ ROOMS = {
         {"sympy", "numpy", "scipy", "control"},
     ),
     "picture": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
-    "explain": (
+    "procedure": (
         {"language", "description", "mechanism", "reference", "graph", "dynamics"},
         {"sympy", "numpy"},
     ),
     "solvers": (set(), set()),
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
-    "live": (
-        {"resources", "description", "mechanism", "graph", "dynamics", "picture", "codegen"},
-        {"numpy"},
-    ),
     "fmu": (
         {"errors", "lazy", "building", "resources", "version", "xml_tree", "language", "description", "mechanism"}
-        | {"formats", "dynamics", "analysis", "picture", "explain", "solvers", "codegen", "live"},
-        {"PIL"},
+        | {"formats", "dynamics", "analysis", "graph", "picture", "procedure", "solvers", "codegen"},
+        {"PIL", "numpy"},
     ),
     "ensemble": (
         {"errors", "lazy", "description", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
@@ -60,7 +56,7 @@ ROOMS = {
     ),
     "verify": (
         {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
-        | {"analysis", "picture", "solvers", "live", "fmu"},
+        | {"analysis", "picture", "solvers", "fmu"},
         {"sympy", "numpy", "fmpy", "lxml", "rich", "matplotlib"},
     ),
     "studies": (
@@ -83,7 +79,7 @@ ROOMS = {
     "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
     "cli": (
         {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
-        | {"analysis", "explain", "solvers", "building", "fmu", "verify", "studies", "checking", "systems"},
+        | {"analysis", "procedure", "solvers", "building", "fmu", "verify", "studies", "checking", "systems"},
         {"click", "rich"},
     ),
 }

@@ -142,7 +142,7 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
     check_agreement(mechanism, g, masses[1:], states[1:], forcing, equations.solution)
 
 
-def complete(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -> Mechanism:
+def with_derived(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -> Mechanism:
     """``mechanism`` with what derivation adds to it: nominal values, and equilibria of coordinates without mass.
 
     Start values stay as they are. ``equations`` are those of the mechanism, if they are derived already. Raises

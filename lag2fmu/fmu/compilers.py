@@ -19,7 +19,7 @@ from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 
-from lag2fmu.building.libraries import kept
+from lag2fmu.building.build_cache import kept
 from lag2fmu.building.process import compiling, run, zig
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.mach_exports import hide

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.parts import Constraint
-from lag2fmu.description.record import Description
 from lag2fmu.language.units import Unit
 
 

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint, Damper, Definition
 from lag2fmu.description.places import Frame
-from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.mechanism.assembly import assembled
 from lag2fmu.mechanism.check import check

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, fields
 from inspect import Signature, signature
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.names import velocity
 from lag2fmu.description.parts import Constraint, in_order_of_kinds
-from lag2fmu.description.record import Description
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.language.identifiers import suggestion

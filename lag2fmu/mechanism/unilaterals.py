@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Iterator
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.events import Contact, Stop
 from lag2fmu.description.names import stop_side
-from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.units import METRE, Unit
 from lag2fmu.language.vocabulary import Choice, TableCall, free_names, symbol

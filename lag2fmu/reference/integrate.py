@@ -30,7 +30,7 @@ from lag2fmu.reference.hybrid.run import HybridRun, Track
 from lag2fmu.reference.hybrid.starting import started
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.initial_value_problem import SCIPY_METHODS, InitialValueProblem
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.signals import Inputs, Signals, signals_of
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory

@@ -9,9 +9,9 @@ import numpy as np
 
 from lag2fmu.errors import LoadError
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.studies.asking import check_over, references_of, scale_of
 from lag2fmu.studies.fits import FreeValue, Measurement
 from lag2fmu.studies.library import INPUT, STATES, StudyLibrary
+from lag2fmu.studies.requests import check_over, references_of, scale_of
 
 _MASS = ((1, 0, 0), (1, 2, 0))
 """Exponents of kg, m, s of a mass and of a moment of inertia."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from lag2fmu.codegen.sources import render_sources
 from lag2fmu.description.outputs import Experiment
-from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.dynamics.program import lower
 from lag2fmu.ensemble.libraries import KernelLibrary
 from lag2fmu.errors import LoadError
@@ -98,7 +98,7 @@ def _compiled(source: _MechanismText, solver: str) -> StudyLibrary:
     equations, method = derive(source.mechanism), METHODS[solver]
     check_solver(equations.mechanism, method)
     program = lower(equations)
-    mechanism = complete(source.mechanism, equations)
+    mechanism = with_derived(source.mechanism, equations)
     table = build_table(equations, program)
     texts = render_sources(program, table.tables, method, "study", "study")
     return StudyLibrary(

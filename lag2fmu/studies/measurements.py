@@ -13,9 +13,9 @@ from lag2fmu.errors import LoadError
 from lag2fmu.language.units import Unit
 from lag2fmu.reference.csv_tables import csv_text, parse_table
 from lag2fmu.reference.trajectory import Floats, Trajectory
-from lag2fmu.studies.asking import continuous_outputs
 from lag2fmu.studies.fits import Measurement
 from lag2fmu.studies.library import INPUT, StudyLibrary
+from lag2fmu.studies.requests import continuous_outputs
 
 Data: TypeAlias = "str | os.PathLike[str] | Trajectory | Mapping[str, Any] | Any"
 """A CSV file, a Trajectory, or a mapping or DataFrame with columns by name, among them ``time``; NaN is a gap."""

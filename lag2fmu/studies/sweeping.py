@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.fmu.record import is_fmu
+from lag2fmu.fmu.exported import is_fmu
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.datasets import check_path, dataset, save
 from lag2fmu.studies.design import Design, SweepTask, TaskResults, axes_of, grid, sampled

@@ -10,7 +10,7 @@ import numpy as np
 
 from lag2fmu.description.names import velocity
 from lag2fmu.errors import LoadError, UnitError
-from lag2fmu.fmu.record import fmu_path
+from lag2fmu.fmu.exported import fmu_path
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
 from lag2fmu.language.identifiers import suggestion

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from lag2fmu.description import names
-from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.errors import Lag2FmuError
-from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.contents import read_mechanism
 from lag2fmu.graph.batches import evaluate
 from lag2fmu.graph.nodes import Node
 from lag2fmu.mechanism.record import Mechanism
@@ -50,7 +50,7 @@ class DoubtWatch:
     """What is looked at in runs of ``mechanism``; ``outputs`` are the variables of its FMU that this needs."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self.equations = derive(complete(mechanism))
+        self.equations = derive(with_derived(mechanism))
         self.mechanism = m = self.equations.mechanism
         self._values = self._own = {p.name: float(p.value) for p in m.parameters if p.value is not None}
         rows, c = self.equations.rows, self.equations.constraints

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from machines import FAMILIES, mechanism
 
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.loading import with_values
 from lag2fmu.reference.hybrid.system import HybridSystem
@@ -33,7 +33,7 @@ FURTHER = {"ball": (465,)}
 
 def _broken(family: str, fmu: Fmu, seed: int) -> Iterator[str]:
     values = FAMILIES[family].draw(np.random.default_rng(seed))
-    m = complete(with_values(mechanism(family), values))
+    m = with_derived(with_values(mechanism(family), values))
     options = Run(
         stop_time=1.0,
         step=0.01,

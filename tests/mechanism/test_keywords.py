@@ -8,7 +8,7 @@ import sys
 from dataclasses import fields
 from pathlib import Path
 
-from lag2fmu.description.record import Description, table_keys
+from lag2fmu.description.description import Description, table_keys
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.keywords import Keywords
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.adjoint import with_adjoints
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.fmu.advice import suited_solver
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.translation_units import translation_units
@@ -44,7 +44,7 @@ class Probe:
         solver, _ = suited_solver(equations, tuple(METHODS))
         outputs = promotable(equations, ("all",))
         program = with_adjoints(lower(equations, outputs, METHODS[solver].variational))
-        self.description, sources = describe(complete(load(model), equations), equations, program, solver)
+        self.description, sources = describe(with_derived(load(model), equations), equations, program, solver)
         name = self.description.model_identifier
         library = folder / "binaries" / fmpy.platform / f"{name}{fmpy.sharedLibraryExtension}"
         library.parent.mkdir(parents=True)

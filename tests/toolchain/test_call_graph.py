@@ -22,12 +22,12 @@ from lag2fmu.codegen.sources import ROOMS, page_sources, render_sources
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.deriving import derived
+from lag2fmu.fmu.live.spots import no_spots
+from lag2fmu.fmu.live.work import work
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism, load
 from lag2fmu.formats.text import read
-from lag2fmu.live.spots import no_spots
-from lag2fmu.live.work import work
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.resources import bundled, resource_folder
 from lag2fmu.solvers.methods import METHODS

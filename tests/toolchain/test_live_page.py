@@ -17,8 +17,8 @@ import lag2fmu
 from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.documentation import PAGE
+from lag2fmu.fmu.live.document import script
 from lag2fmu.fmu.pack import read_text
-from lag2fmu.live.document import script
 from lag2fmu.resources import bundled, resource_folder
 from lag2fmu.verify.page_samples import page_samples
 from lag2fmu.verify.reference_files import reference_of

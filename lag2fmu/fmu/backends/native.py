@@ -17,9 +17,9 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
-from lag2fmu.fmu.carried import CLOCKS, SOURCES
 from lag2fmu.fmu.compilers import binaries_text, choose_platforms, compile_libraries
-from lag2fmu.fmu.live_module import STILL
+from lag2fmu.fmu.contents import CLOCKS, SOURCES
+from lag2fmu.fmu.live.module import STILL
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.sources import ALL, source_files

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.joints import across
 from lag2fmu.description.names import of_constraint, velocity
 from lag2fmu.description.parts import Energy, Gravity
 from lag2fmu.description.places import AXES, WORLD, Body, Frame, Point
-from lag2fmu.description.record import Description
 from lag2fmu.description.reserved import GLOBAL_NAMES
 from lag2fmu.description.symbols import coordinate, parameter
 from lag2fmu.errors import LoadError

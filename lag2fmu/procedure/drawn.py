@@ -6,10 +6,10 @@ import sympy as sp
 from sympy.printing.pretty.pretty import PrettyPrinter
 from sympy.printing.pretty.stringpict import prettyForm, stringPict
 
-from lag2fmu.explain.length import operations
-from lag2fmu.explain.notation import TEXT, Notation
 from lag2fmu.language.letters import unicode_name, without_dots
 from lag2fmu.language.writer import to_read, with_decimals
+from lag2fmu.procedure.length import operations
+from lag2fmu.procedure.notation import TEXT, Notation
 
 MOST_DRAWN = 150
 """The most operations of a formula that is drawn; a longer one would be wider than any terminal."""

@@ -11,7 +11,7 @@ from lag2fmu.analysis.equilibria import equilibria as equilibria_of
 from lag2fmu.analysis.linearization import linearize as linearization_of
 from lag2fmu.analysis.modes import NaturalMode, normal_modes
 from lag2fmu.description import names
-from lag2fmu.dynamics.entry_points import derive
+from lag2fmu.dynamics.derivation import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import as_mechanism, with_values

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu import export, live_module
+from lag2fmu.fmu import export
 from lag2fmu.fmu.backends import native
-from lag2fmu.fmu.live_module import page_choice
-from lag2fmu.live.document import SCRIPTS, script
-from lag2fmu.live.samples import Samples
+from lag2fmu.fmu.live import module
+from lag2fmu.fmu.live.document import SCRIPTS, script
+from lag2fmu.fmu.live.module import page_choice
+from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.resources import resource_folder
 
 FOLDER = resource_folder("templates") / "page"
@@ -40,7 +41,7 @@ def test_the_joined_script_is_one_module(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("backend", ["c", "python"])
-@pytest.mark.parametrize("most_text", [1000, live_module.MOST_TEXT])
+@pytest.mark.parametrize("most_text", [1000, module.MOST_TEXT])
 def test_a_page_that_costs_much_stands_still(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture, backend: str, most_text: int
 ) -> None:
@@ -48,11 +49,11 @@ def test_a_page_that_costs_much_stands_still(
 
     def costly(_sources: object, _functions: object) -> bytes:
         assert most_text > 1000, "what is too long is not compiled"
-        return bytes(live_module.MOST_BYTES + 1)
+        return bytes(module.MOST_BYTES + 1)
 
-    monkeypatch.setenv(live_module.VARIABLE, "live")
-    monkeypatch.setattr(live_module, "compile_module", costly)
-    monkeypatch.setattr(live_module, "MOST_TEXT", most_text)
+    monkeypatch.setenv(module.VARIABLE, "live")
+    monkeypatch.setattr(module, "compile_module", costly)
+    monkeypatch.setattr(module, "MOST_TEXT", most_text)
     monkeypatch.setattr(native, "compile_libraries", lambda *_: [b"library"])
     fmu = export("pendulum", tmp_path / "still.fmu", backend=backend)
     with ZipFile(fmu.path) as archive:
@@ -66,9 +67,9 @@ def test_a_page_that_costs_much_stands_still(
 def test_a_page_is_live_unless_it_is_said_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
     assert page_choice(None) == "static"  # as the tests have it
     assert page_choice("live") == "live"
-    monkeypatch.delenv(live_module.VARIABLE)
+    monkeypatch.delenv(module.VARIABLE)
     assert page_choice(None) == "live"
-    monkeypatch.setattr(live_module, "find_spec", lambda _: None)
+    monkeypatch.setattr(module, "find_spec", lambda _: None)
     assert page_choice(None) == "static"
     with pytest.raises(ExportError, match="unknown page 'moving'; known are live, static"):
         page_choice("moving")

@@ -15,11 +15,11 @@ from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import DerivationError, ExportError
 from lag2fmu.fmu.backends.backend import Maker
 from lag2fmu.fmu.compilers import compile_module
+from lag2fmu.fmu.live.drawing import drawing
+from lag2fmu.fmu.live.parts import Live
+from lag2fmu.fmu.live.spots import no_spots
+from lag2fmu.fmu.live.work import work
 from lag2fmu.fmu.scalar_variable import ScalarVariable
-from lag2fmu.live.drawing import drawing
-from lag2fmu.live.page import Live
-from lag2fmu.live.spots import no_spots
-from lag2fmu.live.work import work
 
 PAGES = ("live", "static")
 VARIABLE = "LAG2FMU_PAGE"
