@@ -9,7 +9,6 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -255,17 +254,6 @@ def test_the_public_names_are_these() -> None:
     for name in (*lag2fmu.__all__, "__version__"):
         assert getattr(lag2fmu, name) is not None
         assert name in dir(lag2fmu)
-
-
-@pytest.mark.parametrize(
-    "name", ["Calibration", "Contact", "Friction", "Runs", "Sensitivities", "State", "Stop", "Table"]
-)
-def test_names_that_left_the_package_say_where_they_are(name: str) -> None:
-    with pytest.raises(AttributeError) as refused:
-        getattr(lag2fmu, name)
-    place = re.search(rf"it is ([\w.]+)\.{name}$", str(refused.value))
-    assert place is not None
-    assert hasattr(import_module(place[1]), name)
 
 
 def test_other_names_list_those_that_there_are() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,25 @@ def test_make_and_pip_lines_name_what_exists() -> None:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE)
     assert '-e ".[test]"' in README
     assert '-e ".[test]"' in makefile
+
+
+def test_the_page_for_contributors_names_what_exists() -> None:
+    text, makefile = (ROOT / "docs" / "CONTRIBUTING.md").read_text("utf-8"), (ROOT / "Makefile").read_text("utf-8")
+    targets = re.findall(r"`make ([\w-]+)`", text)
+    assert len(targets) > 4
+    assert [name for name in targets if not re.search(rf"^{name}:", makefile, re.MULTILINE)] == []
+
+
+def test_the_changelog_says_where_names_are_now() -> None:
+    """Each of them is there."""
+    text = (ROOT / "docs" / "CHANGELOG.md").read_text("utf-8")
+    rows = re.findall(r"^ *\| (`[\w`, ]+) \| `([\w.]+)` \|$", text, re.MULTILINE)
+    moved = {name: place for names, place in rows for name in re.findall(r"\w+", names)}
+    assert len(moved) > 8
+    for name, place in moved.items():
+        with pytest.raises(AttributeError, match=rf"it is {place}\.{name}$"):
+            getattr(lag2fmu, name)
+        assert hasattr(import_module(place), name)
 
 
 def test_links_of_the_readme_lead_to_files() -> None:
