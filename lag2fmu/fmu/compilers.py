@@ -22,9 +22,8 @@ from pathlib import Path
 from lag2fmu.building.build_cache import kept
 from lag2fmu.building.process import compiling, run, zig
 from lag2fmu.errors import BuildError
-from lag2fmu.fmu.mach_exports import hide
+from lag2fmu.fmu.mach import hide, universal
 from lag2fmu.fmu.translation_units import translation_units
-from lag2fmu.fmu.universal import universal
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 
