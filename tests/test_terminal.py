@@ -11,10 +11,10 @@ from rich.console import Console
 
 from lag2fmu.cli import main, terminal
 from lag2fmu.cli.terminal import console, knows_unicode, progress_bar
-from lag2fmu.explain.drawn import drawn
-from lag2fmu.explain.procedure import procedure
 from lag2fmu.formats.loading import load
 from lag2fmu.language.vocabulary import symbol
+from lag2fmu.procedure.drawn import drawn
+from lag2fmu.procedure.steps import procedure
 from lag2fmu.verify.report import Check, Report
 
 

@@ -50,7 +50,7 @@ def equilibria(
     is no equilibrium. Raises DerivationError for a name that is no input.
     Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 4.4, for steps of least norm.
     """
-    search = _Search(equations, operating_inputs(equations, inputs))
+    search = _EquilibriumSearch(equations, operating_inputs(equations, inputs))
     found: list[Equilibrium] = []
     for seed in search.seeds():
         solution = search.nearest(seed)
@@ -63,7 +63,7 @@ def equilibria(
     return tuple(found)
 
 
-class _Search:
+class _EquilibriumSearch:
     """The equations at rest, r(q, z, multipliers) = 0 with n + h + m + f rows, and their derivatives.
 
     The f further states z rest too; configurations are (q, z), (n + f,).

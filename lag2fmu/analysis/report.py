@@ -17,7 +17,7 @@ from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.evaluation import attempted, driven_by_time
 from lag2fmu.analysis.floquet import floquet
 from lag2fmu.analysis.linearization import linearize
-from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.analysis.modes import NaturalMode, normal_modes
 from lag2fmu.analysis.sections import Line, Section
 from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.description import names
@@ -203,7 +203,7 @@ def _exponents(equations: EquationsOfMotion, item: Equilibrium) -> Iterator[Line
     yield Line(f"Floquet exponents for the period {_number(result.period)} s: {listed} 1/s; small motions {behaviour}.")
 
 
-def _rate(mode: Mode) -> str:
+def _rate(mode: NaturalMode) -> str:
     """Frequency and decay in words."""
     real, omega = mode.eigenvalue.real, mode.frequency
     size = abs(mode.eigenvalue)
@@ -217,7 +217,7 @@ def _rate(mode: Mode) -> str:
     return f"{text}, {'growing' if real > 0 else 'damping ratio'} {_number(abs(real) / size)}"
 
 
-def _shape(equations: EquationsOfMotion, mode: Mode) -> str:
+def _shape(equations: EquationsOfMotion, mode: NaturalMode) -> str:
     """The coordinates that take part in a mode, with their shares."""
     entries = []
     for c, x in zip(equations.mechanism.coordinates, mode.shape, strict=True):

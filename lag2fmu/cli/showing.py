@@ -12,8 +12,8 @@ from lag2fmu.cli.options import check_picture
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import knows_unicode
 from lag2fmu.errors import ExportError
-from lag2fmu.explain.procedure import procedure
 from lag2fmu.formats.write import write
+from lag2fmu.procedure.steps import procedure
 
 
 def show_mechanism(

@@ -16,8 +16,8 @@ from lag2fmu.cli.terminal import console, progress_bar
 from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.elements import element_variables
+from lag2fmu.fmu.exported import Model, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
-from lag2fmu.fmu.record import Model, is_fmu
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, named

@@ -14,8 +14,8 @@ from lag2fmu.cli.terminal import console, progress_bar
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
+from lag2fmu.fmu.exported import Model, is_fmu
 from lag2fmu.fmu.exporting import export
-from lag2fmu.fmu.record import Model, is_fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.reference.trajectory import read_csv

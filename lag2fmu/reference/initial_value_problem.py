@@ -15,7 +15,7 @@ from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.native import native_terms
 from lag2fmu.reference.signals import Signals
 from lag2fmu.reference.single import SingleState, single_state
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.state import Floats, StateBatch
 
 PERTURBATION = 1e-8
 DAMPING = 0.1
@@ -63,7 +63,7 @@ class InitialValueProblem:
         self.share = 0.0  # the share of the work done before the present run; each run is half of all work
         self.reached = float(times[0])  # s, the greatest time that a method reached before it took too many evaluations
 
-    def state(self, t: float, z: Floats) -> State:
+    def state(self, t: float, z: Floats) -> StateBatch:
         """The state at the time t (s) and z (copies, s + 1)."""
         inputs: dict[str, ArrayLike] = {**self._inputs(t), **self.further_of(z)}
         return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], inputs)
@@ -187,7 +187,7 @@ class InitialValueProblem:
             qdd, multipliers, slope[self.size] = self._single.rates(t, copy, inputs, self.damping)
             slope[n : 2 * n] = qdd
             if self.further:
-                state = State(np.asarray(t), copy[:n], copy[n : 2 * n], inputs)
+                state = StateBatch(np.asarray(t), copy[:n], copy[n : 2 * n], inputs)
                 slope[2 * n : self.size] = self.equations.energies.further(state, (qdd, multipliers))
         return slopes.ravel()
 

@@ -26,11 +26,11 @@ from lag2fmu.reference.hybrid.columns import columns_of
 from lag2fmu.reference.hybrid.comparison import HybridResult, compared, perturbed
 from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.kinks import is_hybrid
-from lag2fmu.reference.hybrid.run import Run, Track
+from lag2fmu.reference.hybrid.run import HybridRun, Track
 from lag2fmu.reference.hybrid.starting import started
-from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.initial_value_problem import SCIPY_METHODS, InitialValueProblem
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.signals import Inputs, Signals, signals_of
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
@@ -156,8 +156,8 @@ def _three_runs(
     They go over ``times`` (m,) in s; arguments as of ``integrate``.
     Raises LoadError for unusable starts, SimulationError with the time reached.
     """
-    system = System(mechanism, parameters)
-    run = Run(system, signals, times)
+    system = HybridSystem(mechanism, parameters)
+    run = HybridRun(system, signals, times)
     tracks: list[Track] = []
     start = started(run, starts)
 

@@ -20,7 +20,7 @@ from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.calibrated import Calibration, summed_up, told
 from lag2fmu.studies.fits import Fit, FreeValue, Measurement
 from lag2fmu.studies.free_values import free_values
-from lag2fmu.studies.library import Library, Study, compiled
+from lag2fmu.studies.library import Study, StudyLibrary, compiled
 from lag2fmu.studies.measurements import Data, measurements_of
 from lag2fmu.studies.sensitivities import directed_run
 from lag2fmu.verify.plan import check_tolerance
@@ -96,7 +96,7 @@ class _Problem:
 
     def __init__(
         self,
-        library: Library,
+        library: StudyLibrary,
         experiments: Sequence[Measurement],
         sought: Sequence[FreeValue],
         values: Sequence[Mapping[str, float]],

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from lag2fmu.description import names
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.verify.task import Floats, Task
 
 SAFETY, CHAOS = 100.0, 1e-2

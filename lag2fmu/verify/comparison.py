@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.agreement import CHAOS, LEFT_OUT, SAFETY, SHARPER, comparable, has_rows, horizon_of, on_grid
 from lag2fmu.verify.report import Check

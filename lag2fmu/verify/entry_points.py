@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from lag2fmu.analysis.entry_points import the_equilibrium
+from lag2fmu.analysis.at_rest import the_equilibrium
 from lag2fmu.analysis.linearization import linearize as linearization_of
 from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.description.names import velocity
-from lag2fmu.dynamics.entry_points import derive
+from lag2fmu.dynamics.derivation import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError, ExportError, TextError
-from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.contents import read_mechanism
+from lag2fmu.fmu.exported import Model, fmu_path, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
-from lag2fmu.fmu.record import Model, fmu_path, is_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Trajectory

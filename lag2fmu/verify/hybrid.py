@@ -11,7 +11,7 @@ from lag2fmu.description import names
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.hybrid.modes import Event, Mode
 from lag2fmu.reference.hybrid.points import Points
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.agreement import LEFT_OUT, LOWER, SAFETY, SHARPER, comparable, has_rows, width_at, widths_of
 from lag2fmu.verify.balances import resting_energy

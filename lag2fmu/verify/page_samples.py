@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from lag2fmu.description.names import velocity
-from lag2fmu.live.samples import Samples
+from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.verify.agreement import CHAOS, SAFETY
 
 

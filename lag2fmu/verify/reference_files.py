@@ -12,11 +12,11 @@ from collections.abc import Callable
 import numpy as np
 
 from lag2fmu.description.names import velocity
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.integrate import integrate
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 
 _FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
@@ -35,7 +35,7 @@ def reference_of(mechanism: Mechanism, progress: Callable[[float], None] | None 
     All inputs keep their start values. ``progress`` is told the share that is done, 0 to 1. Raises SimulationError if
     the integration fails.
     """
-    mechanism, experiment = complete(mechanism), mechanism.experiment
+    mechanism, experiment = with_derived(mechanism), mechanism.experiment
     count = max(1, round(experiment.stop_time / experiment.step))
     return integrate(mechanism, np.linspace(0.0, experiment.stop_time, count + 1), progress=progress)
 
@@ -49,7 +49,7 @@ def reference_files(
     refer. Raises SimulationError if the integration fails. Source: FMI-LS-REF 1.0.0-alpha.1 specification.
     """
     reference = reference_of(mechanism) if reference is None else reference
-    mechanism = complete(mechanism)
+    mechanism = with_derived(mechanism)
     columns = [name for q in mechanism.coordinates for name in (q.name, velocity(q.name))]
     columns += [z.name for z in mechanism.states]
     trajectory = Trajectory.of(reference.trajectory.time, {name: reference.trajectory[name] for name in columns})

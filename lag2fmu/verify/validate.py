@@ -13,18 +13,18 @@ from pathlib import Path
 import numpy as np
 
 from lag2fmu.description import names
-from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu.advice import suited_solver
-from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.contents import read_mechanism
+from lag2fmu.fmu.exported import Model, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
-from lag2fmu.fmu.record import Model, is_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.initial_value_problem import prepare
 from lag2fmu.reference.integrate import integrate, remedy_of_jumps
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.solvers.methods import METHODS
 from lag2fmu.verify.agreement import SAFETY, has_rows, horizon_of, on_grid
@@ -71,7 +71,9 @@ def validate(
     with ExitStack() as folders:
         with ThreadPoolExecutor(max_workers=1) as beside:
             if isinstance(source, Mechanism):  # the compilers of both sides work at the same time
-                beside.submit(lambda: prepare(complete(source)))  # an error here comes again where the result is needed
+                beside.submit(
+                    lambda: prepare(with_derived(source))
+                )  # an error here comes again where the result is needed
             path = folders.enter_context(as_fmu(source, solver, fmi))
         mechanism = read_mechanism(path)
         signals = trajectory_of(inputs, *times_of(path, stop_time, None))
@@ -105,7 +107,7 @@ def validate_fmu(
     not raised. Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section I.14,
     for how neighbouring solutions, and hence errors, grow apart.
     """
-    mechanism, experiment = complete(mechanism), mechanism.experiment
+    mechanism, experiment = with_derived(mechanism), mechanism.experiment
     hold = hold or not takes_derivatives(description_of(path)) or moves_a_target(mechanism, inputs)
     stop_time = experiment.stop_time if stop_time is None else stop_time
     check_times(stop_time, min(experiment.step, stop_time))

@@ -1,7 +1,7 @@
 /** The comparison of the page's own trajectory with the one by direct integration that the page contains. */
 
 /** The largest difference, relative to the ranges of the variables and to the growth of disturbances of the start. */
-export function compare(run, reference, variables) {
+function compare(run, reference, variables) {
   const byName = new Map(variables.map((variable) => [variable.name, variable]));
   const columns = reference.names.map((name) => byName.get(name));
   let worst = 0;
@@ -16,7 +16,7 @@ export function compare(run, reference, variables) {
 }
 
 /** The text of the badge for a comparison; "" as long as there is none. */
-export function verdict(worst, bar) {
+function verdict(worst, bar) {
   const passed = worst <= bar;
   return {
     passed,

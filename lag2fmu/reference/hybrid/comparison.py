@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
-from lag2fmu.reference.hybrid.run import Run, Track
+from lag2fmu.reference.hybrid.run import HybridRun, Track
 from lag2fmu.reference.state import Floats
 
 PERTURBATION = 1e-8
@@ -40,7 +40,7 @@ class HybridResult:
     evaluations: int
 
 
-def perturbed(run: Run, start: Floats, scales: Floats, modes: Modes) -> Floats:
+def perturbed(run: HybridRun, start: Floats, scales: Floats, modes: Modes) -> Floats:
     """The ``start`` moved by 1e-8 of the ``scales`` (s,), along a direction without symmetry.
 
     Contacts that are closed at the start stay closed.
@@ -58,7 +58,7 @@ def perturbed(run: Run, start: Floats, scales: Floats, modes: Modes) -> Floats:
     return np.concatenate([onto, both.qd, moved[2 * n :]])
 
 
-def compared(run: Run, tracks: Sequence[Track], scales: Floats, columns: Mapping[str, Floats]) -> HybridResult:
+def compared(run: HybridRun, tracks: Sequence[Track], scales: Floats, columns: Mapping[str, Floats]) -> HybridResult:
     """The record of the runs at rtol, which has these ``columns``, 10 rtol, and 10 rtol from the perturbed start.
 
     ``scales`` (s,) of the states are those that errors are relative to; ``columns`` have a value at each time, (m,).

@@ -7,26 +7,26 @@ from dataclasses import replace
 import numpy as np
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.hybrid.choice import Choice
+from lag2fmu.reference.hybrid.choice import ModeChoice
 from lag2fmu.reference.hybrid.impacts import Impacts
 from lag2fmu.reference.hybrid.measures import gap_sizes, touches
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.piece import Piece
-from lag2fmu.reference.hybrid.records import Point
-from lag2fmu.reference.hybrid.run import LONGEST_PART, Run, Track
+from lag2fmu.reference.hybrid.records import MotionPoint
+from lag2fmu.reference.hybrid.run import LONGEST_PART, HybridRun, Track
 from lag2fmu.reference.hybrid.settling import Settling
 from lag2fmu.reference.hybrid.stepping import Dense, Stepper
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.state import Floats, StateBatch
 
 
 class Follower:
     """Carries out a ``run`` from event to event, by SciPy's ``method`` with the relative tolerance ``rtol``."""
 
-    def __init__(self, run: Run, method: str, rtol: float) -> None:
+    def __init__(self, run: HybridRun, method: str, rtol: float) -> None:
         self.run, self.n, system = run, run.n, run.system
         self.memory = Memory([0] * system.elements.u, np.zeros(system.elements.u))
         impacts = Impacts(system, self.memory)
-        choice = Choice(system, self.memory, impacts.without_collision)
+        choice = ModeChoice(system, self.memory, impacts.without_collision)
         self.settling = Settling(system, self.memory, max(LOW, rtol), impacts.resolved, choice.chosen)
         first, last = float(run.times[0]), float(run.times[-1])
         weights = np.append(run.nominal, [self._energy_scale()] * 2)
@@ -122,7 +122,7 @@ class Follower:
             return f"the condition of '{e.latches[i]}'"
         return f"the {kind} of '{e.frictions[i] if kind == 'friction' else e.contacts[i]}'"
 
-    def _measure_rebounds(self, state: State, modes: Modes, logged: int) -> None:
+    def _measure_rebounds(self, state: StateBatch, modes: Modes, logged: int) -> None:
         """Add to the impacts from number ``logged`` on how high they rebound, and how high they lift other contacts.
 
         Impacts without restitution are left out, for they do not rebound.
@@ -154,7 +154,7 @@ class Follower:
         return min((float(v[i] / -a[i]) for i in _thrown(point, modes, a)), default=None)
 
 
-def _thrown(point: Point, modes: Modes, a: Floats) -> list[int]:
+def _thrown(point: MotionPoint, modes: Modes, a: Floats) -> list[int]:
     """The contacts that begin to open with a speed and come back by the accelerations ``a`` of their gaps, (u,)."""
     v = point.rows.velocities
     return [i for i, mode in enumerate(modes.contacts) if mode is Mode.OPEN and touches(point, i) and v[i] > 0 > a[i]]

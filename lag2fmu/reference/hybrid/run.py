@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
-from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.signals import Signals
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.state import Floats, StateBatch
 
 LONGEST_PART = 0.05
 """The longest step as a part of the run."""
@@ -36,10 +36,10 @@ class Track:
     turns: tuple[float, ...] = ()
 
 
-class Run:
+class HybridRun:
     """A problem: the motion of ``system`` over ``times`` (m,), in s, with the inputs ``signals``."""
 
-    def __init__(self, system: System, signals: Signals, times: Floats) -> None:
+    def __init__(self, system: HybridSystem, signals: Signals, times: Floats) -> None:
         self.system, self.signals, self.times, self.n = system, signals, times, system.n
         self.size, self.further = system.size, [z.name for z in system.mechanism.states]
         self.nominal = np.concatenate([system.nominal, system.nominal, [z.nominal for z in system.mechanism.states]])
@@ -51,14 +51,14 @@ class Run:
         self.progress: Callable[[float], None] | None = None
 
     def inputs(self, t: float) -> Floats:
-        """The inputs (i,) at ``t`` (s), as in ``State``; one that jumps keeps its value until the segment ends."""
+        """The inputs (i,) at ``t`` (s), as in ``StateBatch``; one that jumps keeps its value until the segment ends."""
         values: Mapping[str, float] = self.signals.at(min(t, float(np.nextafter(self.end, -np.inf))))
         return self.system.energies.input_values(values)
 
-    def state(self, t: float, y: Floats) -> State:
+    def state(self, t: float, y: Floats) -> StateBatch:
         """The state at y (s + 2,)."""
         inputs = self.system.energies.with_states(self.inputs(t), y[2 * self.n : self.size])
-        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], inputs)
+        return StateBatch(np.float64(t), y[: self.n], y[self.n : 2 * self.n], inputs)
 
     def started(self, start: Floats) -> Modes:
         """The modes before anything is decided at ``start`` (s,): contacts are open, and dry frictions at rest stick.

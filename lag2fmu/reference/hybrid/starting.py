@@ -9,11 +9,11 @@ import numpy as np
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.constraints import newton
 from lag2fmu.reference.energies import declared_starts
-from lag2fmu.reference.hybrid.run import Run
+from lag2fmu.reference.hybrid.run import HybridRun
 from lag2fmu.reference.state import Floats
 
 
-def started(run: Run, overrides: Mapping[str, float]) -> Floats:
+def started(run: HybridRun, overrides: Mapping[str, float]) -> Floats:
     """q, qd and further states at the start, (s,), in SI units; guesses are solved for.
 
     ``overrides`` {NAME or NAME_dot: SI value} replace declared values. Raises LoadError for unknown names and unusable

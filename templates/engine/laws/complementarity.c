@@ -104,7 +104,7 @@ static bool reduce_and_solve(const Problem *problem, Elimination *elimination, L
 }
 
 /* Does a row slide whose friction other rows answer? Else accelerations are unique. */
-static bool slides(const Problem *problem) {
+static bool any_slides(const Problem *problem) {
     bool found = false;
     for (int k = 0; k < problem->rows; k++) {
         found = found || (problem->row[k].law == ROW_SLIDING && problem->row[k].friction > 0.0);
@@ -116,7 +116,7 @@ int complementarity_other(const Problem *problem) {
     Elimination elimination;
     Laws laws;
     double x[MOST_ACTIVE];
-    if (!slides(problem) || !reduce_and_solve(problem, &elimination, &laws, x) || in_space(&laws)) {
+    if (!any_slides(problem) || !reduce_and_solve(problem, &elimination, &laws, x) || in_space(&laws)) {
         return -1;
     }
     const int other = polyhedral_other(&laws, x);

@@ -8,8 +8,6 @@
 #include "least_norm.h"
 #include "scale.h"
 
-enum { R = SIZE_ROWS };
-
 static bool is_active(const Row *row) {
     return row->law == ROW_UNILATERAL || row->law == ROW_TANGENTIAL || row->law == ROW_BOUNDED;
 }
@@ -52,7 +50,7 @@ static double rest_of(const Elimination *e, int place, int rank) {
     const int row = e->order[place];
     double rest = e->delassus[row * e->problem->rows + row];
     for (int k = 0; k < rank; k++) {
-        rest -= e->factor[place * R + k] * e->factor[place * R + k];
+        rest -= e->factor[place * SIZE_ROWS + k] * e->factor[place * SIZE_ROWS + k];
     }
     return rest;
 }
@@ -61,10 +59,10 @@ static void exchange_places(Elimination *e, int a, int b) {
     const int row = e->order[a];
     e->order[a] = e->order[b];
     e->order[b] = row;
-    for (int k = 0; k < R; k++) {
-        const double entry = e->factor[a * R + k];
-        e->factor[a * R + k] = e->factor[b * R + k];
-        e->factor[b * R + k] = entry;
+    for (int k = 0; k < SIZE_ROWS; k++) {
+        const double entry = e->factor[a * SIZE_ROWS + k];
+        e->factor[a * SIZE_ROWS + k] = e->factor[b * SIZE_ROWS + k];
+        e->factor[b * SIZE_ROWS + k] = entry;
     }
 }
 
@@ -83,9 +81,9 @@ static void factorize_bilateral(Elimination *e) {
         for (int i = k; i < e->bilateral; i++) {
             double entry = e->delassus[e->order[i] * e->problem->rows + e->order[k]];
             for (int j = 0; j < k; j++) {
-                entry -= e->factor[i * R + j] * e->factor[k * R + j];
+                entry -= e->factor[i * SIZE_ROWS + j] * e->factor[k * SIZE_ROWS + j];
             }
-            e->factor[i * R + k] = i == k ? sqrt(pivot) : entry / sqrt(pivot);
+            e->factor[i * SIZE_ROWS + k] = i == k ? sqrt(pivot) : entry / sqrt(pivot);
         }
     }
 }
@@ -95,9 +93,9 @@ static void solve_lower(const Elimination *e, const double column[], double y[])
     for (int i = 0; i < e->rank; i++) {
         y[i] = column[e->order[i]];
         for (int k = 0; k < i; k++) {
-            y[i] -= e->factor[i * R + k] * y[k];
+            y[i] -= e->factor[i * SIZE_ROWS + k] * y[k];
         }
-        y[i] /= e->factor[i * R + i];
+        y[i] /= e->factor[i * SIZE_ROWS + i];
     }
 }
 
@@ -171,7 +169,7 @@ void set_limit(const Elimination *e, int place, double limit, Laws *laws) {
 
 /* Rounding errors of a row that the bilateral rows determine must look neither like an influence on it nor like a
    motion along it. */
-static void clear_determined(const Elimination *e, double response[][R], Laws *laws) {
+static void clear_determined(const Elimination *e, double response[][SIZE_ROWS], Laws *laws) {
     for (int i = 0; i < e->active; i++) {
         double rest = e->delassus[e->row[i] * e->problem->rows + e->row[i]];
         for (int k = 0; k < e->rank; k++) {
@@ -197,7 +195,7 @@ static double difference(double a, const double b[], const double c[], int count
 }
 
 void eliminate_rows(const Problem *problem, Elimination *e, Laws *laws) {
-    double column[R], known[R], seen[R], response[MOST_ACTIVE][R], terms;
+    double column[SIZE_ROWS], known[SIZE_ROWS], seen[SIZE_ROWS], response[MOST_ACTIVE][SIZE_ROWS], terms;
     e->problem = problem;
     memset(e->factor, 0, sizeof e->factor);
     scale_rows(e);
@@ -226,7 +224,7 @@ void eliminate_rows(const Problem *problem, Elimination *e, Laws *laws) {
 
 /* Bilateral rows, given the others: lambda[rows] is scaled. */
 static void solve_bilateral(const Elimination *e, double lambda[]) {
-    double matrix[R * R] = {0.0}, right[R] = {0.0}, x[R];
+    double matrix[SIZE_ROWS * SIZE_ROWS] = {0.0}, right[SIZE_ROWS] = {0.0}, x[SIZE_ROWS];
     const int m = e->bilateral, n = e->problem->rows;
     for (int i = 0; i < m; i++) {
         right[i] = -e->free[e->order[i]];
@@ -254,7 +252,7 @@ static double terms_of(const Problem *problem, const double lambda[], int row) {
 
 /* w = free + delassus lambda, 0 where it is rounding error: of the terms in the row, or what solving all rows together
    leaves in a row whose own terms are as small. */
-static void evaluate(const Elimination *e, const double lambda[], double w[]) {
+static void evaluate_rows(const Elimination *e, const double lambda[], double w[]) {
     const Problem *problem = e->problem;
     double greatest = 0.0;
     for (int i = 0; i < problem->rows; i++) {
@@ -285,5 +283,5 @@ void recover_rows(const Elimination *e, const double x[], double lambda[], doubl
     for (int k = 0; k < n; k++) {
         lambda[k] *= e->scale[k];
     }
-    evaluate(e, lambda, w);
+    evaluate_rows(e, lambda, w);
 }

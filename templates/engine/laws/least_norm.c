@@ -8,19 +8,17 @@
 #include "mechanism.h"
 #include "scale.h"
 
-enum { R = SIZE_ROWS };
-
 /* Column k of Q's reflections stands in column k from the diagonal on, row k of Z's in row k: in its place on the
    diagonal, which T has in diagonal[], and from the rank on. */
 typedef struct {
     int n;
     int rank;
-    double entry[R * R];
-    double diagonal[R];
-    double left[R];  /* 2 / v^T v of the reflections 1 - left v v^T */
-    double right[R]; /* 2 / v^T v of the reflections from the right, which make Z */
-    double head[R];  /* the first component of Z's v */
-    int column[R];   /* place -> column of A */
+    double entry[SIZE_ROWS * SIZE_ROWS];
+    double diagonal[SIZE_ROWS];
+    double left[SIZE_ROWS];  /* 2 / v^T v of the reflections 1 - left v v^T */
+    double right[SIZE_ROWS]; /* 2 / v^T v of the reflections from the right, which make Z */
+    double head[SIZE_ROWS];  /* the first component of Z's v */
+    int column[SIZE_ROWS];   /* place -> column of A */
 } Decomposition;
 
 static double column_square(const Decomposition *d, int first, int j) {
@@ -55,7 +53,7 @@ static double bring_column(Decomposition *d, int k) {
 static void reflect_column(Decomposition *d, int k, double square) {
     const int n = d->n;
     double *pivot = &d->entry[k * n + k];
-    double sums[R] = {0.0};
+    double sums[SIZE_ROWS] = {0.0};
     d->diagonal[k] = *pivot > 0.0 ? -sqrt(square) : sqrt(square);
     *pivot -= d->diagonal[k];
     d->left[k] = 2.0 / column_square(d, k, k);
@@ -160,7 +158,7 @@ static void add_solution(const Decomposition *d, double b[], double x[]) {
 
 void least_norm_solve(int n, const double a[], const double b[], double x[]) {
     Decomposition d;
-    double rest[R];
+    double rest[SIZE_ROWS];
     if (n == 1) {
         x[0] = a[0] != 0.0 ? b[0] / a[0] : 0.0;
         return;

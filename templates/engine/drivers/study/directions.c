@@ -12,8 +12,6 @@
 #include "system.h"
 #include "values.h"
 
-enum { N = N_COORDINATES };
-
 bool directions_evaluate(Variations *variations, double time, const double states[]) {
     Instance *instance = &variations->study.instance;
     System *system = &instance->scratch.system;

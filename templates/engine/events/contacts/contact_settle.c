@@ -13,8 +13,6 @@
 #include "settling.h"
 #include "stopping_slips.h"
 
-enum { N = N_COORDINATES, K = N_CONSTRAINTS };
-
 /* Latches obey their switches. A latch that begins to hold a position holds it where it is. Returns whether one begins
    to hold or lets go. */
 static bool update_latches(Settling *settling) {

@@ -8,8 +8,6 @@
 #include "settings.h"
 #include "settling.h"
 
-enum { K = N_CONSTRAINTS };
-
 /* Does an open contact close here although it moves apart? It does if its gap is negative by rounding and the motion is
    too slow to make the gap positive. */
 static bool stays_near(const Settling *settling, int contact) {

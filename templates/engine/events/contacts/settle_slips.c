@@ -6,8 +6,6 @@
 #include "settings.h"
 #include "settling.h"
 
-enum { K = N_CONSTRAINTS };
-
 static bool slips_in_space(int contact) {
     return contact_slips(contact) == 2;
 }

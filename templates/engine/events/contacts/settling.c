@@ -10,8 +10,6 @@
 #include "settings.h"
 #include "system.h"
 
-enum { N = N_COORDINATES, K = N_CONSTRAINTS };
-
 bool settling_due(const Settling *settling, int function) {
     return settling->due[function];
 }

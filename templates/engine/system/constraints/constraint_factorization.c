@@ -8,8 +8,7 @@
 #include <string.h>
 
 #include "scale.h"
-
-enum { N = N_COORDINATES, M = N_CONSTRAINTS };
+#include "sizes.h"
 
 static double inner_product(const double a[], const double b[], int count) {
     double sum = 0.0;
@@ -20,7 +19,7 @@ static double inner_product(const double a[], const double b[], int count) {
 }
 
 /* D: a row that restricts nothing gets the scale 0. */
-static void scale_rows(ConstraintFactorization *result) {
+static void scale_gradients(ConstraintFactorization *result) {
     for (int k = 0; k < result->rows; k++) {
         const double square = inner_product(result->jacobian + k * N, result->response + k * N, N);
         result->scale[k] = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
@@ -32,7 +31,7 @@ static void scale_rows(ConstraintFactorization *result) {
 static void multiply(ConstraintFactorization *result) {
     for (int i = 0; i < result->rows; i++) {
         const int row = result->order[i];
-        double sum[M] = {0.0};
+        double sum[K] = {0.0};
         for (int column = 0; column < N; column++) {
             const double slope = result->jacobian[row * N + column];
             for (int j = 0; slope != 0.0 && j <= i; j++) {
@@ -41,8 +40,8 @@ static void multiply(ConstraintFactorization *result) {
         }
         for (int j = 0; j <= i; j++) {
             const double entry = result->scale[row] * sum[j] * result->scale[result->order[j]];
-            result->factor[i * M + j] = entry;
-            result->factor[j * M + i] = entry;
+            result->factor[i * K + j] = entry;
+            result->factor[j * K + i] = entry;
         }
     }
 }
@@ -54,36 +53,36 @@ static void swap(double *a, double *b) {
 }
 
 /* Brings the largest remaining diagonal entry to row k; returns it. */
-static double bring_pivot(ConstraintFactorization *result, int k) {
+static double bring_row(ConstraintFactorization *result, int k) {
     double *a = result->factor;
     int best = k;
     for (int i = k + 1; i < result->rows; i++) {
-        best = a[i * M + i] > a[best * M + best] ? i : best;
+        best = a[i * K + i] > a[best * K + best] ? i : best;
     }
-    if (M > 1 && best != k) {
+    if (K > 1 && best != k) {
         const int kept = result->order[k];
         result->order[k] = result->order[best];
         result->order[best] = kept;
         for (int j = 0; j < result->rows; j++) {
-            swap(&a[k * M + j], &a[best * M + j]);
+            swap(&a[k * K + j], &a[best * K + j]);
         }
         for (int i = 0; i < result->rows; i++) {
-            swap(&a[i * M + k], &a[i * M + best]);
+            swap(&a[i * K + k], &a[i * K + best]);
         }
     }
-    return a[k * M + k];
+    return a[k * K + k];
 }
 
 /* Writes column k of L and takes its part out of the rest of the matrix. */
 static void eliminate(double a[], int rows, int k) {
-    a[k * M + k] = sqrt(a[k * M + k]);
+    a[k * K + k] = sqrt(a[k * K + k]);
     for (int i = k + 1; i < rows; i++) {
-        a[i * M + k] /= a[k * M + k];
+        a[i * K + k] /= a[k * K + k];
     }
     for (int i = k + 1; i < rows; i++) {
         for (int j = k + 1; j <= i; j++) {
-            a[i * M + j] -= a[i * M + k] * a[j * M + k];
-            a[j * M + i] = a[i * M + j];
+            a[i * K + j] -= a[i * K + k] * a[j * K + k];
+            a[j * K + i] = a[i * K + j];
         }
     }
 }
@@ -94,10 +93,10 @@ static void factorize_normal(const ConstraintFactorization *f, double normal[]) 
         for (int j = 0; j <= i; j++) {
             double sum = 0.0;
             for (int k = i; k < f->rows; k++) {
-                sum += f->factor[k * M + i] * f->factor[k * M + j];
+                sum += f->factor[k * K + i] * f->factor[k * K + j];
             }
-            normal[i * M + j] = sum;
-            normal[j * M + i] = sum;
+            normal[i * K + j] = sum;
+            normal[j * K + i] = sum;
         }
     }
     for (int k = 0; k < f->rank; k++) {
@@ -109,7 +108,7 @@ static void factorize_normal(const ConstraintFactorization *f, double normal[]) 
 static int order_rows(ConstraintFactorization *result, const IndependentRows *known) {
     int placed = 0;
     int independent = 0;
-    for (int i = 0; i < M; i++) {
+    for (int i = 0; i < K; i++) {
         const int row = known == NULL ? i : (int)known->order[i];
         if (row < result->rows) {
             independent += known != NULL && i < known->rank;
@@ -120,7 +119,7 @@ static int order_rows(ConstraintFactorization *result, const IndependentRows *kn
 }
 
 double constraints_distance(const ConstraintFactorization *f, int k) {
-    return f->factor[k * M + k] / f->scale[f->order[k]];
+    return f->factor[k * K + k] / f->scale[f->order[k]];
 }
 
 /* How far the row at place k is held to its usual multiplier: from 0, not at all, to 1, with a continuous slope. */
@@ -139,16 +138,16 @@ void constraints_factorize(ConstraintFactorization *result, int rows, const Inde
     result->rank = 0;
     memset(result->held, 0, sizeof result->held);
     result->holding = false;
-    scale_rows(result);
+    scale_gradients(result);
     const int independent = order_rows(result, known);
     multiply(result);
     for (int k = 0; k < rows; k++) {
-        result->factor[k * M + k] += result->scale[result->order[k]] > 0.0 ? damping : 0.0;
+        result->factor[k * K + k] += result->scale[result->order[k]] > 0.0 ? damping : 0.0;
     }
     for (int k = 0; k < rows; k++) {
         const double least = known != NULL && k >= independent && damping <= 0.0 ? CLEARLY_INDEPENDENT : REDUNDANT;
-        const bool kept = k < independent && result->factor[k * M + k] > REDUNDANT;
-        if (!kept && !(bring_pivot(result, k) > least)) {
+        const bool kept = k < independent && result->factor[k * K + k] > REDUNDANT;
+        if (!kept && !(bring_row(result, k) > least)) {
             break;
         }
         eliminate(result->factor, rows, k);
@@ -160,29 +159,29 @@ void constraints_factorize(ConstraintFactorization *result, int rows, const Inde
 }
 
 /* Overwrites b[size] by L^-1 b. */
-static void solve_lower(const double lower[], int size, double b[]) {
+static void solve_lower_factor(const double lower[], int size, double b[]) {
     for (int i = 0; i < size; i++) {
-        b[i] = (b[i] - inner_product(lower + i * M, b, i)) / lower[i * M + i];
+        b[i] = (b[i] - inner_product(lower + i * K, b, i)) / lower[i * K + i];
     }
 }
 
 /* Overwrites b[size] by L^-T b. */
 static void solve_upper(const double lower[], int size, double b[]) {
     for (int i = size - 1; i >= 0; i--) {
-        b[i] /= lower[i * M + i];
+        b[i] /= lower[i * K + i];
         for (int j = 0; j < i; j++) {
-            b[j] -= lower[i * M + j] * b[i];
+            b[j] -= lower[i * K + j] * b[i];
         }
     }
 }
 
 void constraints_solve(const ConstraintFactorization *f, const double b[], const double usual[],
                        double multipliers[]) {
-    double z[M];
-    double other[M];
+    double z[K];
+    double other[K];
     for (int i = 0; i < f->rank; i++) {
         const int row = f->order[i];
-        const double *lower = f->factor + i * M;
+        const double *lower = f->factor + i * K;
         z[i] = (f->scale[row] * b[row] - inner_product(lower, z, i)) / lower[i];
         if (f->holding) {
             other[i] = usual == NULL ? 0.0 : (f->scale[row] * usual[row] - inner_product(lower, other, i)) / lower[i];
@@ -197,8 +196,8 @@ void constraints_solve(const ConstraintFactorization *f, const double b[], const
 
 /* L^T times any solution is the same; the one of least norm is L (L^T L)^-1 times that. */
 void constraints_spread(const ConstraintFactorization *f, double multipliers[]) {
-    double normal[M * M] = {0.0};
-    double z[M];
+    double normal[K * K] = {0.0};
+    double z[K];
     if (f->rank == f->rows) {
         return;
     }
@@ -207,16 +206,16 @@ void constraints_spread(const ConstraintFactorization *f, double multipliers[]) 
         z[i] = 0.0;
         for (int k = i; k < f->rows; k++) {
             const double scale = f->scale[f->order[k]];
-            z[i] += scale > 0.0 ? f->factor[k * M + i] * multipliers[f->order[k]] / scale : 0.0;
+            z[i] += scale > 0.0 ? f->factor[k * K + i] * multipliers[f->order[k]] / scale : 0.0;
         }
     }
-    solve_lower(normal, f->rank, z);
+    solve_lower_factor(normal, f->rank, z);
     solve_upper(normal, f->rank, z);
     for (int i = 0; i < f->rows; i++) {
         const int columns = i < f->rank ? i + 1 : f->rank;
         const int row = f->order[i];
         if (f->scale[row] > 0.0) {
-            multipliers[row] = f->scale[row] * inner_product(f->factor + i * M, z, columns);
+            multipliers[row] = f->scale[row] * inner_product(f->factor + i * K, z, columns);
         }
     }
 }

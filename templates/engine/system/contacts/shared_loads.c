@@ -12,13 +12,13 @@
 #include "scale.h"
 #include "vector_length.h"
 
-enum { M = N_CONSTRAINTS, MOST_CONES = SIZE_UNILATERALS + SIZE_FRICTIONS, SIZE = M + 1, MOST_STEPS = 50 };
+enum { MOST_CONES = SIZE_UNILATERALS + SIZE_FRICTIONS, SIZE_SHARES = K + 1, MOST_SHARING_STEPS = 50 };
 
 /* Relative to the load: what no motion feels but for rounding, and a margin that has no bound. */
 static const double UNBOUNDED = 1e3;
 
 /* Margins of this part of the greatest load are no matter of sharing. */
-static const double FAR = 0.01;
+static const double NO_MATTER = 0.01;
 
 /* tau falls by this factor to its last value, MET. That of the greatest margin is TOLERATED, because its matrices have
    entries of 1/tau^2 beside those of 1 that decide on the loads which do not matter to the margin. */
@@ -27,21 +27,21 @@ static const double FALL = 0.1;
 /* s = offset + slope x > |t|, t = force + tangent x, for the weights x of the loads; there are width entries of t. */
 typedef struct {
     int width;
-    double offset, slope[SIZE];
-    double force[2], tangent[2][SIZE];
+    double offset, slope[SIZE_SHARES];
+    double force[2], tangent[2][SIZE_SHARES];
 } Cone;
 
 typedef struct {
     const Sharing *sharing;
     int loads, cones, size; /* of x: the weights of the loads, then the least margin if it is asked for */
-    double load[M][M];      /* orthonormal, in units of the scaled rows */
-    double least[M];        /* the scaled multipliers of least norm */
+    double load[K][K];      /* orthonormal, in units of the scaled rows */
+    double least[K];        /* the scaled multipliers of least norm */
     double greatest;        /* of them */
     Cone cone[MOST_CONES];
-    double x[SIZE];
+    double x[SIZE_SHARES];
 } Shares;
 
-static double inner_product(const double a[], const double b[], int size) {
+static double shares_product(const double a[], const double b[], int size) {
     double sum = 0.0;
     for (int i = 0; i < size; i++) {
         sum += a[i] * b[i];
@@ -54,32 +54,32 @@ static double scale_of(const Shares *p, int row) {
 }
 
 /* unfelt[m] = what no motion feels of a unit of the scaled row. */
-static void project(const Shares *p, int row, double unfelt[]) {
-    double felt[M] = {0.0};
+static void project_row(const Shares *p, int row, double unfelt[]) {
+    double felt[K] = {0.0};
     felt[row] = scale_of(p, row);
     constraints_spread(p->sharing->constraints, felt);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         unfelt[k] = scale_of(p, k) > 0.0 ? (k == row ? 1.0 : 0.0) - felt[k] / scale_of(p, k) : 0.0;
     }
 }
 
 /* By the method of Gram and Schmidt, twice for the sake of rounding. */
-static void find_loads(Shares *p) {
-    for (int row = 0; row < M; row++) {
+static void find_shared_loads(Shares *p) {
+    for (int row = 0; row < K; row++) {
         double *own = p->load[p->loads];
         if (!(scale_of(p, row) > 0.0)) {
             continue;
         }
-        project(p, row, own);
+        project_row(p, row, own);
         for (int i = 0; i < 2 * p->loads; i++) {
-            const double *other = p->load[i % p->loads], part = inner_product(own, other, M);
-            for (int k = 0; k < M; k++) {
+            const double *other = p->load[i % p->loads], part = shares_product(own, other, K);
+            for (int k = 0; k < K; k++) {
                 own[k] -= part * other[k];
             }
         }
-        const double length = sqrt(inner_product(own, own, M));
+        const double length = sqrt(shares_product(own, own, K));
         if (length > 1e3 * OBEYED) {
-            for (int k = 0; k < M; k++) {
+            for (int k = 0; k < K; k++) {
                 own[k] /= length;
             }
             p->loads++;
@@ -89,7 +89,7 @@ static void find_loads(Shares *p) {
 
 /* factor times the scaled row as a function of x: its constant part, and its slope[SIZE]. */
 static double part_of(const Shares *p, int row, double factor, double slope[]) {
-    memset(slope, 0, SIZE * sizeof(double));
+    memset(slope, 0, SIZE_SHARES * sizeof(double));
     for (int i = 0; i < p->loads; i++) {
         slope[i] = factor * p->load[i][row];
     }
@@ -97,11 +97,11 @@ static double part_of(const Shares *p, int row, double factor, double slope[]) {
 }
 
 /* Adds the cone, unless x does not change it. */
-static void keep(Shares *p) {
+static void keep_shares(Shares *p) {
     Cone *cone = &p->cone[p->cones];
-    double most = inner_product(cone->slope, cone->slope, SIZE);
+    double most = shares_product(cone->slope, cone->slope, SIZE_SHARES);
     for (int i = 0; i < cone->width; i++) {
-        most = fmax(most, inner_product(cone->tangent[i], cone->tangent[i], SIZE));
+        most = fmax(most, shares_product(cone->tangent[i], cone->tangent[i], SIZE_SHARES));
     }
     if (most > OBEYED * OBEYED) {
         cone->slope[p->loads] = p->size > p->loads ? -1.0 : 0.0;
@@ -109,7 +109,7 @@ static void keep(Shares *p) {
     }
 }
 
-static void set_contact(Shares *p, int contact) {
+static void share_contact(Shares *p, int contact) {
     Cone *cone = &p->cone[p->cones];
     const int normal = ROW_PLACES[contact], first = SLIP_ROWS[contact];
     const double holding = p->sharing->holding[contact];
@@ -122,7 +122,7 @@ static void set_contact(Shares *p, int contact) {
     }
 }
 
-static void set_friction(Shares *p, int friction) {
+static void share_friction(Shares *p, int friction) {
     Cone *cone = &p->cone[p->cones];
     const int row = ROW_PLACES[FIRST_FRICTION + friction];
     cone->width = 1;
@@ -135,25 +135,25 @@ static bool takes_part(const Shares *p, int contact) {
     return contact_closed(p->sharing->state, contact) && scale_of(p, ROW_PLACES[contact]) > 0.0;
 }
 
-static bool slides(const Shares *p, int contact) {
+static bool shared_contact_slides(const Shares *p, int contact) {
     return !contact_sticks(p->sharing->state, contact) && SLIP_ROWS[contact + 1] > SLIP_ROWS[contact] &&
            p->sharing->holding[contact] > 0.0;
 }
 
 /* Does the contact slide by friction that another sharing would change? */
 static bool rubs(const Shares *p, int contact) {
-    double slope[SIZE];
+    double slope[SIZE_SHARES];
     (void)part_of(p, ROW_PLACES[contact], 1.0, slope);
-    return slides(p, contact) && sqrt(inner_product(slope, slope, SIZE)) > OBEYED;
+    return shared_contact_slides(p, contact) && sqrt(shares_product(slope, slope, SIZE_SHARES)) > OBEYED;
 }
 
 /* The loads of least norm for multipliers[m]. */
-static void begin(const Sharing *sharing, const double multipliers[], Shares *p) {
+static void begin_sharing(const Sharing *sharing, const double multipliers[], Shares *p) {
     memset(p, 0, sizeof *p);
     p->sharing = sharing;
     memcpy(p->least, multipliers, sizeof p->least);
     constraints_spread(sharing->constraints, p->least);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         p->least[k] = scale_of(p, k) > 0.0 ? p->least[k] / scale_of(p, k) : 0.0;
         p->greatest = fmax(p->greatest, fabs(p->least[k]));
     }
@@ -161,38 +161,38 @@ static void begin(const Sharing *sharing, const double multipliers[], Shares *p)
 
 /* The problem, with the least margin in x or without. Returns false where nothing is shared. */
 static bool pose(bool centre, Shares *p) {
-    find_loads(p);
+    find_shared_loads(p);
     p->size = p->loads + (centre ? 1 : 0);
     for (int i = 0; i < N_UNILATERALS; i++) {
         if (takes_part(p, i)) {
             if (rubs(p, i)) {
                 return false;
             }
-            set_contact(p, i);
-            keep(p);
+            share_contact(p, i);
+            keep_shares(p);
         }
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
         if (friction_sticks(p->sharing->state, i)) {
-            set_friction(p, i);
-            keep(p);
+            share_friction(p, i);
+            keep_shares(p);
         }
     }
     return p->cones > 0 && p->greatest > 0.0;
 }
 
 /* s, and t[2]. */
-static double evaluate(const Shares *p, const Cone *cone, double t[]) {
+static double evaluate_cone(const Shares *p, const Cone *cone, double t[]) {
     for (int i = 0; i < cone->width; i++) {
-        t[i] = cone->force[i] + inner_product(cone->tangent[i], p->x, p->size);
+        t[i] = cone->force[i] + shares_product(cone->tangent[i], p->x, p->size);
     }
-    return cone->offset + inner_product(cone->slope, p->x, p->size);
+    return cone->offset + shares_product(cone->slope, p->x, p->size);
 }
 
 /* s - |t|. */
 static double margin(const Shares *p, const Cone *cone) {
     double t[2] = {0.0};
-    const double s = evaluate(p, cone, t);
+    const double s = evaluate_cone(p, cone, t);
     return s - vector_length(t, cone->width);
 }
 
@@ -206,17 +206,17 @@ static double least_margin(const Shares *p) {
 
 /* Do all hold well with the loads of least norm? That is soon found, and then no other loads are looked for. */
 static bool all_hold_well(Shares *p) {
-    const double least = FAR * p->greatest;
+    const double least = NO_MATTER * p->greatest;
     bool well = true;
     for (int i = 0; i < N_UNILATERALS && well; i++) {
         if (takes_part(p, i)) {
-            set_contact(p, i);
-            well = !slides(p, i) && margin(p, p->cone) > least;
+            share_contact(p, i);
+            well = !shared_contact_slides(p, i) && margin(p, p->cone) > least;
         }
     }
     for (int i = 0; i < N_FRICTIONS && well; i++) {
         if (friction_sticks(p->sharing->state, i)) {
-            set_friction(p, i);
+            share_friction(p, i);
             well = margin(p, p->cone) > least;
         }
     }
@@ -225,8 +225,8 @@ static bool all_hold_well(Shares *p) {
 
 /* Adds the derivatives of -log(s^2 - t^2), half of it without t: gradient[size] and matrix[size * size]. */
 static void add_barrier(const Shares *p, const Cone *cone, double gradient[], double matrix[]) {
-    double t[2] = {0.0}, v[SIZE];
-    const double s = evaluate(p, cone, t), r = cone->width == 0 ? s * s : s * s - t[0] * t[0] - t[1] * t[1];
+    double t[2] = {0.0}, v[SIZE_SHARES];
+    const double s = evaluate_cone(p, cone, t), r = cone->width == 0 ? s * s : s * s - t[0] * t[0] - t[1] * t[1];
     for (int i = 0; i < p->size; i++) {
         v[i] = s * cone->slope[i];
         for (int k = 0; k < cone->width; k++) {
@@ -248,9 +248,9 @@ static void add_barrier(const Shares *p, const Cone *cone, double gradient[], do
 /* Goes this part of the way to x - change[size], or less, so that x stays inside of all cones: where the matrix of a
    step is singular to rounding, its solution leads anywhere. Returns false where no way leads on. */
 static bool go_inside(Shares *p, const double change[], double part) {
-    double before[SIZE];
+    double before[SIZE_SHARES];
     memcpy(before, p->x, sizeof before);
-    for (int i = 0; i < MOST_STEPS; i++) {
+    for (int i = 0; i < MOST_SHARING_STEPS; i++) {
         for (int k = 0; k < p->size; k++) {
             p->x[k] = before[k] - part * change[k];
         }
@@ -265,8 +265,8 @@ static bool go_inside(Shares *p, const double change[], double part) {
 
 /* One step for the weight tau. Returns false where there is nothing left to improve. */
 static bool step(Shares *p, double tau) {
-    double gradient[SIZE] = {0.0}, matrix[SIZE * SIZE] = {0.0}, change[SIZE];
-    int order[SIZE];
+    double gradient[SIZE_SHARES] = {0.0}, matrix[SIZE_SHARES * SIZE_SHARES] = {0.0}, change[SIZE_SHARES];
+    int order[SIZE_SHARES];
     const bool centre = p->size > p->loads;
     const double weight = centre ? YIELDS / (p->greatest * p->greatest) : 1.0 / (tau * p->greatest);
     for (int i = 0; i < p->loads; i++) {
@@ -283,7 +283,7 @@ static bool step(Shares *p, double tau) {
         return false;
     }
     lu_solve(matrix, order, p->size, gradient, change);
-    const double square = inner_product(gradient, change, p->size);
+    const double square = shares_product(gradient, change, p->size);
     if (!(square > MET)) {
         return false;
     }
@@ -291,10 +291,10 @@ static bool step(Shares *p, double tau) {
 }
 
 /* From inside of all cones. Margins without a bound are followed only so far. */
-static void solve(Shares *p) {
+static void solve_shares(Shares *p) {
     const bool centre = p->size > p->loads;
     for (double tau = 1.0; tau >= (centre ? TOLERATED : MET); tau *= FALL) {
-        for (int i = 0; i < MOST_STEPS && step(p, tau * p->greatest); i++) {
+        for (int i = 0; i < MOST_SHARING_STEPS && step(p, tau * p->greatest); i++) {
             if (centre && p->x[p->loads] > UNBOUNDED * p->greatest) {
                 return;
             }
@@ -303,7 +303,7 @@ static void solve(Shares *p) {
 }
 
 static void combine(const Shares *p, double multipliers[]) {
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         double sum = p->least[k];
         for (int i = 0; i < p->loads; i++) {
             sum += p->x[i] * p->load[i][k];
@@ -314,12 +314,12 @@ static void combine(const Shares *p, double multipliers[]) {
 
 static void centre_within(Shares *p) {
     p->x[p->loads] = least_margin(p) - p->greatest;
-    solve(p);
+    solve_shares(p);
 }
 
 void loads_centre(const Sharing *sharing, double multipliers[]) {
     Shares p;
-    begin(sharing, multipliers, &p);
+    begin_sharing(sharing, multipliers, &p);
     if (pose(true, &p)) {
         centre_within(&p);
         combine(&p, multipliers);
@@ -328,14 +328,14 @@ void loads_centre(const Sharing *sharing, double multipliers[]) {
 
 bool loads_least(const Sharing *sharing, double multipliers[]) {
     Shares p;
-    begin(sharing, multipliers, &p);
+    begin_sharing(sharing, multipliers, &p);
     combine(&p, multipliers);
     return all_hold_well(&p);
 }
 
 void loads_obey(const Sharing *sharing, double multipliers[]) {
     Shares p, inside;
-    begin(sharing, multipliers, &p);
+    begin_sharing(sharing, multipliers, &p);
     inside = p;
     if (all_hold_well(&p) || !pose(false, &p) || least_margin(&p) >= 0.0 || !pose(true, &inside)) {
         return;
@@ -347,7 +347,7 @@ void loads_obey(const Sharing *sharing, double multipliers[]) {
         return;
     }
     if (least > 0.0) {
-        solve(&p);
+        solve_shares(&p);
     }
     combine(&p, multipliers);
     for (int i = 0; i < N_UNILATERALS; i++) {

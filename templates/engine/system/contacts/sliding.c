@@ -8,7 +8,7 @@
 #include "scale.h"
 #include "sliding_rows.h"
 
-enum { N = N_COORDINATES, MOST_CORRECTIONS = 40 };
+enum { MOST_CORRECTIONS_OF_SLIDING = 40 };
 
 bool contacts_sliding(const Instance *instance) {
     int rows[SIZE_FRICTIONAL];
@@ -21,8 +21,8 @@ typedef struct {
     int order[SIZE_FRICTIONAL];
 } Slope;
 
-static bool factorize(const Instance *instance, double time, const double states[], const double inputs[],
-                      const double unknowns[], const Sliding *sliding, Slope *slope) {
+static bool factorize_sliding(const Instance *instance, double time, const double states[], const double inputs[],
+                              const double unknowns[], const Sliding *sliding, Slope *slope) {
     sliding_slope(instance, time, states, inputs, unknowns, sliding, slope->matrix);
     return lu_factorize(slope->matrix, slope->order, sliding->count);
 }
@@ -51,7 +51,7 @@ static double residual(const Instance *instance, double time, const double state
     return scale > 0.0 ? largest / scale : largest;
 }
 
-static bool report(Instance *instance, double time) {
+static bool report_sliding(Instance *instance, double time) {
     instance->failure.kind = FAILURE_SLIDING;
     instance->failure.time = time;
     return false;
@@ -84,13 +84,13 @@ static bool find_forces(Instance *instance, double time, const double states[], 
     Slope slope;
     double rest[SIZE_FRICTIONAL], step[SIZE_FRICTIONAL];
     double previous = HUGE_VAL;
-    for (int i = 0; i < MOST_CORRECTIONS; i++) {
+    for (int i = 0; i < MOST_CORRECTIONS_OF_SLIDING; i++) {
         const double size = residual(instance, time, states, inputs, unknowns, sliding, rest);
         if (size <= NOISE || (i > 2 && size <= MET && size > 0.5 * previous)) {
             return true;
         }
-        if (!factorize(instance, time, states, inputs, unknowns, sliding, &slope)) {
-            return report(instance, time);
+        if (!factorize_sliding(instance, time, states, inputs, unknowns, sliding, &slope)) {
+            return report_sliding(instance, time);
         }
         previous = size;
         lu_solve(slope.matrix, slope.order, sliding->count, rest, step);
@@ -99,7 +99,7 @@ static bool find_forces(Instance *instance, double time, const double states[], 
         }
         add_forces(sliding, step, unknowns);
     }
-    return report(instance, time);
+    return report_sliding(instance, time);
 }
 
 bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
@@ -132,7 +132,7 @@ void contacts_answer(Instance *instance, const System *system, double time, cons
     Slope slope;
     double change[SIZE_FRICTIONAL];
     sliding_evaluate(instance, system, time, states, inputs, &sliding);
-    if (sliding.count > 0 && factorize(instance, time, states, inputs, unknowns, &sliding, &slope)) {
+    if (sliding.count > 0 && factorize_sliding(instance, time, states, inputs, unknowns, &sliding, &slope)) {
         sliding_share(instance, system, answer);
         sliding_change(instance, time, states, inputs, unknowns, seed, answer, change);
         add_answers(&sliding, &slope, change, answer);
@@ -148,7 +148,7 @@ void contacts_answer_twice(Instance *instance, const System *system, const doubl
     double change[SIZE_FRICTIONAL];
     sliding_evaluate(instance, system, state->time, state->states, state->inputs, &sliding);
     if (sliding.count > 0 &&
-        factorize(instance, state->time, state->states, state->inputs, unknowns, &sliding, &slope)) {
+        factorize_sliding(instance, state->time, state->states, state->inputs, unknowns, &sliding, &slope)) {
         mechanism_friction_second(state->time, state->states, state->inputs, state->parameters, unknowns, du, d2u,
                                   rates, answer, change);
         add_answers(&sliding, &slope, change, answer);

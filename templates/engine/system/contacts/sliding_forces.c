@@ -4,8 +4,6 @@
 #include "inputs.h"
 #include "sliding_rows.h"
 
-enum { N = N_COORDINATES };
-
 bool contacts_rub(Instance *instance, double time, const double states[], double forces[]) {
     const double *inputs = inputs_at(instance, time);
     double unknowns[N_UNKNOWNS];

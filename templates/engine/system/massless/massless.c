@@ -9,7 +9,7 @@
 #include "lu.h"
 #include "scale.h"
 
-enum { N = N_COORDINATES, MOST_ITERATIONS = 50, MOST_TRIALS = 13 };
+enum { MOST_MASSLESS_ITERATIONS = 50, MOST_LENGTHS = 13 };
 
 static const double REST[N_MASSLESS] = {0.0};
 
@@ -18,7 +18,7 @@ typedef struct {
     double positions[N_HOLONOMIC + 1]; /* one more, because C has no array of length 0 */
     double velocities[N_CONSTRAINTS];
     double jacobian[N_CONSTRAINTS * N_COORDINATES];
-} Values;
+} MasslessValues;
 
 /* The equations A change = - residuals of the first coordinates without mass, size of them. */
 typedef struct {
@@ -27,14 +27,14 @@ typedef struct {
     int rows[N_MASSLESS];
 } Slopes;
 
-static void evaluate(const Instance *instance, const double states[], Values *values) {
+static void evaluate_massless(const Instance *instance, const double states[], MasslessValues *values) {
     const State *state = &instance->state;
     mechanism_constraints(state->time, states, state->inputs, state->parameters, values->positions, values->velocities,
                           values->jacobian);
 }
 
 /* Returns false if the forces do not depend on some of the coordinates. */
-static bool factorize(const double jacobian[], int size, Slopes *slopes) {
+static bool factorize_slopes(const double jacobian[], int size, Slopes *slopes) {
     slopes->size = size;
     for (int k = 0; k < size; k++) {
         for (int i = 0; i < size; i++) {
@@ -45,7 +45,7 @@ static bool factorize(const double jacobian[], int size, Slopes *slopes) {
 }
 
 /* change[size], by coordinate, that takes residuals[m], by constraint, away. */
-static void solve(const Slopes *slopes, const double residuals[], double change[]) {
+static void solve_slopes(const Slopes *slopes, const double residuals[], double change[]) {
     double right[N_MASSLESS];
     for (int k = 0; k < slopes->size; k++) {
         right[k] = -residuals[MASSLESS_CONSTRAINTS[k]];
@@ -54,7 +54,7 @@ static void solve(const Slopes *slopes, const double residuals[], double change[
 }
 
 /* moving[n] = kept[size] + length change[size] */
-static void move(double moving[], const double kept[], double length, const double change[], int size) {
+static void move_unknowns(double moving[], const double kept[], double length, const double change[], int size) {
     for (int i = 0; i < size; i++) {
         moving[MASSLESS_COORDINATES[i]] = kept[i] + length * change[i];
     }
@@ -62,7 +62,7 @@ static void move(double moving[], const double kept[], double length, const doub
 
 /* The greatest residual relative to what a nominal displacement of the coordinate makes, or its present displacement if
    that is more; infinite for one that is not finite. */
-static double size_of(const Values *values, const double states[]) {
+static double size_of(const MasslessValues *values, const double states[]) {
     double greatest = 0.0;
     for (int k = 0; k < N_MASSLESS_POSITIONS; k++) {
         const int row = MASSLESS_CONSTRAINTS[k];
@@ -94,21 +94,21 @@ static bool report_massless(Instance *instance, const double residuals[], int si
 
 /* One step of Newton's method, halved until the residual falls. Returns false, and the states as they were, if it does
    not fall. Equations that are met already get one trial only, because what is left is rounding. */
-static bool improve(const Instance *instance, double states[], Values *values, double *size) {
+static bool improve(const Instance *instance, double states[], MasslessValues *values, double *size) {
     double kept[N_MASSLESS], change[N_MASSLESS];
     Slopes slopes;
-    Values trial;
-    if (!factorize(values->jacobian, N_MASSLESS_POSITIONS, &slopes)) {
+    MasslessValues trial;
+    if (!factorize_slopes(values->jacobian, N_MASSLESS_POSITIONS, &slopes)) {
         return false;
     }
-    solve(&slopes, values->positions, change);
+    solve_slopes(&slopes, values->positions, change);
     for (int i = 0; i < N_MASSLESS_POSITIONS; i++) {
         kept[i] = states[MASSLESS_COORDINATES[i]];
     }
     double length = 1.0;
-    for (int trials = *size <= ACCEPTED ? 1 : MOST_TRIALS; trials > 0; trials--, length *= 0.5) {
-        move(states, kept, length, change, N_MASSLESS_POSITIONS);
-        evaluate(instance, states, &trial);
+    for (int trials = *size <= ACCEPTED ? 1 : MOST_LENGTHS; trials > 0; trials--, length *= 0.5) {
+        move_unknowns(states, kept, length, change, N_MASSLESS_POSITIONS);
+        evaluate_massless(instance, states, &trial);
         const double found = size_of(&trial, states);
         if (found < *size) {
             *values = trial;
@@ -116,15 +116,15 @@ static bool improve(const Instance *instance, double states[], Values *values, d
             return true;
         }
     }
-    move(states, kept, 0.0, change, N_MASSLESS_POSITIONS);
+    move_unknowns(states, kept, 0.0, change, N_MASSLESS_POSITIONS);
     return false;
 }
 
 static bool solve_positions(Instance *instance, double states[]) {
-    Values values;
-    evaluate(instance, states, &values);
+    MasslessValues values;
+    evaluate_massless(instance, states, &values);
     double size = size_of(&values, states);
-    for (int i = 0; i < MOST_ITERATIONS && size > NOISE && improve(instance, states, &values, &size); i++) {
+    for (int i = 0; i < MOST_MASSLESS_ITERATIONS && size > NOISE && improve(instance, states, &values, &size); i++) {
     }
     return size <= ACCEPTED || report_massless(instance, values.positions, N_MASSLESS_POSITIONS);
 }
@@ -132,14 +132,14 @@ static bool solve_positions(Instance *instance, double states[]) {
 static bool solve_velocities(Instance *instance, double states[]) {
     double change[N_MASSLESS];
     Slopes slopes;
-    Values values;
-    move(states + N, REST, 0.0, REST, N_MASSLESS);
-    evaluate(instance, states, &values);
-    if (!factorize(values.jacobian, N_MASSLESS, &slopes)) {
+    MasslessValues values;
+    move_unknowns(states + N, REST, 0.0, REST, N_MASSLESS);
+    evaluate_massless(instance, states, &values);
+    if (!factorize_slopes(values.jacobian, N_MASSLESS, &slopes)) {
         return report_massless(instance, values.velocities, N_MASSLESS);
     }
-    solve(&slopes, values.velocities, change);
-    move(states + N, REST, 1.0, change, N_MASSLESS);
+    solve_slopes(&slopes, values.velocities, change);
+    move_unknowns(states + N, REST, 1.0, change, N_MASSLESS);
     return all_finite(change, N_MASSLESS) || report_massless(instance, values.velocities, N_MASSLESS);
 }
 
@@ -150,7 +150,7 @@ bool massless_settle(Instance *instance) {
         return true;
     }
     memcpy(states, state->states, sizeof states);
-    move(states, state->massless[0], 0.0, state->massless[0], N_MASSLESS_POSITIONS);
+    move_unknowns(states, state->massless[0], 0.0, state->massless[0], N_MASSLESS_POSITIONS);
     if ((N_MASSLESS_POSITIONS > 0 && !solve_positions(instance, states)) || !solve_velocities(instance, states)) {
         return false;
     }
@@ -172,8 +172,8 @@ bool massless_return(Instance *instance) {
     if (!state->displaced) {
         return false;
     }
-    move(state->states, state->massless[0], 0.0, state->massless[0], N_MASSLESS_POSITIONS);
-    move(state->states + N, state->massless[1], 0.0, state->massless[1], N_MASSLESS);
+    move_unknowns(state->states, state->massless[0], 0.0, state->massless[0], N_MASSLESS_POSITIONS);
+    move_unknowns(state->states + N, state->massless[1], 0.0, state->massless[1], N_MASSLESS);
     state->settled = 0;
     instance_forget_motion(instance);
     return true;
@@ -192,7 +192,7 @@ static bool hardly_depend(const double jacobian[], double part, Slopes *slopes) 
             scaled[k * N + i] = jacobian[k * N + i] * NOMINAL_STATES[i] / (scale > 0.0 ? scale : 1.0);
         }
     }
-    bool found = !factorize(scaled, N_MASSLESS, slopes);
+    bool found = !factorize_slopes(scaled, N_MASSLESS, slopes);
     for (int k = 0; k < N_MASSLESS && !found; k++) {
         found = part * fabs(slopes->matrix[k * N_MASSLESS + k]) > 1.0; /* inverse pivots */
     }
@@ -201,8 +201,8 @@ static bool hardly_depend(const double jacobian[], double part, Slopes *slopes) 
 
 void massless_explain_failure(Instance *instance) {
     Slopes slopes;
-    Values values;
-    evaluate(instance, instance->state.states, &values);
+    MasslessValues values;
+    evaluate_massless(instance, instance->state.states, &values);
     if (instance->failure.kind == FAILURE_ACCURACY && hardly_depend(values.jacobian, SINGULAR_SOON, &slopes)) {
         report_massless(instance, values.velocities, N_MASSLESS);
     }
@@ -213,19 +213,19 @@ bool massless_settle_seed(Instance *instance, Seed *seed) {
     double residuals[N_RESIDUALS];
     double change[N_MASSLESS];
     Slopes slopes;
-    Values values;
-    evaluate(instance, state->states, &values);
+    MasslessValues values;
+    evaluate_massless(instance, state->states, &values);
     for (int level = N_MASSLESS_POSITIONS > 0 ? 0 : 1; level < 2; level++) {
         const int size = level == 0 ? N_MASSLESS_POSITIONS : N_MASSLESS;
         const double *rows = residuals + N_UNKNOWNS + (level == 0 ? N_CONSTRAINTS : 0);
-        if (!factorize(values.jacobian, size, &slopes)) {
+        if (!factorize_slopes(values.jacobian, size, &slopes)) {
             return report_massless(instance, level == 0 ? values.positions : values.velocities, size);
         }
         mechanism_residual_tangent(state->time, state->states, state->inputs, state->parameters,
                                    instance->cache.accelerations, seed->time, seed->states, seed->inputs,
                                    seed->parameters, residuals);
-        solve(&slopes, rows, change);
-        move(seed->states + level * N, REST, 1.0, change, size);
+        solve_slopes(&slopes, rows, change);
+        move_unknowns(seed->states + level * N, REST, 1.0, change, size);
     }
     return true;
 }

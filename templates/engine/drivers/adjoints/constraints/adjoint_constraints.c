@@ -9,25 +9,23 @@
 #include "mass_matrix.h"
 #include "seeds.h"
 
-enum { N = N_COORDINATES, M = N_CONSTRAINTS };
-
 /* constraints_solve: b[rows] for weights of the multipliers. A row that is held counts less, and so does its weight. */
 static void solve_adjoint(const ConstraintFactorization *f, const double multipliers[], double b[]) {
-    double z[M];
-    memset(b, 0, M * sizeof(double));
+    double z[K];
+    memset(b, 0, K * sizeof(double));
     for (int i = 0; i < f->rank; i++) {
         const int row = f->order[i];
         z[i] = f->scale[row] * multipliers[row];
         for (int j = 0; j < i; j++) {
-            z[i] -= f->factor[i * M + j] * z[j];
+            z[i] -= f->factor[i * K + j] * z[j];
         }
-        z[i] /= f->factor[i * M + i];
+        z[i] /= f->factor[i * K + i];
     }
     for (int i = f->rank - 1; i >= 0; i--) {
         const int row = f->order[i];
-        z[i] *= (1.0 - f->held[row]) / f->factor[i * M + i];
+        z[i] *= (1.0 - f->held[row]) / f->factor[i * K + i];
         for (int j = 0; j < i; j++) {
-            z[j] -= f->factor[i * M + j] * z[i];
+            z[j] -= f->factor[i * K + j] * z[i];
         }
         b[row] = f->scale[row] * z[i];
     }
@@ -44,19 +42,19 @@ static double row_times(const double matrix[], int k, const double vector[]) {
 
 void system_answer_adjoint(const System *system, const double unknowns[], double change[]) {
     const ConstraintFactorization *f = &system->constraints;
-    double multipliers[M], accelerations[N], *below = change + N;
+    double multipliers[K], accelerations[N], *below = change + N;
     memcpy(accelerations, unknowns, sizeof accelerations);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         multipliers[k] = unknowns[N + k] + row_times(f->response, k, unknowns);
     }
     solve_adjoint(f, multipliers, below);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         for (int i = 0; i < N; i++) {
             accelerations[i] -= f->jacobian[k * N + i] * below[k];
         }
     }
     mass_divide(system, accelerations, change);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         below[k] += system->weight[k] > 0.0 ? system->weight[k] * row_times(f->jacobian, k, change) : 0.0;
     }
     for (int i = 0; i < N_UNKNOWNS; i++) {
@@ -86,14 +84,14 @@ void add_constraints_adjoint(const Instance *instance, const double positions[],
 /* The changes of the states of a level, the last one first. */
 static void level_adjoint(Instance *instance, const Values *values, Level level, Seed *sensitivity) {
     ConstraintFactorization *work = &instance->scratch.system.constraints;
-    double multipliers[M], rows[M], nothing[M] = {0.0};
+    double multipliers[K], rows[K], nothing[K] = {0.0};
     for (int freedom = ALL_STATES; freedom >= GUESSES; freedom--) {
         start_factorize(work, values->jacobian, level, (Freedom)freedom, 0.0);
         for (int k = 0; k < rows_of(level); k++) {
             multipliers[k] = row_times(work->response, k, sensitivity->states + (level == POSITIONS ? 0 : N));
         }
         solve_adjoint(work, multipliers, rows);
-        for (int k = 0; k < M; k++) {
+        for (int k = 0; k < K; k++) {
             rows[k] = -rows[k];
         }
         add_constraints_adjoint(instance, level == POSITIONS ? rows : nothing, level == POSITIONS ? nothing : rows,

@@ -6,10 +6,8 @@
 #include "lu.h"
 #include "massless.h"
 
-enum { N = N_COORDINATES };
-
 /* rows[size] = - A^-T weights[size] for the square part A of the Jacobian; false if there is no definite answer. */
-static bool solve_transposed(const double jacobian[], int size, const double weights[], double rows[]) {
+static bool solve_massless_transposed(const double jacobian[], int size, const double weights[], double rows[]) {
     double matrix[N_MASSLESS * N_MASSLESS];
     int order[N_MASSLESS];
     for (int k = 0; k < size; k++) {
@@ -28,7 +26,7 @@ static bool solve_transposed(const double jacobian[], int size, const double wei
 }
 
 /* As massless_settle_seed says. */
-static bool report(Instance *instance, const double residuals[], int size) {
+static bool report_adjoint(Instance *instance, const double residuals[], int size) {
     Failure *failure = &instance->failure;
     bool concerned[N_COORDINATES] = {false};
     for (int k = 0; k < size; k++) {
@@ -41,15 +39,15 @@ static bool report(Instance *instance, const double residuals[], int size) {
 }
 
 /* The answers of positions or velocities: their weights go to what they follow from. */
-static bool level_adjoint(Instance *instance, const Values *values, Level level, Seed *sensitivity) {
+static bool massless_level_adjoint(Instance *instance, const Values *values, Level level, Seed *sensitivity) {
     const int size = level == POSITIONS ? N_MASSLESS_POSITIONS : N_MASSLESS;
     double *states = sensitivity->states + (level == POSITIONS ? 0 : N);
     double weights[N_MASSLESS], found[N_MASSLESS], rows[N_CONSTRAINTS] = {0.0}, nothing[N_CONSTRAINTS] = {0.0};
     for (int i = 0; i < size; i++) {
         weights[i] = states[MASSLESS_COORDINATES[i]];
     }
-    if (!solve_transposed(values->jacobian, size, weights, found)) {
-        return report(instance, level == POSITIONS ? values->positions : values->velocities, size);
+    if (!solve_massless_transposed(values->jacobian, size, weights, found)) {
+        return report_adjoint(instance, level == POSITIONS ? values->positions : values->velocities, size);
     }
     for (int k = 0; k < size; k++) {
         rows[MASSLESS_CONSTRAINTS[k]] = found[k];
@@ -66,6 +64,6 @@ bool massless_settle_adjoint(Instance *instance, Seed *sensitivity) {
     const State *state = &instance->state;
     Values values;
     residuals_evaluate(instance, state->time, state->states, state->inputs, &values);
-    return level_adjoint(instance, &values, VELOCITIES, sensitivity) &&
-           (N_MASSLESS_POSITIONS == 0 || level_adjoint(instance, &values, POSITIONS, sensitivity));
+    return massless_level_adjoint(instance, &values, VELOCITIES, sensitivity) &&
+           (N_MASSLESS_POSITIONS == 0 || massless_level_adjoint(instance, &values, POSITIONS, sensitivity));
 }

@@ -13,14 +13,12 @@
 #include "system.h"
 #include "variational.h"
 
-enum { N = N_COORDINATES, M = N_CONSTRAINTS, S = STAGES };
-
 static const double NO_FORCE[N_COORDINATES]; /* zeros */
 
 void stages_guess_multipliers(const System *system, Stages *stages) {
-    double below[M];
+    double below[K];
     double unknowns[N_UNKNOWNS];
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         below[k] = -system->gamma[k];
     }
     system_solve(system, system->forcing, below, NULL, unknowns);
@@ -32,7 +30,7 @@ void stages_guess_multipliers(const System *system, Stages *stages) {
 /* Residuals of the holonomic constraints at node i, and the forces of all there. */
 static void constrain_node(Instance *instance, Step step, Stages *stages, int i) {
     const double time = time_within(instance, step, NODES.c[i]);
-    double states[N_STATES] = {0.0}, velocities[M], jacobian[M * N];
+    double states[N_STATES] = {0.0}, velocities[K], jacobian[K * N];
     for (int k = 0; k < N; k++) {
         states[k] = instance->state.states[k];
         for (int j = 0; j < S; j++) {
@@ -43,7 +41,7 @@ static void constrain_node(Instance *instance, Step step, Stages *stages, int i)
                           velocities, jacobian);
     for (int j = 0; j < N; j++) {
         stages->reactions[i][j] = 0.0;
-        for (int k = 0; k < M; k++) {
+        for (int k = 0; k < K; k++) {
             stages->reactions[i][j] += jacobian[k * N + j] * stages->multipliers[i][k];
         }
     }
@@ -51,16 +49,16 @@ static void constrain_node(Instance *instance, Step step, Stages *stages, int i)
 
 /* Residuals of the nonholonomic constraints G qd + b = 0: its integrals from the start to the nodes. */
 static void integrate_velocities(Instance *instance, Step step, Stages *stages) {
-    double speeds[S][M];
+    double speeds[S][K];
     for (int j = 0; j < S; j++) {
-        double states[N_STATES], positions[N_HOLONOMIC + 1], jacobian[M * N];
+        double states[N_STATES], positions[N_HOLONOMIC + 1], jacobian[K * N];
         const double time = time_within(instance, step, COLLOCATION.c[j]);
         stage_states(stages, j, states);
         mechanism_constraints(time, states, inputs_at(instance, time), instance->state.parameters, positions, speeds[j],
                               jacobian);
     }
     for (int i = 0; i < NODES.count; i++) {
-        for (int k = N_HOLONOMIC; k < M; k++) {
+        for (int k = N_HOLONOMIC; k < K; k++) {
             double sum = 0.0;
             for (int j = 0; j < S; j++) {
                 sum += NODES.a[i * S + j] * speeds[j][k];
@@ -75,7 +73,7 @@ void stages_constrain(Instance *instance, Step step, Stages *stages) {
     for (int i = 0; i < NODES.count; i++) {
         constrain_node(instance, step, stages, i);
     }
-    if (M > N_HOLONOMIC) {
+    if (K > N_HOLONOMIC) {
         integrate_velocities(instance, step, stages);
     }
 }
@@ -91,13 +89,13 @@ double stages_reaction(const Stages *stages, int i, int coordinate) {
 
 /* The corrections d_j of the multipliers, see stages_meet_constraints. */
 static void correct_multipliers(const System *system, double h, double changes[S][N_UNKNOWNS],
-                                double residuals[SIZE_NODES][M], double d[SIZE_NODES][M]) {
+                                double residuals[SIZE_NODES][K], double d[SIZE_NODES][K]) {
     const int last = NODES.count - 1;
     memset(d, 0, SIZE_NODES * sizeof d[0]);
     for (int i = 1; i <= last; i++) {
         double answer[N_UNKNOWNS];
         system_solve(system, NO_FORCE, residuals[i], NULL, answer);
-        for (int k = 0; k < M; k++) {
+        for (int k = 0; k < K; k++) {
             double right = -answer[N + k];
             for (int j = 0; j < S; j++) {
                 right += h * NODES.a[i * S + j] * changes[j][N + k];
@@ -116,11 +114,11 @@ static void correct_multipliers(const System *system, double h, double changes[S
 
    with a and hat of the nodes. The velocities change by x_i + M^-1 G^T (h sum_j hat_ij d_j - mu_i). */
 void stages_meet_constraints(const System *system, double h, Stages *stages, double changes[S][N_UNKNOWNS]) {
-    double d[SIZE_NODES][M];
+    double d[SIZE_NODES][K];
     correct_multipliers(system, h, changes, stages->residuals, d);
     for (int i = 0; i < S; i++) {
-        double impulse[M];
-        for (int k = 0; k < M; k++) {
+        double impulse[K];
+        for (int k = 0; k < K; k++) {
             impulse[k] = -changes[i][N + k];
             for (int j = 0; j < NODES.count - 1; j++) {
                 impulse[k] += h * NODES.hat[i * NODES.count + j] * d[j][k];
@@ -129,7 +127,7 @@ void stages_meet_constraints(const System *system, double h, Stages *stages, dou
         constraints_respond(&system->constraints, impulse, changes[i]);
     }
     for (int i = 0; i < NODES.count - 1; i++) {
-        for (int k = 0; k < M; k++) {
+        for (int k = 0; k < K; k++) {
             stages->multipliers[i][k] += d[i][k];
         }
     }
@@ -137,16 +135,16 @@ void stages_meet_constraints(const System *system, double h, Stages *stages, dou
 
 void stages_end_step(Instance *instance, double time, const double missing[], double states[], double impulse[]) {
     const System *system = &instance->scratch.system;
-    double positions[M], velocities[M], jacobian[M * N], change[N_UNKNOWNS];
+    double positions[K], velocities[K], jacobian[K * N], change[N_UNKNOWNS];
     mechanism_constraints(time, states, inputs_at(instance, time), instance->state.parameters, positions, velocities,
                           jacobian);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         velocities[k] = -velocities[k];
     }
     system_solve(system, missing, velocities, NULL, change);
     for (int j = 0; j < N; j++) {
         states[N + j] += change[j];
-        for (int k = 0; k < M; k++) {
+        for (int k = 0; k < K; k++) {
             impulse[j] += jacobian[k * N + j] * change[N + k];
         }
     }
@@ -157,7 +155,7 @@ bool mass_regular(Instance *instance, double time, const double states[], const 
     bool concerned[N_COORDINATES];
     Factorization work;
     double mended = 0.0;
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         mended = fmax(mended, system->weight[k]);
     }
     if (!(mended > 0.0)) {

@@ -6,10 +6,10 @@ import sympy as sp
 from sympy.printing.pretty.pretty import PrettyPrinter
 from sympy.printing.pretty.stringpict import prettyForm, stringPict
 
-from lag2fmu.explain.length import operations
-from lag2fmu.explain.notation import TEXT, Notation
 from lag2fmu.language.letters import unicode_name, without_dots
 from lag2fmu.language.writer import to_read, with_decimals
+from lag2fmu.procedure.length import operations
+from lag2fmu.procedure.notation import TEXT, Notation
 
 MOST_DRAWN = 150
 """The most operations of a formula that is drawn; a longer one would be wider than any terminal."""
@@ -48,7 +48,7 @@ def drawn(width: int) -> Notation:
     )
 
 
-class _Printer(PrettyPrinter):  # type: ignore[misc]
+class _DrawnPrinter(PrettyPrinter):  # type: ignore[misc]
     """Prints names as ``letters`` writes them."""
 
     def _print_Symbol(self, e: sp.Symbol) -> prettyForm:
@@ -58,7 +58,7 @@ class _Printer(PrettyPrinter):  # type: ignore[misc]
 def _expression(expression: sp.Expr) -> str:
     if operations(expression) > MOST_DRAWN:
         return to_read(expression)
-    form = _Printer(_SETTINGS)._print(with_decimals(expression, alike=True))
+    form = _DrawnPrinter(_SETTINGS)._print(with_decimals(expression, alike=True))
     found = Drawn(form.render(wrap_line=False))
     found.baseline, found.text = form.baseline, to_read(expression)
     return found

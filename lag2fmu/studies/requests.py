@@ -10,14 +10,14 @@ import numpy as np
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, Library, Signals
+from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, KnotSignals, StudyLibrary
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 
 _SAMPLES = 100
 """The number of times of a run if the user names none."""
 
 
-def references_of(library: Library, values: Mapping[str, float]) -> dict[int, float]:
+def references_of(library: StudyLibrary, values: Mapping[str, float]) -> dict[int, float]:
     """{value reference: SI value} of ``values``; raises LoadError for a name, number or bound that does not fit."""
     found = {}
     for name, value in values.items():
@@ -27,7 +27,7 @@ def references_of(library: Library, values: Mapping[str, float]) -> dict[int, fl
     return found
 
 
-def check_value(library: Library, name: str, value: float) -> None:
+def check_value(library: StudyLibrary, name: str, value: float) -> None:
     """Raise LoadError for a value (SI) of ``name`` that is no finite number within the bounds of the variable."""
     if isinstance(value, bool) or not math.isfinite(value):
         raise LoadError(f"'{name}' cannot be set to {value!r}; give a finite number")
@@ -38,7 +38,7 @@ def check_value(library: Library, name: str, value: float) -> None:
         raise LoadError(f"'{name}' cannot be set to {value:.9g}; it is bounded by {least:g} and {greatest:g} (SI)")
 
 
-def check_given(library: Library, name: str) -> None:
+def check_given(library: StudyLibrary, name: str) -> None:
     """Raise LoadError if the start of ``name`` is a guess, because constraints determine its value."""
     if library.kinds[name] in STATES and library.variables[name].initial != "exact":
         raise LoadError(
@@ -48,7 +48,7 @@ def check_given(library: Library, name: str) -> None:
 
 
 def times_of(
-    library: Library, times: Sequence[float] | Floats | None, stop_time: float | None, step: float | None
+    library: StudyLibrary, times: Sequence[float] | Floats | None, stop_time: float | None, step: float | None
 ) -> Floats:
     """The times (m,) of a run in s: ``times`` or every ``step`` from 0 to ``stop_time``; by default those of the model.
 
@@ -68,7 +68,9 @@ def times_of(
     return found
 
 
-def signals_of(library: Library, inputs: Inputs | None, times: Floats, *, hold: bool = False) -> Signals | None:
+def signals_of(
+    library: StudyLibrary, inputs: Inputs | None, times: Floats, *, hold: bool = False
+) -> KnotSignals | None:
     """``inputs`` as ``simulate`` takes them, for runs of ``library`` at ``times`` (m,) in s.
 
     They are linear between their own times, or held with ``hold``. Raises LoadError for a name that is no input, and
@@ -84,10 +86,10 @@ def signals_of(library: Library, inputs: Inputs | None, times: Floats, *, hold: 
         rates = (velocity(name), acceleration(name))
         if all(library.kinds.get(rate) == INPUT for rate in rates) and not set(rates) <= set(found.names):
             raise LoadError(f"the motion '{name}' is given without {' and '.join(rates)}; a study needs all three")
-    return Signals(tuple(library.readable(found.names)), found.time, found.values, hold)
+    return KnotSignals(tuple(library.readable(found.names)), found.time, found.values, hold)
 
 
-def continuous_outputs(library: Library, outputs: Sequence[str] | None) -> list[str]:
+def continuous_outputs(library: StudyLibrary, outputs: Sequence[str] | None) -> list[str]:
     """The names of ``outputs`` that have a derivative; by default all outputs that are real numbers.
 
     Raises LoadError for a name that is unknown or stands for a count, a mode or an impulse.
@@ -107,7 +109,7 @@ def continuous_outputs(library: Library, outputs: Sequence[str] | None) -> list[
 _JUMPING = ("VARIABLE_MODE", "VARIABLE_IMPACTS", "VARIABLE_IMPULSE", "VARIABLE_CLOCK", "VARIABLE_INDICATOR")
 
 
-def check_over(library: Library, over: Sequence[str]) -> None:
+def check_over(library: StudyLibrary, over: Sequence[str]) -> None:
     """Raise LoadError for names in ``over`` that are no given starts, parameters or inputs, or stand twice."""
     if not over:
         raise LoadError("there is nothing to vary; name starts, parameters or inputs")
@@ -121,7 +123,7 @@ def check_over(library: Library, over: Sequence[str]) -> None:
         check_given(library, name)
 
 
-def scale_of(library: Library, name: str, values: Mapping[str, float]) -> float:
+def scale_of(library: StudyLibrary, name: str, values: Mapping[str, float]) -> float:
     """A typical size (SI) of ``name``: its value, or where that is 0 its nominal value or 1."""
     variable = library.variables[name]
     value = abs(float(values.get(name, variable.start or 0.0)))

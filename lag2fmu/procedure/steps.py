@@ -17,10 +17,13 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Expressions, energies, expressions
-from lag2fmu.dynamics.lagrange import complete, derive
-from lag2fmu.explain.drawn import drawn
-from lag2fmu.explain.hybrid import Hybrid, Law
-from lag2fmu.explain.length import (
+from lag2fmu.dynamics.lagrange import derive, with_derived
+from lag2fmu.language.letters import without_dots
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.procedure.drawn import drawn
+from lag2fmu.procedure.hybrid import Hybrid, Law
+from lag2fmu.procedure.length import (
     MAX_DEFINITIONS,
     MAX_ON_PAPER,
     long_definitions,
@@ -29,12 +32,9 @@ from lag2fmu.explain.length import (
     tidy,
     why_not_differentiated,
 )
-from lag2fmu.explain.notation import LATEX, TEXT, Notation
-from lag2fmu.explain.ports import port_sentences
-from lag2fmu.explain.words import axes, coordinate_words, freedom, pose, vector
-from lag2fmu.language.letters import without_dots
-from lag2fmu.language.vocabulary import symbol
-from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.procedure.notation import LATEX, TEXT, Notation
+from lag2fmu.procedure.ports import port_sentences
+from lag2fmu.procedure.words import axes, coordinate_words, freedom, pose, vector
 from lag2fmu.reference.composition import Composition
 
 MOST_WRITTEN = 50_000
@@ -59,7 +59,7 @@ def procedure(mechanism: Mechanism, style: str = "text", *, full: bool = False, 
     """
     notation = drawn(width) if style == "unicode" else {"text": TEXT, "latex": LATEX}[style]
     equations = derive(mechanism)
-    mechanism = complete(mechanism, equations)
+    mechanism = with_derived(mechanism, equations)
     steps = _Steps(mechanism, Composition(mechanism), notation, equations, full)
     lines: list[str] = []
     for number, (title, content) in enumerate(steps.all(), start=1):

@@ -11,7 +11,7 @@ import lief
 import macho
 import pytest
 
-from lag2fmu.fmu.mach_exports import hide
+from lag2fmu.fmu.mach import hide
 
 pytestmark = [pytest.mark.fmu, pytest.mark.slow]
 

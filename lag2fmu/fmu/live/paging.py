@@ -9,10 +9,10 @@ from lag2fmu.fmu.backends.backend import Content
 from lag2fmu.fmu.backends.native import describe
 from lag2fmu.fmu.deriving import derived
 from lag2fmu.fmu.documentation import Subject, page_text
-from lag2fmu.fmu.live_module import live
+from lag2fmu.fmu.live.module import live
+from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.picture import scene_at_start
 from lag2fmu.formats.loading import as_mechanism
-from lag2fmu.live.samples import Samples
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import METHODS
 

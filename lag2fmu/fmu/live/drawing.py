@@ -15,8 +15,8 @@ import numpy as np
 
 from lag2fmu.description.parts import Load, Spring
 from lag2fmu.description.places import Body
+from lag2fmu.fmu.live.spots import Spots
 from lag2fmu.graph.batches import Floats
-from lag2fmu.live.spots import Spots
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.attachments import Attachment
 from lag2fmu.picture.forces import beside

@@ -1,8 +1,9 @@
-"""Taking names out of the exports of a library for macOS, which zig's linker has no option for.
+"""Libraries for macOS: several in one file, and names taken out of their exports, which zig's linker has no option for.
 
-A name is exported by a word of the export trie, where the loader looks, and by a mark in the symbol table, where tools
-look. Both are rewritten in place, then the hashes of the ad-hoc signature, without which Apple silicon loads nothing.
-Sources: Apple, <mach-o/loader.h>, <mach-o/nlist.h>, and <kern/cs_blobs.h> of XNU.
+A universal file holds a library for each kind of processor. A name is exported by a word of the export trie, where the
+loader looks, and by a mark in the symbol table, where tools look. Both are rewritten in place, then the hashes of the
+ad-hoc signature, without which Apple silicon loads nothing. Sources: Apple, Mach-O Programming Topics; <mach-o/fat.h>,
+<mach-o/loader.h>, <mach-o/nlist.h>, and <kern/cs_blobs.h> of XNU.
 """
 
 from __future__ import annotations
@@ -12,10 +13,33 @@ import struct
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate, groupby
 
+_FAT_MAGIC, _MACH_MAGIC = 0xCAFEBABE, 0xFEEDFACF
+_ALIGNMENT = 14
+"""Binary logarithm of the alignment of each library: pages of 16 KiB, as Apple silicon has them."""
 _SYMTAB, _DYSYMTAB, _CODE_SIGNATURE, _DYLD_INFO, _EXPORTS_TRIE = 0x2, 0xB, 0x1D, 0x80000022, 0x80000033
 _EXTERNAL = 0x01
 """The bit of n_type that marks a symbol as visible to other libraries."""
 _CODE_DIRECTORY, _SHA256 = 0xFADE0C02, 2
+
+
+def universal(libraries: Sequence[bytes]) -> bytes:
+    """One file of several Mach-O libraries (64 bit, little-endian); a single library is returned as it is.
+
+    Raises ValueError if one of several is no such library.
+    """
+    if len(libraries) == 1:
+        return libraries[0]
+    header = struct.pack(">2I", _FAT_MAGIC, len(libraries))
+    start = len(header) + 20 * len(libraries)
+    body = b""
+    for library in libraries:
+        magic, processor, kind = struct.unpack_from("<3I", library)
+        if magic != _MACH_MAGIC:
+            raise ValueError(f"not a Mach-O library of 64 bit: it begins with 0x{magic:08x}")
+        body += bytes(-(start + len(body)) % (1 << _ALIGNMENT))
+        header += struct.pack(">5I", processor, kind, start + len(body), len(library), _ALIGNMENT)
+        body += library
+    return header + body
 
 
 def hide(library: bytes, names: frozenset[str]) -> bytes:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from lag2fmu.explain.hybrid import Hybrid
-from lag2fmu.explain.procedure import procedure
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.procedure.hybrid import Hybrid
+from lag2fmu.procedure.steps import procedure
 
 TEXT = """
 [mechanism]

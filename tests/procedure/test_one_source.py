@@ -10,7 +10,6 @@ import sympy as sp
 from lag2fmu import derive, load
 from lag2fmu.description import names
 from lag2fmu.dynamics.formulas import Expressions, expressions, formulas
-from lag2fmu.explain.procedure import procedure
 from lag2fmu.fmu.documentation import _laws
 from lag2fmu.formats.loading import bundled
 from lag2fmu.formats.text import read
@@ -19,6 +18,7 @@ from lag2fmu.language.vocabulary import symbol
 from lag2fmu.language.writer import to_read, to_text
 from lag2fmu.mechanism.poses import Poses
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.procedure.steps import procedure
 
 HYBRID = sorted(
     name for name, path in bundled().items() if re.search(r"contacts|stops|frictions|while", path.read_text())

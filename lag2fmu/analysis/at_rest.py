@@ -9,9 +9,9 @@ from typing import Any
 from lag2fmu.analysis.equilibria import Equilibrium
 from lag2fmu.analysis.equilibria import equilibria as equilibria_of
 from lag2fmu.analysis.linearization import linearize as linearization_of
-from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.analysis.modes import NaturalMode, normal_modes
 from lag2fmu.description import names
-from lag2fmu.dynamics.entry_points import derive
+from lag2fmu.dynamics.derivation import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import as_mechanism, with_values
@@ -31,7 +31,7 @@ def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
     return equilibria_of(_equations(model), **options)
 
 
-def modes(model: Model, **about: Any) -> tuple[Mode, ...]:
+def modes(model: Model, **about: Any) -> tuple[NaturalMode, ...]:
     """The normal modes of ``model``, with shapes (n,) and eigenvalues in 1/s, see ``lag2fmu.analysis.normal_modes``.
 
     They are about the equilibrium found from the start, or about the start if there is none. ``about`` are arguments of

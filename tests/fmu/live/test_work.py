@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from lag2fmu.dynamics.lagrange import derive
+from lag2fmu.fmu.live.work import work
 from lag2fmu.formats.loading import load
 from lag2fmu.language.expressions import TIME
-from lag2fmu.live.work import work
 from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, coordinate, parameter, signal
 from lag2fmu.reference.equations import Equations
 

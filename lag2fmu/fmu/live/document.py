@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import zlib
 from base64 import b64encode
 from collections.abc import Mapping
@@ -13,9 +12,14 @@ from typing import Any
 from lag2fmu.codegen.templates import render
 from lag2fmu.resources import resource_folder
 
-_IMPORT = re.compile(r'^import \{[^}]*\} from "\./(\w+)\.js";\n', re.MULTILINE)
-_EXPORT = re.compile(r"^export (?=const|function|class|async)", re.MULTILINE)
-_MAIN = "page"
+SCRIPTS = (
+    *("address", "badge", "colors", "drag", "hand", "mechanism", "balance", "plots", "settings", "panel", "player"),
+    *("run", "trails", "gauges", "glyphs", "plane_parts", "scene", "plane", "solids", "space", "views", "page"),
+)
+"""The files of templates/page in the order in which they are joined: a class stands behind the one that it extends.
+
+A page that is opened from a disk may load no other file, so they are one script, and no two define the same name.
+"""
 
 
 def document(context: Mapping[str, object], data: Mapping[str, Any], module: bytes, *, spatial: bool) -> str:
@@ -36,7 +40,7 @@ def document(context: Mapping[str, object], data: Mapping[str, Any], module: byt
         "three": _packed((vendor / "three.module.min.js").read_bytes()) if spatial else "",
         "licences": "\n".join(path.read_text("utf-8").replace("--", "- -") for path in licences(spatial)),
         "uplot": (vendor / "uPlot.iife.min.js").read_text("utf-8").replace("</script", "<\\/script"),
-        "script": script(folder),
+        "script": script(),
         "drawn": data["drawing"] is not None,
         "compared": data["reference"] is not None,
     }
@@ -55,20 +59,8 @@ def _packed(content: bytes) -> str:
     return b64encode(deflate.compress(content) + deflate.flush()).decode()
 
 
-def script(folder: Path) -> str:
-    """The modules in ``folder`` as one script, each after those that it imports.
-
-    A page that is opened from a disk may load no other file. No two modules define the same name, so that they can be
-    joined; imports and exports are left out.
-    """
-    ordered: dict[str, str] = {}
-
-    def add(name: str) -> None:
-        text = (folder / f"{name}.js").read_text("utf-8")
-        for other in _IMPORT.findall(text):
-            if other not in ordered:
-                add(other)
-        ordered[name] = _EXPORT.sub("", _IMPORT.sub("", text)).strip()
-
-    add(_MAIN)
-    return "\n\n".join(ordered.values()).replace("</script", "<\\/script")
+def script() -> str:
+    """All of SCRIPTS, joined."""
+    folder = resource_folder("templates") / "page"
+    texts = [(folder / f"{name}.js").read_text("utf-8").strip() for name in SCRIPTS]
+    return "\n\n".join(texts).replace("</script", "<\\/script")

@@ -9,17 +9,17 @@ from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 
 from lag2fmu.analysis.evaluation import attempted
-from lag2fmu.codegen.sources import page_sources
+from lag2fmu.codegen.sources import page_sources, public_names
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import DerivationError, ExportError
 from lag2fmu.fmu.backends.backend import Maker
 from lag2fmu.fmu.compilers import compile_module
+from lag2fmu.fmu.live.drawing import drawing
+from lag2fmu.fmu.live.parts import Live
+from lag2fmu.fmu.live.spots import no_spots
+from lag2fmu.fmu.live.work import work
 from lag2fmu.fmu.scalar_variable import ScalarVariable
-from lag2fmu.live.drawing import drawing
-from lag2fmu.live.page import Live
-from lag2fmu.live.spots import no_spots
-from lag2fmu.live.work import work
 
 PAGES = ("live", "static")
 VARIABLE = "LAG2FMU_PAGE"
@@ -36,7 +36,6 @@ STILL = (
 )
 
 _LOGGER = logging.getLogger("lag2fmu")
-_FUNCTION = re.compile(r"\b(page_\w+)\(")
 
 
 def page_choice(page: str | None) -> str:
@@ -96,4 +95,4 @@ def live(
     references = {v.name: v.value_reference for v in variables if v.derivative_of is None}
     texts = page_sources(sources, {"picture": spots, "work": work(equations, references)})
     data = None if picture is None else picture.data
-    return Live(data, compile_module(texts, sorted(set(_FUNCTION.findall(texts["page.h"])))))
+    return Live(data, compile_module(texts, public_names(["page.c"])))

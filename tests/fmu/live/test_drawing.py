@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lag2fmu.dynamics.entry_points import derive
+from lag2fmu.dynamics.derivation import derive
 from lag2fmu.dynamics.program import lower
+from lag2fmu.fmu.live.drawing import drawing
+from lag2fmu.fmu.live.spots import FUNCTION
 from lag2fmu.formats.loading import load
-from lag2fmu.live.drawing import drawing
-from lag2fmu.live.spots import FUNCTION
 from lag2fmu.mechanism import Mechanism
 
 MODELS = ["double_pendulum", "four_bar_linkage", "heavy_top", "double_atwood", "crane", "spring_mass_damper"]

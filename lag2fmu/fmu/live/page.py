@@ -7,12 +7,12 @@ from typing import Any
 
 from lag2fmu.description import names
 from lag2fmu.fmu.elements import ENUMERATIONS
+from lag2fmu.fmu.live.document import document
+from lag2fmu.fmu.live.parts import Live
+from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.units import Unit
-from lag2fmu.live.document import document
-from lag2fmu.live.page import Live
-from lag2fmu.live.samples import Samples
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 

@@ -16,8 +16,9 @@ from lag2fmu.description.parts import Constraint
 from lag2fmu.description.tables import Table
 from lag2fmu.language.units import SECOND, Unit
 from lag2fmu.language.writer import to_read
+from lag2fmu.mechanism.completed import Unilateral
 from lag2fmu.mechanism.poses import Poses
-from lag2fmu.mechanism.record import Mechanism, Unilateral
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.starts import start_values, value_at
 
 _ROUNDING = 1e-9

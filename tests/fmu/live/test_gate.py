@@ -10,12 +10,12 @@ import pytest
 from compiling import COMPILERS, compiled
 
 from lag2fmu.codegen.sources import page_sources
-from lag2fmu.dynamics.entry_points import derive
+from lag2fmu.dynamics.derivation import derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.fmu.backends.native import describe
+from lag2fmu.fmu.live.drawing import drawing
+from lag2fmu.fmu.live.work import work
 from lag2fmu.formats.loading import load
-from lag2fmu.live.drawing import drawing
-from lag2fmu.live.work import work
 from lag2fmu.reference.integrate import integrate
 
 pytestmark = pytest.mark.fmu
