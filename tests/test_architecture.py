@@ -27,13 +27,13 @@ ROOMS = {
     ),
     "building": ({"errors", "version"}, {"platformdirs"}),
     "reference": (
-        {"errors", "lazy", "building", "language", "description", "mechanism"},
+        {"deadline", "errors", "lazy", "building", "language", "description", "mechanism"},
         {"sympy", "numpy", "scipy"},
     ),
     "graph": ({"errors", "language"}, {"sympy", "numpy"}),
     "dynamics": ({"errors", "language", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy", "scipy"}),
     "analysis": (
-        {"errors", "language", "description", "mechanism", "formats", "graph", "dynamics"},
+        {"deadline", "errors", "language", "description", "mechanism", "formats", "graph", "dynamics"},
         {"sympy", "numpy", "scipy", "control"},
     ),
     "picture": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
@@ -57,7 +57,18 @@ ROOMS = {
         {"numpy"},
     ),
     "verify": (
-        {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
+        {
+            "deadline",
+            "errors",
+            "xml_tree",
+            "language",
+            "description",
+            "mechanism",
+            "formats",
+            "reference",
+            "graph",
+            "dynamics",
+        }
         | {"analysis", "picture", "solvers", "live", "fmu"},
         {"sympy", "numpy", "fmpy", "lxml", "rich", "matplotlib"},
     ),
@@ -80,14 +91,25 @@ ROOMS = {
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
     "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
     "cli": (
-        {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
+        {
+            "deadline",
+            "errors",
+            "resources",
+            "version",
+            "language",
+            "description",
+            "mechanism",
+            "formats",
+            "reference",
+            "dynamics",
+        }
         | {"analysis", "explain", "solvers", "building", "fmu", "verify", "studies", "checking", "systems"},
         {"click", "rich"},
     ),
 }
 """room -> (rooms it may import beside itself, third-party packages); each room stands below those that it may import"""
 
-SINGLE = ("errors", "lazy", "resources", "version", "xml_tree")
+SINGLE = ("deadline", "errors", "lazy", "resources", "version", "xml_tree")
 """The modules beside the rooms, for every room."""
 
 USERS = {

@@ -17,7 +17,7 @@ from lag2fmu.fmu.exporting import export
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.verify.doubts import doubts_of
 from lag2fmu.verify.page_samples import page_samples
-from lag2fmu.verify.reference_files import reference_files, reference_of
+from lag2fmu.verify.reference_files import SHORT, reference_files, reference_of, shortened
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,7 @@ class ExportOptions:
     without: tuple[str, ...]
     page: str | None
     reference: bool
+    limit: float
     force: bool
     settings: tuple[str, ...]
 
@@ -56,7 +57,8 @@ def export_model(asked: ExportOptions) -> None:
     extra, samples = {}, None
     if asked.reference:
         with progress_bar("integrating directly", 1.0) as share:
-            integrated = reference_of(mechanism, share)
+            integrated = reference_of(mechanism, share, asked.limit)
+        click.echo(shortened(mechanism, integrated, SHORT), nl=False, err=True)
         extra = reference_files(mechanism, integrated, arrays=asked.arrays)
         samples = page_samples(mechanism, integrated)
     with build_progress() as progress:

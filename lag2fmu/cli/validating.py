@@ -45,7 +45,7 @@ def validate_demo(plot: Path | None) -> None:
     sys.exit(STATUS[report.outcome])
 
 
-def validate_model(
+def validate_model(  # noqa: PLR0913, PLR0917 (an option each)
     model: str,
     stop_time: float | None,
     tolerance: float | None,
@@ -53,6 +53,7 @@ def validate_model(
     hold: bool,
     solver: str | None,
     fmi: str | None,
+    limit: float,
     reports: tuple[Path, ...],
     settings: tuple[str, ...],
 ) -> None:
@@ -78,6 +79,7 @@ def validate_model(
             hold=hold,
             solver=solver,
             fmi=fmi or "2.0",
+            limit=limit,
             progress=progress,
         )
     console().print(report.table())
