@@ -25,7 +25,7 @@ ROOMS = {
         {"errors", "resources", "xml_tree", "language", "description", "mechanism"},
         {"sympy", "numpy", "tomli", "mujoco"},
     ),
-    "building": ({"errors", "version"}, {"platformdirs"}),
+    "building": ({"errors", "progress", "version"}, {"platformdirs"}),
     "reference": (
         {"deadline", "errors", "lazy", "building", "language", "description", "mechanism"},
         {"sympy", "numpy", "scipy"},
@@ -33,7 +33,7 @@ ROOMS = {
     "graph": ({"errors", "language"}, {"sympy", "numpy"}),
     "dynamics": ({"errors", "language", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy", "scipy"}),
     "analysis": (
-        {"deadline", "errors", "language", "description", "mechanism", "formats", "graph", "dynamics"},
+        {"deadline", "errors", "progress", "language", "description", "mechanism", "formats", "graph", "dynamics"},
         {"sympy", "numpy", "scipy", "control"},
     ),
     "picture": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
@@ -48,8 +48,8 @@ ROOMS = {
         {"numpy"},
     ),
     "fmu": (
-        {"errors", "lazy", "building", "resources", "version", "xml_tree", "language", "description", "mechanism"}
-        | {"formats", "dynamics", "analysis", "picture", "explain", "solvers", "codegen", "live"},
+        {"errors", "progress", "lazy", "building", "resources", "version", "xml_tree", "language", "description"}
+        | {"mechanism", "formats", "dynamics", "analysis", "picture", "explain", "solvers", "codegen", "live"},
         {"PIL"},
     ),
     "ensemble": (
@@ -60,6 +60,7 @@ ROOMS = {
         {
             "deadline",
             "errors",
+            "progress",
             "xml_tree",
             "language",
             "description",
@@ -75,6 +76,7 @@ ROOMS = {
     "studies": (
         {
             "errors",
+            "progress",
             "version",
             "language",
             "description",
@@ -94,6 +96,7 @@ ROOMS = {
         {
             "deadline",
             "errors",
+            "progress",
             "resources",
             "version",
             "language",
@@ -109,7 +112,7 @@ ROOMS = {
 }
 """room -> (rooms it may import beside itself, third-party packages); each room stands below those that it may import"""
 
-SINGLE = ("deadline", "errors", "lazy", "resources", "version", "xml_tree")
+SINGLE = ("deadline", "errors", "lazy", "progress", "resources", "version", "xml_tree")
 """The modules beside the rooms, for every room."""
 
 USERS = {

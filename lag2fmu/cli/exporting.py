@@ -10,11 +10,12 @@ import click
 from lag2fmu.analysis.entry_points import resting
 from lag2fmu.cli.porting import with_choices
 from lag2fmu.cli.settings import load_mechanism
-from lag2fmu.cli.terminal import build_progress, progress_bar
+from lag2fmu.cli.terminal import build_progress
 from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.fmu.carried import name_inside
 from lag2fmu.fmu.exporting import export
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import progress_bar
 from lag2fmu.verify.doubts import doubts_of
 from lag2fmu.verify.page_samples import page_samples
 from lag2fmu.verify.reference_files import SHORT, reference_files, reference_of, shortened

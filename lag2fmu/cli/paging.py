@@ -7,9 +7,9 @@ from pathlib import Path
 import click
 
 from lag2fmu.cli.settings import load_mechanism
-from lag2fmu.cli.terminal import progress_bar
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.paging import page
+from lag2fmu.progress import progress_bar
 from lag2fmu.verify.page_samples import page_samples
 from lag2fmu.verify.reference_files import SHORT, reference_of, shortened
 

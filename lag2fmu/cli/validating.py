@@ -10,7 +10,7 @@ import click
 
 from lag2fmu.cli.options import PICTURES, check_ending, check_picture
 from lag2fmu.cli.settings import load_mechanism
-from lag2fmu.cli.terminal import console, progress_bar
+from lag2fmu.cli.terminal import console
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
@@ -18,6 +18,7 @@ from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.record import Model, is_fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism.display import display_units
+from lag2fmu.progress import progress_bar
 from lag2fmu.reference.trajectory import read_csv
 from lag2fmu.solvers.methods import METHODS
 from lag2fmu.verify.entry_points import mechanism_of

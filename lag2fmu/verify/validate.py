@@ -23,6 +23,7 @@ from lag2fmu.fmu.record import Model, is_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import reached, telling
 from lag2fmu.reference.initial_value_problem import prepare
 from lag2fmu.reference.integrate import remedy_of_jumps
 from lag2fmu.reference.record import Reference
@@ -47,6 +48,7 @@ from lag2fmu.verify.task import Task, moves_a_target
 DIRECT = "direct integration"
 
 
+@telling("validating")
 def validate(  # noqa: PLR0913 (a run, the choices of an export, a bound)
     model: Model,
     *,
@@ -86,7 +88,7 @@ def validate(  # noqa: PLR0913 (a run, the choices of an export, a bound)
             inputs=signals,
             hold=hold,
             limit=limit,
-            progress=progress,
+            progress=progress or reached,
         )
 
 
