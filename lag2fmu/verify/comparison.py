@@ -36,6 +36,8 @@ Integration = Callable[[Floats, Mapping[str, float]], Reference]
 """A function (times in s, states at the first of them) -> the direct integration from there."""
 
 
+LEAST_WINDOWS = 20
+"""About so many windows there are at least: a fault shows itself most where errors have not grown yet."""
 SHARPEST = 1000.0
 """In a window the FMU may have to be as many times as exact: the direct integration is exact enough for that."""
 
@@ -94,14 +96,16 @@ class Windows:
 def windows_after(task: Task, reference: Reference, integrated: Integration) -> Windows:
     """The windows of the run beyond the horizon, in co-simulation with the middle communication step.
 
-    A window ends where errors have grown too much, and there the next one begins, as long as there is time for their
-    direct integrations. ``integrated`` makes these, from states of the ``reference``.
+    A window ends where errors have grown too much, and the next one begins there, or before if windows would be few.
+    So it goes on while there is time for their direct integrations. ``integrated`` makes these, from states of the
+    ``reference``.
     """
     windows, step, horizon = Windows(), task.steps[1], horizon_of(task, reference)
     grid = task.grid(step)
     grid = grid[grid <= reference.trajectory.time[-1] * (1 + 1e-9)]
     begin = int(np.searchsorted(grid, horizon * (1 + 1e-9), side="right")) - 1
-    length = max(1, begin // 2)
+    longest = length = max(1, begin // 2)  # in a longer one a small fault may hide behind the growth
+    stride, compared = max(1, (len(grid) - 1 - begin) // LEAST_WINDOWS), float(grid[begin])
     label = f"co-simulation in windows, step {step:.3g} s"
     while not has_rows(task.mechanism) and begin + 1 < len(grid):
         starts, steps = _states_at(task, reference, float(grid[begin])), 0
@@ -113,9 +117,11 @@ def windows_after(task: Task, reference: Reference, integrated: Integration) -> 
             direct = replace(direct, scales=reference.scales)
             found, steps = _window(task, label, starts, direct)
             if found is not None:
-                windows = windows.with_another(found, float(grid[begin + steps] - grid[begin]))
-        length = 2 * length if steps == length else steps + 1
-        begin += max(1, steps)
+                end = float(grid[begin + steps])
+                windows = windows.with_another(found, max(0.0, end - max(compared, float(grid[begin]))))
+                compared = max(compared, end)
+        length = min(longest, 4 * length if steps == length else 2 * max(1, steps))
+        begin += max(1, min(steps, stride) if begin + steps + 1 < len(grid) else steps)
     return replace(windows, covered=min(windows.covered, task.stop_time - horizon))
 
 
