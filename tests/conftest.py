@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from lag2fmu import progress
 from lag2fmu.building import build_cache, process
 from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.fmu import Fmu, compilers, export
@@ -41,11 +42,12 @@ def pytest_configure(config: pytest.Config) -> None:
     """All processes of a run, and later runs, compile the same sources once; ``--cache-clear`` forgets them.
     The user's cache is left alone.
 
-    A page is live where a test asks for it.
+    A page is live, and progress is shown, where a test asks for it.
     """
     os.environ.setdefault(build_cache.VARIABLE, str(config.cache.mkdir("libraries")))
     os.environ.setdefault(process.CACHE, str(config.cache.mkdir("compiler")))
     os.environ.setdefault(module.VARIABLE, "static")
+    os.environ.setdefault(progress.QUIET, "1")
 
 
 @pytest.hookimpl(tryfirst=True)

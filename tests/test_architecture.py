@@ -26,15 +26,15 @@ ROOMS = {
         {"errors", "resources", "xml_tree", "language", "description", "mechanism"},
         {"sympy", "numpy", "tomli", "mujoco"},
     ),
-    "building": ({"errors", "version"}, {"platformdirs"}),
+    "building": ({"errors", "progress", "version"}, {"platformdirs"}),
     "reference": (
-        {"errors", "lazy", "building", "language", "description", "mechanism"},
+        {"deadline", "errors", "lazy", "building", "language", "description", "mechanism"},
         {"sympy", "numpy", "scipy"},
     ),
     "graph": ({"errors", "language"}, {"sympy", "numpy"}),
     "dynamics": ({"errors", "language", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy", "scipy"}),
     "analysis": (
-        {"errors", "language", "description", "mechanism", "formats", "graph", "dynamics"},
+        {"deadline", "errors", "progress", "language", "description", "mechanism", "formats", "graph", "dynamics"},
         {"sympy", "numpy", "scipy", "control"},
     ),
     "picture": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
@@ -45,8 +45,8 @@ ROOMS = {
     "solvers": (set(), set()),
     "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
     "fmu": (
-        {"errors", "lazy", "building", "resources", "version", "xml_tree", "language", "description", "mechanism"}
-        | {"formats", "dynamics", "analysis", "graph", "picture", "procedure", "solvers", "codegen"},
+        {"errors", "progress", "lazy", "building", "resources", "version", "xml_tree", "language", "description"}
+        | {"mechanism", "formats", "dynamics", "analysis", "graph", "picture", "procedure", "solvers", "codegen"},
         {"PIL", "numpy"},
     ),
     "ensemble": (
@@ -54,13 +54,26 @@ ROOMS = {
         {"numpy"},
     ),
     "verify": (
-        {"errors", "xml_tree", "language", "description", "mechanism", "formats", "reference", "graph", "dynamics"}
+        {
+            "deadline",
+            "errors",
+            "progress",
+            "xml_tree",
+            "language",
+            "description",
+            "mechanism",
+            "formats",
+            "reference",
+            "graph",
+            "dynamics",
+        }
         | {"analysis", "picture", "solvers", "fmu"},
         {"sympy", "numpy", "fmpy", "lxml", "rich", "matplotlib"},
     ),
     "studies": (
         {
             "errors",
+            "progress",
             "version",
             "language",
             "description",
@@ -77,14 +90,26 @@ ROOMS = {
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
     "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
     "cli": (
-        {"errors", "resources", "version", "language", "description", "mechanism", "formats", "reference", "dynamics"}
+        {
+            "deadline",
+            "errors",
+            "progress",
+            "resources",
+            "version",
+            "language",
+            "description",
+            "mechanism",
+            "formats",
+            "reference",
+            "dynamics",
+        }
         | {"analysis", "procedure", "solvers", "building", "fmu", "verify", "studies", "checking", "systems"},
         {"click", "rich"},
     ),
 }
 """room -> (rooms it may import beside itself, third-party packages); each room stands below those that it may import"""
 
-SINGLE = ("errors", "lazy", "resources", "version", "xml_tree")
+SINGLE = ("deadline", "errors", "lazy", "progress", "resources", "version", "xml_tree")
 """The modules beside the rooms, for every room."""
 
 USERS = {

@@ -17,11 +17,13 @@ from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.language.writer import without_dust
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import telling
 
 Model = EquationsOfMotion | Mechanism | str | Path
 """Derived equations, a mechanism, or the name or path of a model."""
 
 
+@telling("searching for equilibria")
 def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
     """The equilibria of ``model`` that are found from its start, and from places around it, in this order.
 
@@ -31,6 +33,7 @@ def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
     return equilibria_of(_equations(model), **options)
 
 
+@telling("searching for modes")
 def modes(model: Model, **about: Any) -> tuple[NaturalMode, ...]:
     """The normal modes of ``model``, with shapes (n,) and eigenvalues in 1/s, see ``lag2fmu.analysis.normal_modes``.
 

@@ -29,6 +29,7 @@ from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import telling
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS
 
 BACKENDS: Mapping[str, Backend] = {backend.name: backend for backend in (NATIVE, PYTHON)}
@@ -40,6 +41,7 @@ _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML document can hold (XML 1.0, production 2)."""
 
 
+@telling("exporting the FMU")
 def export(  # noqa: PLR0913 (choices of the user)
     model: Mechanism | str | Path,
     path: str | Path | None = None,

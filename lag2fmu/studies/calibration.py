@@ -16,6 +16,7 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.calibrated import Calibration, summed_up, told
 from lag2fmu.studies.fits import Fit, FreeValue, Measurement
@@ -34,6 +35,7 @@ _HELD = 1e-7
 """The weight, as part of the greatest effect, that holds what the data say nothing of; all else has 10 times it."""
 
 
+@telling("estimating")
 def calibrate(  # noqa: PLR0913 (choices of the user)
     model: object,
     data: Data | Sequence[Data],

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import Unit
+from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.library import Study, StudyLibrary, compiled
 from lag2fmu.studies.requests import (
@@ -61,6 +62,7 @@ def _place(name: str, names: tuple[str, ...], what: str) -> int:
     return names.index(name)
 
 
+@telling("differentiating runs")
 def sensitivities(  # noqa: PLR0913 (those of simulate)
     model: object,
     *,

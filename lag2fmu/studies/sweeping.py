@@ -9,6 +9,7 @@ from typing import Any
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.exported import is_fmu
+from lag2fmu.progress import reached, telling
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.datasets import check_path, dataset, save
 from lag2fmu.studies.design import Design, SweepTask, TaskResults, axes_of, grid, sampled
@@ -29,6 +30,7 @@ Progress = Callable[[int, int], None]
 """A function that is called with the number of runs that are done, and the number of all runs."""
 
 
+@telling("sweeping")
 def sweep(  # noqa: PLR0913 (choices of the user)
     model: Any,
     vary: Mapping[Any, Any],
@@ -77,7 +79,7 @@ def sweep(  # noqa: PLR0913 (choices of the user)
         task, units, title = task_of_model(model, design, wanted, threads=1 if executor else None)
     store = PartStore(target, task, design, _size(part, task, len(design)))
     try:
-        _make_parts(store, task, design, executor, progress)
+        _make_parts(store, task, design, executor, progress or (lambda done, total: reached(done / total)))
     except BaseException:
         store.leave()
         raise
@@ -95,19 +97,17 @@ def _size(part: int | None, task: SweepTask, runs: int) -> int:
 
 
 def _make_parts(
-    store: PartStore, task: SweepTask, design: Design, executor: Executor | None, progress: Progress | None
+    store: PartStore, task: SweepTask, design: Design, executor: Executor | None, progress: Progress
 ) -> None:
     """Make the parts that are missing, here or on the executor."""
     missing = store.missing()
     done = len(design) - sum(len(design.values[store.rows(i)]) for i in missing)
-    if progress is not None:
-        progress(done, len(design))
+    progress(done, len(design))
     rows = {number: design.values[store.rows(number)] for number in missing}
     for number, part in _here(task, rows) if executor is None else _there(task, rows, executor):
         store.put(number, part)
         done += len(part.values)
-        if progress is not None:
-            progress(done, len(design))
+        progress(done, len(design))
 
 
 def _here(task: SweepTask, rows: Mapping[int, Floats]) -> Iterator[tuple[int, TaskResults]]:

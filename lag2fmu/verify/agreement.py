@@ -43,6 +43,17 @@ def horizon_of(task: Task, reference: Reference) -> float:
     return float(reference.trajectory.time[bar <= CHAOS][-1]) if bar[0] <= CHAOS else 0.0
 
 
+def out_of_time(task: Task, reference: Reference) -> str:
+    """A phrase on where the time for the direct integration was over; "" where it came to the end."""
+    reached = float(reference.trajectory.time[-1])
+    if reached >= task.stop_time * (1 - 1e-9):
+        return ""
+    return (
+        f"the direct integration reached t = {reached:.4g} s in its {task.limit:g} s of CPU time; give a longer "
+        "--limit or a shorter --stop-time"
+    )
+
+
 def on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:
     """The rows of the reference at ``time`` (k,) in s: (k,); raises SimulationError if a time is not on its grid."""
     known = reference.trajectory.time

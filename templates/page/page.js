@@ -259,7 +259,7 @@ class Page {
         passed,
         text: said,
         title,
-      } = verdict(compare(run, this.model.reference, this.variables), this.model.reference.bar);
+      } = verdict(compare(run, this.model.reference, this.variables), this.model.reference);
       Object.assign(byId("badge"), { textContent: said, title, className: passed ? "good" : "bad" });
       this.judged = true;
     }

@@ -14,9 +14,11 @@ from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.picture import scene_at_start
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import telling
 from lag2fmu.solvers.methods import METHODS
 
 
+@telling("making the page")
 def page(
     model: Mechanism | str | Path,
     path: str | Path | None = None,

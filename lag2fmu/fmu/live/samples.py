@@ -16,7 +16,7 @@ class Samples:
     """``values`` (m, k) of the variables ``names`` at the ``times`` (m,) s, in SI units.
 
     Errors are relative to the ``scales`` (k,) of the variables and to the ``growth`` (m,) of disturbances. They may be
-    as large as ``bar``.
+    as large as ``bar``. ``until`` (s) is where the integration ended, if its time was over before the experiment.
     """
 
     names: tuple[str, ...]
@@ -25,6 +25,7 @@ class Samples:
     scales: NDArray[np.float64]
     growth: NDArray[np.float64]
     bar: float
+    until: float | None = None
 
     def data(self) -> dict[str, Any] | None:
         """The data for the page's script, with at most 60 rows; None if there is no row."""
@@ -38,4 +39,5 @@ class Samples:
             "scales": [float(f"{x:.6g}") for x in self.scales],
             "growth": [float(f"{x:.6g}") for x in self.growth[rows]],
             "bar": self.bar,
+            "until": self.until,
         }

@@ -48,7 +48,7 @@ def _by_sides(run: HybridRun, track: Track, states: list[StateBatch], answers: l
     """Outputs and energies, evaluated together for all times at which the kinks have equal sides."""
     system, m = run.system, len(states)
     found: dict[str, Floats] = {}
-    for sides, rows in _groups([modes.sides for modes in track.modes]):
+    for sides, rows in groups([modes.sides for modes in track.modes]):
         system.elements.set_sides(sides)
         batch = StateBatch(
             *(np.stack([getattr(states[r], x) for r in rows], axis=-1) for x in ("t", "q", "qd", "inputs"))
@@ -63,7 +63,7 @@ def _by_sides(run: HybridRun, track: Track, states: list[StateBatch], answers: l
     return found
 
 
-def _groups(keys: list[tuple[int, ...]]) -> Iterator[tuple[tuple[int, ...], list[int]]]:
+def groups(keys: list[tuple[int, ...]]) -> Iterator[tuple[tuple[int, ...], list[int]]]:
     """(key, indices at which it stands in ``keys``) of each different key."""
     for key in dict.fromkeys(keys):
         yield key, [i for i, other in enumerate(keys) if other == key]

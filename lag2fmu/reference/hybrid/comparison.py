@@ -58,11 +58,15 @@ def perturbed(run: HybridRun, start: Floats, scales: Floats, modes: Modes) -> Fl
     return np.concatenate([onto, both.qd, moved[2 * n :]])
 
 
-def compared(run: HybridRun, tracks: Sequence[Track], scales: Floats, columns: Mapping[str, Floats]) -> HybridResult:
+def compared(
+    run: HybridRun, tracks: Sequence[Track], measures: tuple[Floats, Floats], columns: Mapping[str, Floats]
+) -> HybridResult:
     """The record of the runs at rtol, which has these ``columns``, 10 rtol, and 10 rtol from the perturbed start.
 
-    ``scales`` (s,) of the states are those that errors are relative to; ``columns`` have a value at each time, (m,).
+    ``measures`` are the scales (s,) of the states, which errors are relative to, and the units (m, s) of their
+    distance. The ``columns`` have a value at each time, (m,).
     """
+    scales, units = measures
     fine, coarse, moved = tracks
     same = alike(fine, coarse) & alike(coarse, moved)
     # a contact that touches without a force may count as open or closed: near states then tell that runs do the same
@@ -72,7 +76,7 @@ def compared(run: HybridRun, tracks: Sequence[Track], scales: Floats, columns: M
     last = int(np.flatnonzero(same)[-1])
     at = np.maximum.accumulate(np.where(same, np.arange(len(same)), 0))  # the last comparable time up to each
     errors = np.abs(fine.values - coarse.values)[at, : run.size]
-    distance = (np.abs(moved.values - coarse.values)[at, : run.size] / scales).max(axis=1)
+    distance = (np.abs(moved.values - coarse.values)[at, : run.size] / units[at]).max(axis=1)
     amplification = np.maximum.accumulate(distance / max(float(distance[0]), 1e-3 * PERTURBATION))
     amplification[last + 1 :] = np.inf
     return HybridResult(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from lag2fmu.deadline import check_time
 from lag2fmu.reference.hybrid.loads import centred
 from lag2fmu.reference.hybrid.measures import BACK, force_sizes
 from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes
@@ -63,6 +64,7 @@ class Piece:
 
     def slope(self, t: float, y: Floats) -> Floats:
         """dy/dt, (s + 2,): velocities, accelerations, further states, power of work, power that is dissipated."""
+        check_time()
         system, n = self.system, self.n
         point = system.point(self.state(t, y))
         answer = system.answer(point, self.modes, self.damping)
@@ -103,6 +105,7 @@ class Piece:
 
     def margins(self, times: Floats, y: Floats) -> Floats:
         """The event functions that follow without forces, at ``times`` (b,) and y (b, s + 2): (plain, b)."""
+        check_time()
         n, e, modes = self.n, self.system.elements, self.modes
         inputs = np.stack([self.inputs(float(t)) for t in times], axis=-1)
         batch = StateBatch(times, y[:, :n].T, y[:, n : 2 * n].T, self.with_further(inputs, y.T))
