@@ -117,7 +117,7 @@ USERS = {
     "platformdirs": {"building/folders.py"},
     "subprocess": {"building/process.py", "building/supervisor.py", "checking/process.py"},
     "zipfile": {"fmu/pack.py"},
-    "fmpy": {"verify/instances.py", "verify/by_fmpy.py"},
+    "fmpy": {"verify/instances.py", "verify/by_fmpy.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "lxml": {"verify/instances.py"},
     "matplotlib": {"verify/plots", "studies/calibration_figure.py"},

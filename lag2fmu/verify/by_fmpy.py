@@ -38,7 +38,8 @@ def by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     """The grid (k,), in s, and the values recorded there, (k, outputs), by fmpy's own loop.
 
     It serves model exchange, other versions of FMI, and outputs that are no numbers. The loop makes equal steps only:
-    where the last one of the plan is shorter, all are made a little shorter.
+    where the last one of the plan is shorter, all are made a little shorter. Raises LoadError for inputs of different
+    sizes, which fmpy cannot hold.
     """
     import fmpy
     from fmpy import sundials
