@@ -31,7 +31,7 @@ from benchmarks.running import KERNELS
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.compilers import FLAGS, compiler_command, host_platform
-from lag2fmu.fmu.units import units
+from lag2fmu.fmu.translation_units import translation_units
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism import Mechanism, Stop
@@ -86,7 +86,7 @@ def build(mechanism: Mechanism, solver: str, place: Path) -> Path:
     place.mkdir(parents=True)
     for name, text in sources.items():
         (place / name).write_text(text, "utf-8")
-    joined = units(sources)
+    joined = translation_units(sources)
     for name, text in joined.items():
         (place / name).write_text(text, "utf-8")
     flags = [flag for flag in FLAGS if flag != "-fPIC"]

@@ -31,7 +31,7 @@ from sympy import cos, sin, sqrt
 from benchmarks.cases import Floats
 from benchmarks.running import KERNELS, save
 from lag2fmu.dynamics import derive, lower
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.compilers import FLAGS
 from lag2fmu.formats.loading import load, with_values
@@ -151,10 +151,10 @@ STIFF = {
     "spring and damper": (stiff_spring_damper, 0.05),
     "governor, elastic rods": (stiff_governor, 1.0),
     "slider-crank, elastic rod": (flexible_slider_crank, 1.0),
-    "Andrews' squeezer": (lambda: complete(load("andrews_squeezer")), 0.03),
+    "Andrews' squeezer": (lambda: with_derived(load("andrews_squeezer")), 0.03),
 }
 """The same; the last one has constraints and is stiff in name only."""
-CLOSED = {"four-bar linkage": (lambda: complete(load("four_bar_linkage")), 1.5)}
+CLOSED = {"four-bar linkage": (lambda: with_derived(load("four_bar_linkage")), 1.5)}
 """The same, with a closed loop, for steps of 1 ms only."""
 INTERLEAVED = 7
 """So many times the runs that are compared with each other take turns."""

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from lag2fmu.studies.asking import scale_of
-from lag2fmu.studies.library import Library, Study, compiled
+from lag2fmu.studies.library import Study, StudyLibrary, compiled
+from lag2fmu.studies.requests import scale_of
 
 STOP = 5.0
 PARAMETERS = ("m1", "m2", "l1", "l2", "g")
@@ -37,12 +37,12 @@ def best_time(run: Callable[[], Any]) -> float:
     return 1e3 * min(times)
 
 
-def values_of(library: Library) -> dict[str, float]:
+def values_of(library: StudyLibrary) -> dict[str, float]:
     """Parameters and starts of the model, in SI."""
     return {name: float(library.variables[name].start or 0.0) for name in (*PARAMETERS, *STATES)}
 
 
-def reference(library: Library) -> Any:
+def reference(library: StudyLibrary) -> Any:
     """d states / d values, (4, 8), by differences with two extrapolations."""
     study, outputs, centre = Study(library), library.readable(STATES), values_of(library)
 
@@ -59,7 +59,7 @@ def reference(library: Library) -> Any:
     return np.stack(columns, axis=1)
 
 
-def ours(library: Library, tolerance: float) -> Callable[[], Any]:
+def ours(library: StudyLibrary, tolerance: float) -> Callable[[], Any]:
     """A run of lag2fmu."""
     over = (*PARAMETERS, *STARTS)
     study, outputs, times = Study(library, len(over)), library.readable(STATES), np.array([STOP])
@@ -67,7 +67,7 @@ def ours(library: Library, tolerance: float) -> Callable[[], Any]:
     return lambda: study.run({}, times, outputs, tolerance=tolerance, seeds=seeds)[1][0]
 
 
-def cvodes(library: Library, tolerance: float, method: str) -> Callable[[], Any]:
+def cvodes(library: StudyLibrary, tolerance: float, method: str) -> Callable[[], Any]:
     """A run of CVODES with 8 forward sensitivities of (q, qd) by CasADi."""
     import casadi as ca
 
@@ -103,7 +103,7 @@ def main() -> None:
     """Measure and print."""
     exact = None
     print(f"{'':24s}" + "".join(f"{f'tolerance {t:g}':>30s}" for t in (1e-6, 1e-8, 1e-10)))
-    rows: dict[str, Callable[[Library, float], Callable[[], Any]]] = {
+    rows: dict[str, Callable[[StudyLibrary, float], Callable[[], Any]]] = {
         "lag2fmu dop853": ours,
         "lag2fmu dopri5": ours,
         "CVODES Adams (CasADi)": lambda library, tolerance: cvodes(library, tolerance, "adams"),

@@ -21,7 +21,7 @@ from benchmarks.running import KERNELS
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.compilers import FLAGS, host_platform
-from lag2fmu.fmu.units import units
+from lag2fmu.fmu.translation_units import translation_units
 from lag2fmu.formats.loading import load
 
 STEPS, ROUNDS = 500, 3000
@@ -37,7 +37,7 @@ def build(model: str, solver: str, folder: Path) -> Path:
     mechanism = load(model)
     equations = derive(mechanism)
     _, sources = describe(mechanism, equations, lower(equations), solver)
-    joined = units(sources)
+    joined = translation_units(sources)
     for name, text in {**sources, **joined}.items():
         (folder / name).write_text(text, "utf-8")
     flags = [flag for flag in FLAGS if flag != "-fPIC"]

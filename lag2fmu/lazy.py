@@ -2,23 +2,40 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 
-def offered(package: str, homes: Mapping[str, str]) -> Callable[[str], object]:
-    """The ``__getattr__`` of ``package``, which imports the names in ``homes`` {name: module} at their first use.
+def offered(
+    package: str, file: str, moved: Mapping[str, str] = MappingProxyType({})
+) -> tuple[Callable[[str], object], list[str]]:
+    """The ``__getattr__`` and the ``__all__`` of ``package``, whose code is in ``file``.
 
-    It raises AttributeError for any other name. No name may be that of a module of the package. Source: PEP 562.
+    The package imports its names under ``if TYPE_CHECKING``, each ``as`` itself. Type checkers read them there, and so
+    does this function; a module is imported when one of its names is first used. Other names raise AttributeError,
+    which says where those in ``moved`` {name: module} are. No name may be that of a module of the package. Source: PEP
+    562.
     """
+    homes = _imported_for_types(Path(file).read_text("utf-8"))
 
     def find(name: str) -> object:
-        if name not in homes:
-            raise AttributeError(f"module '{package}' has no attribute '{name}'; there are {', '.join(homes)}")
-        return getattr(import_module(homes[name]), name)
+        if name in homes:
+            return getattr(import_module(homes[name]), name)
+        where = f"it is {moved[name]}.{name}" if name in moved else f"there are {', '.join(homes)}"
+        raise AttributeError(f"module '{package}' has no attribute '{name}'; {where}")
 
-    return find
+    return find, list(homes)
+
+
+def _imported_for_types(text: str) -> dict[str, str]:
+    """{name: module} of the imports under ``if TYPE_CHECKING`` in the ``text`` of a module."""
+    blocks = (node for node in ast.parse(text).body if isinstance(node, ast.If))
+    imports = (line for block in blocks for line in block.body if isinstance(line, ast.ImportFrom))
+    return {alias.name: str(line.module) for line in imports for alias in line.names}
 
 
 def looked_up(module: str, name: str) -> Any:

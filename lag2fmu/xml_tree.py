@@ -13,30 +13,30 @@ MOST_ELEMENTS, LONGEST_TAG, _CHUNK = 1_000_000, 4 << 20, 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
-class Element:
+class XmlElement:
     """An element: its tag, its attributes, the line it begins in and its children (text is not kept)."""
 
     tag: str
     attributes: dict[str, str]
     line: int
-    children: list[Element] = field(default_factory=list)
+    children: list[XmlElement] = field(default_factory=list)
 
     def get(self, name: str, default: str = "") -> str:
         """The attribute ``name``, or ``default`` where it is absent."""
         return self.attributes.get(name, default)
 
-    def child(self, tag: str) -> Element | None:
+    def child(self, tag: str) -> XmlElement | None:
         """The first child with ``tag``, if any."""
         return next((c for c in self.children if c.tag == tag), None)
 
-    def all(self, *path: str) -> Iterator[Element]:
+    def all(self, *path: str) -> Iterator[XmlElement]:
         """The elements at the ``path`` of tags below this element, in the document's order."""
         tag, *rest = path
         for child in self.children:
             if child.tag == tag:
                 yield from child.all(*rest) if rest else iter((child,))
 
-    def walk(self) -> Iterator[Element]:
+    def walk(self) -> Iterator[XmlElement]:
         """The element itself and all elements below it, in the document's order."""
         waiting = [self]
         while waiting:
@@ -49,7 +49,7 @@ class Element:
 class Document:
     """A root element and the encoding that the XML declaration states, '' if it states none."""
 
-    root: Element
+    root: XmlElement
     encoding: str
 
 
@@ -58,7 +58,7 @@ def parse(data: bytes, place: str) -> Document:
 
     Raises LoadError if it is malformed, has a document type, or holds more than a description does.
     """
-    root = Element("", {}, 0)
+    root = XmlElement("", {}, 0)
     open_elements, encoding, count = [root], [""], 0
     parser = expat.ParserCreate()
 
@@ -67,7 +67,7 @@ def parse(data: bytes, place: str) -> Document:
         count += 1
         if count > MOST_ELEMENTS:
             raise LoadError(f"'{place}' has more than {MOST_ELEMENTS} elements, which are not read")
-        element = Element(tag, attributes, parser.CurrentLineNumber)
+        element = XmlElement(tag, attributes, parser.CurrentLineNumber)
         open_elements[-1].children.append(element)
         open_elements.append(element)
 

@@ -10,9 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from lag2fmu.building import libraries, process
+from lag2fmu import progress
+from lag2fmu.building import build_cache, process
 from lag2fmu.codegen import DEFAULT_SOLVER
-from lag2fmu.fmu import Fmu, compilers, export, live_module
+from lag2fmu.fmu import Fmu, compilers, export
+from lag2fmu.fmu.live import module
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
 
@@ -40,11 +42,12 @@ def pytest_configure(config: pytest.Config) -> None:
     """All processes of a run, and later runs, compile the same sources once; ``--cache-clear`` forgets them.
     The user's cache is left alone.
 
-    A page is live where a test asks for it.
+    A page is live, and progress is shown, where a test asks for it.
     """
-    os.environ.setdefault(libraries.VARIABLE, str(config.cache.mkdir("libraries")))
+    os.environ.setdefault(build_cache.VARIABLE, str(config.cache.mkdir("libraries")))
     os.environ.setdefault(process.CACHE, str(config.cache.mkdir("compiler")))
-    os.environ.setdefault(live_module.VARIABLE, "static")
+    os.environ.setdefault(module.VARIABLE, "static")
+    os.environ.setdefault(progress.QUIET, "1")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -71,7 +74,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     In the process that hears of all tests.
     """
     if "PYTEST_XDIST_WORKER" not in os.environ:
-        for file, found in libraries.kept_files(session.config.cache.mkdir("libraries")):
+        for file, found in build_cache.kept_files(session.config.cache.mkdir("libraries")):
             if time.time() - found.st_mtime > WEEK:
                 file.unlink()
     if session.config.getoption("--update-slow") and "PYTEST_XDIST_WORKER" not in os.environ:
@@ -82,7 +85,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 @pytest.fixture
 def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """For tests of what the compiler makes: ``export`` compiles, whatever was compiled before."""
-    monkeypatch.setenv(libraries.VARIABLE, libraries.OFF)
+    monkeypatch.setenv(build_cache.VARIABLE, build_cache.OFF)
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,13 @@ GATES = ("fmi2", "fmi3", "gate")
 SEVERAL = ("solver_memory.h", "event_sizes.h", "version.h", "version.c")
 MOST_LINES, MOST_COLUMNS = 50, 120
 SIZES = re.compile(r"^ *#if.*\b(N|SIZE)_\w+", re.MULTILINE)
+OWN = re.compile(
+    r"^static\b[^;{=(]*?\b(\w+)(?: ?\[[^;={]*\])*(?=[(;=]| =)|^typedef\b[^;{]*?(\w+)\)?(?:\(.*\)|\[\w+\])?;|^\} (\w+);"
+    r"|^#define (\w+)",
+    re.MULTILINE,
+)
+"""A static function or variable, a type, or a macro; each begins in the first column."""
+ENUMERATION = re.compile(r"^(?:typedef )?enum \{([^}]*)\}", re.MULTILINE)
 FUNCTION = re.compile(r"^\w[^;{}=]*\) \{\n.*?^\}\n", re.MULTILINE | re.DOTALL)
 
 SMALL = re.compile(r"(?<![\w.])[\d.]+e-\d+")
@@ -108,6 +116,23 @@ def test_the_names_of_files_are_unique() -> None:
     """All of an FMU stand in one folder: families of solvers have own memories, events sizes, versions tables."""
     names = [path.name for path in FILES if path.name not in SEVERAL]
     assert len(names) == len(set(names))
+
+
+def _own_names(path: Path) -> set[str]:
+    """What a C file alone knows: its static functions and data, types, constants of enumerations and macros."""
+    code = _code(path)
+    found = {name for match in OWN.finditer(code) for name in match.groups() if name}
+    for constants in ENUMERATION.findall(code):
+        found |= set(re.findall(r"(?:^|,)\s*(\w+)", constants))
+    return found - set(re.findall(r"^#undef (\w+)", code, re.MULTILINE))
+
+
+@pytest.mark.parametrize("folder", ["engine", "ensemble"])
+def test_files_can_be_joined_as_they_are(folder: str) -> None:
+    """A name of one file means nothing else in another, so that one file may include several."""
+    names = [name for path in sorted((ENGINE.parent / folder).rglob("*.c")) for name in _own_names(path)]
+    assert len(names) > 20
+    assert [name for name, times in Counter(names).items() if times > 1] == []
 
 
 def test_there_are_no_circles_of_includes() -> None:

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from lag2fmu.building import folders, libraries, process
-from lag2fmu.building.libraries import kept, kept_files
+from lag2fmu.building import build_cache, folders, process
+from lag2fmu.building.build_cache import kept, kept_files
 from lag2fmu.cli import main
 from lag2fmu.fmu import compilers
 from lag2fmu.fmu.backends.native import fmi_headers
@@ -28,7 +28,7 @@ posix = pytest.mark.skipif(os.name == "nt", reason="owners and modes are those o
 def folder(monkeypatch, tmp_path) -> Path:
     """The folder of kept libraries, not made yet."""
     folders.say_once.cache_clear()
-    monkeypatch.setenv(libraries.VARIABLE, str(tmp_path / "kept"))
+    monkeypatch.setenv(build_cache.VARIABLE, str(tmp_path / "kept"))
     return tmp_path / "kept"
 
 
@@ -59,20 +59,20 @@ def test_the_same_sources_are_compiled_once(commands, folder) -> None:
 def test_switched_off_and_by_other_compilers_nothing_is_kept(commands, monkeypatch, off) -> None:
     monkeypatch.setenv("CC", "true")
     assert compiled("1", compiler="host") != compiled("1", compiler="host")
-    monkeypatch.setenv(libraries.VARIABLE, off)
+    monkeypatch.setenv(build_cache.VARIABLE, off)
     assert compiled("1") != compiled("1")
 
 
 def test_by_default_the_folder_is_in_the_users_cache(monkeypatch, tmp_path) -> None:
-    monkeypatch.delenv(libraries.VARIABLE)
+    monkeypatch.delenv(build_cache.VARIABLE)
     for name in ("XDG_CACHE_HOME", "HOME", "LOCALAPPDATA"):
         monkeypatch.setenv(name, str(tmp_path))
-    assert tmp_path in libraries.place().parents
+    assert tmp_path in build_cache.place().parents
 
 
 def test_a_folder_that_cannot_be_used_is_named_and_passed_by(commands, monkeypatch, tmp_path, caplog) -> None:
     (tmp_path / "file").write_text("no folder")
-    monkeypatch.setenv(libraries.VARIABLE, str(tmp_path / "file"))
+    monkeypatch.setenv(build_cache.VARIABLE, str(tmp_path / "file"))
     assert (compiled("1"), compiled("1")) == (b"library 1", b"library 2")
     assert caplog.text.count("file' cannot keep libraries: File exists; all is compiled anew") == 1
 
@@ -136,7 +136,7 @@ def test_one_kept_library_does_not_stand_for_another(folder) -> None:
 
 
 def test_what_was_not_used_for_long_goes_and_other_files_stay(folder, monkeypatch) -> None:
-    monkeypatch.setattr(libraries, "MOST", 3200)
+    monkeypatch.setattr(build_cache, "MOST", 3200)
     folder.mkdir(mode=0o700)
     (folder / "thesis.txt").write_text("mine" * 1000)
     for second, name in enumerate("abc"):

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import io
+import sys
 import time
 
 import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
-from lag2fmu.cli import main, terminal
-from lag2fmu.cli.terminal import console, knows_unicode, progress_bar
-from lag2fmu.explain.drawn import drawn
-from lag2fmu.explain.procedure import procedure
+from lag2fmu import progress
+from lag2fmu.cli import main
+from lag2fmu.cli.terminal import console, knows_unicode
 from lag2fmu.formats.loading import load
 from lag2fmu.language.vocabulary import symbol
+from lag2fmu.procedure.drawn import drawn
+from lag2fmu.procedure.steps import procedure
+from lag2fmu.progress import QUIET, progress_bar, reached, telling
 from lag2fmu.verify.report import Check, Report
 
 
@@ -25,6 +28,12 @@ class Terminal(io.StringIO):
 
     def isatty(self) -> bool:
         return True
+
+
+@pytest.fixture(autouse=True)
+def shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Progress is shown, which other tests switch off."""
+    monkeypatch.delenv(QUIET, raising=False)
 
 
 def completed(words: str, shell: str = "bash") -> list[str]:
@@ -136,7 +145,7 @@ def test_without_a_terminal_there_is_no_bar_and_no_colour(monkeypatch: pytest.Mo
 def test_without_a_terminal_lines_tell_what_takes_long(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(terminal, "EVERY", 0.1)
+    monkeypatch.setattr(progress, "EVERY", 0.1)
     with progress_bar("building", None):
         time.sleep(0.35)
     told = capsys.readouterr().err.splitlines()
@@ -144,3 +153,62 @@ def test_without_a_terminal_lines_tell_what_takes_long(
     assert set(told) == {"building: 0 s"}
     time.sleep(0.2)
     assert capsys.readouterr().err == ""
+
+
+@telling("thinking")
+def think(seconds: float, progress: object = None) -> str:
+    """A public function that takes so many ``seconds``."""
+    reached(0.5)
+    time.sleep(seconds)
+    return "done"
+
+
+@telling("thinking twice")
+def think_twice() -> None:
+    """A public function that calls another one."""
+    think(0.2)
+
+
+def test_a_function_called_from_python_tells_how_long_it_takes(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(progress, "AFTER", 0.1)
+    assert think(0.2) == "done"
+    assert capsys.readouterr().err == "thinking: 0 s\n"
+    think(0.02)
+    think(0.2, progress=print)
+    assert capsys.readouterr().err == ""
+    think_twice()
+    assert capsys.readouterr().err == "thinking twice: 0 s\n"
+    monkeypatch.setenv(QUIET, "1")
+    think(0.2)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_function_called_from_python_draws_a_bar_where_it_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "AFTER", 0.1)
+    monkeypatch.setenv("TERM", "xterm")
+    for seconds, drawn_ in ((0.3, True), (0.0, False)):
+        stream = Terminal()
+        monkeypatch.setattr("sys.stderr", stream)
+        think(seconds)
+        assert ("thinking" in stream.getvalue()) is drawn_
+        assert not progress._tell
+
+
+def test_a_notebook_gets_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:
+    class ZMQInteractiveShell:
+        """The name of the shell in a kernel of Jupyter."""
+
+    class Notebook:
+        """What IPython offers there."""
+
+        get_ipython = ZMQInteractiveShell
+
+    stream = io.StringIO()
+    monkeypatch.setattr(progress, "AFTER", 0.05)
+    monkeypatch.setitem(sys.modules, "IPython", Notebook)
+    monkeypatch.setattr("sys.stderr", stream)
+    think(0.2)
+    assert "thinking" in stream.getvalue()
+    assert "\r" in stream.getvalue()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from lag2fmu.description.description import Description, table_keys
 from lag2fmu.description.keys import Key, TableKey, keys_of
 from lag2fmu.description.parts import KINDS
-from lag2fmu.description.record import Description, table_keys
 from lag2fmu.formats.keys import SINGLE, TABLES
 from lag2fmu.language import units, vocabulary
 

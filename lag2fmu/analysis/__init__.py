@@ -11,7 +11,7 @@ from lag2fmu.analysis.conserved import Conserved, conserved
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.floquet import Floquet, floquet
 from lag2fmu.analysis.linearization import linearize
-from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.analysis.modes import NaturalMode, normal_modes
 from lag2fmu.analysis.report import analysis_report, analysis_sections
 from lag2fmu.analysis.small_motions import linearized
 from lag2fmu.analysis.state_space import Linearization
@@ -22,7 +22,7 @@ __all__ = [
     "Equilibrium",
     "Floquet",
     "Linearization",
-    "Mode",
+    "NaturalMode",
     "Stiffness",
     "Vibration",
     "action",

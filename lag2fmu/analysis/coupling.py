@@ -78,7 +78,7 @@ class Swing:
 
 
 @dataclass(frozen=True)
-class Port(Swing):
+class CouplingPort(Swing):
     """Forces as inputs, the displacement along them as output, and the swing that a spring between them makes.
 
     ``inertia`` (kg, kg.m2) is the force by the acceleration there, ``stiffness`` (N/m, N.m/rad) that of the assumed
@@ -106,7 +106,7 @@ class Bond:
     swing: Swing | None
 
 
-def ports(about: Linearization, stiffness: float | None = None) -> Iterator[Port]:
+def ports(about: Linearization, stiffness: float | None = None) -> Iterator[CouplingPort]:
     """The ports of ``about``; a force of the user stands before the generalized one along the same displacement.
 
     The spring has the ``stiffness`` (N/m, N.m/rad), by default four times that of the mechanism itself. The latter is
@@ -129,7 +129,7 @@ def ports(about: Linearization, stiffness: float | None = None) -> Iterator[Port
                     yield port
 
 
-def _port(about: Linearization, inputs: tuple[str, ...], output: str, stiffness: float | None) -> Port | None:
+def _port(about: Linearization, inputs: tuple[str, ...], output: str, stiffness: float | None) -> CouplingPort | None:
     row = about.shape[[q.name for q in about.mechanism.coordinates].index(output)]
     column = about.B[:, about.inputs.index(inputs[0])]
     mobility = float(row @ about.A @ column)
@@ -143,7 +143,7 @@ def _port(about: Linearization, inputs: tuple[str, ...], output: str, stiffness:
     if swinging.imag <= _NOTHING * size:
         return None
     swing = (size, _damping(swinging), 2 * stiffness * moved / size)
-    return Port(*swing, inputs, output, 1 / mobility, stiffness)
+    return CouplingPort(*swing, inputs, output, 1 / mobility, stiffness)
 
 
 def _damping(swinging: complex) -> float:

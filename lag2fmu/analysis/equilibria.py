@@ -7,12 +7,14 @@ Source: Hand, Finch, Analytical Mechanics, section 3.1; Goldstein, Classical Mec
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from lag2fmu.analysis.evaluation import at, operating_inputs
+from lag2fmu.deadline import LIMIT, OutOfTimeError, check_time, within
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Floats, Values, evaluate
@@ -23,6 +25,9 @@ _CONVERGED, _BALANCED, _FAR, _ROUNDING = 1e-12, 1e-9, 1e4, 1e-9
 TURN = 2 * np.pi
 _CLOSED = 1e-6
 """A gap counts as 0 down to this one (m or rad) below it."""
+
+
+_LOGGER = logging.getLogger("lag2fmu")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,18 +45,31 @@ class Equilibrium:
 
 
 def equilibria(
-    equations: EquationsOfMotion, most: int = 6, inputs: Mapping[str, float] | None = None
+    equations: EquationsOfMotion,
+    most: int = 6,
+    inputs: Mapping[str, float] | None = None,
+    limit: float = LIMIT,
 ) -> tuple[Equilibrium, ...]:
     """The equilibria that Newton's method finds from the start and from places around it, ``most`` at most.
 
     All inputs have their start values, or those of ``inputs`` {name: SI value}. Two equilibria whose angles differ by
     full turns count as one. The equilibrium found from the start stands first, if there is one. Of a family of
     equilibria the member next to the start is taken. Contacts and stops exert no forces here, but what lies beyond them
-    is no equilibrium. Raises DerivationError for a name that is no input.
+    is no equilibrium. The search ends when the CPU time of ``limit`` (s) is over, with a warning of the logger
+    "lag2fmu". Raises DerivationError for a name that is no input.
     Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 4.4, for steps of least norm.
     """
-    search = _Search(equations, operating_inputs(equations, inputs))
     found: list[Equilibrium] = []
+    try:
+        with within(limit):
+            _search(_EquilibriumSearch(equations, operating_inputs(equations, inputs)), most, found)
+    except OutOfTimeError:
+        _LOGGER.warning("warning: the search for equilibria took all its time and ended; it found %d", len(found))
+    return tuple(found)
+
+
+def _search(search: _EquilibriumSearch, most: int, found: list[Equilibrium]) -> None:
+    """Put the equilibria into ``found``, at most so many."""
     for seed in search.seeds():
         solution = search.nearest(seed)
         if solution is None or not search.reaches(solution.place):
@@ -60,10 +78,9 @@ def equilibria(
             found.append(solution)
         if len(found) == most:
             break
-    return tuple(found)
 
 
-class _Search:
+class _EquilibriumSearch:
     """The equations at rest, r(q, z, multipliers) = 0 with n + h + m + f rows, and their derivatives.
 
     The f further states z rest too; configurations are (q, z), (n + f,).
@@ -205,6 +222,7 @@ class _Search:
         return np.asarray(right[rank:].T, dtype=np.float64)
 
     def _measure(self, x: Floats, t: float = 0.0) -> tuple[Floats, Floats]:
+        check_time()
         n = len(self.start)
         own = len(self.equations.forcing)
         values = at(self.equations, {**self.values, "t": t}, x[:own], np.zeros(own), x[own:n])

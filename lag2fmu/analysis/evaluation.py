@@ -7,6 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from lag2fmu.deadline import OutOfTimeError
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.starts import start_values
@@ -19,13 +20,15 @@ Otherwise = TypeVar("Otherwise")
 
 
 def attempted(find: Callable[[], Found], otherwise: Otherwise) -> Found | Otherwise:
-    """What ``find`` gives; ``otherwise`` if it raises any error.
+    """What ``find`` gives; ``otherwise`` if it raises any error but that its time is over.
 
     It is for analyses that a caller can do without. Their algorithms of algebra and linear algebra raise errors of many
     kinds where numbers are not finite, matrices are empty, or formulas have no value.
     """
     try:
         return find()
+    except OutOfTimeError:
+        raise
     except Exception:
         return otherwise
 

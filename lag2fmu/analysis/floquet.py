@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.analysis.evaluation import at, operating_inputs
 from lag2fmu.analysis.linearization import Linearizer
+from lag2fmu.deadline import check_time
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
@@ -99,6 +100,7 @@ def floquet(
     k, h = len(first.states), T / steps
     monodromy = np.eye(k)
     for i in range(steps):
+        check_time()
         monodromy = _step([matrix((i + c) * h) for c in _NODES], h) @ monodromy
     multipliers = np.linalg.eigvals(monodromy).astype(np.complex128)
     return Floquet(T, first.states, monodromy, multipliers[np.lexsort((multipliers.imag, -np.abs(multipliers)))])

@@ -20,7 +20,7 @@ _ZERO = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
-class Mode:
+class NaturalMode:
     """The motion q = shape e^(eigenvalue t): ``eigenvalue`` in 1/s, ``shape`` (n,) with the largest entry 1.
 
     A vibration is one mode, with the eigenvalue of positive imaginary part.
@@ -35,7 +35,7 @@ class Mode:
         return abs(self.eigenvalue.imag)
 
 
-def normal_modes(about: Linearization) -> tuple[Mode, ...]:
+def normal_modes(about: Linearization) -> tuple[NaturalMode, ...]:
     """The modes of a linearization about an equilibrium, by rising frequency (rad/s).
 
     Without damping and gyroscopic forces K s = omega^2 M s is solved on the f free motions, with the Cholesky factor of
@@ -58,7 +58,7 @@ def _small(C: Floats, M: Floats, K: Floats) -> bool:
     return bool(np.abs(C).max(initial=0.0) <= 1e-12 * size)
 
 
-def _undamped(M: Floats, K: Floats, tangent: Floats) -> list[Mode]:
+def _undamped(M: Floats, K: Floats, tangent: Floats) -> list[NaturalMode]:
     """K s = omega^2 M s; a negative omega^2 is a motion that grows."""
     root = np.linalg.cholesky(M)
     half = np.linalg.solve(root, np.linalg.solve(root, K).T)
@@ -69,7 +69,7 @@ def _undamped(M: Floats, K: Floats, tangent: Floats) -> list[Mode]:
     for square, shape in zip(squares, shapes.T, strict=True):
         value = 0.0 if abs(square) <= _ZERO**2 * 100 * greatest else square
         eigenvalue = complex(0.0, np.sqrt(value)) if value >= 0 else complex(np.sqrt(-value), 0.0)
-        modes.append(Mode(eigenvalue, _normalised(shape.astype(np.complex128))))
+        modes.append(NaturalMode(eigenvalue, _normalised(shape.astype(np.complex128))))
     return modes
 
 
@@ -87,7 +87,7 @@ def _settled(squares: Floats, shapes: Floats, near: float) -> Floats:
     return settled
 
 
-def _damped(about: Linearization) -> list[Mode]:
+def _damped(about: Linearization) -> list[NaturalMode]:
     """The modes by the eigenvectors of A; of a conjugate pair the one with the positive imaginary part."""
     values, vectors = np.linalg.eig(about.A)
     n = len(about.mass)
@@ -96,7 +96,7 @@ def _damped(about: Linearization) -> list[Mode]:
     for value, vector in zip(values, vectors.T, strict=True):
         if value.imag >= -1e-12 * greatest:
             rounded = 0j if abs(value) <= _ZERO * greatest else complex(value)
-            modes.append(Mode(rounded, _normalised(about.shape[:n] @ vector)))
+            modes.append(NaturalMode(rounded, _normalised(about.shape[:n] @ vector)))
     return modes
 
 

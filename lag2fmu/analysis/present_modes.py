@@ -16,7 +16,7 @@ import numpy as np
 
 from lag2fmu.analysis.evaluation import saddle
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.modes import Modes, pushes, sliding_forces
+from lag2fmu.dynamics.modes import ModeNumbers, pushes, sliding_forces
 from lag2fmu.dynamics.parts import Constraints
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import Forward, forward
@@ -35,7 +35,7 @@ def within_modes(equations: EquationsOfMotion, values: Values) -> EquationsOfMot
     impact, at an overlap, or if no modes are consistent. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with
     Unilateral Contacts, Wiley 1996, chapters 5 and 6.
     """
-    search = _Search(equations.apart(), values)
+    search = _ModeSearch(equations.apart(), values)
     for _ in range(2 * len(equations.rows) + 2):
         found = search.equations_within()
         qdd, multipliers, _ = solved(found, values)
@@ -70,7 +70,7 @@ def solved(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floats
     return x[:n], x[n:], inverse
 
 
-class _Search:
+class _ModeSearch:
     """The modes that are tried: ``closed`` contacts, and ``ways`` {group: direction} in which groups slide.
 
     A group is a set of frictional rows that slide or stick together: the slips of a contact, or a dry friction. The way
@@ -162,7 +162,7 @@ class _Search:
         g, rows = self.equations.graph, self.rows
         none = {rows.forces[row]: g.zero for row in range(len(rows)) if row not in held}
         ways = [g.constant(float(x)) for k, group in enumerate(self.groups) for x in self._way(k, len(group))]
-        sliding = g.substitute(sliding_forces(g, rows, Modes((), tuple(ways), ())), none)
+        sliding = g.substitute(sliding_forces(g, rows, ModeNumbers((), tuple(ways), ())), none)
         found = dict(none)
         for k, group in enumerate(self.groups):
             if self._acts(k) and self.ways.get(k) is not None:

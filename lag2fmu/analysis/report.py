@@ -17,9 +17,10 @@ from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.evaluation import attempted, driven_by_time
 from lag2fmu.analysis.floquet import floquet
 from lag2fmu.analysis.linearization import linearize
-from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.analysis.modes import NaturalMode, normal_modes
 from lag2fmu.analysis.sections import Line, Section
 from lag2fmu.analysis.state_space import Linearization
+from lag2fmu.deadline import LIMIT, OutOfTimeError, check_time, within
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.lagrange import derive
@@ -34,13 +35,13 @@ _MODES, _MATRIX, _INPUTS = 12, 8, 6
 """The most modes that are listed, states whose matrices are printed, and inputs that are named."""
 
 
-def analysis_report(mechanism: Mechanism, style: str = "text", *, coupled: bool = False) -> str:
+def analysis_report(mechanism: Mechanism, style: str = "text", *, coupled: bool = False, limit: float = LIMIT) -> str:
     """The analysis of ``mechanism`` as plain text or as LaTeX (``style`` 'text' or 'latex').
 
-    With ``coupled`` it tells which communication steps go with other FMUs. Raises DerivationError where there are no
-    equations.
+    With ``coupled`` it tells which communication steps go with other FMUs. Where the CPU time of ``limit`` (s) is over,
+    the sections that are left say so. Raises DerivationError where there are no equations.
     """
-    sections = analysis_sections(derive(mechanism), coupled=coupled)
+    sections = analysis_sections(derive(mechanism), coupled=coupled, limit=limit)
     if style == "latex":
         return "".join(f"\\paragraph{{{s.title}}}\n" + "".join(f"{x.latex}\n" for x in s.lines) for s in sections)
     return "".join(f"\n{s.title}\n" + "".join(f"      {x}\n" for x in s.lines) for s in sections)
@@ -48,13 +49,13 @@ def analysis_report(mechanism: Mechanism, style: str = "text", *, coupled: bool 
 
 @np.errstate(all="ignore")  # values that are not finite are left out below
 def analysis_sections(
-    equations: EquationsOfMotion, closed_forms: bool = True, *, coupled: bool = True
+    equations: EquationsOfMotion, closed_forms: bool = True, *, coupled: bool = True, limit: float = LIMIT
 ) -> tuple[Section, ...]:
     """Conserved quantities, equilibria with their modes, and with ``closed_forms`` H, the Routhian, A, B, C, D.
 
-    With ``coupled`` there are the communication steps that go with other FMUs.
+    With ``coupled`` there are the communication steps that go with other FMUs. All may take ``limit`` (s) of CPU time.
     """
-    found = attempted(lambda: equilibria(equations), ())
+    found = attempted(lambda: equilibria(equations, limit=limit / 3), ())
     first = cache(lambda: _about(equations, found[0]))
     sections: list[tuple[str, Callable[[], Iterator[Line]]]] = [
         ("Conserved quantities", lambda: _conserved(equations)),
@@ -71,14 +72,18 @@ def analysis_sections(
             ("Hamiltonian", lambda: _hamiltonian(equations)),
             ("Routhian", lambda: _routhian(equations)),
         ]
-    told = [Section(title, tuple(_guarded(content))) for title, content in sections]
+    with within(limit * 2 / 3):
+        told = [Section(title, tuple(_guarded(content))) for title, content in sections]
     return tuple(section for section in told if section.lines)
 
 
 def _guarded(content: Callable[[], Iterator[Line]]) -> Iterator[Line]:
     """The lines of ``content``, or a sentence with the error that it raises."""
     try:
+        check_time()
         yield from content()
+    except OutOfTimeError:
+        yield Line("The time was over; give a longer --limit.")
     except DerivationError as error:
         sentence = str(error).split("': ", 1)[-1]
         yield Line(sentence[0].upper() + sentence[1:] + ".")
@@ -203,7 +208,7 @@ def _exponents(equations: EquationsOfMotion, item: Equilibrium) -> Iterator[Line
     yield Line(f"Floquet exponents for the period {_number(result.period)} s: {listed} 1/s; small motions {behaviour}.")
 
 
-def _rate(mode: Mode) -> str:
+def _rate(mode: NaturalMode) -> str:
     """Frequency and decay in words."""
     real, omega = mode.eigenvalue.real, mode.frequency
     size = abs(mode.eigenvalue)
@@ -217,7 +222,7 @@ def _rate(mode: Mode) -> str:
     return f"{text}, {'growing' if real > 0 else 'damping ratio'} {_number(abs(real) / size)}"
 
 
-def _shape(equations: EquationsOfMotion, mode: Mode) -> str:
+def _shape(equations: EquationsOfMotion, mode: NaturalMode) -> str:
     """The coordinates that take part in a mode, with their shares."""
     entries = []
     for c, x in zip(equations.mechanism.coordinates, mode.shape, strict=True):
@@ -290,8 +295,6 @@ def _complex(x: complex, size: float) -> str:
     if imaginary == "0":
         return real
     sign = "-" if imaginary.startswith("-") else "+"
-    return (
-        f"{sign if sign == '-' else ''}{imaginary.lstrip('-')}i"
-        if real == "0"
-        else f"{real} {sign} {imaginary.lstrip('-')}i"
-    )
+    if real == "0":
+        return f"{sign if sign == '-' else ''}{imaginary.lstrip('-')}i"
+    return f"{real} {sign} {imaginary.lstrip('-')}i"

@@ -28,7 +28,7 @@ from lag2fmu.graph.batches import Floats, evaluate
 from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written
 from lag2fmu.language.vocabulary import symbol
-from lag2fmu.mechanism.completion import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 _NEGLIGIBLE = 1e-13
 """Entries below this share of the largest one of a matrix, in units of nominal values, are rounding."""
@@ -143,7 +143,10 @@ class _Form:
             f"{m.name}_linearized",
             title=f"{m.title}, small motions",
             source=m.source,
-            **m.imprint,
+            author=m.author,
+            version=m.version,
+            copyright=m.copyright,
+            license=m.license,
             coordinates=[
                 self._coordinate(c, float(place)) for c, place in zip(m.coordinates, self.about.q, strict=True)
             ],

@@ -22,6 +22,7 @@ from typing import IO
 
 from lag2fmu.building.folders import cache_folder, refusal, say_once
 from lag2fmu.errors import BuildError
+from lag2fmu.progress import telling
 
 CACHE = "ZIG_GLOBAL_CACHE_DIR"
 """Zig's own variable for the folder of its cache; who sets it decides."""
@@ -56,6 +57,7 @@ def zig() -> str:
     return str(Path(found.submodule_search_locations[0], "zig.exe" if os.name == "nt" else "zig"))
 
 
+@telling("compiling")
 def run(command: Sequence[str], folder: Path) -> Result:
     """Run a compiler in ``folder``, which is removed later.
 

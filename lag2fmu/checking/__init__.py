@@ -5,16 +5,8 @@ from typing import TYPE_CHECKING
 from lag2fmu.lazy import offered
 
 if TYPE_CHECKING:
-    from lag2fmu.checking.check import check_fmu
-    from lag2fmu.checking.findings import Finding, Findings
+    from lag2fmu.checking.check import check_fmu as check_fmu
+    from lag2fmu.checking.findings import Finding as Finding
+    from lag2fmu.checking.findings import Findings as Findings
 
-__all__ = ["Finding", "Findings", "check_fmu"]
-
-__getattr__ = offered(
-    __name__,
-    {
-        "Finding": "lag2fmu.checking.findings",
-        "Findings": "lag2fmu.checking.findings",
-        "check_fmu": "lag2fmu.checking.check",
-    },
-)
+__getattr__, __all__ = offered(__name__, __file__)

@@ -16,7 +16,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from lag2fmu.checking.archive import Archive
-from lag2fmu.checking.description import Description
+from lag2fmu.checking.description import FmuDescription
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.rulebook import Rulebook
 
@@ -56,7 +56,7 @@ _FOLDERS = {
 
 
 @dataclass(frozen=True)
-class Library:
+class LibraryFacts:
     """The facts of a library for one processor that rules need; ``glibc`` is the version it needs, () if none."""
 
     format: str
@@ -68,7 +68,7 @@ class Library:
 
 
 @lru_cache(maxsize=16)
-def read_libraries(data: bytes) -> tuple[Library, ...]:
+def read_libraries(data: bytes) -> tuple[LibraryFacts, ...]:
     """The library in ``data``, or those of a universal file of macOS; none if ``data`` is no library."""
     import lief
 
@@ -80,7 +80,7 @@ def read_libraries(data: bytes) -> tuple[Library, ...]:
         return _parsed(data)
 
 
-def _parsed(data: bytes) -> tuple[Library, ...]:
+def _parsed(data: bytes) -> tuple[LibraryFacts, ...]:
     import lief
 
     parsed: Any = lief.MachO.parse(data) if data.startswith(_MACH_O) else lief.parse(data)
@@ -105,13 +105,15 @@ def _word(value: Any) -> str:
     return str(getattr(value, "name", value)).lower()
 
 
-def _elf(binary: Any) -> Library:
+def _elf(binary: Any) -> LibraryFacts:
     versions = {str(v.name) for r in binary.symbols_version_requirement for v in r.get_auxiliary_symbols()}
     glibc = [tuple(map(int, m[1].split("."))) for v in versions if (m := re.fullmatch(r"GLIBC_([\d.]+)", v))]
     processor = _word(binary.header.machine_type)
     exported = _names(s for s in binary.exported_symbols if not str(s.name).startswith("_ZGV"))
     hazards = tuple(_elf_hazards(binary))
-    return Library("ELF", processor, exported, frozenset(map(str, binary.libraries)), max(glibc, default=()), hazards)
+    return LibraryFacts(
+        "ELF", processor, exported, frozenset(map(str, binary.libraries)), max(glibc, default=()), hazards
+    )
 
 
 def _elf_hazards(binary: Any) -> Iterator[str]:
@@ -130,13 +132,13 @@ def _elf_hazards(binary: Any) -> Iterator[str]:
                 yield f"searches libraries in '{path}' of the machine it was built on"
 
 
-def _pe(binary: Any) -> Library:
+def _pe(binary: Any) -> LibraryFacts:
     exports = binary.get_export()
     names = _names(e for e in exports.entries if e.name) if exports is not None else frozenset()
-    return Library("PE", _word(binary.header.machine), names, frozenset(map(str, binary.libraries)))
+    return LibraryFacts("PE", _word(binary.header.machine), names, frozenset(map(str, binary.libraries)))
 
 
-def _mach_o(binary: Any) -> Library:
+def _mach_o(binary: Any) -> LibraryFacts:
     import lief
 
     kinds = lief.MachO.LoadCommand.TYPE
@@ -145,13 +147,13 @@ def _mach_o(binary: Any) -> Library:
     processor = _word(binary.header.cpu_type)
     unsigned = processor == "arm64" and not binary.has_code_signature
     hazards = ("is not signed; Apple silicon loads signed libraries only",) if unsigned else ()
-    return Library("MachO", processor, names, frozenset(needed), (), hazards)
+    return LibraryFacts("MachO", processor, names, frozenset(needed), (), hazards)
 
 
 # ----------------------------------------------------------------------------------------------------------- rules
 
 
-def binary_findings(archive: Archive, description: Description, rules: Rulebook) -> Iterator[Finding]:
+def binary_findings(archive: Archive, description: FmuDescription, rules: Rulebook) -> Iterator[Finding]:
     """The broken rules on every library in binaries/ that bears the name of the model.
 
     Source: FMI 2.0.5 specification, sections 2.1.1 and 2.3; FMI 3.0.2 specification, section 2.5.1.
@@ -177,7 +179,7 @@ def binary_findings(archive: Archive, description: Description, rules: Rulebook)
             yield Finding("binary-guid", name, problem, "build library and description together", "warning")
 
 
-def _functions(name: str, part: Library, description: Description, rules: Rulebook) -> Iterator[Finding]:
+def _functions(name: str, part: LibraryFacts, description: FmuDescription, rules: Rulebook) -> Iterator[Finding]:
     stem = PurePosixPath(name).stem
     kinds = [kind for kind, identifier in description.identifiers.items() if identifier == stem]
     for kind in kinds:
@@ -196,7 +198,7 @@ def _some(names: list[str]) -> str:
     return ", ".join(shown) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 
-def _imports(name: str, part: Library, archive: Archive) -> Iterator[Finding]:
+def _imports(name: str, part: LibraryFacts, archive: Archive) -> Iterator[Finding]:
     folder = str(PurePosixPath(name).parent)
     beside = {PurePosixPath(file).name.lower() for file in archive.below(folder)}
     foreign = [
@@ -210,7 +212,7 @@ def _imports(name: str, part: Library, archive: Archive) -> Iterator[Finding]:
         yield Finding("binary-imports", name, problem, "link statically or put it beside", "warning")
 
 
-def _hazards(name: str, part: Library, *, on_this_machine: bool) -> Iterator[Finding]:
+def _hazards(name: str, part: LibraryFacts, *, on_this_machine: bool) -> Iterator[Finding]:
     for hazard in part.hazards:
         yield Finding("binary-hazard", name, hazard, "change the options of compiler and linker", "warning")
     if part.glibc > _OLD_GLIBC:
@@ -231,7 +233,7 @@ def _host_glibc() -> Version:
     return tuple(int(part) for part in version.split(".")) if library == "glibc" else ()
 
 
-def glibc_notes(archive: Archive, description: Description, rules: Rulebook) -> list[str]:
+def glibc_notes(archive: Archive, description: FmuDescription, rules: Rulebook) -> list[str]:
     """A sentence on the glibc that each library for Linux needs."""
     return [
         f"{name} needs glibc {_dotted(part.glibc)}"

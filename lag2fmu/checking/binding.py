@@ -56,7 +56,7 @@ class Binding:
     deserialize: str
 
 
-class Library:
+class FmuLibrary:
     """The shared library at ``path``; raises OSError if it cannot be loaded."""
 
     def __init__(self, path: Path, binding: Binding) -> None:
@@ -87,7 +87,7 @@ def references(values: Sequence[int]) -> Any:
 
 
 @dataclass
-class Log:
+class MessageLog:
     """The messages of instances, each as (status, category, sentence), and what functions did to arrays."""
 
     sentences: list[tuple[int, str, str]] = field(default_factory=list)
@@ -104,10 +104,10 @@ class Log:
         return next((text[:300] for status, _, text in reversed(self.sentences) if status > OK), "")
 
 
-class Instance:
+class LibraryInstance:
     """An instance of a library; ``alive`` says whether there is one. Each version makes it in its own way."""
 
-    def __init__(self, library: Library, log: Log, component: Any) -> None:
+    def __init__(self, library: FmuLibrary, log: MessageLog, component: Any) -> None:
         self._call, self._log, self._component = library, log, component
         self.alive = bool(component)
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TextIO
 
 from lag2fmu.checking.binding import RefusedError, bounded
-from lag2fmu.checking.description import Description, read_document
+from lag2fmu.checking.description import FmuDescription, read_document
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.checking.rulebooks import rulebook_of
@@ -57,7 +57,7 @@ def _write(stream: TextIO, record: object) -> None:
 
 
 def findings_of(
-    rules: Rulebook, description: Description, kind: str, name: str, folder: Path, library: Path
+    rules: Rulebook, description: FmuDescription, kind: str, name: str, folder: Path, library: Path
 ) -> Iterator[Finding]:
     """The findings of a trial; an error that stops it is one of them."""
     before = _surroundings()
@@ -115,7 +115,7 @@ def _changes(kind: str, name: str, before: dict[str, object]) -> Iterator[Findin
     locale.setlocale(locale.LC_ALL, str(before["the locale"]))
 
 
-def _categories(description: Description, kind: str, model: Model) -> Iterator[Finding]:
+def _categories(description: FmuDescription, kind: str, model: Model) -> Iterator[Finding]:
     """The categories that were used without being declared."""
     declared = {c.get("name") for c in description.root.all("LogCategories", "Category")}
     used = {category for _, category, _ in model.log.sentences if category}

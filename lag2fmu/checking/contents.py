@@ -6,7 +6,7 @@ from pathlib import Path
 
 from lag2fmu.checking.archive import Archive, archive_findings, open_archive
 from lag2fmu.checking.binaries import binary_findings, glibc_notes
-from lag2fmu.checking.description import Description, read_document
+from lag2fmu.checking.description import FmuDescription, read_document
 from lag2fmu.checking.files import file_findings
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.rulebook import Rulebook
@@ -31,7 +31,7 @@ def findings_in(path: Path) -> tuple[list[Finding], list[str]]:
     return findings, glibc_notes(archive, description, rules)
 
 
-def read_archive(path: Path) -> tuple[Archive, Description, Rulebook]:
+def read_archive(path: Path) -> tuple[Archive, FmuDescription, Rulebook]:
     """The archive ``path``, its description and the rules of its version. Raises LoadError."""
     archive = open_archive(path)
     document = read_document(archive.read(DESCRIPTION))

@@ -13,9 +13,9 @@ from typing import ClassVar
 
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.xml_tree import Document, Element, parse
+from lag2fmu.xml_tree import Document, XmlElement, parse
 
-NOTHING = Element("", {}, 0)
+NOTHING = XmlElement("", {}, 0)
 """Stands for an element that is absent."""
 
 
@@ -26,9 +26,9 @@ class Variable:
     ``size`` counts its elements, 0 where that is unknown.
     """
 
-    element: Element
-    value: Element
-    declared: Element | None
+    element: XmlElement
+    value: XmlElement
+    declared: XmlElement | None
     size: int = 1
 
     @property
@@ -97,7 +97,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Description:
+class FmuDescription:
     """modelDescription.xml."""
 
     document: Document
@@ -106,7 +106,7 @@ class Description:
     """The attribute by which library and description know each other."""
 
     @property
-    def root(self) -> Element:
+    def root(self) -> XmlElement:
         """The root element."""
         return self.document.root
 
@@ -116,7 +116,7 @@ class Description:
         return self.root.get(self.token_name)
 
     @cached_property
-    def kinds(self) -> Mapping[str, Element]:
+    def kinds(self) -> Mapping[str, XmlElement]:
         """The declared kinds, such as 'ModelExchange', with their elements."""
         return {tag: element for tag in self.kinds_known if (element := self.root.child(tag)) is not None}
 
@@ -130,12 +130,12 @@ class Description:
         return {kind: element.get("modelIdentifier") for kind, element in self.kinds.items()}
 
     @cached_property
-    def types(self) -> Mapping[str, Element]:
+    def types(self) -> Mapping[str, XmlElement]:
         """{name: the element with the attributes of a declared type}."""
         raise NotImplementedError
 
     @cached_property
-    def units(self) -> Mapping[str, Element]:
+    def units(self) -> Mapping[str, XmlElement]:
         """{name: element Unit}."""
         return {unit.get("name"): unit for unit in self.root.all("UnitDefinitions", "Unit")}
 

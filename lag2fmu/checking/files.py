@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lag2fmu.checking.archive import Archive
-from lag2fmu.checking.description import Description
+from lag2fmu.checking.description import FmuDescription
 from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.errors import LoadError
@@ -22,7 +22,7 @@ _XML = {
 """File -> its schema, which FMI 2.0.4 and later take from FMI 3.0."""
 
 
-def file_findings(archive: Archive, description: Description, rules: Rulebook) -> Iterator[Finding]:
+def file_findings(archive: Archive, description: FmuDescription, rules: Rulebook) -> Iterator[Finding]:
     """The broken rules on libraries and sources as files, and on the XML of the standard beside the description.
 
     Source: FMI 2.0.5 specification, section 2.3; FMI 3.0.2 specification, section 2.5.
@@ -55,7 +55,7 @@ def _xml(name: str, content: bytes, *, whole: bool) -> Iterator[Finding]:
         yield Finding("schema", f"{name}:{line}", problem, f"follow the schema {_XML[name]}.xsd")
 
 
-def _libraries(archive: Archive, description: Description, rules: Rulebook) -> Iterator[Finding]:
+def _libraries(archive: Archive, description: FmuDescription, rules: Rulebook) -> Iterator[Finding]:
     present = {parts[1] for name in archive.below("binaries") if len(parts := name.split("/")) > 2}
     if not present and not archive.below("sources"):
         problem = "there is neither a library nor a source"

@@ -7,10 +7,10 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 
-from lag2fmu.checking.description import Description, number, whole
+from lag2fmu.checking.description import FmuDescription, number, whole
 from lag2fmu.checking.findings import Finding
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.xml_tree import Element
+from lag2fmu.xml_tree import XmlElement
 
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z_0-9]*")
@@ -18,7 +18,7 @@ _NUMBERS = {"min", "max", "nominal", "factor", "offset", "startTime", "stopTime"
 """Attributes that hold a number wherever they stand; 'start' does so in floating point variables only."""
 
 
-def head_findings(description: Description, floats: frozenset[str]) -> Iterator[Finding]:
+def head_findings(description: FmuDescription, floats: frozenset[str]) -> Iterator[Finding]:
     """The broken rules on the head, and on numbers anywhere; ``floats`` are the tags of floating point variables.
 
     Source: FMI 2.0.5 specification, sections 2.2.1 to 2.2.6; FMI 3.0.2 specification, section 2.4.
@@ -28,12 +28,12 @@ def head_findings(description: Description, floats: frozenset[str]) -> Iterator[
     yield from _numbers(description, floats)
 
 
-def at(element: Element) -> str:
+def at(element: XmlElement) -> str:
     """Where an element of the head stands."""
     return f"{DESCRIPTION}:{element.line} <{element.tag}>"
 
 
-def _document(description: Description) -> Iterator[Finding]:
+def _document(description: FmuDescription) -> Iterator[Finding]:
     """Encoding, fingerprint and date."""
     root = description.root
     encoding = description.document.encoding
@@ -53,7 +53,7 @@ def _document(description: Description) -> Iterator[Finding]:
         yield Finding("date", at(root), problem, "write the time in UTC, in whole seconds, with a Z", "warning")
 
 
-def _identifiers(description: Description) -> Iterator[Finding]:
+def _identifiers(description: FmuDescription) -> Iterator[Finding]:
     for element in description.kinds.values():
         name = element.get("modelIdentifier")
         if not _IDENTIFIER.fullmatch(name):
@@ -64,7 +64,7 @@ def _identifiers(description: Description) -> Iterator[Finding]:
             yield Finding("model-identifier-length", at(element), problem, "use a shorter one", "warning")
 
 
-def _experiment(description: Description) -> Iterator[Finding]:
+def _experiment(description: FmuDescription) -> Iterator[Finding]:
     experiment = description.root.child("DefaultExperiment")
     if experiment is None:
         return
@@ -80,7 +80,7 @@ def _experiment(description: Description) -> Iterator[Finding]:
             yield Finding("experiment", place, problem, "give a positive value or none")
 
 
-def duplicates(elements: Iterator[Element], rule: str, what: str) -> Iterator[Finding]:
+def duplicates(elements: Iterator[XmlElement], rule: str, what: str) -> Iterator[Finding]:
     """Elements whose name another one has already; ``what`` is what they are."""
     seen: set[str] = set()
     for element in elements:
@@ -90,11 +90,11 @@ def duplicates(elements: Iterator[Element], rule: str, what: str) -> Iterator[Fi
         seen.add(name)
 
 
-def _log_categories(description: Description) -> Iterator[Finding]:
+def _log_categories(description: FmuDescription) -> Iterator[Finding]:
     yield from duplicates(description.root.all("LogCategories", "Category"), "log-category", "log category")
 
 
-def _units(description: Description) -> Iterator[Finding]:
+def _units(description: FmuDescription) -> Iterator[Finding]:
     yield from duplicates(description.root.all("UnitDefinitions", "Unit"), "unit-duplicate", "unit")
     for unit in description.root.all("UnitDefinitions", "Unit"):
         yield from duplicates(unit.all("DisplayUnit"), "unit-duplicate", "display unit")
@@ -105,7 +105,7 @@ def _units(description: Description) -> Iterator[Finding]:
                 yield Finding("unit-factor", at(element), "factor='0' converts all values to one", "give the factor")
 
 
-def item_findings(kind: Element, name: str) -> Iterator[Finding]:
+def item_findings(kind: XmlElement, name: str) -> Iterator[Finding]:
     """The broken rules on the items of the enumeration ``name`` and on the nominal value of a type."""
     yield from duplicates(kind.all("Item"), "enumeration-item", "item")
     values = Counter(whole(item.get("value"), 0) for item in kind.all("Item"))
@@ -116,7 +116,7 @@ def item_findings(kind: Element, name: str) -> Iterator[Finding]:
         yield Finding("nominal", at(kind), f"nominal='{kind.get('nominal')}' is not positive", "give its size")
 
 
-def _numbers(description: Description, floats: frozenset[str]) -> Iterator[Finding]:
+def _numbers(description: FmuDescription, floats: frozenset[str]) -> Iterator[Finding]:
     """NaN and INF are numbers to the schema, but not to importers or the standard."""
     for element in description.root.walk():
         for name, text in element.attributes.items():
@@ -125,7 +125,7 @@ def _numbers(description: Description, floats: frozenset[str]) -> Iterator[Findi
                 yield Finding("not-finite", at(element), f"{name}='{text}' is no finite number", "write a number")
 
 
-def type_names(description: Description, types: list[Element]) -> Iterator[Finding]:
+def type_names(description: FmuDescription, types: list[XmlElement]) -> Iterator[Finding]:
     """Names of types that are not unique among types and variables."""
     yield from duplicates(iter(types), "type-duplicate", "type")
     names = {v.name for v in description.variables}

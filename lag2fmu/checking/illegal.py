@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any
 
 from lag2fmu.checking.binding import OK, WARNING
-from lag2fmu.checking.description import Description
+from lag2fmu.checking.description import FmuDescription
 from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.checking.session import Model, Session
 from lag2fmu.checking.trials import Trial
@@ -33,7 +33,7 @@ def forbidden_trials(calls: Mapping[str, tuple[Call, Severity]]) -> dict[str, Tr
     return {what: partial(_forbidden, what, *entry) for what, entry in (COMMON | dict(calls)).items()}
 
 
-def unused(description: Description) -> int:
+def unused(description: FmuDescription) -> int:
     """A value reference that no variable has."""
     used = {v.reference for v in description.variables}
     return next(n for n in range((1 << 32) - 2, 0, -1) if n not in used)

@@ -12,9 +12,9 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from lag2fmu.checking.archive import Archive
-from lag2fmu.checking.description import Description
+from lag2fmu.checking.description import FmuDescription
 from lag2fmu.checking.findings import Finding
-from lag2fmu.checking.process import Run, import_path, watched
+from lag2fmu.checking.process import ChildRun, import_path, watched
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.checking.trials import ESSENTIAL
 from lag2fmu.errors import SimulationError
@@ -50,7 +50,7 @@ class _Progress:
 
 def run_findings(
     archive: Archive,
-    description: Description,
+    description: FmuDescription,
     rules: Rulebook,
     time_limit: float,
     tell: Callable[[float], None] | None = None,
@@ -84,7 +84,7 @@ def run_findings(
     return _for_tools(description, list(dict.fromkeys(found))), note
 
 
-def _libraries_of_host(archive: Archive, description: Description, rules: Rulebook) -> dict[str, str]:
+def _libraries_of_host(archive: Archive, description: FmuDescription, rules: Rulebook) -> dict[str, str]:
     """{kind of FMU: name in the archive} of the libraries that this machine can load."""
     return {
         kind: name
@@ -104,7 +104,7 @@ def _side_effects(progress: _Progress) -> Iterator[Finding]:
         yield Finding("prints", "library", problem, "use the logger that the importer gives", "warning")
 
 
-def _for_tools(description: Description, findings: list[Finding]) -> list[Finding]:
+def _for_tools(description: FmuDescription, findings: list[Finding]) -> list[Finding]:
     """The findings, where the FMU needs a tool: that it does not start without it is no error."""
     if not any(description.can(kind, "needsExecutionTool") for kind in description.kinds):
         return findings
@@ -165,7 +165,7 @@ def _drop(label: str, progress: _Progress, *, rest: bool) -> None:
         progress.waiting = [w for w in progress.waiting if not w.startswith(f"{kind}: ")]
 
 
-def _fell(label: str, done: Run, progress: _Progress) -> None:
+def _fell(label: str, done: ChildRun, progress: _Progress) -> None:
     """The trial ``label`` took the process down."""
     kind, name = label.split(": ", 1)
     last = done.printed.strip().splitlines()[-1:]

@@ -30,7 +30,7 @@ _END = 5.0
 
 
 @dataclass(frozen=True)
-class Run:
+class ChildRun:
     """How a process ended (a phrase, '' if well), its ``journal`` and what it ``printed``.
 
     Both are texts of MOST_WRITTEN bytes at most. ``stopped`` says that it was not let run on.
@@ -55,7 +55,7 @@ def watched(
     timeout: float,
     total: float,
     follow: Callable[[str], None] | None = None,
-) -> Run:
+) -> ChildRun:
     """Run ``command`` in ``folder`` until it ends, with all processes that it starts.
 
     It writes to the file ``journal``. It is killed when the journal stands still for ``timeout`` (s), when it takes
@@ -79,7 +79,7 @@ def watched(
         finally:
             _kill(process)
             _kill_marked(mark.encode())
-        return Run(reason or end_of(process.returncode), bool(reason), _text(told), _text(printed))
+        return ChildRun(reason or end_of(process.returncode), bool(reason), _text(told), _text(printed))
 
 
 def _watch(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lag2fmu.checking.archive import Archive
-from lag2fmu.checking.description import Description
+from lag2fmu.checking.description import FmuDescription
 from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.checking.session import Model
 from lag2fmu.checking.trials import Trial
@@ -41,7 +41,7 @@ class Rulebook:
     sentences: Sequence[tuple[str, str, str]]
     other_sentences: Severity
 
-    def libraries(self, archive: Archive, description: Description) -> dict[str, str]:
+    def libraries(self, archive: Archive, description: FmuDescription) -> dict[str, str]:
         """{name in the archive: folder in binaries/} of the libraries that importers would load."""
         found = {}
         for folder, suffix in self.suffixes.items():

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
-from lag2fmu.checking.binding import Instance, Library, Log, doubles
-from lag2fmu.checking.description import Description, Variable, number
+from lag2fmu.checking.binding import FmuLibrary, LibraryInstance, MessageLog, doubles
+from lag2fmu.checking.description import FmuDescription, Variable, number
 
 MOST_EVENTS = 1000
 """After so many event iterations at one time a model counts as never at rest."""
@@ -37,21 +37,21 @@ class Iteration:
 class Model(ABC):
     """An FMU of one kind, unpacked in ``folder``, on which trials are made."""
 
-    description: Description
+    description: FmuDescription
     kind: str
     folder: Path
     path: Path
-    log: Log = field(default_factory=Log)
+    log: MessageLog = field(default_factory=MessageLog)
 
     def __post_init__(self) -> None:
         self.library = self.load()
 
     @abstractmethod
-    def load(self) -> Library:
+    def load(self) -> FmuLibrary:
         """The library; raises OSError if it cannot be loaded."""
 
     @abstractmethod
-    def instance(self, key: str | None = None, name: str = "check") -> Instance:
+    def instance(self, key: str | None = None, name: str = "check") -> LibraryInstance:
         """A new instance; not alive if the FMU refused. ``key`` stands in for what proves which FMU is meant."""
 
     @abstractmethod
@@ -154,7 +154,7 @@ class Session(ABC):
     rates: ClassVar[str]
     """The function that gives the derivatives of the states."""
 
-    def __init__(self, model: Model, instance: Instance) -> None:
+    def __init__(self, model: Model, instance: LibraryInstance) -> None:
         self.model, self.instance, self.time, self.next_event = model, instance, model.start_time, math.inf
 
     def __enter__(self) -> Session:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from lag2fmu.checking.description import Description, Variable, number
+from lag2fmu.checking.description import FmuDescription, Variable, number
 from lag2fmu.checking.findings import Finding
-from lag2fmu.xml_tree import Element
+from lag2fmu.xml_tree import XmlElement
 
 _BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
 """The base units that a derivative is compared in; rad counts as 1."""
@@ -41,7 +41,7 @@ def combination_findings(variable: Variable, section: str) -> Iterator[Finding]:
         yield Finding("combination", variable.place, problem, remedy)
 
 
-def common_findings(description: Description, variable: Variable) -> Iterator[Finding]:
+def common_findings(description: FmuDescription, variable: Variable) -> Iterator[Finding]:
     """The broken rules on one variable.
 
     Source: FMI 2.0.5 specification, section 2.2.7; FMI 3.0.2 specification, section 2.4.7.
@@ -73,7 +73,7 @@ def _values(variable: Variable) -> Iterator[Finding]:
         yield Finding("nominal", variable.place, problem, "give the size its values have")
 
 
-def _type(description: Description, variable: Variable) -> Iterator[Finding]:
+def _type(description: FmuDescription, variable: Variable) -> Iterator[Finding]:
     name = variable.value.attributes.get("declaredType")
     if name is None:
         return
@@ -90,7 +90,7 @@ def _type(description: Description, variable: Variable) -> Iterator[Finding]:
             yield Finding("enumeration-start", variable.place, problem, "start with one of the items")
 
 
-def _unit(description: Description, variable: Variable) -> Iterator[Finding]:
+def _unit(description: FmuDescription, variable: Variable) -> Iterator[Finding]:
     unit, shown = variable.attribute("unit"), variable.attribute("displayUnit")
     if variable.value.attributes.get("unit", "absent").strip() == "":
         problem = "unit='' is a unit without a name"
@@ -106,7 +106,7 @@ def _unit(description: Description, variable: Variable) -> Iterator[Finding]:
         yield Finding("display-unit", variable.place, problem, "add a DisplayUnit with its factor")
 
 
-def rate_findings(description: Description, state: Variable, variable: Variable) -> Iterator[Finding]:
+def rate_findings(description: FmuDescription, state: Variable, variable: Variable) -> Iterator[Finding]:
     """The unit of a derivative is that of its state per second."""
     units = [description.units.get(v.attribute("unit")) for v in (state, variable)]
     bases = [unit.child("BaseUnit") if unit is not None else None for unit in units]
@@ -116,7 +116,7 @@ def rate_findings(description: Description, state: Variable, variable: Variable)
         yield Finding("derivative-unit", variable.place, problem, "correct one of them", "warning")
 
 
-def _is_rate(state: Element, rate: Element) -> bool:
+def _is_rate(state: XmlElement, rate: XmlElement) -> bool:
     """Whether the base unit ``rate`` is ``state`` per second."""
     exponents = [{base: number(e.get(base, "0")) for base in _BASE} for e in (state, rate)]
     exponents[0]["s"] -= 1

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from lag2fmu.checking.description import Description
+from lag2fmu.checking.description import FmuDescription
 from lag2fmu.checking.fmi2.description import Description2
 from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.errors import LoadError
 from lag2fmu.xml_tree import Document
 
-DESCRIPTIONS: dict[str, type[Description]] = {"2": Description2, "3": Description3}
+DESCRIPTIONS: dict[str, type[FmuDescription]] = {"2": Description2, "3": Description3}
 """{major version: its class of descriptions}."""
 
 
@@ -22,6 +22,6 @@ def version_of(document: Document) -> str:
     return major
 
 
-def described(document: Document) -> Description:
+def described(document: Document) -> FmuDescription:
     """modelDescription.xml as its version reads it; raises LoadError if that is no known one."""
     return DESCRIPTIONS[version_of(document)](document)

@@ -17,8 +17,8 @@ def cache(*, empty: bool) -> None:
     LAG2FMU_LIBRARIES names another folder for libraries, or is 'off'. ZIG_GLOBAL_CACHE_DIR names another folder for the
     compiler, which is left alone here.
     """
+    from lag2fmu.building.build_cache import MOST, kept_files, place, trim
     from lag2fmu.building.folders import cache_folder
-    from lag2fmu.building.libraries import MOST, kept_files, place, trim
     from lag2fmu.building.process import CACHE
 
     folder, compiler = place(), cache_folder() / "compiler"

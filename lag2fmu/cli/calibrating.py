@@ -11,11 +11,12 @@ from rich.table import Table
 
 from lag2fmu.cli.options import check_ending, check_picture
 from lag2fmu.cli.settings import load_mechanism
-from lag2fmu.cli.terminal import console, progress_bar
+from lag2fmu.cli.terminal import console
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.loading import pairs_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, value_in_si
+from lag2fmu.progress import progress_bar
 from lag2fmu.studies.calibrated import Calibration
 from lag2fmu.studies.calibration import TOLERANCE, calibrate
 

@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 
 from lag2fmu.checking.check import check_fmu
-from lag2fmu.cli.terminal import console, progress_bar
+from lag2fmu.cli.terminal import console
+from lag2fmu.progress import progress_bar
 
 
 def check_archive(fmu: Path, run: bool, time_limit: float) -> None:

@@ -10,16 +10,27 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import BASE, FMI, HOLD, INPUT, MODEL, MODEL_OR_FMU, SET, SOLVER, STOP_TIME, STOPS, TIME_LIMIT
+from lag2fmu.cli.options import (
+    FMI,
+    HOLD,
+    INPUT,
+    MODEL,
+    MODEL_OR_FMU,
+    PATH,
+    SET,
+    SOLVER,
+    STOP_TIME,
+    TIME_LIMIT,
+    WITHIN,
+    loading,
+)
 from lag2fmu.cli.terminal import console
 from lag2fmu.formats.starting import write_start
 from lag2fmu.resources import bundled, summary
 
 
 @click.command()
-@click.option(
-    "--plot", "plot", type=click.Path(path_type=Path), help="Write the comparison as a picture (.png, .svg, .pdf)."
-)
+@click.option("--plot", "plot", type=PATH, help="Write the comparison as a picture (.png, .svg, .pdf).")
 def demo(**choices: Any) -> None:
     """Export, simulate and validate a double pendulum; print what was compared."""
     from lag2fmu.cli.validating import validate_demo
@@ -57,15 +68,12 @@ def new(name: str) -> None:
     type=click.Choice(["text", "unicode", "latex", "toml"]),
     help="Formulas: unicode by default on a terminal that knows it, else text. toml: the mechanism itself.",
 )
-@click.option(
-    "--plot", type=click.Path(path_type=Path), help="Draw the mechanism and its normal modes (.png, .svg, .pdf)."
-)
+@click.option("--plot", type=PATH, help="Draw the mechanism and its normal modes (.png, .svg, .pdf).")
 @click.option("--analysis", is_flag=True, help="Conserved quantities, equilibria, modes and more, after the steps.")
 @click.option("--coupling", is_flag=True, help="The analysis, with communication steps that go with other FMUs.")
 @click.option("--full", is_flag=True, help="Write long formulas to their end.")
-@SET
-@BASE
-@STOPS
+@WITHIN
+@loading
 def show(**choices: Any) -> None:
     """Walk the twelve steps of the textbook procedure, or write the mechanism as text (toml)."""
     from lag2fmu.cli.showing import show_mechanism
@@ -75,9 +83,7 @@ def show(**choices: Any) -> None:
 
 @click.command("export")
 @MODEL
-@click.option(
-    "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The FMU; default MODEL.fmu."
-)
+@click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="The FMU; default MODEL.fmu.")
 @click.option(
     "--platform",
     type=click.Choice(["host", "linux64", "win64", "darwin", "aarch64-linux", "all"]),
@@ -133,10 +139,9 @@ def show(**choices: Any) -> None:
     help="Page of the documentation: the mechanism in motion (the default), or a picture and less to carry.",
 )
 @click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check FMU and page with.")
+@WITHIN
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
-@SET
-@BASE
-@STOPS
+@loading
 def export_command(**choices: Any) -> None:
     """Write the FMU of MODEL, by default to a file of the same name here."""
     from lag2fmu.cli.exporting import ExportOptions, export_model
@@ -146,9 +151,7 @@ def export_command(**choices: Any) -> None:
 
 @click.command("page")
 @MODEL
-@click.option(
-    "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="The page; default MODEL.html."
-)
+@click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="The page; default MODEL.html.")
 @SOLVER
 @click.option(
     "--reference/--no-reference",
@@ -156,10 +159,9 @@ def export_command(**choices: Any) -> None:
     show_default=True,
     help="Integrate the default experiment directly too, for the page to compare itself with.",
 )
+@WITHIN
 @click.option("--force", is_flag=True, help="Overwrite a file that exists.")
-@SET
-@BASE
-@STOPS
+@loading
 def page_command(**choices: Any) -> None:
     """Write a page in which MODEL moves: one file of HTML that needs no network."""
     from lag2fmu.cli.paging import write_page
@@ -184,9 +186,7 @@ def page_command(**choices: Any) -> None:
     metavar="NAME",
     help="An output y, any variable that is calculated; repeatable; by default those of the FMU.",
 )
-@click.option(
-    "-o", "--out", "path", type=click.Path(path_type=Path), metavar="FILE", help="Write .json, .mat or .npz too."
-)
+@click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="Write .json, .mat or .npz too.")
 @SET
 def linearize(**choices: Any) -> None:
     """Print the state space dx/dt = A x + B u, y = C x + D u of small motions, and its poles."""
@@ -210,17 +210,15 @@ def linearize(**choices: Any) -> None:
     help="Record another variable too, as a force or an energy ('all': each local one); repeatable.",
 )
 @click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Draw the motion (.png, .svg, .pdf).")
+@click.option("--plot", type=PATH, help="Draw the motion (.png, .svg, .pdf).")
 @click.option(
     "--animate",
     "animation",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="Show the mechanism moving (.gif, .mp4, .html).",
 )
-@SET
-@BASE
-@STOPS
+@loading
 def simulate(**choices: Any) -> None:
     """Run MODEL or an FMU by fmpy."""
     from lag2fmu.cli.simulating import simulate_model
@@ -232,6 +230,7 @@ def simulate(**choices: Any) -> None:
 @MODEL_OR_FMU
 @STOP_TIME
 @click.option("--tolerance", type=float, help="Relative tolerance of the FMU's solver.")
+@WITHIN
 @INPUT
 @HOLD
 @SOLVER
@@ -240,12 +239,10 @@ def simulate(**choices: Any) -> None:
     "--report",
     "reports",
     multiple=True,
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Write .json, .txt, .png, .svg; repeatable.",
 )
-@SET
-@BASE
-@STOPS
+@loading
 def validate(**choices: Any) -> None:
     """Compare the FMU with a direct integration of the mechanism; exit with 3 where too little could be compared."""
     from lag2fmu.cli.validating import validate_model
@@ -257,9 +254,7 @@ def validate(**choices: Any) -> None:
 @click.argument("model", metavar="FILE")
 @click.option("-o", "--out", "path", metavar="FILE", help="The text, .toml; default NAME.toml, '-' is standard output.")
 @click.option("--force", is_flag=True, help="Overwrite a file that exists.")
-@SET
-@BASE
-@STOPS
+@loading
 def import_command(**choices: Any) -> None:
     """Write the robot (.urdf, MJCF as .xml) or SymPy's mechanics (FILE.py:NAME) in FILE as a mechanism in text."""
     from lag2fmu.cli.importing import import_model
@@ -268,7 +263,7 @@ def import_command(**choices: Any) -> None:
 
 
 @click.command()
-@click.argument("fmu", type=click.Path(path_type=Path))
+@click.argument("fmu", type=PATH)
 @click.option("--run/--no-run", default=True, show_default=True, help="Run its library, in a process of its own.")
 @TIME_LIMIT
 def check(**choices: Any) -> None:
@@ -280,7 +275,7 @@ def check(**choices: Any) -> None:
 
 @click.command()
 @click.argument("fmus", nargs=-1, required=True, metavar="[NAME=]FMU...")
-@click.option("-o", "--out", "path", type=click.Path(path_type=Path), required=True, metavar="FILE", help="The .ssp.")
+@click.option("-o", "--out", "path", type=PATH, required=True, metavar="FILE", help="The .ssp.")
 @click.option(
     "--connect",
     multiple=True,

@@ -7,17 +7,18 @@ from pathlib import Path
 
 import click
 
-from lag2fmu.analysis.entry_points import resting
+from lag2fmu.analysis.at_rest import resting
 from lag2fmu.cli.porting import with_choices
 from lag2fmu.cli.settings import load_mechanism
-from lag2fmu.cli.terminal import build_progress, progress_bar
+from lag2fmu.cli.terminal import build_progress
 from lag2fmu.errors import ExportError, Lag2FmuError
-from lag2fmu.fmu.carried import name_inside
+from lag2fmu.fmu.contents import name_inside
 from lag2fmu.fmu.exporting import export
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import progress_bar
 from lag2fmu.verify.doubts import doubts_of
 from lag2fmu.verify.page_samples import page_samples
-from lag2fmu.verify.reference_files import reference_files, reference_of
+from lag2fmu.verify.reference_files import SHORT, reference_files, reference_of, shortened
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class ExportOptions:
     without: tuple[str, ...]
     page: str | None
     reference: bool
+    limit: float
     force: bool
     settings: tuple[str, ...]
 
@@ -56,7 +58,8 @@ def export_model(asked: ExportOptions) -> None:
     extra, samples = {}, None
     if asked.reference:
         with progress_bar("integrating directly", 1.0) as share:
-            integrated = reference_of(mechanism, share)
+            integrated = reference_of(mechanism, share, asked.limit)
+        click.echo(shortened(mechanism, integrated, SHORT), nl=False, err=True)
         extra = reference_files(mechanism, integrated, arrays=asked.arrays)
         samples = page_samples(mechanism, integrated)
     with build_progress() as progress:

@@ -8,9 +8,9 @@ import click
 
 from lag2fmu.cli.options import check_ending
 from lag2fmu.cli.settings import load_mechanism
-from lag2fmu.cli.terminal import progress_bar
 from lag2fmu.errors import ExportError
 from lag2fmu.formats.write import write
+from lag2fmu.progress import progress_bar
 
 
 def import_model(model: str, path: str | None, force: bool, settings: tuple[str, ...]) -> None:

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import click
 from click.shell_completion import CompletionItem
 
+from lag2fmu.deadline import LIMIT
 from lag2fmu.errors import ExportError
 from lag2fmu.resources import bundled, summary
 from lag2fmu.solvers.methods import METHODS
 
+Command = TypeVar("Command", bound=Callable[..., object])
 STRUCTURAL = "lag2fmu.structural"
 """The key under which the context keeps structural arguments, NAME=VALUE, that have options of their own."""
+
+
+PATH = click.Path(path_type=Path)
 
 
 def _keep(context: click.Context, option: click.Parameter, value: object) -> None:
@@ -56,11 +63,18 @@ BASE = click.option(
 STOPS = click.option(
     "--stops", is_flag=True, expose_value=False, callback=_keep, help="Limits of a robot's joints are hard stops."
 )
+
+
+def loading(command: Command) -> Command:
+    """``command`` with the options that say how its model is loaded."""
+    return SET(BASE(STOPS(command)))
+
+
 STOP_TIME = click.option("--stop-time", type=float, metavar="S", help="Stop time in seconds.")
 INPUT = click.option(
     "--input",
     "inputs",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="CSV",
     help="Signals: time,name [unit],...; linear between; a column without a unit is in SI.",
 )
@@ -75,6 +89,14 @@ TIME_LIMIT = click.option(
     show_default=True,
     metavar="S",
     help="What each trial of the run may take; after a longer one the rest of its kind is left out.",
+)
+WITHIN = click.option(
+    "--limit",
+    type=float,
+    default=LIMIT,
+    show_default=True,
+    metavar="S",
+    help="CPU time in seconds for direct integration or analysis; what is not reached in it is said.",
 )
 PICTURES = (".png", ".svg", ".pdf")
 ANIMATIONS = (".gif", ".mp4", ".html")

@@ -11,8 +11,7 @@ from lag2fmu.description.places import WORLD
 from lag2fmu.description.ports import ACTING, ALL, NONE, Ports
 from lag2fmu.errors import ExportError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.mechanism.completion import complete
-from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mechanism.record import Mechanism, complete
 
 
 def with_choices(mechanism: Mechanism, inputs: str | None, items: Sequence[str]) -> Mechanism:

@@ -12,8 +12,9 @@ from lag2fmu.cli.options import check_picture
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import knows_unicode
 from lag2fmu.errors import ExportError
-from lag2fmu.explain.procedure import procedure
 from lag2fmu.formats.write import write
+from lag2fmu.procedure.steps import procedure
+from lag2fmu.verify.plan import check_limit
 
 
 def show_mechanism(
@@ -23,6 +24,7 @@ def show_mechanism(
     analysis: bool,
     coupling: bool,
     full: bool,
+    limit: float,
     settings: tuple[str, ...],
 ) -> None:
     """Print the steps, the text and the analysis of ``model``, and draw it.
@@ -37,7 +39,7 @@ def show_mechanism(
     width = get_terminal_size().columns
     click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style, full=full, width=width), nl=False)
     if analysis or coupling:
-        click.echo(analysis_report(mechanism, style, coupled=coupling), nl=False)
+        click.echo(analysis_report(mechanism, style, coupled=coupling, limit=check_limit(limit)), nl=False)
     if plot is not None:
         from lag2fmu.verify.plots.figures import save
         from lag2fmu.verify.plots.mechanism import mechanism_figure

@@ -12,16 +12,17 @@ from rich.table import Table
 
 from lag2fmu.cli.options import ANIMATIONS, CSV, check_ending, check_picture
 from lag2fmu.cli.settings import echo_settings, load_mechanism
-from lag2fmu.cli.terminal import console, progress_bar
+from lag2fmu.cli.terminal import console
 from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.elements import element_variables
+from lag2fmu.fmu.exported import Model, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
-from lag2fmu.fmu.record import Model, is_fmu
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, named
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import progress_bar
 from lag2fmu.reference.trajectory import Trajectory, read_csv
 from lag2fmu.verify import entry_points
 from lag2fmu.verify.instances import description_of

@@ -15,7 +15,7 @@ import click
 from lag2fmu.cli.settings import echo_settings, load_mechanism
 from lag2fmu.cli.terminal import runs_bar
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.record import is_fmu
+from lag2fmu.fmu.exported import is_fmu
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units

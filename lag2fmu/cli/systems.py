@@ -12,7 +12,7 @@ from lag2fmu.errors import ExportError, LoadError
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
-from lag2fmu.systems.entry_points import ssp
+from lag2fmu.systems.ssp import ssp
 from lag2fmu.verify.entry_points import mechanism_of
 
 

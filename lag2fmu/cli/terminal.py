@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-EVERY = 10.0
-"""Seconds between two lines of progress where there is no terminal."""
+from lag2fmu.progress import progress_bar
 
 
 def console() -> Any:
@@ -28,52 +25,14 @@ def knows_unicode() -> bool:
 
 
 @contextmanager
-def _lines(title: str) -> Iterator[None]:
-    """A line on standard error EVERY so many seconds: what takes so long, and how long it has taken."""
-    ended, begin = threading.Event(), time.monotonic()
-
-    def write() -> None:
-        while not ended.wait(EVERY):
-            print(f"{title}: {time.monotonic() - begin:.0f} s", file=sys.stderr, flush=True)
-
-    threading.Thread(target=write, daemon=True).start()
-    try:
-        yield
-    finally:
-        ended.set()
-
-
-@contextmanager
-def progress_bar(title: str, total: float | None, counted: str = "") -> Iterator[Callable[[float], None] | None]:
-    """A progress bar with elapsed and remaining time on a terminal's standard error, else a line EVERY so often.
-
-    The context yields a function that is called with the amount of work done, out of ``total``. Before the first call,
-    and without a total, the bar shows the elapsed time only. ``counted`` is the word for counted things, if any.
-    """
-    if not sys.stderr.isatty():
-        with _lines(title):
-            yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-    times = (TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(elapsed_when_finished=False))
-    count = (TextColumn(f"{{task.completed:.0f}} {counted}"),) if counted else ()
-    shown = times if total else (*count, times[0])
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), *shown)
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=None)
-        yield lambda completed: bar.update(task, completed=completed, total=total)
-
-
-@contextmanager
 def runs_bar() -> Iterator[Callable[[int, int], None] | None]:
     """A bar of runs on a terminal's standard error, with their rate and the time left.
 
-    The context yields a function of (runs done, total), or None without a terminal.
+    The context yields a function of (runs done, total), or None without a terminal, where lines are written.
     """
     if not sys.stderr.isatty():
-        yield None
+        with progress_bar("runs", None):
+            yield None
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn

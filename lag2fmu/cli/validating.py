@@ -10,14 +10,15 @@ import click
 
 from lag2fmu.cli.options import PICTURES, check_ending, check_picture
 from lag2fmu.cli.settings import load_mechanism
-from lag2fmu.cli.terminal import console, progress_bar
+from lag2fmu.cli.terminal import console
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.errors import ExportError
+from lag2fmu.fmu.exported import Model, is_fmu
 from lag2fmu.fmu.exporting import export
-from lag2fmu.fmu.record import Model, is_fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism.display import display_units
+from lag2fmu.progress import progress_bar
 from lag2fmu.reference.trajectory import read_csv
 from lag2fmu.solvers.methods import METHODS
 from lag2fmu.verify.entry_points import mechanism_of
@@ -45,7 +46,7 @@ def validate_demo(plot: Path | None) -> None:
     sys.exit(STATUS[report.outcome])
 
 
-def validate_model(
+def validate_model(  # noqa: PLR0913, PLR0917 (an option each)
     model: str,
     stop_time: float | None,
     tolerance: float | None,
@@ -53,6 +54,7 @@ def validate_model(
     hold: bool,
     solver: str | None,
     fmi: str | None,
+    limit: float,
     reports: tuple[Path, ...],
     settings: tuple[str, ...],
 ) -> None:
@@ -78,6 +80,7 @@ def validate_model(
             hold=hold,
             solver=solver,
             fmi=fmi or "2.0",
+            limit=limit,
             progress=progress,
         )
     console().print(report.table())

@@ -104,7 +104,7 @@ def c_prototype(function: Function, dialect: Dialect = SCALAR) -> str:
 
 def c_function(program: Program, function: Function, dialect: Dialect = SCALAR) -> str:
     """The C definition of ``function``, cut into several parts if it is long."""
-    return _Printer(program, function, dialect).text()
+    return _FunctionPrinter(program, function, dialect).text()
 
 
 def _parameters(function: Function, kind: str, pointer: str = "") -> str:
@@ -114,7 +114,7 @@ def _parameters(function: Function, kind: str, pointer: str = "") -> str:
     return ", ".join([*inputs, *(f"{kind} {before}{array}{behind}" for array in function.arrays)])
 
 
-class _Printer:
+class _FunctionPrinter:
     """Prints one function; statements are numbered t0, t1, ... in the order of the schedule.
 
     ``names`` {node: text} says how a node is written after its statement: as a variable, or in later parts of the

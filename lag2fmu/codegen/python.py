@@ -78,10 +78,10 @@ def python_body(program: Program, function: Function, n: int, labels: Mapping[st
 
     ``labels`` {array: names} are the comments beside the results; M becomes a list of rows.
     """
-    return "\n".join(f"    {line}" if line else "" for line in _Printer(program, function, labels).lines(n))
+    return "\n".join(f"    {line}" if line else "" for line in _PythonPrinter(program, function, labels).lines(n))
 
 
-class _Printer:
+class _PythonPrinter:
     """Prints the body of one function."""
 
     def __init__(self, program: Program, function: Function, labels: Mapping[str, Sequence[str]]) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from lag2fmu.codegen.c import INTERVALS
@@ -40,9 +39,6 @@ def lookups_of(program: Program, functions: Sequence[Function] | None = None) ->
     nodes = graph.cone(node for f in functions or program.functions for *_, node in f.results)
     used = [table for table, *_ in lookups(graph, nodes)]
     return [(number, table) for number, table in enumerate(graph.tables) if table in used]
-
-
-_INCLUDED = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)
 
 
 def render_sources(
@@ -146,8 +142,24 @@ def engine_files(
         name = wanted.pop()
         if name in texts and name not in needed:
             needed[name] = texts[name]
-            wanted |= {f"{stem}.{ending}" for stem in _INCLUDED.findall(texts[name]) for ending in "ch"}
+            wanted |= {f"{stem}.{ending}" for stem in _included(texts[name]) for ending in "ch"}
     return needed
+
+
+def _included(text: str) -> list[str]:
+    """The headers of the engine that a C file includes, without their endings; each stands on a line of its own."""
+    lines = [line for line in text.splitlines() if line.startswith('#include "')]
+    return [line.split('"')[1].removesuffix(".h") for line in lines]
+
+
+def public_names(files: Iterable[str]) -> list[str]:
+    """The functions and variables of the C ``files`` (names, without folders) that the linker sees, sorted.
+
+    They stand in engine/public_names.txt, which a test compares with the symbols of the compiled files.
+    """
+    lines = (resource_folder("templates") / "engine" / "public_names.txt").read_text("utf-8").splitlines()
+    names = {file: words for file, *words in map(str.split, lines)}
+    return sorted(name for file in files for name in names.get(file, ()))
 
 
 def _texts(*folders: str) -> dict[str, str]:

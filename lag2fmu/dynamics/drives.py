@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from lag2fmu.dynamics.parts import Constraints, Energies, Rows, Variables
+from lag2fmu.dynamics.parts import Constraints, Energies, RowNumbers, Variables
 from lag2fmu.dynamics.terms import unconstrained_residual
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.graph import Graph, Node
@@ -22,7 +22,7 @@ from lag2fmu.mechanism.record import Mechanism
 
 
 def drive_forces(
-    graph: Graph, mechanism: Mechanism, v: Variables, energies: Energies, constraints: Constraints, rows: Rows
+    graph: Graph, mechanism: Mechanism, v: Variables, energies: Energies, constraints: Constraints, rows: RowNumbers
 ) -> tuple[Node, ...]:
     """F (k,) of the k prescribed motions of ``mechanism`` as nodes, each in J by the unit of its motion.
 

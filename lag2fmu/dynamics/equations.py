@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.blocks import united
-from lag2fmu.dynamics.parts import Constraints, Energies, Entries, Rows, Solution, Variables
+from lag2fmu.dynamics.parts import Constraints, Energies, Entries, RowNumbers, Solution, Variables
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism.record import Mechanism
 
@@ -50,7 +50,7 @@ class EquationsOfMotion:
     solution: Solution | None
     constraints: Constraints
     permanent: Constraints
-    rows: Rows
+    rows: RowNumbers
     outputs: Mapping[str, Node]
     dependent: Mapping[str, Node]
     parts: Energies

@@ -17,7 +17,7 @@ from lag2fmu.dynamics.parts import Velocity
 from lag2fmu.graph.from_sympy import Translator
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import (
-    Turn,
+    AxisTurn,
     Vector,
     apply,
     cross,
@@ -46,8 +46,8 @@ class Frames:
 
     # -------------------------------------------------------------------------------------------------- one frame
 
-    def _turns(self, frame: Frame) -> tuple[Turn, ...]:
-        return tuple(Turn(self._unit_axis(axis), self.put(angle)) for axis, angle in frame.rotations)
+    def _turns(self, frame: Frame) -> tuple[AxisTurn, ...]:
+        return tuple(AxisTurn(self._unit_axis(axis), self.put(angle)) for axis, angle in frame.rotations)
 
     def _unit_axis(self, axis: str | Sequence[object]) -> Vector:
         if isinstance(axis, str):

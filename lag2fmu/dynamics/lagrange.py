@@ -33,7 +33,7 @@ from lag2fmu.dynamics.formulas import formulas
 from lag2fmu.dynamics.massless import with_equilibria
 from lag2fmu.dynamics.nominals import with_nominals
 from lag2fmu.dynamics.outputs import composed_output
-from lag2fmu.dynamics.parts import Constraints, Energies, Entries, Rows, Solution, Variables
+from lag2fmu.dynamics.parts import Constraints, Energies, Entries, RowNumbers, Solution, Variables
 from lag2fmu.dynamics.rows import compose_rows
 from lag2fmu.dynamics.samples import (
     check_agreement,
@@ -142,7 +142,7 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
     check_agreement(mechanism, g, masses[1:], states[1:], forcing, equations.solution)
 
 
-def complete(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -> Mechanism:
+def with_derived(mechanism: Mechanism, equations: EquationsOfMotion | None = None) -> Mechanism:
     """``mechanism`` with what derivation adds to it: nominal values, and equilibria of coordinates without mass.
 
     Start values stay as they are. ``equations`` are those of the mechanism, if they are derived already. Raises
@@ -177,7 +177,7 @@ class _Composed:
     entries: Entries
     forcing: tuple[Node, ...]
     constraints: Constraints
-    rows: Rows
+    rows: RowNumbers
 
 
 @dataclass(frozen=True)

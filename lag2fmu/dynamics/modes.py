@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.parts import Constraints, Rows
+from lag2fmu.dynamics.parts import Constraints, RowNumbers
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.graph import Graph, Node
 
@@ -27,7 +27,7 @@ _AT_REST = 1e-12
 
 
 @dataclass(frozen=True)
-class Modes:
+class ModeNumbers:
     """The numbers of the modes: ``masks`` (R,), ``directions`` of the frictional rows, ``offsets`` of latches."""
 
     masks: tuple[Node, ...]
@@ -40,7 +40,7 @@ class Modes:
         return (*self.masks, *self.directions, *self.offsets)
 
 
-def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, tuple[int, ...]]:
+def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, ModeNumbers, tuple[int, ...]]:
     """The equations with all rows among the constraints, times their masks; nodes are added to their graph.
 
     Constraints stand in the order: permanent holonomic, gaps, holonomic latches, permanent nonholonomic, slips, dry
@@ -81,7 +81,7 @@ def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, Modes, t
 
 
 def _masked(
-    g: Graph, permanent: Constraints, rows: Rows, modes: Modes, orders: tuple[Sequence[int], Sequence[int]]
+    g: Graph, permanent: Constraints, rows: RowNumbers, modes: ModeNumbers, orders: tuple[Sequence[int], Sequence[int]]
 ) -> Constraints:
     """The ``permanent`` constraints with all rows times their masks.
 
@@ -115,7 +115,7 @@ def _masked(
     )
 
 
-def pushes(graph: Graph, rows: Rows, qd: Sequence[Node]) -> list[Node]:
+def pushes(graph: Graph, rows: RowNumbers, qd: Sequence[Node]) -> list[Node]:
     """The sum of the generalized forces (n,) that all ``rows`` bear; two rows may share a velocity."""
     seeds: dict[Node, Node] = {}
     for velocity, force in zip(rows.velocities, rows.forces, strict=True):
@@ -131,18 +131,18 @@ def _dissipated_power(equations: EquationsOfMotion) -> Node:
     return g.subtract(g.dot(v.qd, drag), g.total(rubbing))
 
 
-def _modes(graph: Graph, rows: Rows) -> Modes:
+def _modes(graph: Graph, rows: RowNumbers) -> ModeNumbers:
     def symbols(what: str, count: int) -> tuple[Node, ...]:
         return tuple(graph.symbol(f"{what} {i}", "state") for i in range(count))
 
-    return Modes(
+    return ModeNumbers(
         masks=symbols("mask", len(rows)),
         directions=symbols("direction", len(rows.frictional)),
         offsets=symbols("offset", len(rows.positions) - len(rows.slips)),
     )
 
 
-def sliding_forces(graph: Graph, rows: Rows, modes: Modes) -> tuple[Node, ...]:
+def sliding_forces(graph: Graph, rows: RowNumbers, modes: ModeNumbers) -> tuple[Node, ...]:
     """The forces (N,) of the N frictional rows as if all of them slide, along their directions.
 
     - A contact with one slip: -direction mu N.

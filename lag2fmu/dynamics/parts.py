@@ -21,7 +21,7 @@ class Variables:
     - ``further_rates``: their derivatives as nodes, (f,); empty until they are composed.
     - ``filtered``: (position, velocity) of each filtered motion, which are further states.
     - ``multipliers``: one for each constraint, (m,).
-    - ``forces``: what the rows bear that modes switch, (R,), see ``Rows``.
+    - ``forces``: what the rows bear that modes switch, (R,), see ``RowNumbers``.
     - ``motions``: (y0, y0_dot, y0_ddot) of each motion input.
     - ``rates``: the first, then the second time derivatives of all inputs; empty unless ``Mechanism.has_input_rates``.
     """
@@ -188,7 +188,7 @@ class Constraints:
 
 
 @dataclass(frozen=True)
-class Rows:
+class RowNumbers:
     """The R rows: gaps of the U contacts and stops, their S slips, F dry frictions, then L latches.
 
     - ``positions``: the gaps (U,), and behind them the positions of the holonomic latches. The holonomic latches stand

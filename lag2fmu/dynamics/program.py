@@ -8,7 +8,7 @@ from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Array, Function, Program, TableArgument, filling
 from lag2fmu.dynamics.kinks import switched
-from lag2fmu.dynamics.modes import Modes, sliding_forces, with_rows
+from lag2fmu.dynamics.modes import ModeNumbers, sliding_forces, with_rows
 from lag2fmu.dynamics.open_rows import solve_open
 from lag2fmu.dynamics.row_functions import contact_events, rows_in_all_modes, time_stepping_rows
 from lag2fmu.dynamics.row_tables import SparseRows
@@ -47,7 +47,7 @@ def lower(
     variable that is none of its arguments.
     """
     equations = equations.apart()
-    modes = Modes((), (), ())
+    modes = ModeNumbers((), (), ())
     places: tuple[int, ...] = ()
     if len(equations.rows):
         equations, modes, places = with_rows(equations)
@@ -87,7 +87,7 @@ def lower(
 
 def _functions(
     equations: EquationsOfMotion,
-    modes: Modes,
+    modes: ModeNumbers,
     places: tuple[int, ...],
     outputs: Collection[str],
     variational: bool,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from lag2fmu.dynamics.parts import Rows, Variables
+from lag2fmu.dynamics.parts import RowNumbers, Variables
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
 from lag2fmu.graph.from_sympy import Translator
@@ -17,7 +17,7 @@ from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism.record import Mechanism
 
 
-def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variables) -> Rows:
+def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variables) -> RowNumbers:
     """The rows of ``mechanism`` as nodes; ``put`` translates expressions, ``v`` are the variables.
 
     Raises DerivationError for a slip, a dry friction or a latch that is not affine in the velocities. Source: Ch.
@@ -26,7 +26,7 @@ def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variabl
     contacts, frictions, latches = mechanism.unilaterals, mechanism.frictions, mechanism.latches
     direction = v.direction(graph, accelerating=False)
     positions, velocities = _kinematics(graph, mechanism, put, direction)
-    return Rows(
+    return RowNumbers(
         positions=positions,
         velocities=velocities,
         accelerations=tuple(forward(graph, velocities, direction)),
@@ -45,7 +45,7 @@ def compose_rows(graph: Graph, mechanism: Mechanism, put: Translator, v: Variabl
 def _kinematics(
     graph: Graph, mechanism: Mechanism, put: Translator, direction: Mapping[Node, Node]
 ) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
-    """The positions of gaps and holonomic latches, and the velocities of all rows, in the order of ``Rows``.
+    """The positions of gaps and holonomic latches, and the velocities of all rows, in the order of ``RowNumbers``.
 
     ``direction`` {variable: its rate} is the direction of time.
     """

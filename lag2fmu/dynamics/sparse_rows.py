@@ -12,12 +12,12 @@ from itertools import accumulate
 
 from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.modes import Modes
+from lag2fmu.dynamics.modes import ModeNumbers
 from lag2fmu.dynamics.row_tables import SparseRows
 from lag2fmu.graph.graph import Graph, Node
 
 
-def sparse_rows(equations: EquationsOfMotion, modes: Modes, places: Sequence[int]) -> SparseRows:
+def sparse_rows(equations: EquationsOfMotion, modes: ModeNumbers, places: Sequence[int]) -> SparseRows:
     """The rows of ``equations``, among whose constraints ``modes.with_rows`` has put those that switch at ``places``.
 
     Source: T. F. Coleman, J. J. More, Estimation of sparse Jacobian matrices and graph coloring problems, SIAM J.
@@ -46,7 +46,7 @@ def sparse_rows(equations: EquationsOfMotion, modes: Modes, places: Sequence[int
     )
 
 
-def _positions(equations: EquationsOfMotion, modes: Modes) -> dict[int, Node]:
+def _positions(equations: EquationsOfMotion, modes: ModeNumbers) -> dict[int, Node]:
     """{row: its deviation from the position that it keeps}, of rows that keep positions; permanent ones stand first."""
     g, rows, permanent = equations.graph, equations.rows, equations.permanent
     offsets = [*(g.zero,) * len(rows.slips), *modes.offsets]

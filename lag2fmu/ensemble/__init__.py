@@ -11,16 +11,8 @@ from typing import TYPE_CHECKING
 from lag2fmu.lazy import offered
 
 if TYPE_CHECKING:
-    from lag2fmu.ensemble.compiled import Ensemble
-    from lag2fmu.ensemble.function import StateFunction
-    from lag2fmu.ensemble.results import Runs
+    from lag2fmu.ensemble.compiled import Ensemble as Ensemble
+    from lag2fmu.ensemble.function import StateFunction as StateFunction
+    from lag2fmu.ensemble.results import Runs as Runs
 
-_HOME = {
-    "Ensemble": "lag2fmu.ensemble.compiled",
-    "Runs": "lag2fmu.ensemble.results",
-    "StateFunction": "lag2fmu.ensemble.function",
-}
-
-__all__ = ["Ensemble", "Runs", "StateFunction"]
-
-__getattr__ = offered(__name__, _HOME)
+__getattr__, __all__ = offered(__name__, __file__)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.ensemble.libraries import Library, in_threads
+from lag2fmu.ensemble.libraries import KernelLibrary, in_threads
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -99,7 +99,7 @@ class Batch:
         return _Batch(**counts, start_time=self.start_time, tolerance=self.tolerance, **arrays)
 
 
-def run_batch(library: Library, name: str, batch: Batch, threads: int, *further: Floats) -> None:
+def run_batch(library: KernelLibrary, name: str, batch: Batch, threads: int, *further: Floats) -> None:
     """Call the C function ``name``, KIND_runs, on ``batch`` in as many ``threads``.
 
     ``further`` are contiguous arrays that the function takes as well; it defines their shapes. Each thread has memory

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lag2fmu.codegen.lanes import LaneMethod, render_lanes, render_scalar, runs_in_lanes
-from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.dynamics.program import lower
-from lag2fmu.ensemble.asking import Asked, batch_of, motions_alone, names_of
 from lag2fmu.ensemble.batch import DONE, FAILED, REASON, Batch, run_batch
 from lag2fmu.ensemble.columns import columns_of
-from lag2fmu.ensemble.libraries import Library, built, lanes_here
+from lag2fmu.ensemble.libraries import KernelLibrary, built, lanes_here
+from lag2fmu.ensemble.requests import Asked, batch_of, motions_alone, names_of
 from lag2fmu.ensemble.results import Runs
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.advice import suited_solver
@@ -70,7 +70,7 @@ class Ensemble:
         time_stepping = isinstance(self._method, TimeStepping)
         self._program = lower(equations, (), self._method.variational, time_stepping)
         self._table = build_table(equations, self._program)
-        self.mechanism = complete(mechanism, equations)
+        self.mechanism = with_derived(mechanism, equations)
         indicators, impacts = event_names(self.mechanism, self._program)
         self._events = {
             name: i for i, name in enumerate((*indicators, *impacts)) if name in impacts or not time_stepping
@@ -103,14 +103,14 @@ class Ensemble:
         return tuple(self._events)
 
     @cached_property
-    def _lanes(self) -> Library:
+    def _lanes(self) -> KernelLibrary:
         method = self._method
         assert isinstance(method, LaneMethod)
         sources = render_lanes(self._program, self._table.tables, method, self.lanes)
         return built(sources, "lanes", self._compiler)
 
     @cached_property
-    def _scalar(self) -> Library:
+    def _scalar(self) -> KernelLibrary:
         sources = render_scalar(self._program, self._table.tables, self._method)
         return built(sources, "scalar", self._compiler)
 

@@ -16,7 +16,7 @@ from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.plain import KNOWNS, plain_functions
 from lag2fmu.dynamics.starts import start_values
-from lag2fmu.ensemble.libraries import Library, built, in_threads, lanes_here
+from lag2fmu.ensemble.libraries import KernelLibrary, built, in_threads, lanes_here
 from lag2fmu.errors import ExportError, LoadError
 from lag2fmu.fmu.backends.backend import identifier_of
 from lag2fmu.fmu.compilers import compile_here, host_platform
@@ -138,14 +138,14 @@ class StateFunction:
         return 1 if known == "t" else len(self.names[known])
 
     @cached_property
-    def _derivative(self) -> Library:
+    def _derivative(self) -> KernelLibrary:
         return self._built(jacobian=False)
 
     @cached_property
-    def _jacobian(self) -> Library:
+    def _jacobian(self) -> KernelLibrary:
         return self._built(jacobian=True)
 
-    def _built(self, *, jacobian: bool) -> Library:
+    def _built(self, *, jacobian: bool) -> KernelLibrary:
         lanes = self._lane_count or lanes_here(self._compiler)
         sources = render_function(self._functions, self.mechanism.name, lanes, jacobian=jacobian)
         return built(sources, "function", self._compiler)
@@ -191,7 +191,7 @@ class _Points(ctypes.Structure):
     )
 
 
-def _call(library: Library, arrays: Sequence[Floats], strides: Sequence[int], results: Floats) -> None:
+def _call(library: KernelLibrary, arrays: Sequence[Floats], strides: Sequence[int], results: Floats) -> None:
     """Compute all points, many of them in several threads."""
     function, count = library.function("function_values"), len(results)
     parts = max(1, min(os.cpu_count() or 1, count // _PART))

@@ -26,9 +26,9 @@ def lanes_here(compiler: str) -> int:
     return next((lanes for macro, lanes in _LANES if macro in macros), 4)
 
 
-def built(sources: Mapping[str, str], name: str, compiler: str) -> Library:
+def built(sources: Mapping[str, str], name: str, compiler: str) -> KernelLibrary:
     """The library ``name`` of ``sources`` {file name: text}, compiled or kept, and loaded; raises BuildError."""
-    return Library(compile_here(sources, name, compiler), f"{name}{host_platform().suffix}")
+    return KernelLibrary(compile_here(sources, name, compiler), f"{name}{host_platform().suffix}")
 
 
 def in_threads(work: Callable[[Part], None], parts: Iterable[Part], stop: Callable[[], None] = lambda: None) -> None:
@@ -48,7 +48,7 @@ def in_threads(work: Callable[[Part], None], parts: Iterable[Part], stop: Callab
             raise
 
 
-class Library:
+class KernelLibrary:
     """A compiled library, loaded; its functions run without Python's lock."""
 
     def __init__(self, content: bytes, name: str) -> None:

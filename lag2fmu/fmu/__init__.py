@@ -5,21 +5,11 @@ from typing import TYPE_CHECKING
 from lag2fmu.lazy import offered
 
 if TYPE_CHECKING:
-    from lag2fmu.fmu.advice import suited_solver
-    from lag2fmu.fmu.carried import MECHANISM_ENTRY, read_mechanism
-    from lag2fmu.fmu.exporting import export
-    from lag2fmu.fmu.model_description import ModelDescription
-    from lag2fmu.fmu.record import Fmu
+    from lag2fmu.fmu.advice import suited_solver as suited_solver
+    from lag2fmu.fmu.contents import MECHANISM_ENTRY as MECHANISM_ENTRY
+    from lag2fmu.fmu.contents import read_mechanism as read_mechanism
+    from lag2fmu.fmu.exported import Fmu as Fmu
+    from lag2fmu.fmu.exporting import export as export
+    from lag2fmu.fmu.model_description import ModelDescription as ModelDescription
 
-__all__ = ["MECHANISM_ENTRY", "Fmu", "ModelDescription", "export", "read_mechanism", "suited_solver"]
-
-_HOMES = dict.fromkeys(("Fmu", "export"), "lag2fmu.fmu.exporting")
-_HOMES |= dict.fromkeys(("MECHANISM_ENTRY", "read_mechanism"), "lag2fmu.fmu.carried")
-__getattr__ = offered(
-    __name__,
-    {
-        **_HOMES,
-        "ModelDescription": "lag2fmu.fmu.model_description",
-        "suited_solver": "lag2fmu.fmu.advice",
-    },
-)
+__getattr__, __all__ = offered(__name__, __file__)

@@ -19,12 +19,11 @@ from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 
-from lag2fmu.building.libraries import kept
+from lag2fmu.building.build_cache import kept
 from lag2fmu.building.process import compiling, run, zig
 from lag2fmu.errors import BuildError
-from lag2fmu.fmu.mach_exports import hide
-from lag2fmu.fmu.units import units
-from lag2fmu.fmu.universal import universal
+from lag2fmu.fmu.mach import hide, universal
+from lag2fmu.fmu.translation_units import translation_units
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 
@@ -167,12 +166,13 @@ def processor_macros(compiler: str = "zig") -> frozenset[str]:
 
 def compile_here(sources: Mapping[str, str], name: str, compiler: str = "zig") -> bytes:
     """The shared library ``name`` of ``sources`` {file name: text} for this very processor. Raises BuildError."""
-    library, joined = f"{name}{host_platform().suffix}", units(sources)
+    library, joined = f"{name}{host_platform().suffix}", translation_units(sources)
     command = [*_for_here(compiler), *FLAGS, "-shared", "-o", library, *joined, "-lm"]
+    files = {**sources, **joined}
     if compiler != "zig":
-        return _built(command, {**sources, **joined}, library)
-    made_of = (version("ziglang"), command[1:], sorted(processor_macros(compiler)), sorted(sources.items()))
-    return kept(made_of, lambda: _built(command, {**sources, **joined}, library))
+        return _built(command, files, library)
+    made_of = (version("ziglang"), command[1:], sorted(processor_macros(compiler)), sorted(files.items()))
+    return kept(made_of, lambda: _built(command, files, library))
 
 
 def _for_here(compiler: str) -> list[str]:
@@ -187,13 +187,14 @@ def compile_module(sources: Mapping[str, str], functions: Iterable[str]) -> byte
 
     The module imports nothing, and is optimised for size. Raises BuildError with the compiler's output if it fails.
     """
-    joined = units(sources)
+    joined = translation_units(sources)
     flags = ["-Os" if flag == "-O2" else flag for flag in FLAGS if flag != "-fPIC"]
     exports = [f"-Wl,--export={name}" for name in functions]
     command = [*compiler_command("zig", WASM), "-mexec-model=reactor", *flags, *exports, "-s", "-o", "page.wasm"]
     command += [*joined, "-lm"]
-    made_of = (version("ziglang"), command[1:], sorted(sources.items()))
-    return kept(made_of, lambda: _built(command, {**sources, **joined}, "page.wasm"))
+    files = {**sources, **joined}
+    made_of = (version("ziglang"), command[1:], sorted(files.items()))
+    return kept(made_of, lambda: _built(command, files, "page.wasm"))
 
 
 def _report(running: Mapping[tuple[Platform, str], Future[bytes]], progress: Progress) -> None:
@@ -206,21 +207,21 @@ def _report(running: Mapping[tuple[Platform, str], Future[bytes]], progress: Pro
 
 def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[Platform, str], compiler: str) -> bytes:
     """The library for one target of a platform; zig's libraries of equal sources are kept and reused."""
-    (platform, target), joined = part, units(sources)
+    (platform, target), joined = part, translation_units(sources)
     library = f"{name}{platform.suffix}"
     strip = [] if platform.suffix == ".dylib" else ["-s"]
     command = [*compiler_command(compiler, target), *FLAGS, *strip, "-shared", f"-I{include}", "-o", library]
     command += [*joined, "-lm"]
-    options = [word for word in command[1:] if word != f"-I{include}"]
+    options, files = [word for word in command[1:] if word != f"-I{include}"], {**sources, **joined}
 
     def build() -> bytes:
-        built = _built(command, {**sources, **joined}, library)
+        built = _built(command, files, library)
         return hide(built, OF_ZIG) if platform.suffix == ".dylib" and compiler == "zig" else built
 
     if compiler != "zig":  # other compilers depend on the machine
         return build()
     headers = [(file.name, file.read_bytes()) for file in sorted(include.glob("fmi*.h"))]
-    return kept((version("ziglang"), options, headers, sorted(sources.items())), build)
+    return kept((version("ziglang"), options, headers, sorted(files.items())), build)
 
 
 def _built(command: list[str], files: Mapping[str, str], library: str) -> bytes:

@@ -9,7 +9,7 @@ from lag2fmu.analysis.stiffness import Vibration
 from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
-from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.dynamics.program import lower
 from lag2fmu.fmu.advice import missed_vibrations, suited_solver
 from lag2fmu.fmu.method_check import check_solver
@@ -61,7 +61,7 @@ def derived(
     promoted = promotable(equations, outputs, events=events)
     program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
     missed = missed_vibrations(equations, method)
-    return Derived(complete(mechanism, equations), equations, program, solver, choice, reason, missed)
+    return Derived(with_derived(mechanism, equations), equations, program, solver, choice, reason, missed)
 
 
 def _chosen_solver(equations: EquationsOfMotion, named: str | None, among: Collection[str]) -> tuple[str, str, str]:

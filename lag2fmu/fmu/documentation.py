@@ -12,17 +12,17 @@ from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.formulas import Formula, formulas, printed
 from lag2fmu.dynamics.functions import Program
-from lag2fmu.explain.hybrid import Hybrid
 from lag2fmu.fmu.backends.backend import Content
-from lag2fmu.fmu.carried import EQUATIONS
+from lag2fmu.fmu.contents import EQUATIONS
 from lag2fmu.fmu.elements import ENUMERATIONS
-from lag2fmu.fmu.live_page import live_document
+from lag2fmu.fmu.live.document import licences
+from lag2fmu.fmu.live.page import live_document
+from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.pack import PAGE
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
-from lag2fmu.live.document import licences
-from lag2fmu.live.samples import Samples
 from lag2fmu.picture.scene import Scene
+from lag2fmu.procedure.hybrid import Hybrid
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import METHODS
 

@@ -8,27 +8,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from lag2fmu.analysis.entry_points import resting
+from lag2fmu.analysis.at_rest import resting
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import damping, moved_starts, steps_over_impacts
 from lag2fmu.fmu.backends.backend import Backend, Choices
 from lag2fmu.fmu.backends.native import NATIVE
 from lag2fmu.fmu.backends.python import PYTHON
-from lag2fmu.fmu.carried import CLOCKS, DESCRIPTION, EQUATIONS, MECHANISM_ENTRY, WITHOUT
 from lag2fmu.fmu.compilers import Progress
+from lag2fmu.fmu.contents import CLOCKS, DESCRIPTION, EQUATIONS, MECHANISM_ENTRY, WITHOUT
 from lag2fmu.fmu.deriving import derived
 from lag2fmu.fmu.documentation import Subject, documentation
+from lag2fmu.fmu.exported import Fmu, Model, fmu_path, is_fmu
 from lag2fmu.fmu.icon import icon
-from lag2fmu.fmu.live_module import page_maker
+from lag2fmu.fmu.live.module import page_maker
+from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.picture import scene_at_start
-from lag2fmu.fmu.record import Fmu, Model, fmu_path, is_fmu
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
-from lag2fmu.live.samples import Samples
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import telling
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS
 
 BACKENDS: Mapping[str, Backend] = {backend.name: backend for backend in (NATIVE, PYTHON)}
@@ -40,6 +41,7 @@ _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that no XML document can hold (XML 1.0, production 2)."""
 
 
+@telling("exporting the FMU")
 def export(  # noqa: PLR0913 (choices of the user)
     model: Mechanism | str | Path,
     path: str | Path | None = None,

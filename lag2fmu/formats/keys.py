@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from lag2fmu.description.description import Description, table_keys
 from lag2fmu.description.keys import keys_of
 from lag2fmu.description.parts import Constraint
-from lag2fmu.description.record import Description, table_keys
 
 TABLES = {"mechanism": "What the mechanism is."} | {name: of.doc for name, of in table_keys().items()}
 """{table: a sentence on it}."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from lag2fmu.description import names
-from lag2fmu.description.record import Description
+from lag2fmu.description.description import Description
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.programs import arguments_of, convert, function_of_mechanics, guarded, is_mechanics, model_function
@@ -18,9 +18,8 @@ from lag2fmu.formats.robots import READERS, robot
 from lag2fmu.formats.text import read_file
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import Unit
-from lag2fmu.mechanism import record
-from lag2fmu.mechanism.completion import Mechanism, complete
 from lag2fmu.mechanism.display import display_units, value_in_si
+from lag2fmu.mechanism.record import Mechanism, complete
 from lag2fmu.resources import MODEL_SUFFIXES, bundled
 
 __all__ = ["as_mechanism", "bundled", "load", "pairs_of", "split_settings", "values_of", "with_settings", "with_values"]
@@ -29,9 +28,9 @@ _PROGRAM = ".py:"
 """The sign between a file and the name of the thing in it that is meant."""
 
 
-def as_mechanism(model: object) -> record.Mechanism:
+def as_mechanism(model: object) -> Mechanism:
     """``model`` itself if it is a mechanism, else what ``load`` makes of it; raises LoadError as that does."""
-    return model if isinstance(model, record.Mechanism) else load(model)
+    return model if isinstance(model, Mechanism) else load(model)
 
 
 def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
@@ -56,7 +55,7 @@ def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechan
     return mechanism
 
 
-def _converted(source: _Source, given: Mapping[str, object]) -> dict[str, object]:
+def _converted(source: _ModelSource, given: Mapping[str, object]) -> dict[str, object]:
     """The structural arguments ``given``, as the ``source`` takes them.
 
     Raises LoadError for one that it does not take, that cannot be converted, or that is missing.
@@ -116,7 +115,7 @@ def structural_arguments(model: str | Path) -> dict[str, inspect.Parameter]:
     return {} if find(model).suffix == ".toml" else arguments_of(*_function_of(model))
 
 
-class _Source(NamedTuple):
+class _ModelSource(NamedTuple):
     """The place of a model, for messages, and the function that makes its mechanism."""
 
     place: Path
@@ -129,22 +128,22 @@ def _split(model: str | Path) -> tuple[str, str]:
     return (f"{file}.py", name) if mark else (str(model), "")
 
 
-def _function_of(model: object) -> _Source:
+def _function_of(model: object) -> _ModelSource:
     """The function that makes the mechanism of ``model``, which is no text, from structural arguments."""
     if is_mechanics(model):
         name = type(model).__name__
-        return _Source(Path(name), function_of_mechanics(model, "mechanism"))
+        return _ModelSource(Path(name), function_of_mechanics(model, "mechanism"))
     if not isinstance(model, (str, Path)):
         got = type(model).__name__
         raise LoadError(f"expected a Mechanism, a model's name or path, or an object of SymPy's mechanics, got {got}")
     path = find(model)
     if path.suffix not in READERS:
-        return _Source(path, model_function(path, _split(model)[1]))
+        return _ModelSource(path, model_function(path, _split(model)[1]))
 
     def read(base: str = "fixed", stops: bool = False) -> Mechanism:
         return complete(robot(path, base=base, stops=stops))
 
-    return _Source(path, read)
+    return _ModelSource(path, read)
 
 
 # -------------------------------------------------------------------------------------------------------- settings
@@ -173,7 +172,7 @@ def pairs_of(items: Iterable[str]) -> dict[str, str]:
     return pairs
 
 
-def with_settings(mechanism: record.Mechanism, texts: Mapping[str, str]) -> Mechanism:
+def with_settings(mechanism: Mechanism, texts: Mapping[str, str]) -> Mechanism:
     """``mechanism`` with the values in ``texts``, each in the declared unit of its name, or in one of its own.
 
     Raises LoadError and MechanismError as ``with_values`` does, and LoadError for a text that is no number.
@@ -186,7 +185,7 @@ def values_of(texts: Mapping[str, str], units: Mapping[str, Unit]) -> dict[str, 
     return {name: _check_finite(name, value_in_si(name, text, units)) for name, text in texts.items()}
 
 
-def with_values(mechanism: record.Mechanism, settings: Mapping[str, float]) -> Mechanism:
+def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanism:
     """``mechanism`` with other values of parameters and start values, all in SI.
 
     A coordinate's start is set by its name, that of its velocity by ``NAME_dot``, that of an input or further state by
@@ -205,7 +204,7 @@ def with_values(mechanism: record.Mechanism, settings: Mapping[str, float]) -> M
     return complete(replace(d, **changed, parts=mechanism.parts_with(left)))
 
 
-def _writing_out(mechanism: record.Mechanism, settings: Iterable[str]) -> Description:
+def _writing_out(mechanism: Mechanism, settings: Iterable[str]) -> Description:
     """The description of ``mechanism``; parts of joints and loads that ``settings`` name are written out in it."""
     d, settings = mechanism.description, set(settings)
 
@@ -238,7 +237,7 @@ def _given(written: bool | None, found: bool | None) -> bool:
     return found is not False if written is None else written
 
 
-def _check_settable(m: record.Mechanism, wanted: Iterable[str]) -> None:
+def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
     """Raise LoadError for the first name in ``wanted`` that is no independent parameter or start value of ``m``."""
     dependent = {p.name: p.expression for p in m.parameters if p.expression is not None}
     known = [name for name in _with_starts(m) if name not in dependent]
@@ -255,7 +254,7 @@ def _check_settable(m: record.Mechanism, wanted: Iterable[str]) -> None:
             )
 
 
-def _with_starts(m: record.Mechanism) -> Iterator[str]:
+def _with_starts(m: Mechanism) -> Iterator[str]:
     """The names of everything with a value or a start; a filtered motion has one start, that of its target."""
     followed = {x for name in m.filtered for x in (names.velocity(name), names.target(name))}
     yield from (p.name for p in m.parameters)

@@ -17,7 +17,7 @@ from types import ModuleType
 
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.mechanism.completion import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 
 def model_function(path: Path, name: str = "") -> Callable[..., object]:

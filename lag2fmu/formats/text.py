@@ -13,10 +13,10 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
 
+from lag2fmu.description.description import Description, table_keys
 from lag2fmu.description.keys import Key, keys_of
 from lag2fmu.description.parts import KINDS
 from lag2fmu.description.places import WORLD
-from lag2fmu.description.record import Description, table_keys
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, start_or_guess
 from lag2fmu.errors import LoadError, MechanismError, TextError
@@ -26,7 +26,7 @@ from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import DIMENSIONLESS, SECOND, Unit
 from lag2fmu.mechanism.assembly import Settable, settable
-from lag2fmu.mechanism.completion import Mechanism, complete
+from lag2fmu.mechanism.record import Mechanism, complete
 
 if sys.version_info >= (3, 11):
     import tomllib

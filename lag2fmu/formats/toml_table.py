@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.keys import Key
-from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import FILTERED
 from lag2fmu.errors import TextError, UnitError
 from lag2fmu.formats.quantities import describe, fraction, quantity

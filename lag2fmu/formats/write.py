@@ -10,12 +10,12 @@ from typing import Any
 
 import sympy as sp
 
+from lag2fmu.description.description import Description, label_of, table_keys
 from lag2fmu.description.keys import keys_of
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import KINDS, Constraint
 from lag2fmu.description.places import WORLD
 from lag2fmu.description.ports import NONE, Acting
-from lag2fmu.description.record import Description, label_of, table_keys
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.description.tables import Table

@@ -37,7 +37,7 @@ def apply(g: Graph, matrix: Sequence[Vector], a: Vector) -> Vector:
 
 
 @dataclass(frozen=True)
-class Turn:
+class AxisTurn:
     """A rotation about the unit vector ``axis`` ((3,) nodes) by ``angle``, in rad."""
 
     axis: Vector

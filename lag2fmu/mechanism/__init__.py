@@ -10,7 +10,7 @@ from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, Input, Parameter, coordinate, parameter, signal
 from lag2fmu.description.tables import Table
 from lag2fmu.language.vocabulary import Choice, Smooth
-from lag2fmu.mechanism.completion import Mechanism, complete
+from lag2fmu.mechanism.record import Mechanism, complete
 
 __all__ = [
     "Body",

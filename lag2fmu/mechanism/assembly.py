@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.description import Description, label_of, table_keys
 from lag2fmu.description.events import IMPACTS
 from lag2fmu.description.parts import Energy, Force, Gravity
-from lag2fmu.description.record import Description, label_of, table_keys
 from lag2fmu.description.subsystems import Part
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import check_identifier, suggestion

@@ -6,10 +6,10 @@ import math
 from collections.abc import Container, Sequence
 
 from lag2fmu.description import names
+from lag2fmu.description.description import Description
 from lag2fmu.description.outputs import QUANTITIES, TURNING, Output
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Expression, Vector
-from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.description.values import require_number
 from lag2fmu.errors import MechanismError, UnitError

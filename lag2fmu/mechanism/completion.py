@@ -1,24 +1,19 @@
-"""From a description to a mechanism: entries of parts, joints, quaternions and loads are written out, then checked.
-
-``Mechanism`` is the record with a constructor for users, whose arguments are the tables of a description.
-"""
+"""From a description to what follows: entries of parts, joints, quaternions and loads are written out, then checked."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields, replace
-from inspect import Signature, signature
-from typing import Any, ClassVar
+from dataclasses import replace
+from typing import Any
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint, Damper, Definition
 from lag2fmu.description.places import Frame
-from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate
-from lag2fmu.language.identifiers import suggestion
-from lag2fmu.mechanism import record
 from lag2fmu.mechanism.assembly import assembled
 from lag2fmu.mechanism.check import check
+from lag2fmu.mechanism.completed import Completed
 from lag2fmu.mechanism.compliance import compliant_contacts
 from lag2fmu.mechanism.energy_check import check_energies
 from lag2fmu.mechanism.event_check import check_events, check_meaning
@@ -30,55 +25,11 @@ from lag2fmu.mechanism.merging import joined
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.norms import missing_norms
 from lag2fmu.mechanism.ports import input_names, with_chosen_inputs, with_ports
-from lag2fmu.mechanism.record import Completed
 from lag2fmu.mechanism.scope import Scope, constrained, fixed_parameters
 from lag2fmu.mechanism.unilaterals import check_gaps, check_open, unilaterals
 
 Origins = dict[str, str]
 """{place of an entry that nobody wrote: place of what brings it}, such as {'constraints.hinge_x': 'joints.hinge'}."""
-
-
-_TABLES = tuple(item.name for item in fields(Description) if item.name != "name")
-
-
-class Mechanism(record.Mechanism):
-    """A mechanism as analytical mechanics describes it; complete and checked when built.
-
-    It is built in Python from symbols that ``coordinate``, ``parameter`` and ``signal`` declare, or read from text by
-    ``lag2fmu.load``. There are n coordinates and m constraints, the holonomic ones first. Expressions are in SI units.
-
-    - ``description``: what was written. The tables of the mechanism have the same names. They also hold what follows:
-      the entries of ``parts``, of which none are left; frames, coordinates and constraints of joints; norms of
-      quaternions; inputs of loads; equilibria of coordinates without mass; starts that meet the constraints.
-    - ``origins``: the place of each such entry, and that of what brings it: {'constraints.hinge_x': 'joints.hinge'}.
-    - ``warnings``: what is odd but allowed, such as mismatching dimensions, or inertia tensors that no body has.
-    - ``unilaterals``: the ideal contacts, then the stops, in normal form.
-    - ``latches``: the constraints that hold only while an expression is positive; they are not among the m.
-    - ``fixed_parameters``: the names of the parameters in holonomic constraints and gaps, which cannot change in a run.
-    - ``hidden_inputs``: the inputs that the ports leave out of the FMU; they keep their start values.
-
-    Two mechanisms are equal if their descriptions are, whatever has been derived since. Raises MechanismError, or
-    UnitError for dimensions with ``strict_units``. Source of the procedure: Hand, Finch, Analytical Mechanics, section
-    1.9.
-    """
-
-    __signature__: ClassVar[Signature] = signature(Description)  # help() shows it as the arguments
-
-    def __init__(self, name: str, **tables: Any) -> None:
-        """The keywords are the tables of ``Description``.
-
-        Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy.
-        """
-        unknown = next((table for table in tables if table not in _TABLES), None)
-        if unknown is not None:
-            raise TypeError(f"Mechanism: there is no table '{unknown}'; {suggestion(unknown, _TABLES)}")
-        written = Description(name, **tables)
-        super().__init__(written, completed(written))
-
-
-def complete(description: Description) -> Mechanism:
-    """The mechanism that follows from ``description``; raises MechanismError as ``Mechanism`` does."""
-    return Mechanism(**{item.name: getattr(description, item.name) for item in fields(Description)})
 
 
 def completed(written: Description) -> Completed:

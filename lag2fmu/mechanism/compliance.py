@@ -15,10 +15,10 @@ from typing import NamedTuple
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.description import Description
 from lag2fmu.description.events import Contact
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Damper, Definition
-from lag2fmu.description.record import Description
 from lag2fmu.language.units import JOULE, METRE
 from lag2fmu.language.vocabulary import Choice, Smooth, symbol
 from lag2fmu.mechanism.contact_places import geometry_of

@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.events import CONTACTS, Contact
 from lag2fmu.description.joints import across, direction
-from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import Choice
 from lag2fmu.mechanism.planar_joints import angle_of

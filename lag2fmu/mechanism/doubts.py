@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.names import velocity
 from lag2fmu.description.places import Body
-from lag2fmu.description.record import Description
 
 NamesIn = Callable[[str, sp.Expr], set[str]]
 

@@ -15,7 +15,7 @@ from itertools import pairwise
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.record import Description
+from lag2fmu.description.description import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import Choice, TableCall, free_names, symbol
 from lag2fmu.language.writer import to_text

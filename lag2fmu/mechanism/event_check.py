@@ -12,8 +12,8 @@ from collections.abc import Iterator, Mapping
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.description import Description
 from lag2fmu.description.events import CONTACTS, IMPACTS, LAWS, Contact, ContactKind, Friction, Stop
-from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.vocabulary import TableCall, free_names, value_of

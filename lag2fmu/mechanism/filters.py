@@ -13,9 +13,9 @@ from dataclasses import replace
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.description import Description
 from lag2fmu.description.events import State
 from lag2fmu.description.parts import Definition
-from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import FILTERED, Input
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion

@@ -8,8 +8,8 @@ from contextlib import suppress
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.places import WORLD, Body, Frame, Rotation, remedy_for
-from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import value_of
 from lag2fmu.mechanism.order import in_order

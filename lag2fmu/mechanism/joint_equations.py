@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.joints import JOINTS, Joint, across, direction
 from lag2fmu.description.names import multiplier
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint
 from lag2fmu.description.places import AXES, WORLD
-from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import NEWTON, TORQUE

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.parts import Load
 from lag2fmu.description.places import AXES, Place
-from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Input
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.units import NEWTON, TORQUE, Unit

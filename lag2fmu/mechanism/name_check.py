@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.names import (
     DISSIPATED_ENERGY,
     acceleration,
@@ -16,7 +17,6 @@ from lag2fmu.description.names import (
     of_unilateral,
     velocity,
 )
-from lag2fmu.description.record import Description
 from lag2fmu.description.reserved import GLOBAL_NAMES
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import check_identifier

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.parts import Constraint
-from lag2fmu.description.record import Description
 from lag2fmu.language.definitions import written_out
 from lag2fmu.language.vocabulary import free_names, value_of
 from lag2fmu.mechanism.order import in_order

@@ -10,8 +10,8 @@ from typing import Any
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.places import WORLD, Body, Place, Point, remedy_for
-from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 
 

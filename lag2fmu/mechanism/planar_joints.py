@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.joints import JOINTS, Joint, direction
 from lag2fmu.description.places import WORLD
-from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 
 

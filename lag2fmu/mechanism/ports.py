@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from lag2fmu.description import names
+from lag2fmu.description.description import Description
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Load
 from lag2fmu.description.places import WORLD, Body, Frame, Place, Point
-from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Input, names_of
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion

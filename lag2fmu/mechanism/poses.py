@@ -15,9 +15,9 @@ from typing import NamedTuple
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.description import Description
 from lag2fmu.description.joints import direction
 from lag2fmu.description.places import WORLD, Expression, Frame, remedy_for
-from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.definitions import written_out
 from lag2fmu.language.vocabulary import TIME, symbol

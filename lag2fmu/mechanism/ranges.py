@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from lag2fmu.description.record import Description
+from lag2fmu.description.description import Description
 from lag2fmu.description.symbols import Input, Parameter
 
 

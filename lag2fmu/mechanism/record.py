@@ -1,68 +1,54 @@
-"""The record ``Mechanism``: a description with everything that follows from it; and the records in it.
-
-Nothing is computed here. ``completion`` finds what follows, and has the constructor that users meet.
-"""
+"""The record ``Mechanism``: a description with everything that follows from it, which ``completion`` finds."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from copy import copy
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, fields
+from inspect import Signature, signature
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
-import sympy as sp
-
+from lag2fmu.description.description import Description
 from lag2fmu.description.names import velocity
 from lag2fmu.description.parts import Constraint, in_order_of_kinds
-from lag2fmu.description.record import Description
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate
-from lag2fmu.language.units import Unit
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.lazy import looked_up
+from lag2fmu.mechanism.completed import Unilateral
+from lag2fmu.mechanism.completion import completed
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
-class Unilateral(NamedTuple):
-    """A gap >= 0 with its laws of impact and friction; all are expressions in SI, which may contain definitions.
+    from lag2fmu.mechanism.keywords import Keywords
 
-    ``gap`` depends on t, q, motions and parameters, and has the ``unit`` (None: unknown). ``slips`` are affine in the
-    velocities, in the gap's unit per s; there is none without friction, one in the plane, two in space.
-    ``restitution`` is Newton's coefficient, ``friction`` and ``static_friction`` are Coulomb's. ``where`` is the place
-    of the contact or stop in the mechanism.
-    """
-
-    name: str
-    gap: sp.Expr
-    slips: tuple[sp.Expr, ...]
-    restitution: sp.Expr
-    friction: sp.Expr
-    static_friction: sp.Expr
-    unit: Unit | None
-    where: str
-
-
-class Completed(NamedTuple):
-    """What follows from a description: the description with everything written out, ``expanded``, and further results.
-
-    ``latches`` are the constraints that hold only while an expression is positive; all others are in ``expanded``. The
-    other fields are explained in ``completion.Mechanism``.
-    """
-
-    expanded: Description
-    origins: Mapping[str, str]
-    warnings: tuple[str, ...]
-    unilaterals: tuple[Unilateral, ...]
-    latches: tuple[Constraint, ...]
-    fixed_parameters: frozenset[str]
-    hidden_inputs: frozenset[str]
+_TABLES = tuple(item.name for item in fields(Description) if item.name != "name")
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class Mechanism(Description):
-    """A mechanism that is complete and checked: its tables, and what else follows from what was written.
+    """A mechanism as analytical mechanics describes it; complete and checked when built.
 
-    Derivation and reference read this record. ``completion.Mechanism`` is the same with a constructor for users; it
-    explains each field.
+    It is built in Python from symbols that ``coordinate``, ``parameter`` and ``signal`` declare, or read from text by
+    ``lag2fmu.load``. There are n coordinates and m constraints, the holonomic ones first. Expressions are in SI units.
+
+    - ``description``: what was written. The tables of the mechanism have the same names. They also hold what follows:
+      the entries of ``parts``, of which none are left; frames, coordinates and constraints of joints; norms of
+      quaternions; inputs of loads; equilibria of coordinates without mass; starts that meet the constraints.
+    - ``origins``: the place of each such entry, and that of what brings it: {'constraints.hinge_x': 'joints.hinge'}.
+    - ``warnings``: what is odd but allowed, such as mismatching dimensions, or inertia tensors that no body has.
+    - ``unilaterals``: the ideal contacts, then the stops, in normal form.
+    - ``latches``: the constraints that hold only while an expression is positive; they are not among the m.
+    - ``fixed_parameters``: the names of the parameters in holonomic constraints and gaps, which cannot change in a run.
+    - ``hidden_inputs``: the inputs that the ports leave out of the FMU; they keep their start values.
+
+    Two mechanisms are equal if their descriptions are, whatever has been derived since. Raises MechanismError, or
+    UnitError for dimensions with ``strict_units``. Source of the procedure: Hand, Finch, Analytical Mechanics, section
+    1.9.
     """
+
+    __signature__: ClassVar[Signature] = signature(Description)  # help() shows it as the arguments
 
     description: Description = field(init=False, repr=False)
     origins: Mapping[str, str] = field(init=False, repr=False)
@@ -72,10 +58,30 @@ class Mechanism(Description):
     fixed_parameters: frozenset[str] = field(init=False, repr=False)
     hidden_inputs: frozenset[str] = field(init=False, repr=False)
 
-    def __init__(self, description: Description, found: Completed) -> None:
-        """Take the ``description`` as it was written, and what was ``found`` to follow from it."""
-        known = found._asdict()
-        vars(self).update(vars(known.pop("expanded")) | known, description=description)
+    def __init__(self, name: str, **tables: Unpack[Keywords]) -> None:
+        """The mechanism ``name``, an identifier, of these tables; each may be left out.
+
+        - ``title``, ``source``, ``not_taken``, ``author``, ``version``, ``copyright``, ``license``: texts.
+        - ``parameters``, ``coordinates``, ``inputs``: symbols, or the records that they declare.
+        - ``states``, ``tables``, ``definitions``: further states of first order, measured data, named expressions.
+        - ``energy``: kinetic, potential and dissipated energy, or the Lagrangian; ``gravity``: in m/s2.
+        - ``frames``, ``bodies``, ``points``: places, and what has mass.
+        - ``springs``, ``dampers``, ``loads``, ``forces`` (of each coordinate): what acts.
+        - ``joints``, ``constraints``: what holds always, or while a condition holds.
+        - ``contacts``, ``stops``, ``frictions``: what holds at times; ``impacts``: "sequential" or "simultaneous".
+        - ``outputs``, ``ports``, ``experiment``: what the FMU gives and takes, and what a default run looks like.
+        - ``parts``: mechanisms that this one is made of.
+        - ``strict_units``: units that are missing or do not match are an error.
+
+        Raises MechanismError (UnitError for dimensions when ``strict_units``), naming part and remedy; TypeError for
+        another keyword.
+        """
+        unknown = next((table for table in tables if table not in _TABLES), None)
+        if unknown is not None:
+            raise TypeError(f"Mechanism: there is no table '{unknown}'; {suggestion(unknown, _TABLES)}")
+        written = Description(name, **cast("dict[str, Any]", tables))  # which makes records and tuples of them
+        known = completed(written)._asdict()
+        vars(self).update(vars(known.pop("expanded")) | known, description=written)
 
     def __repr__(self) -> str:
         """One line: name, title, and the numbers of coordinates and other entries."""
@@ -157,3 +163,8 @@ class Mechanism(Description):
         new = copy(self)
         vars(new).update(changes)
         return new
+
+
+def complete(description: Description) -> Mechanism:
+    """The mechanism that follows from ``description``; raises MechanismError as ``Mechanism`` does."""
+    return Mechanism(**{item.name: getattr(description, item.name) for item in fields(Description)})

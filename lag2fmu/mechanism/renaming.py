@@ -9,11 +9,11 @@ from typing import Any
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.description import Description, label_of, table_keys
 from lag2fmu.description.keys import OWN_RATE, Key, keys_in
 from lag2fmu.description.parts import Force
 from lag2fmu.description.places import WORLD, Rotation
 from lag2fmu.description.ports import Acting
-from lag2fmu.description.record import Description, label_of, table_keys
 from lag2fmu.description.symbols import FILTERED
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion

@@ -9,9 +9,9 @@ from typing import Any
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.description import Description, Entry
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, OWN_RATE, STATE
 from lag2fmu.description.parts import Constraint
-from lag2fmu.description.record import Description, Entry
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion

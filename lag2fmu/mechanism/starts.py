@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import sympy as sp
 
 from lag2fmu.description import names
-from lag2fmu.description.record import Description
+from lag2fmu.description.description import Description
 from lag2fmu.language.vocabulary import value_of
 from lag2fmu.mechanism.geometry import values_of
 

@@ -6,16 +6,16 @@ from collections.abc import Callable, Iterable, Iterator
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.events import Contact, Stop
 from lag2fmu.description.names import stop_side
-from lag2fmu.description.record import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.units import METRE, Unit
 from lag2fmu.language.vocabulary import Choice, TableCall, free_names, symbol
 from lag2fmu.language.writer import to_text
+from lag2fmu.mechanism.completed import Unilateral
 from lag2fmu.mechanism.contact_places import Geometry, geometry_of
 from lag2fmu.mechanism.poses import Poses
-from lag2fmu.mechanism.record import Unilateral
 from lag2fmu.mechanism.starts import start_values, value_at
 from lag2fmu.mechanism.unit_check import units_in
 

@@ -9,10 +9,10 @@ from fractions import Fraction
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.description import Description
 from lag2fmu.description.events import Contact
 from lag2fmu.description.keys import OWN
 from lag2fmu.description.parts import Definition, Force
-from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.errors import UnitError
 from lag2fmu.language.dimensions import ONE, Dimension, DimensionOf, describe, dimension

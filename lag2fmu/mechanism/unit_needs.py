@@ -13,8 +13,8 @@ from fractions import Fraction
 import sympy as sp
 
 from lag2fmu.description import names
+from lag2fmu.description.description import Description
 from lag2fmu.description.events import State
-from lag2fmu.description.record import Description
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.language.dimensions import ONE, Dimension, describe, dimension
 from lag2fmu.language.unit_parser import parse_unit

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import sympy as sp
 
-from lag2fmu.description.record import Description
+from lag2fmu.description.description import Description
 from lag2fmu.description.symbols import Input, Parameter
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism.unit_check import uses_of

@@ -18,7 +18,7 @@ CONSTANT, SHIFT, ARM = "constant", "shift", "arm"
 
 
 @dataclass(frozen=True)
-class Step:
+class ArmStep:
     """A part of a position, from ``start`` to ``end``, both (2,) or (3,) in m.
 
     - ``kind``: CONSTANT, SHIFT (free of angles) or ARM.
@@ -35,7 +35,7 @@ class Step:
     lengths: tuple[str, ...] = ()
 
 
-def steps(position: Vector, order: Mapping[str, int]) -> tuple[Step, ...]:
+def steps(position: Vector, order: Mapping[str, int]) -> tuple[ArmStep, ...]:
     """The parts of ``position`` from the origin outwards; ``order`` ranks what moves: coordinates, motions, time."""
     groups: dict[frozenset[sp.Expr], list[list[sp.Expr]]] = {}
     still, shift = [[sp.S.Zero] for _ in position], [[sp.S.Zero] for _ in position]
@@ -54,7 +54,7 @@ def _chained(
     shift: Sequence[Sequence[sp.Expr]],
     groups: Mapping[frozenset[sp.Expr], Sequence[Sequence[sp.Expr]]],
     order: Mapping[str, int],
-) -> Iterator[Step]:
+) -> Iterator[ArmStep]:
     place: Vector = (sp.S.Zero,) * len(still)
     ranked = sorted(groups.items(), key=lambda item: _rank(item[0], order))
     parts = [(CONSTANT, frozenset(), still), (SHIFT, frozenset(), shift), *((ARM, a, terms) for a, terms in ranked)]
@@ -66,7 +66,7 @@ def _chained(
         every, turning = _ranked(vector, order), _ranked(angles, order)
         names = turning if kind == ARM else every
         lengths = tuple(name for name in every if kind == ARM and name not in turning)
-        yield Step(kind, place, end, names, angles, lengths)
+        yield ArmStep(kind, place, end, names, angles, lengths)
         place = end
 
 

@@ -14,8 +14,8 @@ import sympy as sp
 
 from lag2fmu.description.parts import Constraint
 from lag2fmu.graph.nodes import Node
-from lag2fmu.picture.arms import ARM, Step, steps
-from lag2fmu.picture.skeleton import Link, Skeleton
+from lag2fmu.picture.arms import ARM, ArmStep, steps
+from lag2fmu.picture.skeleton import Skeleton, SkeletonLine
 
 _MEETS = 1e-6
 
@@ -39,7 +39,7 @@ def _add_loop(skeleton: Skeleton, pair: Sequence[Constraint]) -> None:
     _add_arms(s, pair, [(alike[x.angles], v) for x, v in zip(turning, vectors, strict=True) if x.angles in alike])
 
 
-def _add_arms(s: Skeleton, pair: Sequence[Constraint], arms: Sequence[tuple[Link, Sequence[Node]]]) -> None:
+def _add_arms(s: Skeleton, pair: Sequence[Constraint], arms: Sequence[tuple[SkeletonLine, Sequence[Node]]]) -> None:
     """Join the start of each arm with its tip; an arm turns as its link of a body does and has a vector."""
     both = [[_tip(s, link.ends[0], sign, vector) for sign in (1, -1)] for link, vector in arms]
     joints = {i for link in s.links for i in link.ends}
@@ -50,7 +50,7 @@ def _add_arms(s: Skeleton, pair: Sequence[Constraint], arms: Sequence[tuple[Link
             s.join(f"constraints.{pair[0].name}", link.ends[0], end, arm=True, angles=link.angles)
 
 
-def _vector(step: Step) -> tuple[sp.Expr, ...]:
+def _vector(step: ArmStep) -> tuple[sp.Expr, ...]:
     return tuple(b - a for a, b in zip(step.start, step.end, strict=True))
 
 
@@ -60,7 +60,7 @@ def _tip(skeleton: Skeleton, start: int, sign: int, vector: Sequence[Node]) -> i
     return skeleton.spot([move(x, y) for x, y in zip(skeleton.nodes(start)[:2], vector, strict=True)])
 
 
-def _chosen(skeleton: Skeleton, link: Link, tips: Sequence[int], others: Collection[int]) -> int | None:
+def _chosen(skeleton: Skeleton, link: SkeletonLine, tips: Sequence[int], others: Collection[int]) -> int | None:
     """The tip on the side of the body's ``link`` or, where the arm is not along it, the one at another joint.
 
     A loop may be written backwards, so that the sign of an arm tells nothing.

@@ -15,7 +15,7 @@ import numpy as np
 from lag2fmu.description.places import Body
 from lag2fmu.graph.batches import Floats, Values
 from lag2fmu.mechanism.contact_places import radii_of
-from lag2fmu.picture.skeleton import Link, Skeleton
+from lag2fmu.picture.skeleton import Skeleton, SkeletonLine
 
 PARTICLE, ROD, DISC, BALL, CUBOID = "particle", "rod", "disc", "ball", "cuboid"
 
@@ -89,7 +89,7 @@ def _touching_radius(skeleton: Skeleton, body: Body, values: Values) -> float:
     return max(found)
 
 
-def own_link(skeleton: Skeleton, body: Body) -> Link | None:
+def own_link(skeleton: Skeleton, body: Body) -> SkeletonLine | None:
     """The arm that ends at the mass centre of ``body`` and turns as the body does; None without such an arm."""
     angle = skeleton.written(body.angle)
     for link in skeleton.links:

@@ -23,7 +23,7 @@ from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import Vector
 from lag2fmu.language.definitions import written_out
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.picture.arms import ARM, SHIFT, Step, steps
+from lag2fmu.picture.arms import ARM, SHIFT, ArmStep, steps
 
 _SAMPLES = 5
 MOST_PARTS = 40
@@ -31,7 +31,7 @@ MOST_PARTS = 40
 
 
 @dataclass(frozen=True)
-class Link:
+class SkeletonLine:
     """A straight line of ``part`` (a body, point, frame or constraint) between the spots ``ends``.
 
     An ``arm`` turns about its first end by ``angles``.
@@ -55,7 +55,7 @@ class Skeleton:
 
     mechanism: Mechanism
     place: dict[str, int] = field(default_factory=dict)
-    links: list[Link] = field(default_factory=list)
+    links: list[SkeletonLine] = field(default_factory=list)
     hinges: dict[str, int] = field(default_factory=dict)
     sliders: dict[str, int] = field(default_factory=dict)
     floating: dict[str, int] = field(default_factory=dict)
@@ -142,7 +142,7 @@ class Skeleton:
             here = self._add_step(part, step)
         return here
 
-    def _rigid_step(self, step: Step) -> bool:
+    def _rigid_step(self, step: ArmStep) -> bool:
         return self._apart(*(self.spot(self.put.vector(x)) for x in (step.start, step.end)))
 
     def _carriers(self, here: int) -> list[int]:
@@ -165,7 +165,7 @@ class Skeleton:
         slopes, length = self.slopes([g.dot(vector, vector)]), evaluate(g, [g.dot(vector, vector)], self.samples)
         return bool(np.abs(slopes).max() <= 1e-9 * max(float(np.abs(length).max()), 1e-300))
 
-    def _add_step(self, part: str, step: Step) -> int:
+    def _add_step(self, part: str, step: ArmStep) -> int:
         start, end = (self.spot(self.put.vector(x)) for x in (step.start, step.end))
         if step.kind == ARM:
             for name in step.names:
@@ -190,7 +190,7 @@ class Skeleton:
     ) -> None:
         """Add a link of ``part`` between two spots, unless there is one."""
         if start is not None and start != end and not any(link.ends == (start, end) for link in self.links):
-            self.links.append(Link(part, (start, end), arm, angles))
+            self.links.append(SkeletonLine(part, (start, end), arm, angles))
 
     # ------------------------------------------------------------------------------------------------ in numbers
 
@@ -266,7 +266,7 @@ class Skeleton:
         """The nodes (3,) of a spot."""
         return self._nodes[spot]
 
-    def rigid(self, link: Link) -> bool:
+    def rigid(self, link: SkeletonLine) -> bool:
         """Whether the ends of ``link`` keep their distance whatever the coordinates are."""
         a, b = (self._nodes[i] for i in link.ends)
         return self.keeps_length([self.graph.subtract(y, x) for x, y in zip(a, b, strict=True)])

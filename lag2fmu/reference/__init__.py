@@ -7,7 +7,7 @@ from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.hamilton import integrate_canonically
 from lag2fmu.reference.integrate import integrate, remedy_of_jumps
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.signals import Pieces, Signals, held, interpolated
 from lag2fmu.reference.symbolic import sympy_accelerations
 from lag2fmu.reference.terms import Balance

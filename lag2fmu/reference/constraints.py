@@ -24,7 +24,7 @@ from lag2fmu.language.vocabulary import TIME
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.functions import compiled
-from lag2fmu.reference.state import Floats, State, batch_first, batch_last
+from lag2fmu.reference.state import Floats, StateBatch, batch_first, batch_last
 
 RANK = 1e-10
 """Smaller eigenvalues of the scaled KKT matrix count as zero; they are squares of distances between rows of G."""
@@ -52,13 +52,13 @@ class ConstraintFunctions:
         expressions = constraint_expressions(mechanism) if own else written_constraints(composition)
         self._function = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), expressions)
 
-    def __call__(self, state: State) -> tuple[Floats, Floats, Floats, Floats]:
+    def __call__(self, state: StateBatch) -> tuple[Floats, Floats, Floats, Floats]:
         """phi or A qd + b (m, *batch), velocities (m, *batch), gamma (m, *batch), G (m, n, *batch)."""
         m = self.m
         values: Floats = self._function(state.rows, self._constants)
         return values[:m], values[m : 2 * m], values[2 * m : 3 * m], values[3 * m :].reshape(m, self.n, *state.t.shape)
 
-    def solve(self, mass: Floats, forcing: Floats, state: State, rate: float = 0.0) -> tuple[Floats, Floats]:
+    def solve(self, mass: Floats, forcing: Floats, state: StateBatch, rate: float = 0.0) -> tuple[Floats, Floats]:
         """qdd (n, *batch) and multipliers (m, *batch) for M (n, n, *batch) and forcing (n, *batch), in SI units.
 
         With a ``rate`` (1/s) the constraints' accelerations are -2 rate velocity - rate^2 position instead of 0. This
@@ -106,7 +106,7 @@ class ConstraintFunctions:
 
     def consistent(
         self,
-        state: Callable[[Floats, Floats], State],
+        state: Callable[[Floats, Floats], StateBatch],
         q: Floats,
         qd: Floats,
         nominal: Floats,

@@ -24,7 +24,7 @@ from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.functions import STEP, Array
-from lag2fmu.reference.state import Floats, InputValues, State, batch_first
+from lag2fmu.reference.state import Floats, InputValues, StateBatch, batch_first
 from lag2fmu.reference.symbols import Symbols
 
 
@@ -78,14 +78,14 @@ class DriveForces:
         k, external = len(self.names), 3 * len(self.names) + len(self.equations.mechanism.plain_inputs) + self.n
         y, y_dot, y_ddot = own.inputs[:k], own.inputs[k : 2 * k], own.inputs[2 * k : 3 * k]
         rest = np.concatenate([own.inputs[2 * k : external], np.zeros_like(y), own.inputs[external:]])
-        state = State(own.t, np.concatenate([own.q, y]), np.concatenate([own.qd, y_dot]), rest)
+        state = StateBatch(own.t, np.concatenate([own.q, y]), np.concatenate([own.qd, y_dot]), rest)
         found = self._inertial(state, np.concatenate([qdd, y_ddot])) - self._energies.forces(state)[self.n :]
         if self._energies.constraints.m:
             gradients = self._energies.constraints(state)[3][:, self.n :]
             found = found - np.einsum("mk...,m...->k...", gradients[self._bears], multipliers[self._bears])
         return batch_first(found, 1)
 
-    def _inertial(self, state: State, qdd: Floats) -> Floats:
+    def _inertial(self, state: StateBatch, qdd: Floats) -> Floats:
         """d/dt dL/dy_dot - dL/dy + dR/dy_dot, (k, *batch), with the accelerations of coordinates and motions."""
         size, k = len(state.q), len(self.names)
         configuration = state.rows[: 1 + 2 * size]

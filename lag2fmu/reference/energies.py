@@ -21,7 +21,7 @@ from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.constraints import ConstraintFunctions
 from lag2fmu.reference.functions import Array, compiled
 from lag2fmu.reference.spatial import Spatial
-from lag2fmu.reference.state import Floats, InputValues, State, batch_last
+from lag2fmu.reference.state import Floats, InputValues, StateBatch, batch_last
 
 
 class EnergyFunctions:
@@ -98,7 +98,7 @@ class EnergyFunctions:
         nominal = np.array([c.nominal for c in self.mechanism.coordinates])
         return self.constraints.consistent(lambda a, b: self.state(time, a, b, inputs), q, qd, nominal, free)
 
-    def state(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> State:
+    def state(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> StateBatch:
         """The state with t in s, q and qd (n,) or (m, n), inputs name -> value or (m,).
 
         Raises LoadError for an unknown input, SimulationError for shapes that do not fit.
@@ -120,7 +120,7 @@ class EnergyFunctions:
         self._accelerate(signals)
         time = np.empty(batch)
         time[...] = t
-        return State(time, batch_last(positions), batch_last(velocities), signals)
+        return StateBatch(time, batch_last(positions), batch_last(velocities), signals)
 
     def with_states(self, inputs: Floats, z: Floats) -> Floats:
         """``inputs`` (3 k + m + n + f, *batch) with the further states z put in; z holds those of filters too."""
@@ -143,13 +143,13 @@ class EnergyFunctions:
             values[self._row[name]] = value
         return values
 
-    def energies(self, state: State) -> Floats:
+    def energies(self, state: StateBatch) -> Floats:
         """T, V (J) and R (W) at ``state``: (3, *batch)."""
         rows = self._rows(state)
         values = self._energies(rows, self.constants)
         return values if self.spatial.empty else values + self.spatial.energies(rows)
 
-    def forces(self, state: State) -> Floats:
+    def forces(self, state: StateBatch) -> Floats:
         """The non-potential forces Q, (n, *batch), each in J by the unit of its coordinate.
 
         External forces are included, forces of dissipation R are not.
@@ -157,7 +157,7 @@ class EnergyFunctions:
         values = self._forces(state.rows, self.constants)
         return values if self.spatial.empty else values + self.spatial.forces(self._rows(state), state.inputs)
 
-    def outputs(self, state: State, unknowns: Sequence[Floats]) -> dict[str, Floats]:
+    def outputs(self, state: StateBatch, unknowns: Sequence[Floats]) -> dict[str, Floats]:
         """The outputs of the mechanism by name, in its order, in SI units, each (*batch).
 
         ``unknowns`` are the accelerations (n, *batch) and multipliers (m, *batch).
@@ -170,14 +170,14 @@ class EnergyFunctions:
             values |= self.spatial.outputs(self._rows(state), rates)
         return {name: values[name] for name in self.mechanism.output_names}
 
-    def further(self, state: State, unknowns: Sequence[Floats]) -> Floats:
+    def further(self, state: StateBatch, unknowns: Sequence[Floats]) -> Floats:
         """The derivatives of the further states, (f, *batch), in SI units.
 
         ``unknowns`` are the accelerations (n, *batch) and multipliers (m, *batch).
         """
         return self._further(np.concatenate([state.rows, *unknowns]), self.constants)
 
-    def position(self, state: State, name: str) -> Floats:
+    def position(self, state: StateBatch, name: str) -> Floats:
         """The position (m) in the fixed frame of the point or body ``name``: (2 or 3, *batch)."""
         if self.composition.on_frame(name):
             return self.spatial.position(self._rows(state), name)
@@ -196,7 +196,7 @@ class EnergyFunctions:
             return lambda rows: function(rows, self.constants)
         return lambda rows: function(rows, self.constants) + self.spatial.energies(rows)
 
-    def _rows(self, state: State) -> Floats:
+    def _rows(self, state: StateBatch) -> Floats:
         """t, q, qd, y, y_dot of ``state``, (1 + 2 n + 2 k, *batch)."""
         return np.ascontiguousarray(state.rows[: len(self._configuration)])
 

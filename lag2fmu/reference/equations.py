@@ -29,7 +29,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import BLOCK, STEP, Array
-from lag2fmu.reference.state import Floats, InputValues, State, batch_first, batch_last
+from lag2fmu.reference.state import Floats, InputValues, StateBatch, batch_first, batch_last
 from lag2fmu.reference.terms import Balance, Terms, weakness
 
 SMALL = 3
@@ -157,7 +157,7 @@ class Equations:
 
     # ------------------------------------------------------------------------------------------------- how it is done
 
-    def rates(self, state: State, damping: float = 0.0) -> tuple[Floats, Floats, Floats]:
+    def rates(self, state: StateBatch, damping: float = 0.0) -> tuple[Floats, Floats, Floats]:
         """qdd (n, *batch), multipliers (m, *batch) and the power (*batch,), in W, that changes h.
 
         NaN where there is no solution. ``damping`` (1/s) pulls the motion back onto the constraints, see
@@ -178,7 +178,7 @@ class Equations:
         except np.linalg.LinAlgError:
             return np.full_like(forcing, np.nan)
 
-    def terms(self, state: State) -> Terms:
+    def terms(self, state: StateBatch) -> Terms:
         """The parts of the equations at ``state``, by polarisation and complex steps, see the module.
 
         Long batches are evaluated in blocks, which bounds the memory.
@@ -189,7 +189,7 @@ class Equations:
         parts = [self._terms(state.part(slice(i, i + size))) for i in range(0, len(state.t), size)]
         return Terms(*(np.concatenate([getattr(part, f.name) for part in parts], axis=-1) for f in fields(Terms)))
 
-    def weakness(self, state: State) -> str:
+    def weakness(self, state: StateBatch) -> str:
         """Words that say what is wrong with the mass matrix at one of the states, and name the coordinates."""
         names = [c.name for c in self.mechanism.coordinates]
         matrices = batch_first(self.terms(state).mass_matrix, 2).reshape(-1, self.n, self.n)
@@ -199,7 +199,7 @@ class Equations:
             matrices = matrices + np.swapaxes(jacobian, 1, 2) @ (size[:, None, None] * jacobian)
         return weakness(names, matrices)
 
-    def _terms(self, state: State) -> Terms:
+    def _terms(self, state: StateBatch) -> Terms:
         n, units = self.n, self._units.shape[1]
         rows = self._rows(state, units + 2 * n + 1)
         batch = (1,) * state.t.ndim
@@ -245,14 +245,14 @@ class Equations:
         h: Array = (K[0] + K[1]) / 2 - 2 * K[2] + U[0]
         return h
 
-    def _rows(self, state: State, points: int) -> Array:
+    def _rows(self, state: StateBatch, points: int) -> Array:
         """t, q, qd, y, y_dot of ``state`` at ``points`` equal points, complex: (1 + 2 n + 2 k, points, *batch)."""
         stacked = state.rows[: 1 + 2 * self.n + 2 * self._motions]
         rows = np.empty((len(stacked), points, *state.t.shape), complex)
         rows[...] = stacked[:, None]
         return rows
 
-    def _move(self, rows: Array, state: State, explicit: bool = False) -> None:
+    def _move(self, rows: Array, state: StateBatch, explicit: bool = False) -> None:
         """Add the complex step along the motion to ``rows``: t and motion inputs, and q unless ``explicit``."""
         n, k, step = self.n, self._motions, 1j * STEP
         rows[0] += step
@@ -260,7 +260,7 @@ class Equations:
             rows[1 : 1 + n] += step * state.qd[:, None]
         rows[1 + 2 * n :] += step * state.inputs[k : 3 * k, None]
 
-    def _power(self, state: State, terms: Terms) -> Floats:
+    def _power(self, state: StateBatch, terms: Terms) -> Floats:
         """Q . qd - qd . dR/dqd - dL/dt, in W."""
         power: Floats = (state.qd * (terms.forces - terms.dissipation_slope)).sum(axis=0) - terms.explicit_rate
         return power
@@ -269,7 +269,7 @@ class Equations:
     def _shape(self) -> tuple[int, int]:
         return self.energies.constraints.m, self.n
 
-    def _constraint_power(self, state: State, multipliers: Floats) -> Floats:
+    def _constraint_power(self, state: StateBatch, multipliers: Floats) -> Floats:
         """-multiplier . b, in W: the power that moving constraints put into the mechanism."""
         if not self.energies.constraints.m:
             return np.zeros(state.t.shape)
@@ -278,12 +278,12 @@ class Equations:
         power: Floats = -(multipliers * moving).sum(axis=0)
         return power
 
-    def _where(self, state: State, values: Floats) -> str:
+    def _where(self, state: StateBatch, values: Floats) -> str:
         """Mechanism and time of the first value that is not finite."""
         bad = ~np.isfinite(values).all(axis=0)
         return f"mechanism '{self.mechanism.name}' at time {float(np.atleast_1d(state.t)[np.atleast_1d(bad)][0])!r} s"
 
-    def _check_degree(self, state: State) -> None:
+    def _check_degree(self, state: StateBatch) -> None:
         """Raise DerivationError unless the third difference of K along a velocity vanishes."""
         rows = self._rows(state, 4)
         direction = self.scale * np.cos(np.arange(1, self.n + 1))

@@ -27,7 +27,7 @@ _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 @dataclass(frozen=True)
-class Pose:
+class FramePose:
     """Where a frame is and how it moves, in world axes: R (3, 3), x (m), v (m/s), w (rad/s), each (3,)."""
 
     R: Array
@@ -68,7 +68,7 @@ class Spot:
     frame: str
     values: slice
 
-    def motion(self, poses: dict[str, Pose], values: Array) -> tuple[Array, Array]:
+    def motion(self, poses: dict[str, FramePose], values: Array) -> tuple[Array, Array]:
         """Position (m) and velocity (m/s) in world axes, (3, *shape) each."""
         pose, here = poses[self.frame], values[self.values]
         arm = apply(pose.R, here[:3])
@@ -86,7 +86,7 @@ def spot_of(frame: str, position: Iterable[sp.Expr | int | float], slots: Slots)
     return Spot(frame, slots.add([*here, *map(slots.rate, here)]))
 
 
-def poses_of(links: Sequence[Link], values: Array) -> dict[str, Pose]:
+def poses_of(links: Sequence[Link], values: Array) -> dict[str, FramePose]:
     """The poses of all frames and of the world for the ``values`` (slots, *shape) of the slots, in SI units.
 
     Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd edition, sections 2.1-2.6.
@@ -94,7 +94,7 @@ def poses_of(links: Sequence[Link], values: Array) -> dict[str, Pose]:
     one = np.zeros((3, 3, *values.shape[1:]), values.dtype)
     one[range(3), range(3)] = 1
     zero = np.zeros_like(one[0])
-    poses = {WORLD: Pose(one, zero, zero, zero)}
+    poses = {WORLD: FramePose(one, zero, zero, zero)}
     for link in links:
         parent, origin = poses[link.parent], values[link.origin]
         arm = apply(parent.R, origin[:3])
@@ -105,7 +105,7 @@ def poses_of(links: Sequence[Link], values: Array) -> dict[str, Pose]:
             R, w = _turned(R, w, axis, values[turn.values])
         if link.quaternion is not None:
             R, w = _by_quaternion(R, w, values[link.quaternion])
-        poses[link.name] = Pose(R, x, v, w)
+        poses[link.name] = FramePose(R, x, v, w)
     return poses
 
 
@@ -205,7 +205,7 @@ class Element:
     free: bool
 
 
-def turning(pose: Pose, quantity: str, *, in_world: bool) -> Array:
+def turning(pose: FramePose, quantity: str, *, in_world: bool) -> Array:
     """The entries of angular velocity (rad/s), rotation matrix, or angles about x, y, z (rad) of a frame, (k, N)."""
     R = pose.R
     if quantity == "angular_velocity":

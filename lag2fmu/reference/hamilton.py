@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lag2fmu.deadline import check_time
 from lag2fmu.description.names import velocity
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
@@ -100,6 +101,7 @@ class _Canonical:
 
     def slope(self, t: float, z: Floats) -> Floats:
         """dz/dt, (2 n,)."""
+        check_time()
         qd = self.velocity(t, z[: self.n], z[self.n :])
         state = self.equations.energies.state(t, z[: self.n], qd)
         terms = self.terms(state)

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lag2fmu.deadline import OutOfTimeError, check_time
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.native import native_terms
 from lag2fmu.reference.signals import Signals
 from lag2fmu.reference.single import SingleState, single_state
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.state import Floats, StateBatch
 
 PERTURBATION = 1e-8
 DAMPING = 0.1
@@ -60,10 +61,11 @@ class InitialValueProblem:
         self._single: SingleState | None = None
         self.progress: Callable[[float], None] | None = None
         self.jumps = equations.energies.composition.jumps()
+        self.most: float = MAX_WITH_JUMPS if self.jumps else MAX_EVALUATIONS
         self.share = 0.0  # the share of the work done before the present run; each run is half of all work
         self.reached = float(times[0])  # s, the greatest time that a method reached before it took too many evaluations
 
-    def state(self, t: float, z: Floats) -> State:
+    def state(self, t: float, z: Floats) -> StateBatch:
         """The state at the time t (s) and z (copies, s + 1)."""
         inputs: dict[str, ArrayLike] = {**self._inputs(t), **self.further_of(z)}
         return self.equations.energies.state(t, z[:, : self.n], z[:, self.n : 2 * self.n], inputs)
@@ -110,6 +112,7 @@ class InitialValueProblem:
     def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
         """z at the times, (m, copies, s + 1), from ``start`` (copies, s + 1), and the evaluations it took.
 
+        Where the time for the work (``deadline``) is over before, there are the rows that were reached, one at least.
         No step is longer than 1 / ``pieces`` of the way to the next break of the inputs, or of LONGEST_PART of the
         whole run. Otherwise a step could pass over a force that acts for a short time only. Raises SimulationError with
         the time reached. Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
@@ -131,13 +134,18 @@ class InitialValueProblem:
             self._before_end = math.nextafter(self.end, -math.inf)
             values = self._segment(method, (t, self.end), z, asked, rtol=rtol, atol=atol, max_step=longest)
             found.append(values[: len(inside)])
+            if len(values) < len(asked):
+                break
             z, t = values[-1], self.end
-        return np.concatenate(found).reshape(len(self.times), *start.shape), self.evaluations
+        return np.concatenate(found).reshape(-1, *start.shape), self.evaluations
 
     def _segment(
         self, method: str, span: tuple[float, float], z: Floats, asked: Floats, **options: float | Floats
     ) -> Floats:
-        """z (b, size) at the b times ``asked``, in s, over a ``span`` without a break of the inputs inside."""
+        """z (b, size) at the b times ``asked``, in s, over a ``span`` without a break of the inputs inside.
+
+        They are the first of these times where the time for the work is over before.
+        """
         import scipy.integrate
 
         first_step = None if self._step is None else min(self._step, span[1] - span[0])
@@ -151,6 +159,8 @@ class InitialValueProblem:
                     proposed, message = solver.h_abs, solver.step()
                     if solver.status != "failed":
                         found += _passed(solver, asked)
+        except OutOfTimeError:
+            return np.reshape(found, (-1, len(z)))
         except _TooLongError as error:
             self.reached = max(self.reached, error.args[0])
             reason = f"{method} took {self.evaluations - 1} evaluations"
@@ -165,8 +175,9 @@ class InitialValueProblem:
     def _slope(self, t: float, z: Floats) -> Floats:
         """dz/dt, flat; NaN where there are no accelerations, which makes the method take a shorter step."""
         self.evaluations += 1
-        if self.evaluations > (MAX_WITH_JUMPS if self.jumps else MAX_EVALUATIONS):
+        if self.evaluations > self.most:
             raise _TooLongError(t)
+        check_time()
         self.last = (t, z)
         if self.progress is not None and self.evaluations % 100 == 0:
             self.progress(self.share + 0.5 * (t - self.times[0]) / (self.times[-1] - self.times[0]))
@@ -187,7 +198,7 @@ class InitialValueProblem:
             qdd, multipliers, slope[self.size] = self._single.rates(t, copy, inputs, self.damping)
             slope[n : 2 * n] = qdd
             if self.further:
-                state = State(np.asarray(t), copy[:n], copy[n : 2 * n], inputs)
+                state = StateBatch(np.asarray(t), copy[:n], copy[n : 2 * n], inputs)
                 slope[2 * n : self.size] = self.equations.energies.further(state, (qdd, multipliers))
         return slopes.ravel()
 

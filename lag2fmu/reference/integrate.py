@@ -11,32 +11,36 @@ same authors, volume II, section IV.8.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lag2fmu.description.names import acceleration, multiplier, residual, velocity
+from lag2fmu.deadline import seconds_left, within
+from lag2fmu.description.names import velocity
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
-from lag2fmu.reference.energies import declared_starts
 from lag2fmu.reference.equations import Equations
-from lag2fmu.reference.hybrid.columns import columns_of
-from lag2fmu.reference.hybrid.comparison import HybridResult, compared, perturbed
+from lag2fmu.reference.hybrid.columns import columns_of, groups
+from lag2fmu.reference.hybrid.comparison import compared, perturbed
 from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.kinks import is_hybrid
-from lag2fmu.reference.hybrid.run import Run, Track
-from lag2fmu.reference.hybrid.starting import started
-from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.hybrid.run import HybridRun, Track, started
+from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.initial_value_problem import SCIPY_METHODS, InitialValueProblem
-from lag2fmu.reference.record import Reference
-from lag2fmu.reference.signals import Inputs, Signals, signals_of
+from lag2fmu.reference.integrated import Reference
+from lag2fmu.reference.paces import some_of, velocity_units
+from lag2fmu.reference.signals import Inputs, signals_of
+from lag2fmu.reference.smooth_runs import SmoothRuns, start_of
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
 
-PACES = 20
-"""Points of the motion at which the pace of each coordinate is measured."""
+RUNS = 3
+MAX_EVALUATIONS = 500_000
+"""A method counts as failed after so many evaluations of the equations in one run."""
 
 
 def integrate(
@@ -62,7 +66,9 @@ def integrate(
       longest step is a part of it.
     - ``progress``: a function that is told the share that is done, 0 to 1.
 
-    Raises LoadError for unknown or unusable names and values, SimulationError with the time reached. Source: Hairer,
+    Where the time that the caller gives (``deadline``) is over before, the reference ends at the time reached. Raises
+    LoadError for unknown or unusable names and values, SimulationError with the time reached, OutOfTimeError where not
+    even the start was settled in time. Source: Hairer,
     Norsett, Wanner, Solving Ordinary Differential Equations I, section II.5; Hairer, Wanner, volume II, section IV.8.
     """
     grid = _checked_times(times)
@@ -71,107 +77,143 @@ def integrate(
             f"integrate: method '{method}' and rtol {rtol!r}; "
             f"expected one of {', '.join(SCIPY_METHODS)} and 1e-13 to 1e-2"
         )
+    methods = SCIPY_METHODS[SCIPY_METHODS.index(method) :]
     signals = signals_of(mechanism, inputs, float(grid[0]))
+    runs: _Runs
     if is_hybrid(mechanism):
-        return _hybrid(mechanism, grid, signals, (parameters, starts or {}), (method, rtol), progress)
-    equations = Equations(mechanism, parameters)
-    problem = InitialValueProblem(equations, signals, grid, _start(equations, starts or {}, float(grid[0]), signals))
-    problem.check_start()
-    problem.progress, problem.whole = progress, whole or problem.whole
-    for name in SCIPY_METHODS[SCIPY_METHODS.index(method) :]:
-        try:
-            problem.share = 0.0
-            raw, evaluations = problem.solve(name, rtol, problem.start[None], pieces=2)
-            fine = problem.projected(grid, raw[:, 0])
-            scales = _scales(fine, problem.nominal)
-            units, problem.share = _units(problem, fine, scales), 0.5
-            coarse, more = problem.solve(name, 10 * rtol, np.stack([problem.start, problem.perturbed(units)]), pieces=1)
-            return _assembled(problem, fine, coarse, (scales, units), name, evaluations + more)
-        except SimulationError as error:
-            if problem.jumps:
-                raise SimulationError(f"{error}; {remedy_of_jumps(mechanism)}") from error
-            if name == SCIPY_METHODS[-1]:
-                raise
-    raise AssertionError("unreachable")
-
-
-def _hybrid(
-    mechanism: Mechanism,
-    grid: Floats,
-    signals: Signals,
-    values: tuple[Mapping[str, float] | None, Mapping[str, float]],
-    accuracy: tuple[str, float],
-    progress: Callable[[float], None] | None,
-) -> Reference:
-    """The reference of a hybrid ``mechanism``; ``values``: parameters and starts, ``accuracy``: method and rtol."""
-    (parameters, starts), (method, rtol) = values, accuracy
-    for name in SCIPY_METHODS[SCIPY_METHODS.index(method) :]:
-        try:
-            found = _three_runs(
-                mechanism,
-                grid,
-                signals,
-                parameters=parameters,
-                starts=starts,
-                rtol=rtol,
-                method=name,
-                progress=progress,
-            )
-        except SimulationError as error:
-            if name == SCIPY_METHODS[-1]:
-                remedy = remedy_of_jumps(mechanism)
-                raise SimulationError(f"{error}; {remedy}" if remedy else str(error)) from error
-            continue
-        states = [c.name for c in mechanism.coordinates]
-        states += [velocity(c) for c in states]
-        states += [z.name for z in mechanism.states]
-        return Reference(
-            trajectory=Trajectory.of(grid, found.columns),
-            work=found.work,
-            scales=dict(zip(states, found.scales.tolist(), strict=True)),
-            error=Trajectory(grid, tuple(states), found.errors),
-            amplification=found.amplification,
-            method=name,
-            evaluations=found.evaluations,
-            events=found.events,
-            turns=found.turns,
-            comparable=found.comparable,
+        runs = HybridRuns(
+            HybridRun(HybridSystem(mechanism, parameters), signals, grid, whole), starts or {}, rtol, progress
         )
-    raise AssertionError("unreachable")
+    else:
+        equations = Equations(mechanism, parameters)
+        start = start_of(equations, starts or {}, float(grid[0]), signals)
+        problem = InitialValueProblem(equations, signals, grid, start)
+        problem.check_start()
+        problem.progress, problem.whole = progress, whole or problem.whole
+        runs, methods = SmoothRuns(problem, rtol), methods[:1] if problem.jumps else methods
+    try:
+        return _by_the_first_that_can(methods, runs, len(grid))
+    except SimulationError as error:
+        remedy = remedy_of_jumps(mechanism)
+        raise SimulationError(f"{error}; {remedy}" if remedy else str(error)) from error
 
 
-def _three_runs(
-    mechanism: Mechanism,
-    times: Floats,
-    signals: Signals,
-    *,
-    parameters: Mapping[str, float] | None,
-    starts: Mapping[str, float],
-    rtol: float,
-    method: str,
-    progress: Callable[[float], None] | None = None,
-) -> HybridResult:
-    """Runs at ``rtol``, at 10 ``rtol``, and at 10 ``rtol`` from a start perturbed by 1e-8, compared.
+class _Runs(Protocol):
+    """The runs of which a reference is made."""
 
-    They go over ``times`` (m,) in s; arguments as of ``integrate``.
-    Raises LoadError for unusable starts, SimulationError with the time reached.
+    def first(self, method: str, *, last: bool) -> tuple[int, Any]:
+        """The first run, in its part of the time: the number of times that it reached, and what it found."""
+
+    def completed(self, method: str, rows: int, found: Any) -> Reference:
+        """The reference of the first run, and of the others until where they come."""
+
+
+def _by_the_first_that_can(methods: Sequence[str], runs: _Runs, m: int) -> Reference:
+    """The reference by the first of ``methods`` that does not fail.
+
+    A method that does not reach half of the ``m`` times in the time of its first run may be the wrong one. So the next
+    one is tried, and the one that got farther is taken.
     """
-    system = System(mechanism, parameters)
-    run = Run(system, signals, times)
-    tracks: list[Track] = []
-    start = started(run, starts)
+    kept: tuple[str, int, Any] | None = None
+    for name in methods:
+        last = name == methods[-1]
+        try:
+            rows, found = runs.first(name, last=last)
+        except SimulationError:
+            if last and kept is None:
+                raise
+            continue
+        if kept is None or rows > kept[1]:
+            kept = name, rows, found
+        if 2 * rows < m and not last:
+            continue
+        try:
+            return runs.completed(*kept)
+        except SimulationError:
+            if last:
+                raise
+            kept = None
+    assert kept is not None, "the last method either failed or has reached something"
+    return runs.completed(*kept)
 
-    def share(done: float) -> None:
-        if progress is not None:
-            progress((len(tracks) + done) / 3)
 
-    run.progress = share
-    tracks.append(Follower(run, method, rtol).follow(start))
-    fine = tracks[0]
-    scales = np.maximum(np.ptp(fine.values[:, : run.size], axis=0), run.nominal)
-    for begin in (start, perturbed(run, start, scales, fine.modes[0])):
-        tracks.append(Follower(run, method, 10 * rtol).follow(begin))
-    return compared(run, tracks, scales, columns_of(run, fine))
+class HybridRuns:
+    """The runs with events: at ``rtol``, at 10 ``rtol``, and at 10 ``rtol`` from a start perturbed by 1e-8."""
+
+    def __init__(
+        self, run: HybridRun, starts: Mapping[str, float], rtol: float, progress: Callable[[float], None] | None
+    ) -> None:
+        """``starts`` {NAME or NAME_dot: SI value} replace declared values; ``progress`` is told the share done."""
+        self.run, self.rtol, self.progress, self.grid = run, rtol, progress, run.times
+        self.start = started(run, starts)
+
+        self.most = math.inf  # evaluations after which a method has failed
+
+    def first(self, method: str, *, last: bool) -> tuple[int, Track]:
+        """The number of times that the run at ``rtol`` reaches in a third of the time, and the run.
+
+        The ``last`` method may need as many evaluations as it likes, if the time has a bound. Raises SimulationError,
+        and OutOfTimeError where the start is not settled in time.
+        """
+        self.run.times = self.grid
+        self.most = math.inf if last and seconds_left() < math.inf else MAX_EVALUATIONS
+        track = self._track(method, self.rtol, self.start, 0)
+        return len(track.modes), track
+
+    def _track(self, method: str, rtol: float, start: Floats, before: int) -> Track:
+        """The run of ``method`` from ``start`` (s,), with as many runs ``before``."""
+        run, progress = self.run, self.progress
+        run.progress = None if progress is None else lambda done: progress((before + done) / RUNS)
+        with within(seconds_left() / (RUNS - before)):
+            return Follower(run, method, rtol, self.most).follow(start)
+
+    def completed(self, method: str, rows: int, found: Track) -> Reference:
+        """The reference of the first run, ``found`` at so many ``rows``, until where the other two come.
+
+        Raises SimulationError, and OutOfTimeError where they do not settle their start in time.
+        """
+        run = self.run
+        run.times = self.grid[:rows]
+        scales = np.maximum(np.ptp(found.values[:, : run.size], axis=0), run.nominal)
+        coarse = self._track(method, 10 * self.rtol, self.start, 1)
+        moved = perturbed(run, self.start, scales, found.modes[0])
+        tracks = [found, coarse, self._track(method, 10 * self.rtol, moved, 2)]
+        run.times = run.times[: min(len(track.modes) for track in tracks)]
+        tracks = [track.until(run.times) for track in tracks]
+        units = self._units(tracks[0], scales)
+        result = compared(run, tracks, (scales, units), columns_of(run, tracks[0]))
+        states = [c.name for c in run.system.mechanism.coordinates]
+        states += [*map(velocity, states), *run.further]
+        return Reference(
+            trajectory=Trajectory.of(run.times, result.columns),
+            work=result.work,
+            scales=dict(zip(states, result.scales.tolist(), strict=True)),
+            error=Trajectory(run.times, tuple(states), result.errors),
+            amplification=result.amplification,
+            method=method,
+            evaluations=result.evaluations,
+            events=result.events,
+            turns=result.turns,
+            comparable=result.comparable,
+        )
+
+    def _units(self, track: Track, scales: Floats) -> Floats:
+        """The units of the distance of two runs at each time of the ``track``, (m, s), from the ``scales`` (s,).
+
+        While a compliant contact is closed velocities swing fast, and have greater units than where it is open. Where
+        rigid contacts or dry friction act, the units are the scales.
+        """
+        run, system = self.run, self.run.system
+        n, units = run.n, np.tile(scales, (len(track.modes), 1))
+        if system.elements.k:
+            return units
+        for sides, group in groups([modes.sides for modes in track.modes]):
+            rows = some_of(np.array(group))
+            system.elements.set_sides(sides)
+            z, times = track.values[rows, : run.size], run.times[rows]
+            inputs = {**run.signals.sampled(times), **dict(zip(run.further, z[:, 2 * n :].T, strict=True))}
+            units[group, n : 2 * n] = velocity_units(system.equations, times, z, inputs, scales)
+        return units
 
 
 def remedy_of_jumps(mechanism: Mechanism) -> str:
@@ -192,85 +234,3 @@ def _checked_times(times: ArrayLike) -> Floats:
     if grid.ndim != 1 or not len(grid):
         raise SimulationError(f"integrate: times have shape {grid.shape}; give one time or more")
     return Trajectory(grid, (), np.empty((len(grid), 0))).time
-
-
-def _start(equations: Equations, overrides: Mapping[str, float], time: float, signals: Signals) -> Floats:
-    """z at the start, (s + 1,), in SI units; guesses are solved for the constraints at ``time`` (s).
-
-    ``overrides`` {NAME or NAME_dot: SI value} replace declared values. Raises LoadError for those that cannot be used.
-    """
-    mechanism, energies = equations.mechanism, equations.energies
-    coordinates, values = mechanism.coordinates, declared_starts(mechanism, overrides)
-    found: Floats = np.array(list(values.values()))
-    if energies.constraints.m:
-        free = [c.given is False for c in coordinates], [c.velocity_given is False for c in coordinates]
-        n, inputs = energies.n, {**signals.at(time), **{z.name: values[z.name] for z in mechanism.states}}
-        found[: 2 * n] = np.concatenate(energies.consistent(found[:n], found[n : 2 * n], time, inputs, free))
-    return np.append(found, 0.0)
-
-
-def _scales(z: Floats, nominal: Floats) -> Floats:
-    """max(range, nominal) of q, qd and further states over a run z (m, s + 1): (s,)."""
-    scales: Floats = np.maximum(np.ptp(z[:, : len(nominal)], axis=0), nominal)
-    return scales
-
-
-def _units(problem: InitialValueProblem, z: Floats, scales: Floats) -> Floats:
-    """The units of the distance of two runs, (s,): the ``scales`` (s,); those of velocities may be greater.
-
-    A coordinate that is moved by its scale swings at the rate sqrt(|d qdd/dq|), in 1/s, the greatest along z (m, s +
-    1). It gets velocities of scale times rate. With smaller units of velocities a fast vibration would look like a
-    growing one.
-    """
-    n = problem.n
-    rows = np.unique(np.linspace(0, len(z) - 1, PACES).astype(int))
-    times, q, qd = problem.times[rows], z[rows, :n], z[rows, n : 2 * n]
-    inputs = {**problem.signals.sampled(times), **problem.further_of(z[rows])}
-    changes = []
-    for i, change in enumerate(1e-6 * scales[:n]):
-        sides = []
-        for sign in (1, -1):
-            moved = q.copy()
-            moved[:, i] += sign * change
-            sides.append(problem.equations.rates(problem.equations.energies.state(times, moved, qd, inputs))[0][i])
-        changes.append(np.nanmax(np.nan_to_num(np.abs(sides[0] - sides[1]), posinf=0.0)) / (2 * change))
-    speeds = np.maximum(scales[n : 2 * n], scales[:n] * np.sqrt(changes))
-    return np.concatenate([scales[:n], speeds, scales[2 * n :]])
-
-
-def _assembled(
-    problem: InitialValueProblem,
-    fine: Floats,
-    coarse: Floats,
-    measures: tuple[Floats, Floats],
-    method: str,
-    evaluations: int,
-) -> Reference:
-    """The record of two runs: ``fine`` (m, s + 1), ``coarse`` (m, 2, s + 1) with the perturbed one.
-
-    ``measures`` are the scales and units of q, qd and further states, (s,) each.
-    """
-    n, equations, times = problem.n, problem.equations, problem.times
-    inputs = {**problem.signals.sampled(times), **problem.further_of(fine)}
-    names = [c.name for c in equations.mechanism.coordinates]
-    states = [*names, *map(velocity, names), *problem.further]
-    q, qd = fine[:, :n], fine[:, n : 2 * n]
-    columns = dict(zip(states, fine.T, strict=False))
-    columns |= dict(zip(map(acceleration, names), equations.accelerations(times, q, qd, inputs).T, strict=True))
-    columns |= equations.outputs(times, q, qd, inputs)
-    constraints = equations.energies.constraints.names
-    for name, found in ((multiplier, equations.multipliers), (residual, equations.residuals)):
-        columns |= dict(zip(map(name, constraints), found(times, q, qd, inputs).T, strict=True))
-    for energy in ("kinetic_energy", "potential_energy", "generalized_energy"):
-        columns[energy] = getattr(equations, energy)(times, q, qd, inputs)
-    scales, units = measures
-    distance = (np.abs(coarse[:, 1, : problem.size] - coarse[:, 0, : problem.size]) / units).max(axis=1)
-    return Reference(
-        trajectory=Trajectory.of(times, columns),
-        work=fine[:, problem.size],
-        scales=dict(zip(states, scales.tolist(), strict=True)),
-        error=Trajectory(times, tuple(states), np.abs(fine - coarse[:, 0])[:, : problem.size]),
-        amplification=np.maximum.accumulate(distance / distance[0]),
-        method=method,
-        evaluations=evaluations,
-    )

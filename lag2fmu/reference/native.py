@@ -21,7 +21,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from lag2fmu.building.libraries import kept
+from lag2fmu.building.build_cache import kept
 from lag2fmu.building.process import run, zig
 from lag2fmu.errors import BuildError
 from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice, Smooth

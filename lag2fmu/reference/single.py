@@ -6,7 +6,7 @@ import numpy as np
 
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.native import Function, native_terms
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.state import Floats, StateBatch
 from lag2fmu.reference.terms import Terms
 
 
@@ -36,7 +36,7 @@ class SingleState:
         self._system = np.zeros((n + m, n + m), order="F")
         self._full_rank: bool | None = None
 
-    def terms(self, state: State) -> Terms:
+    def terms(self, state: StateBatch) -> Terms:
         """The parts of the equations at a single ``state``, in SI units, with the shapes of ``Equations.terms``."""
         self._evaluate(float(state.t), np.concatenate([state.q, state.qd]), state.inputs)
         p, inertial, slope, dissipation, explicit, Q = (x.copy() for x in self._parts[:6])

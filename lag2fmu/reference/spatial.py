@@ -22,8 +22,8 @@ from lag2fmu.language.vocabulary import TIME
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.frames import (
     Element,
+    FramePose,
     Mass,
-    Pose,
     apply,
     apply_transposed,
     dot,
@@ -245,17 +245,17 @@ class Spatial:
             R = R + damping * dot(gap, rate) ** 2 / dot(gap, gap) / 2
         return T, V, R
 
-    def _gap(self, part: Element, poses: dict[str, Pose], values: Array) -> tuple[Array, Array]:
+    def _gap(self, part: Element, poses: dict[str, FramePose], values: Array) -> tuple[Array, Array]:
         (xa, va), (xb, vb) = (end.motion(poses, values) for end in part.ends)
         return xa - xb, va - vb
 
-    def _moved(self, load: Load, poses: dict[str, Pose], values: Array) -> tuple[Array, Array]:
+    def _moved(self, load: Load, poses: dict[str, FramePose], values: Array) -> tuple[Array, Array]:
         """The velocity v (m/s) or w (rad/s) along which ``load`` acts, and the axes R (3, 3) of its frame."""
         spot = self._spots[str(load.body if load.point is None else load.point)]
         pose = poses[spot.frame]
         return (pose.w if load.force is None else spot.motion(poses, values)[1]), pose.R
 
-    def _generalized(self, poses: dict[str, Pose], values: Array, entries: Array) -> Array:
+    def _generalized(self, poses: dict[str, FramePose], values: Array, entries: Array) -> Array:
         """Q (n, N) from velocities at zero and unit velocities, (..., n + 1, N), and the ``entries`` of loads."""
         total: Array = np.zeros((self.n, entries.shape[1]))
         for i, load in enumerate(self._loads):
@@ -267,7 +267,7 @@ class Spatial:
             total = total + dot(vector[:, None], moved[:, 1:] - moved[:, :1])
         return total
 
-    def _resisting(self, poses: dict[str, Pose], values: Array, given: Array) -> Array:
+    def _resisting(self, poses: dict[str, FramePose], values: Array, given: Array) -> Array:
         """F drate/dqd, (n, N), of the dampers with a force F; the rates are those at zero and unit velocities.
 
         ``given``: t, q, qd and the inputs, (1 + 3 k + m + 3 n, N).
@@ -281,7 +281,7 @@ class Spatial:
             total = total + force(np.concatenate([given, rate]), self._constants) * slopes
         return total
 
-    def _change(self, output: Output, poses: dict[str, Pose], later: dict[str, Pose], moved: Array) -> Array:
+    def _change(self, output: Output, poses: dict[str, FramePose], later: dict[str, FramePose], moved: Array) -> Array:
         """The acceleration or angular acceleration that is ``output``, (3, N), from velocities a complex step later."""
         if output.point is not None:
             change: Array = self._spots[str(output.point)].motion(later, moved)[1].imag / STEP
@@ -290,7 +290,7 @@ class Spatial:
         change = np.broadcast_to(later[frame].w.imag / STEP, (3, *moved.shape[1:]))
         return change if output.axes == WORLD else apply_transposed(poses[frame].R, change)
 
-    def _quantity(self, output: Output, poses: dict[str, Pose], values: Array, rows: Array) -> Array:
+    def _quantity(self, output: Output, poses: dict[str, FramePose], values: Array, rows: Array) -> Array:
         """The entries of ``output``, (k, N)."""
         if output.point is not None:
             return self._spots[str(output.point)].motion(poses, values)[output.quantity == "velocity"]

@@ -15,7 +15,7 @@ InputValues = Mapping[str, ArrayLike]
 
 
 @dataclass(frozen=True)
-class State:
+class StateBatch:
     """A state of a mechanism, or a batch of states, in SI units.
 
     t is (*batch), q and qd are (n, *batch), inputs are (3 k + m + n + f, *batch) in the order of ``Symbols.inputs``.
@@ -31,9 +31,9 @@ class State:
         """Everything stacked: t, q, qd, inputs, (1 + 2 n + 3 k + m + n, *batch)."""
         return np.concatenate([self.t[None], self.q, self.qd, self.inputs])
 
-    def part(self, block: slice) -> State:
+    def part(self, block: slice) -> StateBatch:
         """The states ``block`` of a batch."""
-        return State(self.t[block], self.q[:, block], self.qd[:, block], self.inputs[:, block])
+        return StateBatch(self.t[block], self.q[:, block], self.qd[:, block], self.inputs[:, block])
 
 
 def batch_first(values: Floats, axes: int) -> Floats:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.names import acceleration, generalized_force, velocity
-from lag2fmu.description.record import Description
 from lag2fmu.language.vocabulary import symbol
 
 

@@ -92,6 +92,11 @@ class Trajectory:
         """The trajectory without the columns ``names``; names that are no columns are ignored."""
         return Trajectory.of(self.time, {name: self[name] for name in self if name not in names})
 
+    def until(self, end: float) -> Trajectory:
+        """The trajectory at its times up to ``end`` (s), which rounding (1e-9 of it) may miss."""
+        k = int(np.searchsorted(self.time, end + 1e-9 * abs(end), side="right"))
+        return Trajectory(self.time[:k], self.names, self.values[:k])
+
     def interpolated(self, times: ArrayLike) -> Trajectory:
         """The trajectory at ``times`` (m,) in s, linear between its own; raises SimulationError outside of its range.
 

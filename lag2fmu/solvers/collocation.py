@@ -124,7 +124,7 @@ class Collocation:
         return tuple(tuple(_row_product(row, column) for column in columns) for row in self.a)
 
     @property
-    def modes(self) -> Modes | None:
+    def modes(self) -> StageModes | None:
         """The matrices that decouple the stages of radau5, see ``modes_of``; None for variational methods."""
         return None if self.variational else modes_of(self.a)
 
@@ -135,7 +135,7 @@ class Collocation:
 
 
 @dataclass(frozen=True)
-class Modes:
+class StageModes:
     """a = from_modes . diag(real, [[x, y], [-y, x]]) . to_modes for a of 3 stages; ``pair`` is (x, y).
 
     ``to_modes`` and ``from_modes`` are (3, 3).
@@ -147,7 +147,7 @@ class Modes:
     from_modes: tuple[tuple[float, ...], ...]
 
 
-def modes_of(a: Sequence[Row]) -> Modes:
+def modes_of(a: Sequence[Row]) -> StageModes:
     """The modes of ``a`` (3, 3), which has one real eigenvalue and a complex pair, with real and imaginary parts apart.
 
     The computation uses elementary operations only, so that the digits are the same on every machine. Source: Hairer,
@@ -166,7 +166,7 @@ def modes_of(a: Sequence[Row]) -> Modes:
     columns = [[z.real for z in u], [z.real for z in v], [z.imag for z in v]]
     volume = _dot(columns[0], _cross(columns[1], columns[2]))
     inverse = [[z / volume for z in _cross(columns[i - 2], columns[i - 1])] for i in range(3)]
-    return Modes(real, (pair.real, pair.imag), _frozen(inverse), _frozen(zip(*columns, strict=True)))
+    return StageModes(real, (pair.real, pair.imag), _frozen(inverse), _frozen(zip(*columns, strict=True)))
 
 
 def _null_vector(rows: Sequence[Sequence[float]], value: complex) -> list[complex]:

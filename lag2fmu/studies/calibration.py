@@ -16,11 +16,12 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.calibrated import Calibration, summed_up, told
 from lag2fmu.studies.fits import Fit, FreeValue, Measurement
 from lag2fmu.studies.free_values import free_values
-from lag2fmu.studies.library import Library, Study, compiled
+from lag2fmu.studies.library import Study, StudyLibrary, compiled
 from lag2fmu.studies.measurements import Data, measurements_of
 from lag2fmu.studies.sensitivities import directed_run
 from lag2fmu.verify.plan import check_tolerance
@@ -34,6 +35,7 @@ _HELD = 1e-7
 """The weight, as part of the greatest effect, that holds what the data say nothing of; all else has 10 times it."""
 
 
+@telling("estimating")
 def calibrate(  # noqa: PLR0913 (choices of the user)
     model: object,
     data: Data | Sequence[Data],
@@ -96,7 +98,7 @@ class _Problem:
 
     def __init__(
         self,
-        library: Library,
+        library: StudyLibrary,
         experiments: Sequence[Measurement],
         sought: Sequence[FreeValue],
         values: Sequence[Mapping[str, float]],

@@ -12,8 +12,8 @@ import numpy as np
 
 from lag2fmu.errors import LoadError
 from lag2fmu.language.units import Unit
-from lag2fmu.studies.design import Design, Task
-from lag2fmu.studies.parts import Store
+from lag2fmu.studies.design import Design, SweepTask
+from lag2fmu.studies.parts import PartStore
 
 ENDINGS = (".nc", ".parquet")
 _NEEDS = {".nc": ("xarray", "h5netcdf", "h5py"), ".parquet": ("xarray", "pyarrow")}
@@ -39,7 +39,7 @@ def check_path(path: Path | None) -> None:
         needed(package)
 
 
-def dataset(store: Store, task: Task, design: Design, units: Mapping[str, Unit | None], title: str) -> Any:
+def dataset(store: PartStore, task: SweepTask, design: Design, units: Mapping[str, Unit | None], title: str) -> Any:
     """The Dataset of a sweep: outputs over what varies, and over ``time`` (s) where there are several times.
 
     Each axis of a full grid is a dimension with the name of what varies along it; a sample has the dimension ``run``.

@@ -144,7 +144,7 @@ def _names(axes: Sequence[Axis]) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class SweepTask:
     """What the runs of a sweep have in common; plain data, so that it can be sent anywhere.
 
     ``model`` is the text of a mechanism, or the path of an FMU (``is_fmu``). ``outputs`` are read at the ``times`` (s),
@@ -168,7 +168,7 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class TaskResults:
     """The results of some runs: ``values`` (runs, times, outputs) in SI, and why runs failed, {run: sentence}."""
 
     values: Floats

@@ -11,13 +11,13 @@ from lag2fmu.ensemble.compiled import Ensemble
 from lag2fmu.errors import SimulationError
 from lag2fmu.formats.text import read
 from lag2fmu.reference.trajectory import Floats, Trajectory
-from lag2fmu.studies.design import Part, Task
+from lag2fmu.studies.design import SweepTask, TaskResults
 from lag2fmu.studies.givable import kinds_of
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.simulate import simulate_fmu
 
 
-def run_part(task: Task, rows: Floats) -> Part:
+def run_part(task: SweepTask, rows: Floats) -> TaskResults:
     """Make the runs with the values in ``rows`` (runs, names), in SI units; a run that fails gets a reason."""
     values = np.full((len(rows), len(task.times), len(task.outputs)), np.nan)
     reasons = _out_of_bounds(task, rows)
@@ -26,10 +26,10 @@ def run_part(task: Task, rows: Floats) -> Part:
         found = (_by_fmpy if task.is_fmu else _by_ensemble)(task, rows[good])
         values[good] = found.values
         reasons |= {int(good[i]): reason for i, reason in found.reasons.items()}
-    return Part(values, reasons)
+    return TaskResults(values, reasons)
 
 
-def _out_of_bounds(task: Task, rows: Floats) -> dict[int, str]:
+def _out_of_bounds(task: SweepTask, rows: Floats) -> dict[int, str]:
     """{run: reason} of the runs whose values are out of bounds."""
     found: dict[int, str] = {}
     for name, column in zip(task.names, rows.T, strict=True):
@@ -50,7 +50,7 @@ def _ensemble(text: str, solver: str | None) -> Ensemble:
     return Ensemble(read(text, "sweep.toml"), solver=solver)
 
 
-def _by_ensemble(task: Task, rows: Floats) -> Part:
+def _by_ensemble(task: SweepTask, rows: Floats) -> TaskResults:
     ensemble = _ensemble(task.model, task.solver)
     given: dict[str, dict[str, object]] = {"starts": {}, "parameters": {}, "inputs": {}}
     kinds = kinds_of(ensemble.mechanism)
@@ -71,13 +71,13 @@ def _by_ensemble(task: Task, rows: Floats) -> Part:
         threads=task.threads,
     )
     found = [runs.samples[n] if len(task.times) > 1 else runs.final[n][:, None] for n in task.outputs]
-    return Part(np.stack(found, axis=2), runs.reasons)
+    return TaskResults(np.stack(found, axis=2), runs.reasons)
 
 
 # --------------------------------------------------------------------------------------------------------------- FMUs
 
 
-def _by_fmpy(task: Task, rows: Floats) -> Part:
+def _by_fmpy(task: SweepTask, rows: Floats) -> TaskResults:
     """The runs, made one after the other; between runs an FMU of lag2fmu is reset, another one loaded anew."""
     values, reasons = np.full((len(rows), len(task.times), len(task.outputs)), np.nan), {}
     signals = None if task.input_times is None else Trajectory.of(task.input_times, task.inputs)
@@ -91,4 +91,4 @@ def _by_fmpy(task: Task, rows: Floats) -> Part:
             reasons[i] = str(error)
         else:
             values[i] = run.interpolated(task.times).columns(task.outputs)
-    return Part(values, reasons)
+    return TaskResults(values, reasons)

@@ -9,9 +9,9 @@ import numpy as np
 
 from lag2fmu.errors import LoadError
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.studies.asking import check_over, references_of, scale_of
 from lag2fmu.studies.fits import FreeValue, Measurement
-from lag2fmu.studies.library import INPUT, STATES, Library
+from lag2fmu.studies.library import INPUT, STATES, StudyLibrary
+from lag2fmu.studies.requests import check_over, references_of, scale_of
 
 _MASS = ((1, 0, 0), (1, 2, 0))
 """Exponents of kg, m, s of a mass and of a moment of inertia."""
@@ -20,7 +20,7 @@ _LEAST = 1e-9
 
 
 def free_values(
-    library: Library,
+    library: StudyLibrary,
     mechanism: Mechanism,
     free: Sequence[str],
     experiments: Sequence[Measurement],
@@ -53,7 +53,7 @@ def _check_inside(found: Sequence[FreeValue]) -> None:
             raise LoadError(f"the first value of '{x.label}', {x.start:g}, is out of {between}")
 
 
-def _guess(library: Library, name: str, experiment: Measurement, values: Mapping[str, float]) -> float:
+def _guess(library: StudyLibrary, name: str, experiment: Measurement, values: Mapping[str, float]) -> float:
     """The first guess: the given value, that measured at the first time, or that of the model, in this order."""
     if name in values:
         return float(values[name])
@@ -65,7 +65,7 @@ def _guess(library: Library, name: str, experiment: Measurement, values: Mapping
 
 
 def _limits(
-    library: Library, mechanism: Mechanism, free: Sequence[str], bounds: Mapping[str, tuple[float, float]]
+    library: StudyLibrary, mechanism: Mechanism, free: Sequence[str], bounds: Mapping[str, tuple[float, float]]
 ) -> dict[str, tuple[float, float]]:
     """{name: (least, greatest) value} by the model, by what a quantity means, and by the user; raises LoadError."""
     for name in bounds:

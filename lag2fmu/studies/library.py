@@ -12,9 +12,9 @@ import numpy as np
 
 from lag2fmu.codegen.sources import render_sources
 from lag2fmu.description.outputs import Experiment
-from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.dynamics.program import lower
-from lag2fmu.ensemble.libraries import Library as Loaded
+from lag2fmu.ensemble.libraries import KernelLibrary
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.compilers import compile_here, host_platform
 from lag2fmu.fmu.method_check import check_solver
@@ -35,14 +35,14 @@ INPUT, SETTING = "VARIABLE_INPUT", "VARIABLE_SETTING"
 
 
 @dataclass(frozen=True)
-class Library:
+class StudyLibrary:
     """The runs of one mechanism as functions of this process, and the variables it knows.
 
     ``kinds`` has the kind of each variable, as a number of the engine.
     """
 
     name: str
-    functions: Loaded
+    functions: KernelLibrary
     solver: str
     variables: Mapping[str, ScalarVariable]
     kinds: Mapping[str, str]
@@ -69,7 +69,7 @@ class Library:
         return [self.variable(name).value_reference for name in names]
 
 
-def compiled(model: object, *, solver: str | None = None) -> Library:
+def compiled(model: object, *, solver: str | None = None) -> StudyLibrary:
     """The library of ``model``, a mechanism or what ``load`` takes, with one of SOLVERS, by default the last one.
 
     Libraries that this process has compiled before are reused. Raises LoadError for another solver, and Lag2FmuError if
@@ -77,33 +77,33 @@ def compiled(model: object, *, solver: str | None = None) -> Library:
     """
     if solver is not None and solver not in SOLVERS:
         raise LoadError(f"'{solver}' is no solver that carries derivatives; known are {', '.join(SOLVERS)}")
-    return _compiled(_Source(as_mechanism(model)), solver or SOLVERS[-1])
+    return _compiled(_MechanismText(as_mechanism(model)), solver or SOLVERS[-1])
 
 
-class _Source:
+class _MechanismText:
     """A mechanism that is equal to another one if their texts are equal."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.text = mechanism, write(mechanism)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Source) and self.text == other.text
+        return isinstance(other, _MechanismText) and self.text == other.text
 
     def __hash__(self) -> int:
         return hash(self.text)
 
 
 @cache
-def _compiled(source: _Source, solver: str) -> Library:
+def _compiled(source: _MechanismText, solver: str) -> StudyLibrary:
     equations, method = derive(source.mechanism), METHODS[solver]
     check_solver(equations.mechanism, method)
     program = lower(equations)
-    mechanism = complete(source.mechanism, equations)
+    mechanism = with_derived(source.mechanism, equations)
     table = build_table(equations, program)
     texts = render_sources(program, table.tables, method, "study", "study")
-    return Library(
+    return StudyLibrary(
         mechanism.name,
-        Loaded(compile_here(texts, "study"), f"study{host_platform().suffix}"),
+        KernelLibrary(compile_here(texts, "study"), f"study{host_platform().suffix}"),
         solver,
         {v.name: v for v in table.variables},
         {v.name: table.tables.slots[v.value_reference].kind for v in table.variables},
@@ -136,7 +136,7 @@ class _Request(ctypes.Structure):
 
 
 @dataclass(frozen=True)
-class Signals:
+class KnotSignals:
     """Inputs over time: value references (i,), knots (k,) in s, values (k, i) in SI; held between knots or linear."""
 
     references: tuple[int, ...]
@@ -148,7 +148,7 @@ class Signals:
 class Study:
     """Memory in which runs of a library take place, one after the other; for one thread at a time."""
 
-    def __init__(self, library: Library, directions: int = 0) -> None:
+    def __init__(self, library: StudyLibrary, directions: int = 0) -> None:
         """Allocate the memory for derivatives along so many ``directions``; raises MemoryError if there is none."""
         self.library, self.directions = library, directions
         self._reset, self._set, self._seed = (self._function(f"study_{name}") for name in ("reset", "set", "seed"))
@@ -177,7 +177,7 @@ class Study:
         *,
         tolerance: float,
         start: float = 0.0,
-        signals: Signals | None = None,
+        signals: KnotSignals | None = None,
         seeds: Sequence[tuple[int, float]] = (),
     ) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], str]:
         """One run from ``start`` (s) with ``values`` {value reference: SI value} to the last of the ``times`` (m,).

@@ -13,15 +13,15 @@ from lag2fmu.errors import LoadError
 from lag2fmu.language.units import Unit
 from lag2fmu.reference.csv_tables import csv_text, parse_table
 from lag2fmu.reference.trajectory import Floats, Trajectory
-from lag2fmu.studies.asking import continuous_outputs
 from lag2fmu.studies.fits import Measurement
-from lag2fmu.studies.library import INPUT, Library
+from lag2fmu.studies.library import INPUT, StudyLibrary
+from lag2fmu.studies.requests import continuous_outputs
 
 Data: TypeAlias = "str | os.PathLike[str] | Trajectory | Mapping[str, Any] | Any"
 """A CSV file, a Trajectory, or a mapping or DataFrame with columns by name, among them ``time``; NaN is a gap."""
 
 
-def measurements_of(data: Data | Sequence[Data], library: Library, units: Mapping[str, Unit]) -> list[Measurement]:
+def measurements_of(data: Data | Sequence[Data], library: StudyLibrary, units: Mapping[str, Unit]) -> list[Measurement]:
     """The experiments in ``data``, one or several; ``units`` are those of columns whose headings name one.
 
     Raises LoadError for what cannot be read, for columns that are no variables of the ``library``, and for experiments
@@ -33,7 +33,7 @@ def measurements_of(data: Data | Sequence[Data], library: Library, units: Mappin
     return [_measurement(each, i + 1, library, units) for i, each in enumerate(listed)]
 
 
-def _measurement(data: Data, number: int, library: Library, units: Mapping[str, Unit]) -> Measurement:
+def _measurement(data: Data, number: int, library: StudyLibrary, units: Mapping[str, Unit]) -> Measurement:
     label, time, columns = _columns(data, number, units)
     if len(time) < 1 or not np.isfinite(time).all() or (np.diff(time) <= 0).any():
         raise LoadError(f"{label}: the times must be finite and increase")
@@ -53,7 +53,7 @@ def _measurement(data: Data, number: int, library: Library, units: Mapping[str, 
     return Measurement(label, time, tuple(measured), values, _inputs(label, time, driven))
 
 
-def _check_known(label: str, columns: Iterable[str], library: Library) -> None:
+def _check_known(label: str, columns: Iterable[str], library: StudyLibrary) -> None:
     """Raise LoadError for a column that is no variable of the ``library``."""
     for name in columns:
         if name not in library.variables:

@@ -17,19 +17,19 @@ from uuid import uuid4
 import numpy as np
 
 from lag2fmu.errors import LoadError
-from lag2fmu.studies.design import Design, Part, Task
+from lag2fmu.studies.design import Design, SweepTask, TaskResults
 from lag2fmu.version import VERSION
 
 MANIFEST = "sweep.json"
 
 
-class Store:
+class PartStore:
     """The parts of one sweep in the folder beside its result; None as path keeps them in memory."""
 
-    def __init__(self, path: Path | None, task: Task, design: Design, size: int) -> None:
+    def __init__(self, path: Path | None, task: SweepTask, design: Design, size: int) -> None:
         """Open or begin it; raises LoadError where the folder belongs to another sweep."""
         self.size, self.count = size, -(-len(design) // size)
-        self._memory: dict[int, Part] = {}
+        self._memory: dict[int, TaskResults] = {}
         self.folder = None if path is None else path.with_name(f"{path.name}.parts")
         if self.folder is None:
             return
@@ -67,7 +67,7 @@ class Store:
     def _there(self, number: int) -> bool:
         return number in self._memory if self.folder is None else (self.folder / f"{number}.npz").is_file()
 
-    def put(self, number: int, part: Part) -> None:
+    def put(self, number: int, part: TaskResults) -> None:
         """Keep a part that is done."""
         if self.folder is None:
             self._memory[number] = part
@@ -78,17 +78,17 @@ class Store:
             np.savez(file, values=part.values, failed=np.array(failed, dtype=int), reasons=np.array(reasons, dtype=str))
         new.replace(self.folder / f"{number}.npz")
 
-    def parts(self) -> Iterator[Part]:
+    def parts(self) -> Iterator[TaskResults]:
         """All parts, in order; raises LoadError for a file that is damaged."""
         for i in range(self.count):
             yield self._memory[i] if self.folder is None else self._load(self.folder / f"{i}.npz")
 
     @staticmethod
-    def _load(file: Path) -> Part:
+    def _load(file: Path) -> TaskResults:
         try:
             with np.load(file, allow_pickle=False) as found:
                 reasons = dict(zip(found["failed"].tolist(), found["reasons"].tolist(), strict=True))
-                return Part(found["values"], reasons)
+                return TaskResults(found["values"], reasons)
         except (OSError, ValueError, KeyError) as error:
             raise LoadError(f"'{file}' is damaged: {error}; delete it and run the sweep again") from error
 
@@ -109,7 +109,7 @@ def _write(path: Path, content: bytes) -> None:
     new.replace(path)
 
 
-def _fingerprint(task: Task, design: Design) -> str:
+def _fingerprint(task: SweepTask, design: Design) -> str:
     """A hash of everything that the results of a sweep depend on."""
     digest = hashlib.sha256()
     model = Path(task.model).read_bytes() if task.is_fmu else task.model.encode()

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import Unit
+from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.asking import (
+from lag2fmu.studies.library import Study, StudyLibrary, compiled
+from lag2fmu.studies.requests import (
     check_over,
     continuous_outputs,
     references_of,
@@ -17,7 +19,6 @@ from lag2fmu.studies.asking import (
     signals_of,
     times_of,
 )
-from lag2fmu.studies.library import Library, Study, compiled
 from lag2fmu.verify.inputs import Inputs
 from lag2fmu.verify.plan import check_tolerance
 
@@ -61,6 +62,7 @@ def _place(name: str, names: tuple[str, ...], what: str) -> int:
     return names.index(name)
 
 
+@telling("differentiating runs")
 def sensitivities(  # noqa: PLR0913 (those of simulate)
     model: object,
     *,
@@ -107,7 +109,7 @@ class Directed:
 
 
 def directed_run(  # noqa: PLR0913 (what makes a run)
-    library: Library,
+    library: StudyLibrary,
     over: Sequence[str],
     outputs: Sequence[str],
     *,

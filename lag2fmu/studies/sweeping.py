@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.fmu.record import is_fmu
+from lag2fmu.fmu.exported import is_fmu
+from lag2fmu.progress import reached, telling
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.datasets import check_path, dataset, save
-from lag2fmu.studies.design import Design, Part, Task, axes_of, grid, sampled
+from lag2fmu.studies.design import Design, SweepTask, TaskResults, axes_of, grid, sampled
 from lag2fmu.studies.engines import run_part
-from lag2fmu.studies.parts import Store
+from lag2fmu.studies.parts import PartStore
 from lag2fmu.studies.tasks import Wanted, task_of_fmu, task_of_model
 from lag2fmu.verify.inputs import Inputs
 from lag2fmu.verify.plan import check_tolerance
@@ -29,6 +30,7 @@ Progress = Callable[[int, int], None]
 """A function that is called with the number of runs that are done, and the number of all runs."""
 
 
+@telling("sweeping")
 def sweep(  # noqa: PLR0913 (choices of the user)
     model: Any,
     vary: Mapping[Any, Any],
@@ -75,9 +77,9 @@ def sweep(  # noqa: PLR0913 (choices of the user)
         task, units, title = task_of_fmu(model, design, wanted)
     else:
         task, units, title = task_of_model(model, design, wanted, threads=1 if executor else None)
-    store = Store(target, task, design, _size(part, task, len(design)))
+    store = PartStore(target, task, design, _size(part, task, len(design)))
     try:
-        _make_parts(store, task, design, executor, progress)
+        _make_parts(store, task, design, executor, progress or (lambda done, total: reached(done / total)))
     except BaseException:
         store.leave()
         raise
@@ -88,36 +90,36 @@ def sweep(  # noqa: PLR0913 (choices of the user)
     return found
 
 
-def _size(part: int | None, task: Task, runs: int) -> int:
+def _size(part: int | None, task: SweepTask, runs: int) -> int:
     if part is not None and part < 1:
         raise LoadError(f"parts of {part} runs are asked for; give at least 1")
     return min(part or _PART[task.is_fmu], runs)
 
 
-def _make_parts(store: Store, task: Task, design: Design, executor: Executor | None, progress: Progress | None) -> None:
+def _make_parts(
+    store: PartStore, task: SweepTask, design: Design, executor: Executor | None, progress: Progress
+) -> None:
     """Make the parts that are missing, here or on the executor."""
     missing = store.missing()
     done = len(design) - sum(len(design.values[store.rows(i)]) for i in missing)
-    if progress is not None:
-        progress(done, len(design))
+    progress(done, len(design))
     rows = {number: design.values[store.rows(number)] for number in missing}
     for number, part in _here(task, rows) if executor is None else _there(task, rows, executor):
         store.put(number, part)
         done += len(part.values)
-        if progress is not None:
-            progress(done, len(design))
+        progress(done, len(design))
 
 
-def _here(task: Task, rows: Mapping[int, Floats]) -> Iterator[tuple[int, Part]]:
+def _here(task: SweepTask, rows: Mapping[int, Floats]) -> Iterator[tuple[int, TaskResults]]:
     for number, values in rows.items():
         yield number, run_part(task, values)
 
 
-def _there(task: Task, rows: Mapping[int, Floats], executor: Executor) -> Iterator[tuple[int, Part]]:
+def _there(task: SweepTask, rows: Mapping[int, Floats], executor: Executor) -> Iterator[tuple[int, TaskResults]]:
     """(number, part) of each part when it is done; a part that is lost with its worker is sent again."""
     left: list[int] = sorted(rows, reverse=True)
     attempts = dict.fromkeys(left, 0)
-    running: dict[Future[Part], int] = {}
+    running: dict[Future[TaskResults], int] = {}
     try:
         while left or running:
             while left and len(running) < _AHEAD:
@@ -141,7 +143,7 @@ def _there(task: Task, rows: Mapping[int, Floats], executor: Executor) -> Iterat
             future.cancel()
 
 
-def _submitted(executor: Executor, task: Task, rows: Floats) -> Future[Part]:
+def _submitted(executor: Executor, task: SweepTask, rows: Floats) -> Future[TaskResults]:
     try:
         return executor.submit(run_part, task, rows)
     except RuntimeError as error:  # the executor is broken or shut down

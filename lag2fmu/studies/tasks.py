@@ -10,7 +10,7 @@ import numpy as np
 
 from lag2fmu.description.names import velocity
 from lag2fmu.errors import LoadError, UnitError
-from lag2fmu.fmu.record import fmu_path
+from lag2fmu.fmu.exported import fmu_path
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
 from lag2fmu.language.identifiers import suggestion
@@ -19,7 +19,7 @@ from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.design import Design, Task
+from lag2fmu.studies.design import Design, SweepTask
 from lag2fmu.studies.givable import bounds_of, check_names
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of
@@ -46,8 +46,8 @@ class Wanted:
 
 def task_of_model(
     model: Any, design: Design, wanted: Wanted, threads: int | None
-) -> tuple[Task, dict[str, Unit | None], str]:
-    """The task for a mechanism, the units of its names, and a title; see ``Task`` for the other arguments.
+) -> tuple[SweepTask, dict[str, Unit | None], str]:
+    """The task for a mechanism, the units of its names, and a title; see ``SweepTask`` for the other arguments.
 
     Raises LoadError for names that the mechanism does not have, and for times (s) that a run cannot have.
     """
@@ -57,7 +57,7 @@ def task_of_model(
     found = trajectory_of(wanted.inputs, float(times[-1]), mechanism.experiment.step)
     check_names(mechanism, () if found is None else found.names)
     shown: dict[str, Unit | None] = dict(display_units(mechanism))
-    task = Task(
+    task = SweepTask(
         model=write(mechanism),
         is_fmu=False,
         names=design.names,
@@ -84,7 +84,7 @@ def _outputs_of(mechanism: Mechanism, outputs: Sequence[str] | None) -> tuple[st
     return tuple(dict.fromkeys(listed))
 
 
-def task_of_fmu(model: Any, design: Design, wanted: Wanted) -> tuple[Task, dict[str, Unit | None], str]:
+def task_of_fmu(model: Any, design: Design, wanted: Wanted) -> tuple[SweepTask, dict[str, Unit | None], str]:
     """The task for an FMU of any tool, the units that it declares, and a title.
 
     Raises LoadError for a solver, because the FMU has its own, and for names that it does not have.
@@ -99,7 +99,7 @@ def task_of_fmu(model: Any, design: Design, wanted: Wanted) -> tuple[Task, dict[
     times = _times(wanted, stop)
     inputs = trajectory_of(wanted.inputs, float(times[-1]), step)
     every = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
-    task = Task(
+    task = SweepTask(
         model=str(path),
         is_fmu=True,
         names=design.names,

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from math import inf, isnan
 from pathlib import Path
 
-from lag2fmu.checking.description import Description, Variable, number, read_document
+from lag2fmu.checking.description import FmuDescription, Variable, number, read_document
 from lag2fmu.checking.versions import described
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.pack import DESCRIPTION, opened
 from lag2fmu.language.units import BASE_UNITS
-from lag2fmu.xml_tree import Element, parse
+from lag2fmu.xml_tree import XmlElement, parse
 
 _TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 _UNTYPED = ("String", "Binary", "Clock", "Enumeration")
@@ -20,7 +20,7 @@ _UNTYPED = ("String", "Binary", "Clock", "Enumeration")
 
 
 @dataclass(frozen=True)
-class Unit:
+class LinearUnit:
     """A unit: the exponents (8,) of BASE_UNITS, and the conversion of its numbers, SI = factor * number + offset."""
 
     name: str
@@ -46,7 +46,7 @@ class Connector:
     name: str
     causality: str
     type: str
-    unit: Unit | None
+    unit: LinearUnit | None
     sizes: tuple[str, ...]
     settable: bool
     low: float = -inf
@@ -54,7 +54,7 @@ class Connector:
 
 
 @dataclass(frozen=True)
-class Terminal:
+class ComponentTerminal:
     """Variables that belong together, {member: variable}.
 
     ``rule`` says how the members of two terminals are matched. ``inflows`` are the members whose sum over a connection
@@ -79,7 +79,7 @@ class Component:
     fmi: str
     kind: str
     connectors: Mapping[str, Connector]
-    terminals: Mapping[str, Terminal]
+    terminals: Mapping[str, ComponentTerminal]
     stop_time: float | None
 
 
@@ -107,17 +107,17 @@ def read_component(name: str, path: Path) -> Component:
     )
 
 
-def _experiment(description: Description) -> Element:
-    return description.root.child("DefaultExperiment") or Element("DefaultExperiment", {}, 0)
+def _experiment(description: FmuDescription) -> XmlElement:
+    return description.root.child("DefaultExperiment") or XmlElement("DefaultExperiment", {}, 0)
 
 
-def _unit(element: Element) -> Unit:
-    base = element.child("BaseUnit") or Element("BaseUnit", {}, 0)
+def _unit(element: XmlElement) -> LinearUnit:
+    base = element.child("BaseUnit") or XmlElement("BaseUnit", {}, 0)
     exponents = tuple(int(base.get(symbol, "0")) for symbol in BASE_UNITS)
-    return Unit(element.get("name"), exponents, float(base.get("factor", "1")), float(base.get("offset", "0")))
+    return LinearUnit(element.get("name"), exponents, float(base.get("factor", "1")), float(base.get("offset", "0")))
 
 
-def _connector(v: Variable, units: Mapping[str, Unit]) -> Connector:
+def _connector(v: Variable, units: Mapping[str, LinearUnit]) -> Connector:
     sizes = tuple(dimension.get("start") for dimension in v.value.all("Dimension"))
     settable = v.start is not None and v.variability != "constant" and v.causality != "calculatedParameter"
     low, high = v.number("min"), v.number("max")
@@ -125,7 +125,9 @@ def _connector(v: Variable, units: Mapping[str, Unit]) -> Connector:
     return Connector(v.name, v.causality, v.type, units.get(v.attribute("unit")), sizes, settable, *bounds)
 
 
-def _terminal(element: Element) -> Terminal:
+def _terminal(element: XmlElement) -> ComponentTerminal:
     variables = {m.get("memberName") or m.get("variableName"): m for m in element.all("TerminalMemberVariable")}
     inflows = frozenset(name for name, m in variables.items() if m.get("variableKind") in ("inflow", "outflow"))
-    return Terminal(element.get("matchingRule"), {x: m.get("variableName") for x, m in variables.items()}, inflows)
+    return ComponentTerminal(
+        element.get("matchingRule"), {x: m.get("variableName") for x, m in variables.items()}, inflows
+    )

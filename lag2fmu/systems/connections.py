@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.systems.components import Component, Connector, Unit
+from lag2fmu.systems.components import Component, Connector, LinearUnit
 
 Components = Mapping[str, Component]
 
@@ -147,5 +147,5 @@ def _check_fit(where: str, one: tuple[End, Connector], other: tuple[End, Connect
         )
 
 
-def _shown(unit: Unit) -> str:
+def _shown(unit: LinearUnit) -> str:
     return unit.name or "no unit"

@@ -12,7 +12,7 @@ from itertools import chain, count
 
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.language.units import BASE_UNITS
-from lag2fmu.systems.components import Component, Connector, Unit
+from lag2fmu.systems.components import Component, Connector, LinearUnit
 from lag2fmu.systems.connections import Connection, End
 from lag2fmu.version import VERSION
 
@@ -50,9 +50,9 @@ class _Units:
     """The units in use, each under its own name: FMUs of different tools may use one name for different units."""
 
     def __init__(self) -> None:
-        self.names: dict[Unit, str] = {}
+        self.names: dict[LinearUnit, str] = {}
 
-    def attribute(self, unit: Unit | None) -> dict[str, str]:
+    def attribute(self, unit: LinearUnit | None) -> dict[str, str]:
         """The attribute that refers to ``unit``; empty if ``unit`` is None."""
         if unit is None:
             return {}

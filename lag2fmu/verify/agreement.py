@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from lag2fmu.description import names
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.verify.task import Floats, Task
 
 SAFETY, CHAOS = 100.0, 1e-2
@@ -41,6 +41,17 @@ def horizon_of(task: Task, reference: Reference) -> float:
     """The time (s) until which trajectories can be compared at this tolerance."""
     bar = SAFETY * reference.growth * task.tolerance
     return float(reference.trajectory.time[bar <= CHAOS][-1]) if bar[0] <= CHAOS else 0.0
+
+
+def out_of_time(task: Task, reference: Reference) -> str:
+    """A phrase on where the time for the direct integration was over; "" where it came to the end."""
+    reached = float(reference.trajectory.time[-1])
+    if reached >= task.stop_time * (1 - 1e-9):
+        return ""
+    return (
+        f"the direct integration reached t = {reached:.4g} s in its {task.limit:g} s of CPU time; give a longer "
+        "--limit or a shorter --stop-time"
+    )
 
 
 def on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:

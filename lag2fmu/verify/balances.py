@@ -8,7 +8,7 @@ import numpy as np
 
 from lag2fmu.description import names
 from lag2fmu.reference.equations import Equations
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.agreement import SAFETY, comparable, has_rows, horizon_of, on_grid
 from lag2fmu.verify.report import Check

@@ -1,22 +1,32 @@
 """Runs of the FMU and the direct integration side by side, as long as that means something.
 
-Beyond the horizon two right runs may have nothing in common, see ``agreement``. There the run is compared in windows of
-half the horizon's length. In a window the FMU starts from a state of the direct integration, and so does a second
-direct integration, which finds how errors grow in the window. Mechanisms with contacts and dry friction have no
-windows, because no start value gives their modes; such a run has to be comparable by itself.
+Beyond the horizon two right runs may have nothing in common, see ``agreement``. There the run is compared in windows,
+one after the other. In a window the FMU starts from a state of the direct integration, and so does a second direct
+integration, which finds how errors grow in the window, and so how long it may be. Mechanisms with contacts and dry
+friction have no windows, because no start value gives their modes; such a run has to be comparable by itself.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lag2fmu.reference.record import Reference
+from lag2fmu.deadline import OutOfTimeError
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.agreement import CHAOS, LEFT_OUT, SAFETY, SHARPER, comparable, has_rows, horizon_of, on_grid
+from lag2fmu.verify.agreement import (
+    CHAOS,
+    LEFT_OUT,
+    SAFETY,
+    SHARPER,
+    comparable,
+    has_rows,
+    horizon_of,
+    on_grid,
+    out_of_time,
+)
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.simulate import simulate_fmu
@@ -24,15 +34,24 @@ from lag2fmu.verify.task import Floats, Task
 
 Integration = Callable[[Floats, Mapping[str, float]], Reference]
 """A function (times in s, states at the first of them) -> the direct integration from there."""
-MOST_WINDOWS = 20
-"""The most windows. If they are further apart than they are long, they are a sample of the rest of the run."""
 
 
-def own_error(task: Task, reference: Reference) -> float:
-    """The largest error until the horizon, divided by its growth, that the direct integration estimates of itself."""
+LEAST_WINDOWS = 20
+"""About so many windows there are at least: a fault shows itself most where errors have not grown yet."""
+SHARPEST = 1000.0
+"""In a window the FMU may have to be as many times as exact: the direct integration is exact enough for that."""
+
+
+def own_check(task: Task, reference: Reference) -> Check:
+    """The check of the largest error of the direct integration by its own estimate, divided by the growth of errors.
+
+    It is the one until the horizon.
+    """
     weighed = reference.relative_error / reference.growth
     compared = comparable(task, reference) & (reference.trajectory.time <= horizon_of(task, reference))
-    return float(weighed[compared].max(initial=0.0))
+    worst = float(weighed[compared].max(initial=0.0))
+    detail = "of runs at two tolerances; growth taken out"
+    return Check("direct integration, own error", worst, SAFETY * task.tolerance / 10, detail)
 
 
 def compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Check:
@@ -68,31 +87,42 @@ class Windows:
     count: int = 0
     covered: float = 0.0
 
+    def with_another(self, check: Check, covered: float) -> Windows:
+        """These and one more window with its ``check``, which has ``covered`` so much time (s)."""
+        worst = max(filter(None, (self.worst, check)), key=lambda check: check.value / check.bar)
+        return Windows(worst, self.count + 1, self.covered + covered)
+
 
 def windows_after(task: Task, reference: Reference, integrated: Integration) -> Windows:
     """The windows of the run beyond the horizon, in co-simulation with the middle communication step.
 
-    ``integrated`` makes their direct integrations, from states of the ``reference``.
+    A window ends where errors have grown too much, and the next one begins there, or before if windows would be few.
+    So it goes on while there is time for their direct integrations. ``integrated`` makes these, from states of the
+    ``reference``.
     """
-    step, horizon = task.steps[1], horizon_of(task, reference)
+    windows, step, horizon = Windows(), task.steps[1], horizon_of(task, reference)
     grid = task.grid(step)
-    first = int(np.searchsorted(grid, horizon * (1 + 1e-9), side="right")) - 1
-    if has_rows(task.mechanism) or first + 1 >= len(grid):
-        return Windows()
-    length = max(1, first // 2)
-    count = min(MOST_WINDOWS, math.ceil((len(grid) - 1 - first) / length))
-    begins = np.unique(np.linspace(first, max(first, len(grid) - 1 - length), count).astype(int))
+    grid = grid[grid <= reference.trajectory.time[-1] * (1 + 1e-9)]
+    begin = int(np.searchsorted(grid, horizon * (1 + 1e-9), side="right")) - 1
+    longest = length = max(1, begin // 2)  # in a longer one a small fault may hide behind the growth
+    stride, compared = max(1, (len(grid) - 1 - begin) // LEAST_WINDOWS), float(grid[begin])
     label = f"co-simulation in windows, step {step:.3g} s"
-    found: list[tuple[Check, float]] = []
-    for begin in begins:
-        starts = _states_at(task, reference, float(grid[begin]))
+    while not has_rows(task.mechanism) and begin + 1 < len(grid):
+        starts, steps = _states_at(task, reference, float(grid[begin])), 0
         if starts is not None:
-            direct = integrated(grid[begin : begin + length + 1], starts)
-            found += _window(task, label, starts, replace(direct, scales=reference.scales))
-    checks = [check for check, _ in found]
-    worst = max(checks, key=lambda check: (not check.passed, check.value), default=None)
-    covered = min(sum(time for _, time in found), task.stop_time - horizon)
-    return Windows(worst, len(found), covered)
+            try:
+                direct = integrated(grid[begin : begin + length + 1], starts)
+            except OutOfTimeError:
+                break
+            direct = replace(direct, scales=reference.scales)
+            found, steps = _window(task, label, starts, direct)
+            if found is not None:
+                end = float(grid[begin + steps])
+                windows = windows.with_another(found, max(0.0, end - max(compared, float(grid[begin]))))
+                compared = max(compared, end)
+        length = min(longest, 4 * length if steps == length else 2 * max(1, steps))
+        begin += max(1, min(steps, stride) if begin + steps + 1 < len(grid) else steps)
+    return replace(windows, covered=min(windows.covered, task.stop_time - horizon))
 
 
 def _states_at(task: Task, reference: Reference, time: float) -> dict[str, float] | None:
@@ -107,22 +137,39 @@ def _states_at(task: Task, reference: Reference, time: float) -> dict[str, float
     return found
 
 
-def _window(task: Task, label: str, starts: Mapping[str, float], direct: Reference) -> Iterator[tuple[Check, float]]:
-    """The comparison with ``direct`` and the time (s) it covers; none where errors grow too much in the first step."""
+def _window(task: Task, label: str, starts: Mapping[str, float], direct: Reference) -> tuple[Check | None, int]:
+    """The comparison with ``direct`` from ``starts``, and how many communication steps it covers.
+
+    Where errors grow too much within one step, as in the impact of stiff teeth, the FMU gets the tolerance that such
+    a growth asks for. Then there is no comparison if it does the same at both tolerances, as methods of fixed step do.
+    """
+    if len(direct.trajectory) < 2:
+        return None, 0
+    sharper = min(task.tolerance, CHAOS / (SAFETY * float(direct.growth[1])) * (1 - 1e-9))
+    if sharper < task.tolerance / SHARPEST:
+        return None, 0
+    window = replace(task, tolerance=sharper)
+    steps = int(np.sum(direct.trajectory.time <= horizon_of(window, direct))) - 1
+    run = _run_of_window(window, starts, direct, steps)
+    if sharper < task.tolerance and np.array_equal(run.values, _run_of_window(task, starts, direct, steps).values):
+        return None, 0
+    return compare(window, label, run, direct), steps
+
+
+def _run_of_window(task: Task, starts: Mapping[str, float], direct: Reference, steps: int) -> Trajectory:
+    """The run of the FMU from ``starts`` over the first communication ``steps`` of ``direct``."""
     times = direct.trajectory.time
-    horizon = horizon_of(task, direct)
-    if horizon > times[0]:
-        options = Run(
-            start_time=float(times[0]),
-            stop_time=float(times[-1]),
-            step=task.steps[1],
-            tolerance=task.tolerance,
-            values={name: starts[name] for name in task.settable},
-            inputs=task.inputs,
-            hold=task.hold,
-            outputs=task.states,
-        )
-        yield compare(task, label, simulate_fmu(task.path, options), direct), horizon - float(times[0])
+    options = Run(
+        start_time=float(times[0]),
+        stop_time=float(times[steps]),
+        step=task.steps[1],
+        tolerance=task.tolerance,
+        values={name: starts[name] for name in task.settable},
+        inputs=task.inputs,
+        hold=task.hold,
+        outputs=task.states,
+    )
+    return simulate_fmu(task.path, options)
 
 
 def extent_check(task: Task, reference: Reference, windows: Windows | None = None) -> Iterator[Check]:
@@ -133,10 +180,11 @@ def extent_check(task: Task, reference: Reference, windows: Windows | None = Non
     horizon = horizon_of(task, reference)
     left_out = 1 - (horizon + windows.covered) / task.stop_time
     if left_out > LEFT_OUT and not has_rows(task.mechanism):
-        detail = (
+        grown = (
             f"the comparison ends at t = {horizon:.3g} s, where errors have grown beyond "
             f"{CHAOS / SAFETY / task.tolerance:.1g} times at tolerance {task.tolerance:g}; {SHARPER}"
         )
+        detail = out_of_time(task, reference) or grown
         yield Check("trajectories, share not compared", left_out, LEFT_OUT, detail, extent=True)
 
 
@@ -148,7 +196,9 @@ def extent_note(task: Task, reference: Reference, windows: Windows) -> str:
     longer = [f"{step:.3g} s" for step in task.steps if step > horizon * (1 + 1e-9)]
     beyond = f", and runs with a communication step of {' or '.join(longer)} not at all" if longer else ""
     most = CHAOS / SAFETY / task.tolerance
-    note = f"Errors may grow over {most:.3g} times: trajectories are compared until t = {horizon:.4g} s only{beyond}"
+    reason = out_of_time(task, reference) if horizon == reference.trajectory.time[-1] else ""
+    note = reason[:1].upper() + reason[1:] if reason else f"Errors may grow over {most:.3g} times"
+    note += f": trajectories are compared until t = {horizon:.4g} s only{beyond}"
     if not windows.count:
         return f"{note}."
     share = (horizon + windows.covered) / task.stop_time

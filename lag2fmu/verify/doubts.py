@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from lag2fmu.description import names
-from lag2fmu.dynamics.lagrange import complete, derive
+from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.errors import Lag2FmuError
-from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.contents import read_mechanism
 from lag2fmu.graph.batches import evaluate
 from lag2fmu.graph.nodes import Node
 from lag2fmu.mechanism.record import Mechanism
@@ -46,11 +46,11 @@ REMEDY = "compare with a run at a sharper tolerance, and with the solver moreau;
 _LOGGER = logging.getLogger("lag2fmu")
 
 
-class Watch:
+class DoubtWatch:
     """What is looked at in runs of ``mechanism``; ``outputs`` are the variables of its FMU that this needs."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self.equations = derive(complete(mechanism))
+        self.equations = derive(with_derived(mechanism))
         self.mechanism = m = self.equations.mechanism
         self._values = self._own = {p.name: float(p.value) for p in m.parameters if p.value is not None}
         rows, c = self.equations.rows, self.equations.constraints
@@ -164,12 +164,12 @@ def _around(limit: Floats) -> Floats:
     return found
 
 
-def watch_of(mechanism: Mechanism) -> Watch | None:
+def watch_of(mechanism: Mechanism) -> DoubtWatch | None:
     """What is looked at in runs of ``mechanism``; None where nothing can be doubtful, or nothing can be derived."""
     if not (mechanism.hybrid or mechanism.constraints):
         return None
     try:
-        return Watch(mechanism)
+        return DoubtWatch(mechanism)
     except Lag2FmuError:  # an older version exported what this one refuses
         return None
 
@@ -187,7 +187,7 @@ def watched(path: Path, run: Run) -> Trajectory:
 
 
 @lru_cache(maxsize=4)
-def _watch_inside(path: Path, state: tuple[object, ...]) -> Watch | None:
+def _watch_inside(path: Path, state: tuple[object, ...]) -> DoubtWatch | None:
     """What is looked at in runs of the FMU ``path``, as long as the file is in this ``state``.
 
     None where nothing can be doubtful, or where it carries no mechanism that can be read.

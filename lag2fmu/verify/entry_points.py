@@ -8,18 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from lag2fmu.analysis.entry_points import the_equilibrium
+from lag2fmu.analysis.at_rest import the_equilibrium
 from lag2fmu.analysis.linearization import linearize as linearization_of
 from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.description.names import velocity
-from lag2fmu.dynamics.entry_points import derive
+from lag2fmu.dynamics.derivation import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError, ExportError, TextError
-from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.contents import read_mechanism
+from lag2fmu.fmu.exported import Model, fmu_path, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
-from lag2fmu.fmu.record import Model, fmu_path, is_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import reached, telling
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.doubts import watched
 from lag2fmu.verify.inputs import Inputs, trajectory_of
@@ -30,6 +31,7 @@ _TOLERANCE = 1e-9
 """The relative tolerance of the run to the state about which the equations are linearized."""
 
 
+@telling("simulating")
 def simulate(  # noqa: PLR0913 (the fields of Run)
     model: Model,
     *,
@@ -58,8 +60,10 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     by a warning of the logger "lag2fmu", which goes to standard error.
     """
     with as_fmu(model) as path:
-        signals = trajectory_of(inputs, *times_of(path, stop_time, step))
-        asked = Run(stop_time, step, tolerance, values, signals, hold, outputs, beside, kind, progress)
+        times = times_of(path, stop_time, step)
+        signals = trajectory_of(inputs, *times)
+        told = progress or (lambda t: reached(t / times[0]))
+        asked = Run(stop_time, step, tolerance, values, signals, hold, outputs, beside, kind, told)
         return watched(path, asked)
 
 

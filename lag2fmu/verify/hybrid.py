@@ -11,9 +11,19 @@ from lag2fmu.description import names
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.hybrid.modes import Event, Mode
 from lag2fmu.reference.hybrid.points import Points
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.agreement import LEFT_OUT, LOWER, SAFETY, SHARPER, comparable, has_rows, width_at, widths_of
+from lag2fmu.verify.agreement import (
+    LEFT_OUT,
+    LOWER,
+    SAFETY,
+    SHARPER,
+    comparable,
+    has_rows,
+    out_of_time,
+    width_at,
+    widths_of,
+)
 from lag2fmu.verify.balances import resting_energy
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Floats, Task
@@ -39,19 +49,24 @@ def row_outputs(mechanism: Mechanism) -> list[str]:
 # ------------------------------------------------------------------------------------------------------ what compares
 
 
-def extent(task: Task, reference: Reference, horizon: float) -> Iterator[Check]:
-    """Which part of the run is compared, and why the rest is not."""
+def extent(task: Task, reference: Reference, horizon: float, covered: float = 0.0) -> Iterator[Check]:
+    """Which part of the run is compared, and why the rest is not; windows have ``covered`` so much time (s) beyond."""
     if reference.comparable is None:
         return
     seen = comparable(task, reference) & (reference.trajectory.time <= horizon)
-    left_out = 1.0 - float(np.mean(seen))
-    until = f"until t = {horizon:.4g} s, where impacts and motion have amplified differences beyond the bar"
-    if horizon >= task.stop_time * (1 - 1e-9):
+    end = float(reference.trajectory.time[-1])
+    left_out = max(0.0, 1.0 - (float(np.mean(seen)) * end + covered) / task.stop_time)
+    why = out_of_time(task, reference) if horizon == end else ""
+    remedy = f"; {why or SHARPER}" if left_out > LEFT_OUT else ""
+    until = f"until t = {horizon:.4g} s"
+    if covered:
+        until += " and in windows from there on"
+    elif horizon >= task.stop_time * (1 - 1e-9):
         until = "to the end"
-    detail = (
-        f"compared {until}, but for short times around {len(reference.events)} events ({_impacts(task, reference)})"
-    )
-    remedy = f"; {SHARPER}" if left_out > LEFT_OUT else ""
+    elif horizon < end:
+        until += ", where impacts and motion have amplified differences beyond the bar"
+    impacts = _impacts(task, reference)
+    detail = f"compared {until}, but for short times around {len(reference.events)} events ({impacts})"
     yield Check("events, share not compared", left_out, LEFT_OUT, f"{detail}{remedy}", extent=True)
 
 

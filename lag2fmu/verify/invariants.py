@@ -15,7 +15,7 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.batches import evaluate
 from lag2fmu.reference.hamilton import integrate_canonically
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.report import Check
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.verify.agreement import SAFETY, has_rows
 from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.laws.along import Along, needed, watched
@@ -55,7 +55,7 @@ def law_checks(task: Task) -> Iterator[Check]:
     signals = task.driving(step)
     inputs = {} if signals is None else signals.sampled(run.time)
     units = {v.name: v.unit for v in description_of(task.path).modelVariables if getattr(v, "unit", None)}
-    along = Along(System(task.mechanism), run, inputs, units)
+    along = Along(HybridSystem(task.mechanism), run, inputs, units)
     for item in judged(along, accuracy_of(task.tolerance), smooth=not task.holds):
         yield check(item.law, item.value, item.bar, item.where, unit=item.unit)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from lag2fmu.description.names import velocity
-from lag2fmu.live.samples import Samples
+from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.verify.agreement import CHAOS, SAFETY
 
 
@@ -19,6 +19,7 @@ def page_samples(mechanism: Mechanism, reference: Reference) -> Samples:
     trajectory, tolerance = reference.trajectory, mechanism.experiment.tolerance
     columns = [name for q in mechanism.coordinates for name in (q.name, velocity(q.name))]
     columns += [z.name for z in mechanism.states]
+    reached = float(trajectory.time[-1])
     compared = SAFETY * reference.growth * tolerance <= CHAOS
     if reference.comparable is not None:
         compared &= reference.comparable & _apart_from_events(mechanism, reference)
@@ -29,6 +30,7 @@ def page_samples(mechanism: Mechanism, reference: Reference) -> Samples:
         scales=np.array([reference.scales[name] for name in columns]),
         growth=reference.growth[compared],
         bar=SAFETY * tolerance,
+        until=None if reached >= mechanism.experiment.stop_time * (1 - 1e-9) else reached,
     )
 
 

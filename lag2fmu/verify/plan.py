@@ -10,6 +10,7 @@ from typing import Any, get_args
 import numpy as np
 
 from lag2fmu.description.names import acceleration, velocity
+from lag2fmu.description.outputs import Experiment
 from lag2fmu.errors import LoadError
 from lag2fmu.reference.signals import interpolated
 from lag2fmu.reference.trajectory import Trajectory
@@ -105,6 +106,20 @@ def check_tolerance(tolerance: float) -> float:
         least = f"at least {LEAST_TOLERANCE:g} and below 1, such as 1e-6"
         raise LoadError(f"the tolerance {tolerance!r} is no relative tolerance; give one of {least}")
     return float(tolerance)
+
+
+def checked_stop(experiment: Experiment, stop_time: float | None) -> float:
+    """The ``stop_time`` (s), that of the ``experiment`` if it is None; raises LoadError for what is no time."""
+    found = experiment.stop_time if stop_time is None else stop_time
+    check_times(found, min(experiment.step, found))
+    return found
+
+
+def check_limit(limit: float) -> float:
+    """The ``limit`` (s) of a time that something may take; raises LoadError unless it is positive."""
+    if not limit > 0:
+        raise LoadError(f"the limit {limit!r} s is no time that something may take; give a positive one, such as 60")
+    return float(limit)
 
 
 def _check_known(names: Sequence[str], known: Sequence[str], what: str) -> None:

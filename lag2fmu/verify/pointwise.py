@@ -14,7 +14,7 @@ from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.drives import DriveForces
 from lag2fmu.reference.equations import Equations
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.symbolic import sympy_accelerations
 from lag2fmu.verify.evaluation import Evaluation, evaluation
 from lag2fmu.verify.report import Check

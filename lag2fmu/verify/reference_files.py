@@ -6,18 +6,22 @@ experiments format of the Modelica Association, MA-HS-Experiments, to which it r
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 
 import numpy as np
 
+from lag2fmu.deadline import OutOfTimeError, within
 from lag2fmu.description.names import velocity
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
+from lag2fmu.errors import SimulationError
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.integrate import integrate
-from lag2fmu.reference.record import Reference
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.verify.plan import check_limit
 
 _FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 _NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
@@ -26,18 +30,36 @@ _HEAD = {
     "version": "1.0.0-alpha.1",
     "description": "Layered Standard providing information on related files included in an FMU.",
 }
+SHORT = "the direct integration came to t = {:.4g} s in its time; give a longer --limit for more\n"
+"""What is told where ``reference_of`` does not come to the end."""
 _EXPERIMENT, _RESULT = "validation.exp", "reference.csv"
 
 
-def reference_of(mechanism: Mechanism, progress: Callable[[float], None] | None = None) -> Reference:
+def reference_of(
+    mechanism: Mechanism, progress: Callable[[float], None] | None = None, limit: float = math.inf
+) -> Reference:
     """The direct integration of the default experiment of ``mechanism``, at its communication points.
 
-    All inputs keep their start values. ``progress`` is told the share that is done, 0 to 1. Raises SimulationError if
-    the integration fails.
+    All inputs keep their start values. ``progress`` is told the share that is done, 0 to 1. The reference ends where
+    the CPU time of ``limit`` (s) is over. Raises LoadError for a limit that is no time, and SimulationError if the
+    integration fails, or does not leave its start in time.
     """
-    mechanism, experiment = complete(mechanism), mechanism.experiment
+    mechanism, experiment = with_derived(mechanism), mechanism.experiment
     count = max(1, round(experiment.stop_time / experiment.step))
-    return integrate(mechanism, np.linspace(0.0, experiment.stop_time, count + 1), progress=progress)
+    try:
+        with within(check_limit(limit)):
+            return integrate(mechanism, np.linspace(0.0, experiment.stop_time, count + 1), progress=progress)
+    except OutOfTimeError:
+        raise SimulationError(
+            f"mechanism '{mechanism.name}': the direct integration did not leave its start in {limit:g} s of CPU time; "
+            "give a longer --limit, or leave the reference out"
+        ) from None
+
+
+def shortened(mechanism: Mechanism, reference: Reference, sentence: str) -> str:
+    """The ``sentence`` with the time (s) at which the ``reference`` ends before the experiment; "" if it does not."""
+    reached = float(reference.trajectory.time[-1])
+    return "" if reached >= mechanism.experiment.stop_time * (1 - 1e-9) else sentence.format(reached)
 
 
 def reference_files(
@@ -49,7 +71,7 @@ def reference_files(
     refer. Raises SimulationError if the integration fails. Source: FMI-LS-REF 1.0.0-alpha.1 specification.
     """
     reference = reference_of(mechanism) if reference is None else reference
-    mechanism = complete(mechanism)
+    mechanism = with_derived(mechanism)
     columns = [name for q in mechanism.coordinates for name in (q.name, velocity(q.name))]
     columns += [z.name for z in mechanism.states]
     trajectory = Trajectory.of(reference.trajectory.time, {name: reference.trajectory[name] for name in columns})
@@ -101,7 +123,8 @@ def _remarks(mechanism: Mechanism, reference: Reference, arrays: bool) -> str:
         f"{_FOLDER}/{_RESULT}: the motion of {mechanism.title} over {mechanism.experiment.stop_time:g} s.\n"
         f"Made by direct integration ({reference.method}, SciPy) of equations of motion that were obtained from the\n"
         "mechanism on another path than those in this FMU. All values are in SI units.\n"
-        f"Estimated error of the reference, relative to the range of each variable: {worst:.1e}.\n"
+        + shortened(mechanism, reference, "It ends at t = {:.4g} s, where the time for the integration was over.\n")
+        + f"Estimated error of the reference, relative to the range of each variable: {worst:.1e}.\n"
         f"A disturbance of the start grows up to {growth:.1e} times within this time; so does the error of a solver.\n"
         "Compare with a tolerance that allows for it.\n"
         + (

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from lag2fmu.errors import Lag2FmuError
-from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.contents import read_mechanism
 from lag2fmu.fmu.ports import array_elements
 from lag2fmu.verify.run import Scalar, size_of
 

@@ -12,22 +12,20 @@ from typing import Any
 
 import numpy as np
 
-from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.errors import SimulationError
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.apart import run_apart, runs_apart
-from lag2fmu.verify.co_simulation import Writer, co_simulation
+from lag2fmu.verify.by_fmpy import FMI_TYPES, by_fmpy, tolerance_of
+from lag2fmu.verify.co_simulation import co_simulation
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
 from lag2fmu.verify.plan import planned
 from lag2fmu.verify.remarks import ended_inputs, moved_guesses
-from lag2fmu.verify.run import Floats, Kind, Plan, Run, first_inputs, whole
+from lag2fmu.verify.run import Floats, Plan, Run, first_inputs, whole
 from lag2fmu.verify.scalars import scalars_of
 
-_FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
 _INTEGERS = ("Integer", "Enumeration")
 _LOGGER = logging.getLogger("lag2fmu")
 """Gets the warnings of FMUs; without a handler of the user they go to standard error."""
-MOST_STEPS = 20_000
-"""The steps that CVode may take from one communication point to the next; its own bound, 500, is for slow motions."""
 
 
 def simulate_fmu(path: Path, run: Run) -> Trajectory:
@@ -50,7 +48,7 @@ def _simulated(path: Path, run: Run) -> Trajectory:
     if plan.held is not None and not run.hold:
         warned("the FMU takes no derivatives of inputs: they are held during each communication step")
     asked = followed(plan) if run.kind == "co-simulation" and is_fmi3(description) else ()
-    with instance_of(path, _FMI_TYPES[run.kind], events=run.events, followed=asked) as instance:
+    with instance_of(path, FMI_TYPES[run.kind], events=run.events, followed=asked) as instance:
         try:
             time, values = _loop(description, run, plan)(instance, run, plan)
         except Exception as error:  # fmpy raises bare exceptions
@@ -75,7 +73,7 @@ def _loop(description: Any, run: Run, plan: Plan) -> Callable[[Instance, Run, Pl
     if run.kind == "co-simulation" and is_fmi3(description):
         return _steps3
     plain = description.fmiVersion == "2.0" and kinds <= {"Real", *_INTEGERS}
-    return _steps if run.kind == "co-simulation" and plain else _by_fmpy
+    return _steps if run.kind == "co-simulation" and plain else by_fmpy
 
 
 # ------------------------------------------------------------------------------------------------------ co-simulation
@@ -115,7 +113,7 @@ def initialize3(instance: Instance, run: Run, plan: Plan) -> None:
     fmu, description = instance.fmu, instance.description
     values = whole({**(run.values or {}), **first_inputs(plan)}, plan.scalars)
     apply_start_values(fmu, description, values, settable=settable_in_instantiated)
-    tolerance = _tolerance(instance, run)
+    tolerance = tolerance_of(instance, run)
     fmu.enterInitializationMode(tolerance=tolerance, startTime=float(plan.grid[0]), stopTime=float(plan.grid[-1]))
     fmu.exitInitializationMode()
 
@@ -124,14 +122,6 @@ def followed(plan: Plan) -> tuple[int, ...]:
     """The value references of the inputs that change within a communication step."""
     names = plan.pieces.names if plan.pieces is not None else ()
     return tuple(sorted({plan.scalars[name].reference for name in names}))
-
-
-def _tolerance(instance: Instance, run: Run) -> float | None:
-    """The relative tolerance of the run, or else of the default experiment; None if neither has one."""
-    experiment = instance.description.defaultExperiment
-    if run.tolerance is not None or experiment is None:
-        return run.tolerance
-    return float(experiment.tolerance or 0.0) or None
 
 
 def recorder(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[Floats], None]:
@@ -159,7 +149,7 @@ def initialize(instance: Instance, run: Run, plan: Plan) -> None:
 
     fmu, description = instance.fmu, instance.description
     fmu.setupExperiment(
-        tolerance=_tolerance(instance, run), startTime=float(plan.grid[0]), stopTime=float(plan.grid[-1])
+        tolerance=tolerance_of(instance, run), startTime=float(plan.grid[0]), stopTime=float(plan.grid[-1])
     )
     values = {**(run.values or {}), **first_inputs(plan)}
     values = apply_start_values(fmu, description, values, settable=settable_in_instantiated)
@@ -190,108 +180,3 @@ def setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Cal
         fmu.fmi2SetReal(component, inputs, k, (c_double * k)(*held.values[row]))  # type: ignore[union-attr]
 
     return set_held if plan.pieces is None else set_pieces
-
-
-# ------------------------------------------------------------------------------------------------------------ by fmpy
-
-
-def _interval(grid: Floats) -> float:
-    """The step (s) of the ``grid`` (k,); where its last step is shorter, the step by which as many reach its end."""
-    step, steps, span = float(grid[1] - grid[0]), len(grid) - 1, float(grid[-1] - grid[0])
-    return step if np.isclose(steps * step, span, rtol=1e-9) else span / steps
-
-
-def _by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
-    """The grid (k,), in s, and the values recorded there, (k, outputs), by fmpy's own loop.
-
-    It serves model exchange, other versions of FMI, and outputs that are no numbers. The loop makes equal steps only:
-    where the last one of the plan is shorter, all are made a little shorter.
-    """
-    import fmpy
-    from fmpy import sundials
-
-    description, fmu = instance.description, instance.fmu
-    cvode = sundials.CVodeSolver
-    sundials.CVodeSolver = partial(cvode, maxNumSteps=MOST_STEPS)  # simulate_fmu has no argument for it
-    if plan.pieces is not None:
-        fmu.setTime = _driven(instance, run, plan)
-    constants = _constant_inputs(run, plan)
-    start = {**(run.values or {}), **(first_inputs(plan) if plan.pieces is not None else {})}
-    recorded = [plan.scalars[name] for name in plan.names]
-    try:
-        result = fmpy.simulate_fmu(
-            instance.folder,
-            validate=False,
-            start_time=float(plan.grid[0]),
-            stop_time=float(plan.grid[-1]),
-            output_interval=_interval(plan.grid),
-            relative_tolerance=run.tolerance,
-            fmi_type=_FMI_TYPES[run.kind],
-            start_values=whole(start, plan.scalars),
-            input=None if plan.held is None else _signals(plan, constants, run.kind),
-            output=sorted({s.variable.name for s in recorded}),
-            record_events=False,
-            step_finished=None if run.progress is None else _progress(run.progress),
-            model_description=description,
-            fmu_instance=fmu,
-        )
-    finally:
-        sundials.CVodeSolver = cvode
-        fmu.__dict__.pop("setTime", None)
-    columns = [result[s.variable.name].reshape(len(result), -1)[:, s.element] for s in recorded]
-    return result["time"], np.stack(columns, axis=1)
-
-
-def _driven(instance: Instance, run: Run, plan: Plan) -> Callable[[float], None]:
-    """fmpy's setTime, which now sets the inputs too, because fmpy's CVode holds them between communication points."""
-    fmu, pieces = instance.fmu, plan.pieces
-    set_time, names = fmu.setTime, pieces.names  # type: ignore[union-attr]
-    if is_fmi3(instance.description):
-        set_inputs = Writer(fmu, plan.scalars, names, run.values).write
-    else:
-        set_inputs = partial(fmu.setReal, [plan.scalars[name].reference for name in names])
-
-    def driven(t: float) -> None:
-        set_time(t)
-        set_inputs(pieces.values(t))  # type: ignore[union-attr]
-
-    return driven
-
-
-def _constant_inputs(run: Run, plan: Plan) -> dict[str, float]:
-    """{input without a signal: its value}, for fmpy prints a warning for each input that it is not given."""
-    given, values = plan.held or (), run.values or {}
-    inputs = [s for s in plan.scalars.values() if s.variable.causality == "input" and s.name not in given]
-    return {s.name: float(values.get(s.name, s.start or 0.0)) for s in inputs}
-
-
-def _signals(plan: Plan, constants: Mapping[str, float], kind: Kind) -> Any:
-    """The structured array fmpy wants for the inputs that are held, at the communication points.
-
-    fmpy's CVode does not see inputs change between communication points. So it gets stairs: two rows at each point,
-    where fmpy restarts the solver. Raises LoadError for inputs of different sizes, which fmpy cannot take.
-    """
-    held = plan.held
-    times, columns = held.time, dict(zip(held.names, held.values.T, strict=True))  # type: ignore[union-attr]
-    if kind == "model-exchange":
-        times = np.repeat(times, 2)[1:-1]
-        columns = {name: np.repeat(x[:-1], 2) for name, x in columns.items()}
-    columns |= {name: np.full(len(times), value) for name, value in constants.items()}
-    variables = {plan.scalars[name].variable.name: plan.scalars[name].variable for name in columns}
-    shapes = {v.name: tuple(getattr(v, "shape", None) or ()) for v in variables.values()}
-    if len({*shapes.values()}) > 1:
-        raise LoadError("fmpy cannot hold inputs of different sizes in model exchange; export without --arrays")
-    table = np.empty(len(times), dtype=[("time", float), *((name, float, shape) for name, shape in shapes.items())])
-    table["time"] = times
-    for name, column in columns.items():
-        scalar = plan.scalars[name]
-        table[scalar.variable.name].reshape(len(times), -1)[:, scalar.element] = column
-    return table
-
-
-def _progress(report: Callable[[float], None]) -> Callable[[float, object], bool]:
-    def finished(time: float, recorder: object) -> bool:
-        report(time)
-        return True
-
-    return finished

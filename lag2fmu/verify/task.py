@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.deadline import LIMIT
 from lag2fmu.description import names
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.signals import Signals, held, interpolated
@@ -26,7 +27,7 @@ class Task:
     """The FMU ``path`` of ``mechanism``, to be validated until ``stop_time`` (s) with the relative ``tolerance``.
 
     ``inputs`` (SI units over time in s) drive both sides; None: all inputs keep their start values. With ``hold`` they
-    are constant during a communication step.
+    are constant during a communication step. ``limit`` (s) is the CPU time of the direct integrations.
     """
 
     mechanism: Mechanism
@@ -35,6 +36,7 @@ class Task:
     tolerance: float
     inputs: Trajectory | None
     hold: bool = False
+    limit: float = LIMIT
 
     @property
     def holds(self) -> bool:

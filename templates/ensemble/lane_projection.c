@@ -6,7 +6,7 @@
 #include "lane_group.h"
 #include "lane_math.h"
 
-enum { N = N_COORDINATES, M = N_CONSTRAINTS, SIZE_M = SIZE_CONSTRAINTS, MOST_CORRECTIONS = 12 };
+enum { M = N_CONSTRAINTS, SIZE_M = SIZE_CONSTRAINTS, MOST_CORRECTIONS = 12 };
 
 static const double ROUNDING = 1e-13; /* relative residuals that are as good as zero */
 static const double ACCEPTED = 1e-10; /* relative residuals that are met where rounding leaves more */

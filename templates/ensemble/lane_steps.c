@@ -12,9 +12,9 @@ static const double LARGEST_REDUCTION = 0.2;
 static const double SMALLEST_ERROR = 1e-4;
 static const double STRETCH = 1.05;
 static const double MAX_STEP_SLACK = 1.001;
-static const double RESTING_PART = 1e-7;
+static const double RESTING_STEP = 1e-7;
 static const double ERROR_POWER = 1.0 + (ERROR_ORDER < ORDER ? ERROR_ORDER : ORDER);
-static const double ROUNDING = 16.0 * 2.220446049250313e-16;
+static const double STEP_ROUNDING = 16.0 * 2.220446049250313e-16;
 
 static Lanes weighted_norm(const Group *group, const Lanes v[]) {
     Lanes largest = lanes_of(0.0);
@@ -34,7 +34,7 @@ void group_first_step(Group *group, Mask mask) {
     Lanes states[N_STATES], derivatives[N_STATES], unknowns[N_UNKNOWNS];
     const Lanes d0 = weighted_norm(group, group->states), d1 = weighted_norm(group, group->stages[0]);
     const Mask resting = (Mask)(d0 < 1e-5) | (Mask)(d1 < 1e-5);
-    const Lanes h0 = lanes_select(resting, RESTING_PART * (group->stop - group->time), 0.01 * d0 / d1);
+    const Lanes h0 = lanes_select(resting, RESTING_STEP * (group->stop - group->time), 0.01 * d0 / d1);
     for (int i = 0; i < N_STATES; i++) {
         states[i] = group->states[i] + h0 * group->stages[0][i];
     }
@@ -135,7 +135,7 @@ void group_step(Group *group) {
             propose_shorter(group, bad, error);
         }
         group->rejected = lanes_bits(lanes_select(good, lanes_of(0.0), lanes_from_bits(group->rejected | bad)));
-        group->lost |= bad & (Mask)(group->next_step < ROUNDING * lanes_max(lanes_abs(group->time), group->stop));
+        group->lost |= bad & (Mask)(group->next_step < STEP_ROUNDING * lanes_max(lanes_abs(group->time), group->stop));
     } else {
         group->lost |= group->active & ~good;
     }

@@ -5,7 +5,7 @@
 #include "lane_equations.h"
 #include "lane_group.h"
 
-enum { N = N_COORDINATES, S = STAGES, MOST_ITERATIONS = 100 };
+enum { S = STAGES, MOST_ITERATIONS = 100 };
 
 static const double CONVERGED = 1e-9; /* relative changes below this may stay as they are, by rounding */
 static const double RESTING_PART = 16.0 * 2.220446049250313e-16 / 1e-9;
@@ -27,7 +27,7 @@ static void canonical(const Group *group, Lanes time, const Lanes states[], Lane
 }
 
 /* What solving with M at a time (s) and states takes. Lanes where M is singular become lost. */
-static void factorize(Group *group, Mask mask, Lanes time, const Lanes states[], Lanes factor[]) {
+static void factorize_mass(Group *group, Mask mask, Lanes time, const Lanes states[], Lanes factor[]) {
     Lanes inputs[SIZE_SIGNALS], pivots[N];
     group_inputs(group, time, inputs);
     lanes_factor(time, states, inputs, group->parameters, factor, pivots);
@@ -48,7 +48,7 @@ static Lanes stage_time(const Group *group, int i) {
     }
 
 /* States, momenta and forces that belong to the velocities and further states. */
-static void complete(const Group *group, Stages *stages) {
+static void complete_stages(const Group *group, Stages *stages) {
     for (int i = 0; i < S; i++) {
         for (int k = 0; k < N; k++) {
             WEIGHED(velocity, A[i], stages->velocities, k)
@@ -90,7 +90,7 @@ static Lanes correct_further(Group *group, Mask mask, Stages *stages) {
 
 /* One round: each V_i is corrected by M^-1 times what is missing from its momentum, with M at the start of the step, in
    the lanes of a mask. Returns the greatest relative change. */
-static Lanes correct(const Group *group, Mask mask, const Lanes factor[], Stages *stages) {
+static Lanes correct_velocities(const Group *group, Mask mask, const Lanes factor[], Stages *stages) {
     const double *nominals = group->batch->nominals;
     Lanes greatest = lanes_of(0.0), changes[S][N], missing[N];
     for (int i = 0; i < S; i++) {
@@ -118,9 +118,9 @@ static void solve_stages(Group *group, const Lanes factor[], Stages *stages) {
     Mask open = group->active & ~group->lost;
     Lanes previous = lanes_of(HUGE_VAL);
     for (int i = 0; i < MOST_ITERATIONS && lanes_any(open); i++) {
-        complete(group, stages);
+        complete_stages(group, stages);
         const Lanes further = correct_further(group, open, stages);
-        const Lanes change = greater(further, correct(group, open, factor, stages));
+        const Lanes change = greater(further, correct_velocities(group, open, factor, stages));
         const Mask done = (Mask)(change == 0.0) | ((Mask)(change <= CONVERGED) & (Mask)(change >= previous));
         const Mask fails = ~done & ~((Mask)(change < 1e3 * previous) & (Mask)(change < HUGE_VAL));
         group->lost |= open & fails;
@@ -128,7 +128,7 @@ static void solve_stages(Group *group, const Lanes factor[], Stages *stages) {
         previous = change;
     }
     group->lost |= open;
-    complete(group, stages);
+    complete_stages(group, stages);
 }
 
 /* The stages to begin with: as if the accelerations and the further states at the start were constant. */
@@ -162,7 +162,7 @@ static void find_velocities(Group *group, const Lanes momenta[]) {
     for (int k = 0; k < N; k++) {
         states[N + k] = lanes_of(0.0);
     }
-    factorize(group, group->active, group->end, states, factor);
+    factorize_mass(group, group->active, group->end, states, factor);
     for (int round = 0; round < 2; round++) {
         canonical(group, group->end, states, found, forces);
         for (int k = 0; k < N; k++) {
@@ -180,7 +180,7 @@ Lanes method_try(Group *group) {
     Lanes factor[SIZE_FACTOR], unknowns[N_UNKNOWNS], finite = lanes_of(0.0);
     Memory *memory = &group->memory;
     Stages stages;
-    factorize(group, group->active, group->time, group->states, factor);
+    factorize_mass(group, group->active, group->time, group->states, factor);
     guess_stages(group, &stages);
     solve_stages(group, factor, &stages);
     for (int k = 0; k < N; k++) {

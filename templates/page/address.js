@@ -1,7 +1,7 @@
 /** The state of the page in its address, behind the #. */
 
 /** {settings, grey: Maps of variable index to value, or null; the words stop, speed, t, plot, phase, paused}. */
-export function readAddress(hash, variables) {
+function readAddress(hash, variables) {
   const byName = new Map(variables.map((variable) => [variable.name, variable]));
   const found = { settings: new Map(), grey: null, words: {} };
   for (const [key, text] of new URLSearchParams(hash.replace(/^#/, ""))) {
@@ -20,7 +20,7 @@ export function readAddress(hash, variables) {
 }
 
 /** The text behind the # for this state; a word begins with "-", so that it cannot be the name of a variable. */
-export function addressOf(state, variables) {
+function addressOf(state, variables) {
   const named = new Map(variables.map((variable) => [variable.index, variable]));
   const entries = new URLSearchParams();
   for (const [owner, prefix] of [

@@ -10,7 +10,7 @@ const NARROW = 0.25;
  * the value of the variable `taken` (dissipated energy), if there is one. The balance is 0 but for errors. When a
  * variable is set, or a support moves in an impact, the work is the change of the energy.
  */
-export function balance(run, energy, taken) {
+function balance(run, energy, taken) {
   const worth = (values) => values[energy.index] + (taken ? values[taken.index] : 0);
   const given = run.instants.filter((instant) => instant.set || instant.before.moving);
   const work = works(run);

@@ -55,6 +55,6 @@ const DARK = {
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 
 /** The colour of a style in the user's present scheme, light or dark. */
-export const colorOf = (style) => (dark.matches ? DARK : LIGHT)[style];
+const colorOf = (style) => (dark.matches ? DARK : LIGHT)[style];
 
-export const onSchemeChange = (listen) => dark.addEventListener("change", listen);
+const onSchemeChange = (listen) => dark.addEventListener("change", listen);

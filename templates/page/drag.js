@@ -29,7 +29,7 @@ function solve(matrix, b) {
  * coordinates. Among several solutions the one nearest to the previous coordinates is chosen. Returns the coordinates.
  * Source: the method of Levenberg and Marquardt.
  */
-export function reach(mechanism, target, measure, first, nominals) {
+function reach(mechanism, target, measure, first, nominals) {
   const n = mechanism.coordinates;
   const q = mechanism.point;
   const begin = q.slice(0, n);

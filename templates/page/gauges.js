@@ -1,7 +1,7 @@
 /** Coordinates as gauges (dials and scales), for a mechanism without anything to draw. */
 
 /** Draws a gauge for each of the variables `coordinates`. */
-export class GaugesView {
+class GaugesView {
   constructor(canvas, coordinates, colors) {
     Object.assign(this, { canvas, coordinates, colors });
     this.context = canvas.getContext("2d");

@@ -2,18 +2,18 @@
 
 const TURNS = 6;
 
-export function axesOf(a, b) {
+function axesOf(a, b) {
   const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
   const along = length > 0 ? [(b[0] - a[0]) / length, (b[1] - a[1]) / length] : [1, 0];
   return { along, across: [-along[1], along[0]], length };
 }
 
-export function off(point, along, x, across = [0, 0], y = 0) {
+function off(point, along, x, across = [0, 0], y = 0) {
   return [point[0] + x * along[0] + y * across[0], point[1] + x * along[1] + y * across[1]];
 }
 
 /** A spring from a to b, straight at its ends. */
-export function zigzag(a, b, size = 1) {
+function zigzag(a, b, size = 1) {
   const { along, across, length } = axesOf(a, b);
   const lead = Math.min(0.2 * length, 4 * size);
   const half = Math.min(2.2 * size, 0.3 * length);
@@ -26,7 +26,7 @@ export function zigzag(a, b, size = 1) {
 }
 
 /** A damper from a to b: a cylinder that is open at one end, a rod with its piston. */
-export function pot(a, b, size = 1) {
+function pot(a, b, size = 1) {
   const { along, across, length } = axesOf(a, b);
   const middle = off(a, along, length / 2);
   const half = Math.min(3 * size, 0.2 * length);
@@ -41,7 +41,7 @@ export function pot(a, b, size = 1) {
 }
 
 /** A torsion spring about a centre, turned by an angle. */
-export function spiral(center, reach) {
+function spiral(center, reach) {
   const line = [];
   for (let k = 0; k <= 60; k += 1) {
     const angle = (4.5 * Math.PI * k) / 60;
@@ -52,7 +52,7 @@ export function spiral(center, reach) {
 }
 
 /** A wall from a to b, hatched on its right side. */
-export function hatched(a, b, size = 1) {
+function hatched(a, b, size = 1) {
   const { along, across, length } = axesOf(a, b);
   const count = Math.max(3, Math.round(length / (1.8 * size)));
   const lines = [[a, b]];
@@ -64,13 +64,13 @@ export function hatched(a, b, size = 1) {
 }
 
 /** A fixed hinge: a triangle on hatched ground. */
-export function support(pivot, size = 1) {
+function support(pivot, size = 1) {
   const [left, right] = [-2.6, 2.6].map((x) => [pivot[0] + x * size, pivot[1] - 4.2 * size]);
   const ends = [left[0] - 1.2 * size, right[0] + 1.2 * size].map((x) => [x, left[1]]);
   return [[pivot, left, right, pivot], ...hatched(ends[0], ends[1], size)];
 }
 
-export function cross(center, size = 1) {
+function cross(center, size = 1) {
   const [x, y] = center;
   const reach = 1.2 * size;
   return [
@@ -86,7 +86,7 @@ export function cross(center, size = 1) {
 }
 
 /** An arrow from a to b: its shaft and its head. */
-export function arrow(a, b, head = 2) {
+function arrow(a, b, head = 2) {
   const { along, across } = axesOf(a, b);
   const foot = off(b, along, -head);
   return [
@@ -96,7 +96,7 @@ export function arrow(a, b, head = 2) {
 }
 
 /** An arrow along a circle from one angle to another. */
-export function arc(center, radius, first, last) {
+function arc(center, radius, first, last) {
   const line = [];
   for (let k = 0; k <= 24; k += 1) {
     const angle = first + ((last - first) * k) / 24;

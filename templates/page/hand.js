@@ -1,12 +1,10 @@
 /** Dragging a body to the place where the mechanism starts. */
 
-import { reach } from "./drag.js";
-
 const MOUSE = 26;
 const FINGER = 44;
 
 /** The actions of the pointer on the canvas of a page; `q` are the coordinates during a drag, else null. */
-export class Hand {
+class Hand {
   constructor(page, canvas) {
     Object.assign(this, { page, canvas, spot: null, q: null });
     canvas.addEventListener("pointerdown", (event) => this.grab(event), { capture: true });

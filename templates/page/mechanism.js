@@ -3,14 +3,14 @@
 const UTF8 = new TextDecoder();
 
 /** Loads `module` (bytes of WebAssembly) and answers with the Mechanism in it. */
-export async function loadMechanism(module) {
+async function loadMechanism(module) {
   const { instance } = await WebAssembly.instantiate(module, {});
   instance.exports._initialize();
   return new Mechanism(instance.exports);
 }
 
 /** One instance; all values are in SI units. Its arrays are views of its memory, which callers copy to keep. */
-export class Mechanism {
+class Mechanism {
   constructor(functions) {
     this.call = functions;
     const memory = functions.memory.buffer;

@@ -1,17 +1,5 @@
 /** The live page: a run of the mechanism, its views and its controls. */
 
-import { addressOf, readAddress } from "./address.js";
-import { compare, verdict } from "./badge.js";
-import { colorOf, onSchemeChange } from "./colors.js";
-import { Hand } from "./hand.js";
-import { loadMechanism } from "./mechanism.js";
-import { Panel } from "./panel.js";
-import { byId, Player } from "./player.js";
-import { Run } from "./run.js";
-import { Settings } from "./settings.js";
-import { Trails } from "./trails.js";
-import { enlarge, makeView } from "./views.js";
-
 const BUDGET = 7;
 
 const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
@@ -271,7 +259,7 @@ class Page {
         passed,
         text: said,
         title,
-      } = verdict(compare(run, this.model.reference, this.variables), this.model.reference.bar);
+      } = verdict(compare(run, this.model.reference, this.variables), this.model.reference);
       Object.assign(byId("badge"), { textContent: said, title, className: passed ? "good" : "bad" });
       this.judged = true;
     }

@@ -1,14 +1,10 @@
 /** The plots below the drawing: variables over the time, energies, balance, a phase portrait. */
 
-import { balance } from "./balance.js";
-import { PhasePlot, TimePlot } from "./plots.js";
-import { shown } from "./settings.js";
-
 const MOST_LINES = 6;
 const ENERGIES = ["kinetic_energy", "potential_energy", "total_energy"];
 
 /** The plots of a page; `seek(time)` moves it. */
-export class Panel {
+class Panel {
   constructor(page, seek) {
     Object.assign(this, { page, seek, plots: [] });
     this.host = document.getElementById("plots");

@@ -1,14 +1,11 @@
 /** The mechanism on a canvas, in its plane. */
 
-import { PARTS, railEnds } from "./plane_parts.js";
-import { Moment } from "./scene.js";
-
 const MARGIN = 9;
 const LEAST = 3.4;
 const FAR = 520;
 
 /** Draws a drawing; `colors(name)` gives the colour of a style. */
-export class PlaneView {
+class PlaneView {
   constructor(canvas, drawing, colors) {
     Object.assign(this, { canvas, drawing, colors });
     this.forget();

@@ -1,12 +1,10 @@
 /** How the parts of a drawing look in the plane. */
 
-import { arc, arrow, axesOf, cross, hatched, off, pot, spiral, support, zigzag } from "./glyphs.js";
-
 const flatAxes = (view, moment, item) =>
   moment.axes(item).map((axis) => moment.flatVector(axis.map((x) => x * view.drawing.unit)));
 
 /** How each kind of part is drawn. */
-export const PARTS = {
+const PARTS = {
   still: (view, _, item) => view.lines(item.lines, "ground", 0.35),
   rail(view, _, item) {
     const [least, most] = railEnds(item);
@@ -153,7 +151,7 @@ function hull(points) {
 }
 
 /** Both ends of the ground under a body that has moved between the stations of `item.span`. */
-export function railEnds(item) {
+function railEnds(item) {
   const [least, most] = item.span ?? [0, 0];
   return [least - item.reach, most + item.reach].map((x) => off(item.middle, item.along, x));
 }

@@ -1,10 +1,10 @@
 /** The controls of the time: buttons, the time bar, keys. */
 
-export const byId = (id) => document.getElementById(id);
+const byId = (id) => document.getElementById(id);
 const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 4, 10];
 
 /** The time of a page, s, and whether it plays. */
-export class Player {
+class Player {
   constructor(page, speed, playing) {
     Object.assign(this, { page, speed, playing, time: 0, before: null, repeats: true });
     this.bar = byId("time");

@@ -7,14 +7,14 @@ const HEIGHT = 210;
 /** The short texts of an axis' ticks: 2e-5 and not 2.00e-5. */
 const short = (ticks) => ticks.map((x) => number(x).replace(/\.?0*e/, "e"));
 
-export const number = (x) => {
+const number = (x) => {
   if (x === null || x === undefined || !Number.isFinite(x)) return "–";
   const size = Math.abs(x);
   return size !== 0 && (size < 1e-3 || size >= 1e5) ? x.toExponential(2) : String(Number(x.toPrecision(4)));
 };
 
 /** Variables over the time in `host`; `series`: [{label, color, dash}]. */
-export class TimePlot {
+class TimePlot {
   constructor(host, series, colors, seek) {
     Object.assign(this, { host, colors, marks: [] });
     const axis = { stroke: () => colors("text"), grid: { stroke: () => colors("grid"), width: 1 }, size: 54 };
@@ -91,7 +91,7 @@ export class TimePlot {
 }
 
 /** One variable over another on a canvas. */
-export class PhasePlot {
+class PhasePlot {
   constructor(canvas, colors) {
     Object.assign(this, { canvas, colors });
     this.context = canvas.getContext("2d");

@@ -5,7 +5,7 @@ const MOST_SNAPSHOTS = 400;
 /** Counts the changes of all runs, so that no two states of runs have the same version. */
 let changes = 0;
 
-export class Run {
+class Run {
   /**
    * `experiment`: stop, step and tolerance; `settings`: a Map of variables to values at the start; `watched`: the
    * variables that change at events only.

@@ -1,17 +1,15 @@
 /** The common part of both views: the places of the drawing's parts in the picture, at the spots of one moment. */
 
-import { axesOf, off } from "./glyphs.js";
-
-export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-export const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-export const cross3 = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-export const unitVector = (a) => {
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+const cross3 = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const unitVector = (a) => {
   const length = Math.hypot(...a);
   return length > 0 ? a.map((x) => x / length) : [1, 0, 0];
 };
 
 /** The spots of one moment; `world` in m, `flat` in units of the picture. */
-export class Moment {
+class Moment {
   constructor(drawing, spots) {
     this.drawing = drawing;
     this.spots = spots;

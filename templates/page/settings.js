@@ -1,12 +1,10 @@
 /** Sliders for parameters, inputs and start values, with their units. */
 
-import { number } from "./plots.js";
-
 const STEPS = 400;
 
 /** Conversions of a value to the unit that the user sees, and back. */
-export const shown = (variable, value) => (value - variable.offset) / variable.factor;
-export const toSi = (variable, value) => value * variable.factor + variable.offset;
+const shown = (variable, value) => (value - variable.offset) / variable.factor;
+const toSi = (variable, value) => value * variable.factor + variable.offset;
 
 /** The least number with one significant digit that is not less than x. */
 function nice(x) {
@@ -15,7 +13,7 @@ function nice(x) {
 }
 
 /** The range of a slider in the unit that the user sees; `swing` is a typical size of a variable that starts at 0. */
-export function rangeOf(variable, swing) {
+function rangeOf(variable, swing) {
   const start = shown(variable, variable.start);
   let [least, most] = [start / 2, 2 * start];
   if (variable.kind === "input" || variable.kind === "coordinate" || variable.kind === "velocity" || start === 0) {
@@ -40,7 +38,7 @@ function element(tag, attributes = {}, ...children) {
 const pieces = (text) => text.split(/(?<=[_/])/).flatMap((piece) => [piece, element("wbr")]);
 
 /** The rows of sliders; `change(variable, value)` is called with SI values. */
-export class Settings {
+class Settings {
   constructor(host, groups, swings, change) {
     this.rows = new Map();
     for (const [heading, variables, open] of groups) {

@@ -1,11 +1,9 @@
 /** The parts of a drawing as solids of three.js, which are moved from frame to frame. */
 
-import { cross3, minus, unitVector } from "./scene.js";
-
 const WINDINGS = 9;
 
 /** {group, move(moment)} of all parts of a drawing, with the given opacity. */
-export function makeParts(three, drawing, colors, opacity) {
+function makeParts(three, drawing, colors, opacity) {
   const maker = new Maker(three, drawing, colors, opacity);
   const moves = drawing.items.filter((item) => MAKERS[item.k]).map((item) => MAKERS[item.k](maker, item));
   return { group: maker.group, move: (moment) => moves.forEach((move) => move(moment)) };

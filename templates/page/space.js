@@ -1,12 +1,9 @@
 /** The mechanism in space, by three.js: the mouse turns the view, the wheel zooms. */
 
-import { cross3, dot, Moment, minus, unitVector } from "./scene.js";
-import { makeParts } from "./solids.js";
-
 const FIELD = 32;
 
 /** A view of `drawing` on `canvas`; `three` is the library. */
-export function makeSpaceView(three, canvas, drawing, colors) {
+function makeSpaceView(three, canvas, drawing, colors) {
   return new SpaceView(three, canvas, drawing, colors);
 }
 

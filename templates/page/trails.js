@@ -5,7 +5,7 @@ const SHARE = 0.12;
 const MOST = 8;
 
 /** The trails of a page: they reach over a part of the run. */
-export class Trails {
+class Trails {
   constructor(page) {
     this.page = page;
     this.forget(null);

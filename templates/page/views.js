@@ -1,14 +1,10 @@
 /** The choice of the view that shows a mechanism, and of its size. */
 
-import { GaugesView } from "./gauges.js";
-import { PlaneView } from "./plane.js";
-import { makeSpaceView } from "./space.js";
-
 const SMALL = 50;
 const PLACED = ["still", "rail", "pulley"];
 
 /** The view of a page: in the plane, with `three` in space, or gauges if there is nothing to draw. */
-export function makeView(page, three) {
+function makeView(page, three) {
   const canvas = document.getElementById("view");
   if (!page.drawing) return new GaugesView(canvas, page.coordinates, page.colors);
   if (page.drawing.planar || !three) return new PlaneView(canvas, page.drawing, page.colors);
@@ -16,7 +12,7 @@ export function makeView(page, three) {
 }
 
 /** Enlarges a mechanism that moves little, such as a single particle, unless something is drawn far from it. */
-export function enlarge(drawing, run) {
+function enlarge(drawing, run) {
   if (!drawing || drawing.items.some((item) => item.wall || PLACED.includes(item.k))) return;
   const view = new PlaneView(null, drawing, null);
   for (let k = 0; k < run.points.length; k += Math.ceil(run.count / 200)) {

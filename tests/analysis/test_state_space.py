@@ -15,7 +15,7 @@ from sympy import cos, sin
 
 import lag2fmu
 from lag2fmu.analysis import linearize
-from lag2fmu.analysis.entry_points import resting
+from lag2fmu.analysis.at_rest import resting
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import DerivationError, ExportError
 from lag2fmu.fmu import Fmu

@@ -15,7 +15,7 @@ from stepping import Stepping
 from sympy import cos, sin
 
 import lag2fmu
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.mechanism import Body, Mechanism, Ports, coordinate, signal
 from lag2fmu.reference import integrate
 
@@ -67,7 +67,7 @@ def test_terminals_bind_two_mechanisms(exported, tmp_path: Path) -> None:
     assert pairs[("hanging.F_x0", "cart.Q_x")] == -1.0
     with zipfile.ZipFile(path) as archive:
         archive.extractall(tmp_path)
-    truth = integrate(complete(in_one_piece()), np.linspace(0.0, 1.0, 101), rtol=1e-11).trajectory["x"]
+    truth = integrate(with_derived(in_one_piece()), np.linspace(0.0, 1.0, 101), rtol=1e-11).trajectory["x"]
     errors = [np.abs(coupled(found, tmp_path, h)[:: round(0.01 / h)] - truth).max() for h in (0.002, 0.001)]
     assert errors[1] < 5e-3 * np.abs(truth).max()
     assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
@@ -77,7 +77,7 @@ def test_terminals_bind_two_mechanisms(exported, tmp_path: Path) -> None:
 def test_repeated_exchange_keeps_the_order(degree: int, exported) -> None:
     """One exchange a step leaves order 1, eight leave degree + 1; figures as in docs/coupling.md."""
     paths = [exported(cart(), outputs=("x_ddot",)).path, exported(hanging()).path]
-    truth = integrate(complete(in_one_piece()), np.linspace(0.0, 1.0, 101), rtol=1e-11).trajectory["x"]
+    truth = integrate(with_derived(in_one_piece()), np.linspace(0.0, 1.0, 101), rtol=1e-11).trajectory["x"]
     text = Path(__file__).parents[2].joinpath("docs", "coupling.md").read_text("utf-8")
     for rounds in (1, 8):
         row = re.search(rf"^\| {degree} \| {rounds} \| ([\d.e-]+) \| ([\d.e-]+) \|$", text, re.MULTILINE)

@@ -21,7 +21,7 @@ from train import CAR, WAGON_ALONE, K, M, W, X, Y
 import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.errors import ExportError, LoadError
-from lag2fmu.systems.components import Component, Connector, Terminal, Unit
+from lag2fmu.systems.components import Component, ComponentTerminal, Connector, LinearUnit
 from lag2fmu.systems.connections import connected
 from lag2fmu.systems.structure import System, ssd
 
@@ -191,9 +191,9 @@ def test_what_else_is_refused(exported, tmp_path) -> None:
 
 def component(name: str, causalities: dict[str, str], rule: str = "bus", unit: str = "N") -> Component:
     """A component with one terminal, ``port``, whose members are called as the variables behind the first letter."""
-    newton = Unit(unit, (1, 1, -2, 0, 0, 0, 0, 0), 1.0, 0.0)
+    newton = LinearUnit(unit, (1, 1, -2, 0, 0, 0, 0, 0), 1.0, 0.0)
     connectors = {v: Connector(v, causality, "Real", newton, (), True) for v, causality in causalities.items()}
-    terminal = Terminal(rule, {v[1:]: v for v in causalities}, frozenset({"force"}))
+    terminal = ComponentTerminal(rule, {v[1:]: v for v in causalities}, frozenset({"force"}))
     return Component(name, Path(f"{name}.fmu"), "2.0", "CoSimulation", connectors, {"port": terminal}, None)
 
 

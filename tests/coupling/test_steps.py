@@ -12,18 +12,18 @@ from sympy import cos, sin
 
 from lag2fmu import derive
 from lag2fmu.analysis import analysis_sections, linearize
-from lag2fmu.analysis.coupling import CHANGE, Port, bonds, ports
+from lag2fmu.analysis.coupling import CHANGE, CouplingPort, bonds, ports
 from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Body, Mechanism, coordinate, signal
 
 
-def place_of(about: Linearization, port: Port) -> np.ndarray:
+def place_of(about: Linearization, port: CouplingPort) -> np.ndarray:
     """The displacement of the port by the states, (k,)."""
     return about.shape[[q.name for q in about.mechanism.coordinates].index(port.output)]
 
 
-def multiplied(about: Linearization, port: Port, step: float, degree: int) -> np.ndarray:
+def multiplied(about: Linearization, port: CouplingPort, step: float, degree: int) -> np.ndarray:
     """What a communication step with a spring multiplies the eigenmodes by, (k,)."""
     B, c = about.B[:, [about.inputs.index(port.inputs[0])]], place_of(about, port)[None]
     return of_a_step(about.A, B, -port.stiffness * c, step, degree)
@@ -43,7 +43,7 @@ def of_a_step(A: np.ndarray, B: np.ndarray, feedback: np.ndarray, step: float, d
     return np.linalg.eigvals((expm(chain * step) @ begin)[:k])
 
 
-def cases() -> Iterator[tuple[str, Linearization, Port]]:
+def cases() -> Iterator[tuple[str, Linearization, CouplingPort]]:
     for model in ("pendulum", "spring_mass_damper", "cart_pole", "coupled_masses"):
         about = linearize(derive(load(model)))
         for port in ports(about):

@@ -9,15 +9,14 @@ import pytest
 import sympy as sp
 
 import lag2fmu
-from lag2fmu import Contact
 from lag2fmu.description.symbols import Declared
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import DerivationError
-from lag2fmu.explain.procedure import procedure
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
-from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, coordinate, parameter
+from lag2fmu.mechanism import Body, Constraint, Contact, Energy, Mechanism, coordinate, parameter
+from lag2fmu.procedure.steps import procedure
 
 CANTILEVER, BALANCE = 2 * math.pi * 1e4, 2 * math.pi * 4
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from chosen import models
 
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.reference import Reference, integrate
@@ -37,7 +37,7 @@ def directly() -> Callable[..., Reference]:
         key = (model, part)
         if key not in done:
             times = np.linspace(0.0, part * duration(model), POINTS + 1)
-            done[key] = integrate(complete(load(model)), times, rtol=1e-12)
+            done[key] = integrate(with_derived(load(model)), times, rtol=1e-12)
             own = done[key].relative_error.max()
             if own >= 2e-9:  # an estimate from above, of the run at 1e-11 that it is compared with; the bars are 1e-8
                 pytest.skip(f"the direct integration of {model} is not sharp enough: its error is up to {own:.1g}")

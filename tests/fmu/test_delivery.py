@@ -13,9 +13,8 @@ from describing import described
 from PIL import Image
 
 import lag2fmu
-from lag2fmu.analysis.entry_points import resting
+from lag2fmu.analysis.at_rest import resting
 from lag2fmu.errors import ExportError
-from lag2fmu.explain.procedure import procedure
 from lag2fmu.fmu.icon import icon
 from lag2fmu.fmu.picture import scene_at_start
 from lag2fmu.fmu.versions import VERSIONS
@@ -24,7 +23,8 @@ from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.language.writer import without_dust
 from lag2fmu.mechanism import Body, Mechanism, Part, coordinate, parameter, signal
-from lag2fmu.mechanism.completion import complete
+from lag2fmu.mechanism.record import complete
+from lag2fmu.procedure.steps import procedure
 from lag2fmu.verify.instances import problems
 
 IMPRINT = {

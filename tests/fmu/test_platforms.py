@@ -21,7 +21,7 @@ from lag2fmu.cli import main
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu import export
 from lag2fmu.fmu.compilers import PLATFORMS, choose_platforms, compile_library, host_platform
-from lag2fmu.fmu.universal import universal
+from lag2fmu.fmu.mach import universal
 from lag2fmu.formats.loading import load
 
 FILES = {

@@ -15,7 +15,8 @@ from stepping import Stepping
 from stepping3 import Stepping3
 
 from lag2fmu.checking import check_fmu
-from lag2fmu.fmu import Fmu, export, live_page
+from lag2fmu.fmu import Fmu, export
+from lag2fmu.fmu.live import page
 from lag2fmu.fmu.terminals import Terminal, terminals_of
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
@@ -289,7 +290,7 @@ y = { unit = "mm" }
 [energy]
 kinetic = "x_dot**2 + phi_dot**2 + y_dot**2"
 """
-    data = live_page._data(described(read(text, "swing"))[0], None, None)
+    data = page._data(described(read(text, "swing"))[0], None, None)
     units = {v["name"]: v["unit"] for v in data["variables"]}
     assert data["plot"] == ["x", "y"]
     assert [units[name] for name in ("x", "x_dot", "phi", "phi_dot")] == ["mm", "mm/s", "deg", "deg/s"]
@@ -298,7 +299,7 @@ kinetic = "x_dot**2 + phi_dot**2 + y_dot**2"
 
 def test_the_page_takes_a_filtered_motion_for_a_place(lifted: Mechanism) -> None:
     """Its slider goes about the start, as that of a coordinate does."""
-    kinds = {v["name"]: v["kind"] for v in live_page._data(described(lifted)[0], None, None)["variables"]}
+    kinds = {v["name"]: v["kind"] for v in page._data(described(lifted)[0], None, None)["variables"]}
     found = [kinds[name] for name in ("a", "y0", "y0_dot", "y0_target")]
     assert found == ["coordinate", "coordinate", "velocity", "input"]
 

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from stepping import Stepping
 
 from lag2fmu.dynamics import derive, lower
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Body, Constraint, Damper, Energy, Mechanism, Spring, coordinate, parameter
@@ -67,7 +67,7 @@ def host(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str | Mechanism]
     built: dict[str, Host] = {}
 
     def build(model: str | Mechanism) -> Host:
-        mechanism = complete(load(model) if isinstance(model, str) else model)
+        mechanism = with_derived(load(model) if isinstance(model, str) else model)
         if mechanism.name not in built:
             built[mechanism.name] = Host(mechanism, tmp_path_factory.mktemp(mechanism.name))
         return built[mechanism.name]
@@ -116,7 +116,7 @@ CASES = {"slider_crank": (0.1, 300), "bricard": (1.0, 25), "rolling_disc": (1.0,
 @pytest.mark.parametrize("model", CASES)
 def test_order_under_constraints(model: str, host) -> None:
     stop, count = CASES[model]
-    exact = at_the_end(complete(load(model)), stop)
+    exact = at_the_end(with_derived(load(model)), stop)
     runs = [host(model).fixed(1e-11, stop, factor * count) for factor in (1, 2)]
     errors = [np.abs(states - exact).max() for _, _, _, states in runs]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(5.0, abs=0.3), errors

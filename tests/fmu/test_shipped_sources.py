@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 import subprocess
 import sys
@@ -22,7 +21,8 @@ from lag2fmu.codegen.c import c_string
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import FLAGS, host_platform
-from lag2fmu.fmu.units import units
+from lag2fmu.fmu.sources import ALL
+from lag2fmu.fmu.translation_units import including, translation_units
 
 pytestmark = pytest.mark.fmu
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="reads ELF libraries")
@@ -49,12 +49,11 @@ def library_of(folder: Path) -> Path:
     return path
 
 
-def build(folder: Path, *command: str, files: Iterable[str] = ()) -> bytes:
+def build(folder: Path, *command: str, files: Iterable[str] = (ALL,)) -> bytes:
     """Put the library that ``command`` makes of the sources in the place of the one that was shipped; its bytes.
 
-    Compiled are ``files``, by default all.
+    Compiled are ``files``, by default the one that includes all.
     """
-    files = files or sorted(path.name for path in (folder / "sources").glob("*.c"))
     library = library_of(folder)
     library.unlink()
     arguments = [*command, f"-I{fmi_headers()}", "-shared", "-fPIC", "-o", str(library), *files, "-lm"]
@@ -87,14 +86,14 @@ def test_source_files_are_declared_in_both_places(fmu: Fmu) -> None:
         names = {name.removeprefix("sources/") for name in archive.namelist() if name.startswith("sources/")}
         described = ET.fromstring(archive.read("sources/buildDescription.xml"))
     compiled = sorted(name for name in names if name.endswith(".c"))
-    assert len(compiled) > 5
+    assert len(compiled) > 50
     assert {name.rpartition(".")[2] for name in names} == {"c", "h", "xml"}
     assert not any(name.startswith("fmi2") and name.endswith(".h") for name in names), (
         "FMI's headers are the importer's"
     )
     for kind in ("ModelExchange", "CoSimulation"):
-        assert [f.get("name") for f in xml(fmu).find(kind).find("SourceFiles")] == compiled
-    assert [f.get("name") for f in described.iter("SourceFile")] == compiled
+        assert [f.get("name") for f in xml(fmu).find(kind).find("SourceFiles")] == [ALL]
+    assert [f.get("name") for f in described.iter("SourceFile")] == [ALL]
     assert described.find("BuildConfiguration").get("modelIdentifier") == fmu.description.model_identifier
 
 
@@ -106,14 +105,12 @@ def test_fmpy_reads_the_build_description(fmu: Fmu) -> None:
     assert file_set.preprocessorDefinitions[0].name == "FMI2_OVERRIDE_FUNCTION_PREFIX"
 
 
-def test_the_header_of_fmi_gets_the_prefix(fmu: Fmu, folder: Path) -> None:
-    """FMI 2.0.5, section 2.1.1: the define, immediately followed by the include."""
-    prefix = f"#define FMI2_FUNCTION_PREFIX {fmu.description.model_identifier}_\n"
-    texts = [path.read_text("utf-8") for path in sorted((folder / "sources").glob("*.[ch]"))]
-    including = [text for text in texts if '#include "fmi2Functions.h"' in text]
-    assert including
-    for text in including:
-        assert f'{prefix}#include "fmi2Functions.h"\n' in text
+def test_one_file_includes_the_others(folder: Path) -> None:
+    """The prefix first, FMI's included (FMI 2.0.5, section 2.1.1), and then each file once, as it stands."""
+    compiled = sorted(path.name for path in (folder / "sources").glob("*.c") if path.name != ALL)
+    lines = (folder / "sources" / ALL).read_text("utf-8").split("\n", 1)[1]
+    assert lines == including(["prefix.h", *compiled])
+    assert "#define FMI2_FUNCTION_PREFIX " in (folder / "sources" / "prefix.h").read_text("utf-8")
 
 
 # -------------------------------------------------------------------------------------------------------------- rebuilt
@@ -125,8 +122,7 @@ def test_zig_gives_the_library_that_was_shipped(fmu: Fmu, folder: Path) -> None:
     shipped = library_of(folder).read_bytes()
     (target,) = host_platform().targets
     texts = {path.name: path.read_text("utf-8") for path in (folder / "sources").glob("*.[ch]")}
-    prefix = re.compile(r'^#(?:include "prefix.h"|define FMI2_FUNCTION_PREFIX \w+)\n', re.MULTILINE)
-    joined = units({name: prefix.sub("", text) for name, text in texts.items()})
+    joined = translation_units({name: text for name, text in texts.items() if name != ALL})
     for name, text in joined.items():
         (folder / "sources" / name).write_text(text, "utf-8")
     again = build(folder, sys.executable, "-m", "ziglang", "cc", "-target", target, *FLAGS, "-s", files=joined)
@@ -187,9 +183,8 @@ def test_two_fmus_in_one_program(exported, tmp_path: Path) -> None:
             archive.extractall(tmp_path / model)
         folder = tmp_path / model / "sources"
         flags = ["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{headers}"]
-        for unit in sorted(folder.glob("*.c")):
-            objects.append(str(unit.with_suffix(".o")))
-            subprocess.run([*COMPILER, *flags, "-c", str(unit), "-o", objects[-1]], check=True)
+        objects.append(str(folder / "all.o"))
+        subprocess.run([*COMPILER, *flags, "-c", str(folder / ALL), "-o", objects[-1]], check=True)
         host.append(f"RUN({model}_, {c_string(fmu.description.guid)}, 4)")
         with Stepping(fmu.path) as alone:
             expected.append(alone.start().steps(20, 0.1)[-1])

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from lag2fmu.dynamics import derive
-from lag2fmu.explain.procedure import procedure
 from lag2fmu.fmu.advice import moved_starts
 from lag2fmu.formats.text import read
+from lag2fmu.procedure.steps import procedure
 
 WIRE = """
 [mechanism]

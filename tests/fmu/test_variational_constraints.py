@@ -12,7 +12,7 @@ from sympy import cos, sin
 
 from lag2fmu import export
 from lag2fmu.codegen import METHODS, SMOOTH_METHODS
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.errors import ExportError
 from lag2fmu.formats.loading import load
 from lag2fmu.language.expressions import TIME
@@ -112,7 +112,7 @@ def test_a_pendulum_moves_as_in_its_angle(solver: str, drag: float, exported, sp
 )
 def test_observed_orders(model: str, step: float, solver: str, exported) -> None:
     """Of a closed loop, redundant constraints, a quaternion's singular M, rolling; against direct integration."""
-    truth, errors = integrate(complete(load(model)), [0.0, 0.2], rtol=1e-12).trajectory, []
+    truth, errors = integrate(with_derived(load(model)), [0.0, 0.2], rtol=1e-12).trajectory, []
     for length in (step, step / 2):
         with Stepping(exported(model, solver=solver).path) as s:
             s.start({"solver_step": length}).step(0.2)
@@ -173,7 +173,7 @@ def test_a_constraint_that_is_moved_by_an_input(solver: str, exported, moved_pen
 @pytest.mark.parametrize("model", ["four_bar_linkage", "free_body"])
 def test_steps_may_be_as_short_as_rounding_lets_them(model: str, solver: str, exported) -> None:
     """Importers that look for events take such steps; constraints then tell velocities to 1e-16 m by h only."""
-    truth = integrate(complete(load(model)), [0.0, 0.2], rtol=1e-12).trajectory
+    truth = integrate(with_derived(load(model)), [0.0, 0.2], rtol=1e-12).trajectory
     with Stepping(exported(model, solver=solver).path) as s:
         s.start({"solver_step": 1e-4}).step(0.1)
         for length in (1e-6, 1e-7, 1e-8, 1e-10, 1e-12, 1e-15):

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 import lag2fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Body, Constraint, Mechanism, Output, coordinate
+from lag2fmu.reference import Trajectory
 
 pytestmark = pytest.mark.fmu
 
@@ -152,7 +153,7 @@ def test_the_importers_integrator_goes_on_through_them(n: int, tolerance: float,
     check_row_of_windows(run, n, bar, straight=bar)
 
 
-def check_row_of_windows(run: lag2fmu.Trajectory, n: int, bar: float, straight: float = 1e-10) -> None:
+def check_row_of_windows(run: Trajectory, n: int, bar: float, straight: float = 1e-10) -> None:
     """The benchmark's error, couplers that stay ``straight``, energy."""
     J, weight = (n + 1) / 3 + n, ((n + 1) / 2 + n) * G
     rates = lambda t, z: [z[1], -weight / J * np.cos(z[0])]  # noqa: E731

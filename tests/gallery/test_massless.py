@@ -11,7 +11,7 @@ from sliders import c, g, k, l, m, with_friction
 from stepping import Stepping
 
 from lag2fmu.dynamics import derive
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.errors import DerivationError, Lag2FmuError
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
@@ -155,13 +155,13 @@ def test_fixed_steps_do_not_leap_over_the_singular_position(step: float, exporte
 
 def test_the_equilibrium_follows_and_is_not_part_of_the_text() -> None:
     mechanism = load("slides_problem_5_small")
-    completed = complete(mechanism)
+    completed = with_derived(mechanism)
     (equilibrium,) = completed.constraints
     assert (equilibrium.name, equilibrium.kind) == ("massless_x", "equilibrium")
     assert completed.origins == {"constraints.massless_x": "coordinates.x"}
     assert completed == mechanism
     assert write(completed) == write(mechanism)
-    assert complete(read(write(completed), "text")).constraints == completed.constraints
+    assert with_derived(read(write(completed), "text")).constraints == completed.constraints
     assert derive(with_friction()).mechanism.constraints[0].kind == "damped_equilibrium"
 
 

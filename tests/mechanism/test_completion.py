@@ -6,8 +6,8 @@ from dataclasses import fields
 
 import pytest
 
+from lag2fmu.description.description import Description, table_keys
 from lag2fmu.description.keys import keys_in
-from lag2fmu.description.record import Description, table_keys
 from lag2fmu.errors import MechanismError
 from lag2fmu.formats.loading import with_values
 from lag2fmu.formats.text import read

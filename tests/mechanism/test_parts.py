@@ -15,7 +15,7 @@ from lag2fmu.analysis.evaluation import at, resting_inputs, unknowns
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import MechanismError, TextError
 from lag2fmu.fmu import Fmu
-from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.contents import read_mechanism
 from lag2fmu.formats.loading import load, with_settings, with_values
 from lag2fmu.formats.schema import schema
 from lag2fmu.formats.text import read, read_file

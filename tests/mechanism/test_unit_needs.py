@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from lag2fmu.description.record import Description
+from lag2fmu.description.description import Description
 from lag2fmu.errors import TextError, UnitError
 from lag2fmu.formats.loading import bundled, load
 from lag2fmu.formats.text import read

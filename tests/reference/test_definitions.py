@@ -8,11 +8,11 @@ from kkt import solve
 
 from lag2fmu.dynamics import derive
 from lag2fmu.dynamics.starts import start_values
-from lag2fmu.explain.procedure import procedure
 from lag2fmu.formats.text import read
 from lag2fmu.language import definitions
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.picture.skeleton import Skeleton
+from lag2fmu.procedure.steps import procedure
 from lag2fmu.reference import Equations, integrate, sympy_accelerations
 
 CHAIN = """

@@ -15,9 +15,8 @@ from lag2fmu.mechanism import Body, Constraint, Contact, Force, Friction, Mechan
 from lag2fmu.reference import integrate, remedy_of_jumps
 from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.modes import Mode
-from lag2fmu.reference.hybrid.run import Run, Track
-from lag2fmu.reference.hybrid.starting import started
-from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.hybrid.run import HybridRun, Track, started
+from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.signals import signals_of
 from tests.reference import hybrid_mechanisms as known
 
@@ -29,8 +28,8 @@ G = 9.81
 def run(mechanism: Mechanism, end: float, inputs: object = None) -> Track:
     """One run to ``end`` (s), without the further ones that ``integrate`` makes to know its errors."""
     times = np.array([0.0, end])
-    problem = Run(System(mechanism), signals_of(mechanism, inputs, 0.0), times)
-    return Follower(problem, "DOP853", 1e-12).follow(started(problem, {}))
+    problem = HybridRun(HybridSystem(mechanism), signals_of(mechanism, inputs, 0.0), times)
+    return Follower(problem, "DOP853", 1e-12, 500_000).follow(started(problem, {}))
 
 
 def times_of(track: Track, kind: str) -> list[float]:

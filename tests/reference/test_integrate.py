@@ -10,7 +10,9 @@ from mechanisms import charged_particle, driven_pendulum, falling, loaded, oscil
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipj, ellipk
 
+from lag2fmu.deadline import OutOfTimeError, within
 from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.formats.loading import load
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter, signal
 from lag2fmu.reference import Trajectory, held, initial_value_problem, integrate, interpolated
@@ -247,3 +249,33 @@ def test_a_run_that_is_too_long_says_which_stop_time_is_within_reach(monkeypatch
     assert found
     assert 0.1 < float(found[1]) < 10
     integrate(oscillator(), [0, float(found[1])], rtol=1e-8, whole=5.0)
+
+
+def test_a_run_whose_time_is_over_ends_where_it_came() -> None:
+    """A second of swinging at a million radians takes longer than a tenth of a second."""
+    x = coordinate("x", start=1.0)
+    fast = Mechanism("fast", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2, potential=1e10 * x**2 / 2))
+    times = np.linspace(0.0, 1.0, 20001)
+    with within(0.2):
+        found = integrate(fast, times, rtol=1e-9)
+    reached = len(found.trajectory)
+    assert 1 < reached < len(times)
+    assert found.trajectory.time == pytest.approx(times[:reached])
+    assert found.trajectory["x"] == pytest.approx(np.cos(1e5 * times[:reached]), abs=1e-4)
+    assert len(found.amplification) == len(found.work) == reached
+
+
+def test_a_bound_in_time_reaches_the_laws_of_contact_at_the_start() -> None:
+    """Where not even the start was settled, there is nothing to give back."""
+    with within(-1.0), pytest.raises(OutOfTimeError):
+        integrate(load("stack_of_blocks"), [0.0, 0.1])
+
+
+def test_a_hybrid_run_whose_time_is_over_ends_where_it_came() -> None:
+    times = np.linspace(0.0, 1000.0, 20001)
+    with within(0.5):
+        found = integrate(load("bouncing_ball"), times, rtol=1e-9)
+    assert 0 < len(found.trajectory) < len(times)
+    assert found.comparable is not None
+    assert len(found.comparable) == len(found.trajectory)
+    assert all(event.time <= found.trajectory.time[-1] for event in found.events)

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.adjoint import with_adjoints
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.fmu.advice import suited_solver
 from lag2fmu.fmu.backends.native import describe, fmi_headers
-from lag2fmu.fmu.units import units
+from lag2fmu.fmu.translation_units import translation_units
 from lag2fmu.fmu.variables import promotable
 from lag2fmu.formats.loading import load
 from lag2fmu.solvers.methods import METHODS
@@ -44,12 +44,12 @@ class Probe:
         solver, _ = suited_solver(equations, tuple(METHODS))
         outputs = promotable(equations, ("all",))
         program = with_adjoints(lower(equations, outputs, METHODS[solver].variational))
-        self.description, sources = describe(complete(load(model), equations), equations, program, solver)
+        self.description, sources = describe(with_derived(load(model), equations), equations, program, solver)
         name = self.description.model_identifier
         library = folder / "binaries" / fmpy.platform / f"{name}{fmpy.sharedLibraryExtension}"
         library.parent.mkdir(parents=True)
         sources = {**sources, PROBE.name: PROBE.read_text("utf-8")}
-        joined = units(sources)
+        joined = translation_units(sources)
         for file, text in {**sources, **joined}.items():
             (folder / file).write_text(text, "utf-8")
         compiler = COMPILERS.get("gcc", COMPILERS["zig"])

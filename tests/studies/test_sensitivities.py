@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 import lag2fmu
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism import Body, Mechanism, Spring, coordinate, parameter
-from lag2fmu.studies.asking import references_of
 from lag2fmu.studies.library import Study, compiled
+from lag2fmu.studies.requests import references_of
 
 pytestmark = pytest.mark.fmu
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.units import units as joined
+from lag2fmu.fmu.translation_units import translation_units
 
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-fPIC"]
 COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc"]}
@@ -30,7 +30,7 @@ def compiled(
 
     All files are joined as an export joins them; ``apart``: each is compiled alone.
     """
-    together = {} if units or apart else joined(sources)
+    together = {} if units or apart else translation_units(sources)
     for name, text in {**sources, **together}.items():
         (folder / name).write_text(text, "utf-8")
     chosen = units or tuple(together or sorted(name for name in sources if name.endswith(".c")))

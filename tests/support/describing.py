@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.dynamics import derive, lower
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.fmu.backends.native import describe
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.variables import promotable
@@ -20,4 +20,6 @@ def described(
     """The description, ``outputs`` among its outputs, and the C sources {file name: text}."""
     equations, version = derive(mechanism), VERSIONS[fmi]
     program = lower(equations, promotable(equations, outputs, events=fmi != "2.0"))
-    return describe(complete(mechanism, equations), equations, program, DEFAULT_SOLVER, version=version, arrays=arrays)
+    return describe(
+        with_derived(mechanism, equations), equations, program, DEFAULT_SOLVER, version=version, arrays=arrays
+    )

@@ -15,6 +15,7 @@ from support.compiling import COMPILERS
 
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.backends.native import fmi_headers
+from lag2fmu.fmu.sources import ALL
 
 OPTIONS = ("-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-w")
 
@@ -138,7 +139,8 @@ def unpacked(fmu: Fmu, folder: Path) -> Path:
     with zipfile.ZipFile(fmu.path) as archive:
         archive.extractall(folder)
     for source in sorted((folder / "sources").glob("*.c")):
-        _compile(source)
+        if source.name != ALL:  # which includes the others
+            _compile(source)
     return folder
 
 

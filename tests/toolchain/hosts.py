@@ -14,7 +14,7 @@ from fmpy import read_model_description
 
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.units import units
+from lag2fmu.fmu.sources import ALL
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Mechanism
 
@@ -57,21 +57,12 @@ def representative(name: str) -> str | Mechanism:
     return name
 
 
-def unpack_sources(fmu: Fmu, folder: Path) -> list[Path]:
-    """The C files of the FMU, with their headers beside them in ``folder``."""
+def unpack_sources(fmu: Fmu, folder: Path) -> Path:
+    """The C file of the FMU that includes the others, beside them in ``folder``."""
     with zipfile.ZipFile(fmu.path) as archive:
         names = [name for name in archive.namelist() if name.startswith("sources/")]
         archive.extractall(folder, names)
-    return sorted((folder / "sources").glob("*.c"))
-
-
-def unpack_units(fmu: Fmu, folder: Path) -> list[Path]:
-    """The same in fewer files, which are compiled sooner."""
-    unpack_sources(fmu, folder)
-    joined = units({path.name: path.read_text("utf-8") for path in (folder / "sources").glob("*.[ch]")})
-    for name, text in joined.items():
-        (folder / "sources" / name).write_text(text, "utf-8")
-    return [folder / "sources" / name for name in joined]
+    return folder / "sources" / ALL
 
 
 def build(target: Path, command: Sequence[str], sources: Sequence[Path], *after: str) -> Path:
@@ -91,7 +82,7 @@ def build_host3(folder: Path, command: Sequence[str], sources: Sequence[Path], *
 
 def with_host3(fmu: Fmu, folder: Path, command: Sequence[str]) -> Path:
     """The host for FMI 3.0 with all of the FMU in it, which sanitizers then see, too."""
-    return build_host3(folder, command, unpack_units(fmu, folder))
+    return build_host3(folder, command, [unpack_sources(fmu, folder)])
 
 
 def zig(target: str) -> list[str]:

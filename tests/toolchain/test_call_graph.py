@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import subprocess
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -18,13 +18,17 @@ import pytest
 from compiling import COMPILERS
 
 from lag2fmu.codegen.lanes import render_scalar
-from lag2fmu.codegen.sources import ROOMS, render_sources
+from lag2fmu.codegen.sources import ROOMS, page_sources, render_sources
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.deriving import derived
+from lag2fmu.fmu.live.spots import no_spots
+from lag2fmu.fmu.live.work import work
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions import VERSIONS
-from lag2fmu.formats.loading import load
+from lag2fmu.formats.loading import as_mechanism, load
+from lag2fmu.formats.text import read
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.resources import bundled, resource_folder
 from lag2fmu.solvers.methods import METHODS
 
@@ -36,10 +40,28 @@ pytestmark = [
 
 FAMILIES = ("dopri5", "ros2", "radau5", "gauss4")
 """A solver of each family that every mechanism takes; time stepping is for contacts."""
+TABLE = """
+[mechanism]
+name = "table"
+[coordinates]
+x = {}
+[inputs]
+u = {}
+[energy]
+kinetic = "x_dot**2/2"
+[tables.f]
+columns = [[0.0, 1.0, 2.0], [0.0, 2.0, 1.0]]
+interpolation = "cubic"
+outside = "error"
+[forces]
+x = "f(u) + if(f(1 + sin(t)) > 1.5, 1, 0)"
+"""
+"""A mechanism that looks values up in a table of data, and whose condition on one depends on nothing but the time."""
 CALL = re.compile(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"')
 
 Graph = dict[str, set[str]]
 ENGINE = resource_folder("templates") / "engine"
+LIST = ENGINE / "public_names.txt"
 HEIGHT = {path.name: ROOMS.index(room) for room in ROOMS for path in (ENGINE / room).rglob("*.c")}
 HEIGHT |= {path.name: len(ROOMS) for path in (ENGINE / "drivers").rglob("*.c")}
 """The height of each file's room; generated files are below all."""
@@ -87,6 +109,43 @@ def circles(folder: Path, sources: Mapping[str, str]) -> tuple[list[str], list[s
     return _circle(calls), _circle(functions)
 
 
+def _trees(folder: Path) -> Iterator[tuple[Path, Mapping[str, str]]]:
+    """Folders and C sources that together have all files of the engine: FMUs, the page's module, studies, batches."""
+    cases = [(load(model), solver) for model in ("woodpecker", "double_pendulum") for solver in FAMILIES]
+    cases += [(load("newtons_cradle"), "moreau"), (load("four_bar_linkage"), "gauss4"), (read(TABLE, ""), "dopri5")]
+    cases.append((load("slides_problem_5_small"), "dopri5"))
+    for model, solver in cases:
+        found = derived(model, solver)
+        trees = {fmi: _sources(model, solver, fmi) for fmi in VERSIONS}
+        table, method = build_table(found.equations, found.program), METHODS[solver]
+        references = {v.name: v.value_reference for v in table.variables if v.derivative_of is None}
+        extra = {"picture": no_spots(), "work": work(found.equations, references)}
+        trees["page"] = page_sources(trees["2.0"], extra)
+        trees["batch"] = render_scalar(found.program, table.tables, method)
+        if solver == "dopri5":
+            trees["study"] = render_sources(found.program, table.tables, method, "", "study")
+        for name, sources in trees.items():
+            (place := folder / f"{model.name}_{solver}_{name}").mkdir()
+            yield place, sources
+
+
+def test_names_that_the_linker_sees_are_listed(request: pytest.FixtureRequest, tmp_path: Path) -> None:
+    """With --update the list is written anew."""
+    names: dict[str, set[str]] = {}
+    for folder, sources in _trees(tmp_path):
+        for name, text in sources.items():
+            (folder / name).write_text(text, "utf-8")
+        files = [name for name in sources if name.endswith(".c") and (name not in HEIGHT or name not in names)]
+        with ThreadPoolExecutor() as pool:
+            for file, (defined, *_) in zip(files, pool.map(lambda file: _compile(folder, file), files), strict=True):  # noqa: B023
+                names.setdefault(file, set()).update(name for name in defined if not name.startswith("fmi"))
+    assert names.keys() >= HEIGHT.keys()
+    text = "".join(f"{' '.join([file, *sorted(found)])}\n" for file, found in sorted(names.items()) if found)
+    if request.config.getoption("--update"):
+        LIST.write_text(text, "utf-8")
+    assert LIST.read_text("utf-8") == text, "if this is meant, run pytest tests/toolchain/test_call_graph.py --update"
+
+
 def _kind(program: Program) -> tuple[bool, ...]:
     """What decides which files of the engine a mechanism gets, beside its solver."""
     return (
@@ -99,8 +158,8 @@ def _kind(program: Program) -> tuple[bool, ...]:
     )
 
 
-def _sources(model: str, solver: str | None, fmi: str) -> Mapping[str, str]:
-    found = derived(load(model), solver)
+def _sources(model: str | Mechanism, solver: str | None, fmi: str) -> Mapping[str, str]:
+    found = derived(as_mechanism(model), solver)
     return describe(found.mechanism, found.equations, found.program, found.solver, found.vibrations, VERSIONS[fmi])[1]
 
 

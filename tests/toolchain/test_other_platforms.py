@@ -122,8 +122,8 @@ class Installed:
     def __init__(self, model: str, exported, folder: Path, programs: dict[str, Path]) -> None:
         fmu = exported(hosts.representative(model))
         self.folder, self.programs = folder, programs
-        sources = {path.name: path.read_text("utf-8") for path in (*hosts.unpack_sources(fmu, folder),)}
-        sources |= {path.name: path.read_text("utf-8") for path in (folder / "sources").glob("*.h")}
+        unpacked = hosts.unpack_sources(fmu, folder)
+        sources = {path.name: path.read_text("utf-8") for path in unpacked.parent.glob("*.[ch]") if path != unpacked}
         libraries = compile_libraries(sources, fmi_headers(), model, [PLATFORMS[name] for name in MACHINES])
         for name, library in zip(MACHINES, libraries, strict=True):
             (folder / f"{name}{PLATFORMS[name].suffix}").write_bytes(library)

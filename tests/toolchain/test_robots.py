@@ -23,7 +23,7 @@ from lag2fmu.formats.robots.assembly import description_of
 from lag2fmu.formats.robots.tree import Robot
 from lag2fmu.formats.robots.urdf import read_urdf
 from lag2fmu.graph.batches import evaluate
-from lag2fmu.mechanism.completion import complete
+from lag2fmu.mechanism.record import complete
 
 pytestmark = pytest.mark.toolchain
 

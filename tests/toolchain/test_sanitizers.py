@@ -37,7 +37,7 @@ def under(exported, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, 
             command = [*GCC, *hosts.STRICT, "-Wconversion", *flags]
             programs[key] = hosts.build(target, command, hosts.HOST, "-ldl", "-lpthread", "-lm")
         fmu = exported(hosts.representative(model))
-        sources = hosts.unpack_units(fmu, folder)
+        sources = [hosts.unpack_sources(fmu, folder)]
         hosts.build(folder / "fmu.so", [*GCC, *flags, "-shared", "-fPIC"], sources, "-lm")
         (folder / "fmu.txt").write_text(hosts.description(fmu))
         return lambda *action: hosts.run([str(programs[key]), "./fmu.so", "fmu.txt", *map(str, action)], folder)

@@ -10,11 +10,12 @@ import pytest
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
-from lag2fmu import Trajectory, animate, load
+from lag2fmu import animate, load
 from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.picture.drawing import frame
 from lag2fmu.picture.layout import layout_of
 from lag2fmu.picture.scene import Stroke
+from lag2fmu.reference import Trajectory
 
 
 def swing(seconds: float) -> Trajectory:

@@ -15,6 +15,7 @@ import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.compilers import host_platform
+from lag2fmu.reference import Trajectory
 from lag2fmu.verify import apart
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.simulate import simulate_fmu
@@ -52,7 +53,7 @@ def test_the_same_as_in_this_process(other: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_warnings_and_refusals_arrive(other: Path) -> None:
     warned: list[str] = []
-    inputs = lag2fmu.Trajectory(np.array([0.0, 1.0]), ("u",), np.array([[0.0], [1.0]]))
+    inputs = Trajectory(np.array([0.0, 1.0]), ("u",), np.array([[0.0], [1.0]]))
     simulate_fmu(other, Run(inputs=inputs, warned=warned.append))
     assert any("inputs" in sentence for sentence in warned)
     with pytest.raises(LoadError, match="K"):

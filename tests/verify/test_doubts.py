@@ -15,7 +15,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference import Trajectory
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.verify import doubts as module
-from lag2fmu.verify.doubts import Watch, doubts_of
+from lag2fmu.verify.doubts import DoubtWatch, doubts_of
 
 TOLERANCE = 1e-6
 TIMES = np.linspace(0.0, 1.0, 51)
@@ -57,14 +57,14 @@ def block() -> Mechanism:
 
 def at_rest(mechanism: Mechanism, **changed: np.ndarray) -> Trajectory:
     """A run in which everything rests, sticks and obeys, but for what is ``changed``."""
-    columns = dict.fromkeys(Watch(mechanism).outputs, np.zeros_like(TIMES))
+    columns = dict.fromkeys(DoubtWatch(mechanism).outputs, np.zeros_like(TIMES))
     columns |= {"floor_mode": np.full_like(TIMES, Mode.STICKS), "bearing_mode": np.full_like(TIMES, Mode.STICKS)}
     columns["floor_force"] = np.full_like(TIMES, 20.0)
     return Trajectory.of(TIMES, columns | changed)
 
 
 def told(run: Trajectory) -> str:
-    return " ".join(Watch(block()).doubts(run, TOLERANCE))
+    return " ".join(DoubtWatch(block()).doubts(run, TOLERANCE))
 
 
 LATER = np.where(TIMES > 0.5, 1.0, 0.0)
@@ -109,7 +109,7 @@ def test_a_limit_that_jumps_at_a_point_holds_on_both_sides() -> None:
     jumping = read(BLOCK.replace("force = 4", 'force = "if(t < 0.5, 8, 4)"').replace("static = 5\n", ""), "block")
     for last, silent in ((0.5, True), (0.52, False)):
         force = np.where(last + 1e-9 >= TIMES, 7.9, 3.9)
-        found = [*Watch(jumping).doubts(at_rest(jumping, bearing_force=force), TOLERANCE)]
+        found = [*DoubtWatch(jumping).doubts(at_rest(jumping, bearing_force=force), TOLERANCE)]
         assert (found == []) is silent
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from support.faults import FAULTS, Fault, planted, unpacked
 
-from lag2fmu.dynamics.lagrange import complete
+from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.errors import SimulationError
-from lag2fmu.fmu.carried import read_mechanism
+from lag2fmu.fmu.contents import read_mechanism
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.formats.text import read_file
 from lag2fmu.mechanism import Mechanism
@@ -43,7 +43,7 @@ def _found(path: Path) -> bool:
 
 def _judged(path: Path) -> list[Check]:
     """What the laws say of the FMU's default run."""
-    m = complete(read_mechanism(path))
+    m = with_derived(read_mechanism(path))
     checks = list(law_checks(Task(m, path, m.experiment.stop_time, m.experiment.tolerance, None)))
     assert checks
     assert all(check.evidence == "laws" for check in checks)

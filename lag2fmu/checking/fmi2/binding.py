@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from ctypes import CFUNCTYPE, Structure, byref, c_char_p, c_double, c_int, c_size_t, c_void_p
 from typing import Any
 
-from lag2fmu.checking.binding import Binding, Instance, Library, Log, references, room
+from lag2fmu.checking.binding import Binding, FmuLibrary, LibraryInstance, MessageLog, references, room
 
 KIND = {"ModelExchange": 0, "CoSimulation": 1}
 
@@ -68,10 +68,12 @@ def _c_library() -> Any:
     return ctypes.cdll.msvcrt if os.name == "nt" else ctypes.CDLL(None)
 
 
-class Instance2(Instance):
+class Instance2(LibraryInstance):
     """An instance of ``kind`` ('ModelExchange', 'CoSimulation')."""
 
-    def __init__(self, library: Library, kind: str, guid: str, resources: str, log: Log, name: str = "check") -> None:
+    def __init__(
+        self, library: FmuLibrary, kind: str, guid: str, resources: str, log: MessageLog, name: str = "check"
+    ) -> None:
         def hear(_: object, __: object, status: int, category: bytes | None, message: bytes | None) -> None:
             log.add(status, category, message)  # the arguments of the format are not looked at
 

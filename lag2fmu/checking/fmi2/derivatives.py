@@ -9,14 +9,14 @@ from lag2fmu.checking.away import Values, give, later_values, lead_away
 from lag2fmu.checking.binding import RefusedError, doubles, references, room
 from lag2fmu.checking.differences import STEP, Sides, contradicted, not_listed, to_sides, wanted
 from lag2fmu.checking.findings import Finding
-from lag2fmu.checking.fmi2.description import ScalarVariable
+from lag2fmu.checking.fmi2.description import ScalarVariable2
 from lag2fmu.checking.fmi2.session import Model2, Session2
 
 _MOST_KNOWNS, _MOST_UNKNOWNS = 12, 60
 
 
 @dataclass(frozen=True)
-class Place:
+class Mode2:
     """A mode, the groups of ModelStructure whose unknowns are looked at there, and the knowns.
 
     ``away`` says that it is reached by some steps; where these end elsewhere, ``values`` are set.
@@ -24,7 +24,7 @@ class Place:
 
     mode: str
     groups: Sequence[str]
-    knowns: Sequence[ScalarVariable]
+    knowns: Sequence[ScalarVariable2]
     away: bool = False
     values: Values = ()
 
@@ -37,12 +37,12 @@ class Place:
             if self.away:
                 lead_away(session)
 
-    def unknowns(self, model: Model2) -> list[ScalarVariable]:
+    def unknowns(self, model: Model2) -> list[ScalarVariable2]:
         """The continuous unknowns, not too many of them."""
         listed = (model.description.variable(u.index) for g in self.groups for u in model.description.structure(g))
         return [v for v in listed if v is not None and v.is_continuous][:_MOST_UNKNOWNS]
 
-    def without(self, model: Model2, known: ScalarVariable) -> set[int]:
+    def without(self, model: Model2, known: ScalarVariable2) -> set[int]:
         """The indices of the unknowns that have lists of dependencies, but without a certain known."""
         unknowns = (u for group in self.groups for u in model.description.structure(group))
         return {
@@ -71,24 +71,24 @@ def directional(model: Model2) -> Iterator[Finding]:
         yield from _after_a_step(model)
 
 
-def _places(model: Model2) -> Iterator[Place]:
+def _places(model: Model2) -> Iterator[Mode2]:
     inputs = [v for v in model.description.variables if v.causality == "input" and v.is_continuous]
     exact = [v for v in model.states if v.initial == "exact"]
     initial, first = ("InitialUnknowns",), (exact + inputs)[:_MOST_KNOWNS]
-    yield Place("Initialization Mode", initial, first)
+    yield Mode2("Initialization Mode", initial, first)
     if model.kind == "ModelExchange":
         later = (model.states + inputs)[:_MOST_KNOWNS]
         for away in (False, True):
-            yield Place("Continuous-Time Mode", ("Outputs", "Derivatives"), later, away)
+            yield Mode2("Continuous-Time Mode", ("Outputs", "Derivatives"), later, away)
         return
     try:
         values = later_values(model)
     except (RefusedError, RecursionError):
         return
-    yield Place("Initialization Mode", initial, first, away=True, values=values)
+    yield Mode2("Initialization Mode", initial, first, away=True, values=values)
 
 
-def _along(model: Model2, place: Place, known: ScalarVariable) -> Iterator[Finding]:
+def _along(model: Model2, place: Mode2, known: ScalarVariable2) -> Iterator[Finding]:
     """What is wrong with the derivatives by one known at one place."""
     unknowns = place.unknowns(model)
     with model.session() as session:
@@ -121,7 +121,7 @@ def _after_a_step(model: Model2) -> Iterator[Finding]:
     yield from ()
 
 
-def _derivative(session: Session2, unknowns: Sequence[ScalarVariable], known: ScalarVariable) -> list[float]:
+def _derivative(session: Session2, unknowns: Sequence[ScalarVariable2], known: ScalarVariable2) -> list[float]:
     """The derivatives of ``unknowns`` by ``known`` as the FMU gives them: (len(unknowns),)."""
     values = room(len(unknowns))
     which = references([v.reference for v in unknowns])
@@ -131,7 +131,7 @@ def _derivative(session: Session2, unknowns: Sequence[ScalarVariable], known: Sc
     return list(values)[: len(unknowns)]
 
 
-def _differences(session: Session2, place: Place, known: ScalarVariable, step: float) -> list[Sides] | None:
+def _differences(session: Session2, place: Mode2, known: ScalarVariable2, step: float) -> list[Sides] | None:
     """The same by differences; the known gets its value back. None if it cannot be moved."""
     unknowns, states = place.unknowns(session.model), session.model.states
     (value,) = session.get(known)
@@ -148,7 +148,7 @@ def _differences(session: Session2, place: Place, known: ScalarVariable, step: f
 
 
 def _compared(
-    session: Session2, place: Place, known: ScalarVariable, given: Sequence[float] | None
+    session: Session2, place: Mode2, known: ScalarVariable2, given: Sequence[float] | None
 ) -> Iterator[Finding]:
     """What differences contradict: the derivatives, where they are ``given``, and the lists of dependencies.
 

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from lag2fmu.checking.description import NOTHING, Description, Variable, whole
+from lag2fmu.checking.description import NOTHING, FmuDescription, Variable, whole
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.xml_tree import Element
+from lag2fmu.xml_tree import XmlElement
 
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 STRUCTURE = ("Outputs", "Derivatives", "InitialUnknowns")
@@ -31,7 +31,7 @@ _INITIAL = {
 
 
 @dataclass(frozen=True)
-class ScalarVariable(Variable):
+class ScalarVariable2(Variable):
     """A ScalarVariable: ``index`` counts from 1."""
 
     index: int = 0
@@ -61,11 +61,11 @@ class ScalarVariable(Variable):
 
 
 @dataclass(frozen=True)
-class Unknown:
+class Unknown2:
     """An entry of ModelStructure; ``dependencies`` and ``kinds`` are None where the attribute is absent."""
 
     group: str
-    element: Element
+    element: XmlElement
     index: int
     dependencies: tuple[int, ...] | None
     kinds: tuple[str, ...] | None
@@ -77,13 +77,13 @@ class Unknown:
 
 
 @dataclass(frozen=True)
-class Description2(Description):
+class Description2(FmuDescription):
     """modelDescription.xml of FMI 2.0."""
 
     token_name = "guid"
 
     @cached_property
-    def types(self) -> Mapping[str, Element]:
+    def types(self) -> Mapping[str, XmlElement]:
         """Name -> the element in a SimpleType."""
         return {
             t.get("name"): c
@@ -93,15 +93,15 @@ class Description2(Description):
         }
 
     @cached_property
-    def variables(self) -> tuple[ScalarVariable, ...]:
+    def variables(self) -> tuple[ScalarVariable2, ...]:
         """The variables in order; the one of index i is ``variables[i - 1]``."""
         found = []
         for index, element in enumerate(self.root.all("ModelVariables", "ScalarVariable"), start=1):
             value = next((c for c in element.children if c.tag in TYPES), NOTHING)
-            found.append(ScalarVariable(element, value, self.types.get(value.get("declaredType")), index=index))
+            found.append(ScalarVariable2(element, value, self.types.get(value.get("declaredType")), index=index))
         return tuple(found)
 
-    def variable(self, index: int) -> ScalarVariable | None:
+    def variable(self, index: int) -> ScalarVariable2 | None:
         """The variable of ``index``, None if there is none."""
         return self.variables[index - 1] if 1 <= index <= len(self.variables) else None
 
@@ -110,19 +110,19 @@ class Description2(Description):
         """The indices of the continuous states: what variables with the attribute 'derivative' derive."""
         return frozenset(v.derivative for v in self.variables if v.derivative)
 
-    def structure(self, group: str) -> list[Unknown]:
+    def structure(self, group: str) -> list[Unknown2]:
         """The entries of one of STRUCTURE."""
         return [_unknown(group, e) for e in self.root.all("ModelStructure", group, "Unknown")]
 
-    def unknowns(self) -> Iterator[Unknown]:
+    def unknowns(self) -> Iterator[Unknown2]:
         """All entries of ModelStructure."""
         for group in STRUCTURE:
             yield from self.structure(group)
 
 
-def _unknown(group: str, element: Element) -> Unknown:
+def _unknown(group: str, element: XmlElement) -> Unknown2:
     dependencies, kinds = (element.attributes.get(name) for name in ("dependencies", "dependenciesKind"))
-    return Unknown(
+    return Unknown2(
         group,
         element,
         whole(element.get("index"), 0),

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from ctypes import byref, c_int
 from typing import Any
 
-from lag2fmu.checking.binding import DISCARD, OK, WARNING, Library, RefusedError
+from lag2fmu.checking.binding import DISCARD, OK, WARNING, FmuLibrary, RefusedError
 from lag2fmu.checking.description import Variable, number
 from lag2fmu.checking.fmi2.binding import BINDING, EventInfo, Instance2
-from lag2fmu.checking.fmi2.description import TYPES, Description2, ScalarVariable
+from lag2fmu.checking.fmi2.description import TYPES, Description2, ScalarVariable2
 from lag2fmu.checking.session import Iteration, Model, Session
 
 
@@ -19,9 +19,9 @@ class Model2(Model):
     description: Description2
     floats = frozenset({"Real"})
 
-    def load(self) -> Library:
+    def load(self) -> FmuLibrary:
         """The library; raises OSError if it cannot be loaded."""
-        return Library(self.path, BINDING)
+        return FmuLibrary(self.path, BINDING)
 
     @property
     def indicator_count(self) -> int:
@@ -34,13 +34,13 @@ class Model2(Model):
         return len(self.derivatives)
 
     @property
-    def states(self) -> list[ScalarVariable]:
+    def states(self) -> list[ScalarVariable2]:
         """The continuous states in the order of their derivatives."""
         found = (self.description.variable(v.derivative) for v in self.derivatives)
         return [v for v in found if v is not None]
 
     @property
-    def readable(self) -> list[ScalarVariable]:
+    def readable(self) -> list[ScalarVariable2]:
         """All variables, in the order of their types."""
         return [v for type_ in TYPES for v in self.description.variables if v.type == type_]
 
@@ -66,7 +66,7 @@ class Model2(Model):
         return Session2(self, instance)
 
     @property
-    def derivatives(self) -> list[ScalarVariable]:
+    def derivatives(self) -> list[ScalarVariable2]:
         """The derivatives in the order of ModelStructure, which is that of the states."""
         found = (self.description.variable(u.index) for u in self.description.structure("Derivatives"))
         return [v for v in found if v is not None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lag2fmu.checking.findings import Finding, Severity
-from lag2fmu.checking.fmi2.description import STRUCTURE, Description2, ScalarVariable, Unknown
+from lag2fmu.checking.fmi2.description import STRUCTURE, Description2, ScalarVariable2, Unknown2
 from lag2fmu.fmu.pack import DESCRIPTION
 
 
@@ -98,7 +98,7 @@ def _derivatives(description: Description2, listed: set[int]) -> Iterator[Findin
 # ---------------------------------------------------------------------------------------------------- dependencies
 
 
-def _form(description: Description2, unknown: Unknown) -> Iterator[Finding]:
+def _form(description: Description2, unknown: Unknown2) -> Iterator[Finding]:
     dependencies = unknown.dependencies or ()
     if len(set(dependencies)) < len(dependencies):
         yield Finding("dependencies-duplicate", unknown.place, "a dependency is listed twice", "list it once")
@@ -110,7 +110,7 @@ def _form(description: Description2, unknown: Unknown) -> Iterator[Finding]:
             yield Finding("dependencies-index", unknown.place, problem, "indices count the ScalarVariables from 1")
 
 
-def _kinds(description: Description2, unknown: Unknown, variable: ScalarVariable) -> Iterator[Finding]:
+def _kinds(description: Description2, unknown: Unknown2, variable: ScalarVariable2) -> Iterator[Finding]:
     kinds = unknown.kinds or ()
     if unknown.kinds is not None and len(kinds) != len(unknown.dependencies or ()):
         problem = f"{len(kinds)} dependenciesKind for {len(unknown.dependencies or ())} dependencies"
@@ -123,7 +123,7 @@ def _kinds(description: Description2, unknown: Unknown, variable: ScalarVariable
         yield Finding("kinds-type", unknown.place, problem, "factors are for Reals; use 'dependent'", "warning")
 
 
-def _knowns(description: Description2, unknown: Unknown, variable: ScalarVariable) -> Iterator[Finding]:
+def _knowns(description: Description2, unknown: Unknown2, variable: ScalarVariable2) -> Iterator[Finding]:
     """What an unknown may depend on: inputs, time and states; at initialization inputs, time and what is exact."""
     own_state = unknown.index in description.states and unknown.group == "Outputs"
     for index in unknown.dependencies or ():
@@ -141,19 +141,19 @@ def _knowns(description: Description2, unknown: Unknown, variable: ScalarVariabl
         yield from _state_output(unknown, variable)
 
 
-def _no_known(unknown: Unknown, known: ScalarVariable) -> Finding:
+def _no_known(unknown: Unknown2, known: ScalarVariable2) -> Finding:
     problem = f"the dependency '{known.name}' ({known.variability} {known.causality}) is no known"
     severity: Severity = "warning" if "arameter" in known.causality else "error"
     return Finding("dependency-known", unknown.place, problem, "list inputs, time and states only", severity)
 
 
-def _initially_known(unknown: Unknown, known: ScalarVariable) -> Iterator[Finding]:
+def _initially_known(unknown: Unknown2, known: ScalarVariable2) -> Iterator[Finding]:
     if known.initial != "exact":
         problem = f"the dependency '{known.name}' has initial='{known.initial}'"
         yield Finding("dependency-known", unknown.place, problem, "list inputs, time and exact variables only")
 
 
-def _state_output(unknown: Unknown, variable: ScalarVariable) -> Iterator[Finding]:
+def _state_output(unknown: Unknown2, variable: ScalarVariable2) -> Iterator[Finding]:
     """A state that is an output lists itself alone, as constant."""
     if unknown.dependencies is not None:
         kinds = dict(zip(unknown.dependencies, unknown.kinds or (), strict=False))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from lag2fmu.checking.description import number
 from lag2fmu.checking.findings import Finding, Severity
-from lag2fmu.checking.fmi2.description import Description2, ScalarVariable
+from lag2fmu.checking.fmi2.description import Description2, ScalarVariable2
 from lag2fmu.checking.variables import combination_findings, common_findings, rate_findings
 
 
@@ -24,7 +24,7 @@ def variable_findings(description: Description2) -> Iterator[Finding]:
             yield from _derivative(description, variable)
         yield from _settings(description, variable)
     yield from _independent(description)
-    aliases: dict[tuple[str, int], list[ScalarVariable]] = defaultdict(list)
+    aliases: dict[tuple[str, int], list[ScalarVariable2]] = defaultdict(list)
     for variable in description.variables:
         base = "Integer" if variable.type == "Enumeration" else variable.type
         aliases[base, variable.reference].append(variable)
@@ -33,7 +33,7 @@ def variable_findings(description: Description2) -> Iterator[Finding]:
             yield from _aliases(group)
 
 
-def _initial(variable: ScalarVariable) -> Iterator[Finding]:
+def _initial(variable: ScalarVariable2) -> Iterator[Finding]:
     given = variable.element.attributes.get("initial")
     if given is not None and variable.causality in ("input", "independent"):
         problem = f"initial='{given}' for causality='{variable.causality}'"
@@ -42,7 +42,7 @@ def _initial(variable: ScalarVariable) -> Iterator[Finding]:
         yield Finding("start-forbidden", variable.place, "initial='calculated' with a start value", "remove the start")
 
 
-def _derivative(description: Description2, variable: ScalarVariable) -> Iterator[Finding]:
+def _derivative(description: Description2, variable: ScalarVariable2) -> Iterator[Finding]:
     state = description.variable(variable.derivative)
     if state is None or state is variable:
         what = "itself" if state is variable else "no variable"
@@ -59,7 +59,7 @@ def _derivative(description: Description2, variable: ScalarVariable) -> Iterator
     yield from rate_findings(description, state, variable)
 
 
-def _settings(description: Description2, variable: ScalarVariable) -> Iterator[Finding]:
+def _settings(description: Description2, variable: ScalarVariable2) -> Iterator[Finding]:
     """Attributes that say something about certain variables only."""
     if variable.value.get("reinit") in ("true", "1") and variable.index not in description.states:
         yield Finding("reinit", variable.place, "reinit for a variable that is no state", "remove it")
@@ -78,7 +78,7 @@ def _independent(description: Description2) -> Iterator[Finding]:
             yield Finding("independent", variable.place, f"the independent variable is {variable.type}", "make it Real")
 
 
-def _aliases(group: list[ScalarVariable]) -> Iterator[Finding]:
+def _aliases(group: list[ScalarVariable2]) -> Iterator[Finding]:
     """Variables of one base type and one value reference are one variable with several names."""
     first, *others = group
     settable = [v for v in group if v.causality in ("parameter", "input")]
@@ -94,7 +94,7 @@ def _aliases(group: list[ScalarVariable]) -> Iterator[Finding]:
         yield Finding("alias-settable", settable[1].place, problem, "at most one is a parameter or input")
 
 
-def _alias_values(group: list[ScalarVariable]) -> Iterator[Finding]:
+def _alias_values(group: list[ScalarVariable2]) -> Iterator[Finding]:
     """Aliases have one value: all of them are constant with one start, or none is and one of them has a start."""
     constants = [v for v in group if v.variability == "constant"]
     started = [v for v in group if v.start is not None]

@@ -8,7 +8,7 @@ from lag2fmu.checking.description import whole
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import Description3, Variable3
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.xml_tree import Element
+from lag2fmu.xml_tree import XmlElement
 
 
 def array_findings(description: Description3, variable: Variable3) -> Iterator[Finding]:
@@ -27,7 +27,7 @@ def array_findings(description: Description3, variable: Variable3) -> Iterator[F
         yield Finding("start-count", variable.place, problem, "give one for each element, or one for all")
 
 
-def _dimension(description: Description3, dimension: Element, place: str) -> Iterator[Finding]:
+def _dimension(description: Description3, dimension: XmlElement, place: str) -> Iterator[Finding]:
     start, reference = (dimension.attributes.get(name) for name in ("start", "valueReference"))
     if (start is None) == (reference is None):
         problem = "has both start and valueReference" if start is not None else "has neither start nor valueReference"

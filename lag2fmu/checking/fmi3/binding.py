@@ -11,7 +11,7 @@ from ctypes import CFUNCTYPE, POINTER, byref, c_bool, c_char_p, c_double, c_int,
 from dataclasses import dataclass, field
 from typing import Any
 
-from lag2fmu.checking.binding import Binding, Instance, Library, Log, doubles, references, room
+from lag2fmu.checking.binding import Binding, FmuLibrary, LibraryInstance, MessageLog, doubles, references, room
 
 ELEMENTS: dict[str, tuple[str, Any]] = {
     **{"Float32": ("f", ctypes.c_float), "Float64": ("D", c_double), "Boolean": ("B", c_bool)},
@@ -89,16 +89,16 @@ class Manner:
     """The pointers that came back with calls of the FMU; the importer's alone where all is well."""
 
 
-class Instance3(Instance):
+class Instance3(LibraryInstance):
     """An instance of ``kind`` ('ModelExchange', 'CoSimulation'), of a co-simulation in a certain ``manner``."""
 
     def __init__(
         self,
-        library: Library,
+        library: FmuLibrary,
         kind: str,
         token: str | None,
         resources: str | None,
-        log: Log,
+        log: MessageLog,
         name: str | None = "check",
         manner: Manner | None = None,
     ) -> None:

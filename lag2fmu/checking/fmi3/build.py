@@ -10,7 +10,7 @@ from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.errors import LoadError
-from lag2fmu.xml_tree import Element, parse
+from lag2fmu.xml_tree import XmlElement, parse
 
 _NAME = "sources/buildDescription.xml"
 _UNITS = (".c", ".cpp", ".cc")
@@ -36,11 +36,11 @@ def build_findings(archive: Archive, description: Description3) -> Iterator[Find
         yield from _configuration(configuration, archive, description)
 
 
-def _at(element: Element) -> str:
+def _at(element: XmlElement) -> str:
     return f"{_NAME}:{element.line} <{element.tag}>"
 
 
-def _head(root: Element, description: Description3) -> Iterator[Finding]:
+def _head(root: XmlElement, description: Description3) -> Iterator[Finding]:
     if root.tag != "fmiBuildDescription":
         yield Finding("build-root", _at(root), f"begins with <{root.tag}>", "begin with <fmiBuildDescription>")
         return
@@ -61,7 +61,7 @@ def _head(root: Element, description: Description3) -> Iterator[Finding]:
         yield Finding("build-identifier", _at(root), problem, "add one", "warning")
 
 
-def _configuration(element: Element, archive: Archive, description: Description3) -> Iterator[Finding]:
+def _configuration(element: XmlElement, archive: Archive, description: Description3) -> Iterator[Finding]:
     identifier = element.get("modelIdentifier")
     if identifier not in description.identifiers.values():
         problem = f"modelIdentifier='{identifier}' is that of no kind in modelDescription.xml"
@@ -74,7 +74,7 @@ def _configuration(element: Element, archive: Archive, description: Description3
         yield from _definitions(each)
 
 
-def _source_files(element: Element, archive: Archive) -> Iterator[Finding]:
+def _source_files(element: XmlElement, archive: Archive) -> Iterator[Finding]:
     seen: set[str] = set()
     for file in element.all("SourceFile"):
         name = file.get("name")
@@ -90,7 +90,7 @@ def _source_files(element: Element, archive: Archive) -> Iterator[Finding]:
             yield Finding("include-missing", _at(folder), problem, "put it in or take it off the list")
 
 
-def _definitions(element: Element) -> Iterator[Finding]:
+def _definitions(element: XmlElement) -> Iterator[Finding]:
     for definition in element.all("PreprocessorDefinition"):
         options = [option.get("value") for option in definition.all("Option")]
         value = definition.attributes.get("value")

@@ -21,7 +21,7 @@ _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
-class Place:
+class Mode3:
     """A mode in which derivatives are asked for, the unknowns and knowns there, and whether they are ``compared``.
 
     ``away`` says that it is reached by some steps; where these end elsewhere, ``values`` are set.
@@ -48,7 +48,7 @@ class Place:
             session.instance.do("EnterEventMode")
 
 
-def _places(model: Model3) -> Iterator[Place]:
+def _places(model: Model3) -> Iterator[Mode3]:
     """The modes to look at. Knowns that no unknown depends on are left out: importers do not ask for them."""
     description = model.description
     everything = any(u.dependencies is None for u in description.unknowns())
@@ -58,22 +58,22 @@ def _places(model: Model3) -> Iterator[Place]:
     parameters = [v for v in model.of("parameter") if everything or v.reference in listed]
     first = _numbers(description.listed("InitialUnknown"))
     initial = _few([*exact, *inputs, *parameters])
-    yield Place("Initialization Mode", first, initial, compared=True)
+    yield Mode3("Initialization Mode", first, initial, compared=True)
     later = _numbers([*description.listed("Output"), *description.listed("ContinuousStateDerivative")])
     if model.kind == "ModelExchange":
         for away in (False, True):
-            yield Place("Continuous-Time Mode", later, _few([*model.states, *inputs]), compared=True, away=away)
+            yield Mode3("Continuous-Time Mode", later, _few([*model.states, *inputs]), compared=True, away=away)
         tunable = [v for v in parameters if v.variability == "tunable"]
-        yield Place("Event Mode", later, _few([*tunable, *inputs]), compared=True)
+        yield Mode3("Event Mode", later, _few([*tunable, *inputs]), compared=True)
     else:
-        yield Place("Step Mode", later, _few([*model.states, *inputs]), compared=False)
+        yield Mode3("Step Mode", later, _few([*model.states, *inputs]), compared=False)
         yield from _middle(model, first, initial)
 
 
-def _middle(model: Model3, unknowns: Sequence[Variable3], knowns: Sequence[Variable3]) -> Iterator[Place]:
+def _middle(model: Model3, unknowns: Sequence[Variable3], knowns: Sequence[Variable3]) -> Iterator[Mode3]:
     """Initialization Mode with the values of the middle of a run, if the FMU comes there."""
     with suppress(RefusedError, RecursionError):
-        yield Place("Initialization Mode", unknowns, knowns, compared=True, away=True, values=later_values(model))
+        yield Mode3("Initialization Mode", unknowns, knowns, compared=True, away=True, values=later_values(model))
 
 
 def _numbers(variables: Sequence[Variable3]) -> list[Variable3]:
@@ -112,7 +112,7 @@ def _provided(model: Model3) -> bool:
     return model.can("providesDirectionalDerivatives")
 
 
-def _along(model: Model3, place: Place, known: Variable3) -> Iterator[Finding]:
+def _along(model: Model3, place: Mode3, known: Variable3) -> Iterator[Finding]:
     """The derivatives by the elements of one known."""
     with model.session() as session:
         place.reach(session)
@@ -138,7 +138,7 @@ def _column(session: Session3, unknowns: Sequence[Variable3], known: Variable3, 
     return session.instance.derivative("GetDirectionalDerivative", which, [known.reference], seed, size_of(unknowns))
 
 
-def _shifted(session: Session3, place: Place, known: Variable3, element: int, by: float) -> bool:
+def _shifted(session: Session3, place: Mode3, known: Variable3, element: int, by: float) -> bool:
     """Move one element of a known; False if the FMU does not take that."""
     states = session.model.states
     if place.mode == "Continuous-Time Mode" and known in states:
@@ -151,7 +151,7 @@ def _shifted(session: Session3, place: Place, known: Variable3, element: int, by
     return session.set(known, values)
 
 
-def _differences(session: Session3, place: Place, known: Variable3, element: int, step: float) -> list[Sides] | None:
+def _differences(session: Session3, place: Mode3, known: Variable3, element: int, step: float) -> list[Sides] | None:
     """The derivatives by differences; the known gets its value back. None if it cannot be moved."""
     here, found = session.numbers(place.unknowns), []
     for by in (step, -2 * step):
@@ -163,7 +163,7 @@ def _differences(session: Session3, place: Place, known: Variable3, element: int
 
 
 def _compared(
-    session: Session3, place: Place, known: Variable3, element: int, given: Sequence[float] | None
+    session: Session3, place: Mode3, known: Variable3, element: int, given: Sequence[float] | None
 ) -> Iterator[Finding]:
     """What differences contradict: the derivatives, where they are ``given``, and the lists of dependencies.
 
@@ -186,7 +186,7 @@ def _compared(
             yield contradicted(session.model, place.mode, names, given[at], other)
 
 
-def _unlisted(model: Model3, place: Place, known: Variable3) -> set[int]:
+def _unlisted(model: Model3, place: Mode3, known: Variable3) -> set[int]:
     """The unknowns, as value references, that have lists of dependencies for a place, but without a certain known."""
     initial = place.mode == "Initialization Mode"
     return {
@@ -206,7 +206,7 @@ def _element(v: Variable3, index: int) -> str:
     return f"{v.name}[{index + 1}]" if v.dimensions else v.name
 
 
-def _columns(session: Session3, place: Place) -> list[list[float]]:
+def _columns(session: Session3, place: Mode3) -> list[list[float]]:
     """The derivatives by each element of all knowns."""
     return [_column(session, place.unknowns, known, i) for known in place.knowns for i in range(known.size)]
 
@@ -216,7 +216,7 @@ def _weights(count: int) -> list[float]:
     return [(-1.0) ** i * (1.0 + 0.25 * (i % 5)) for i in range(count)]
 
 
-def _summed(model: Model3, place: Place) -> Iterator[Finding]:
+def _summed(model: Model3, place: Mode3) -> Iterator[Finding]:
     """All knowns in one call."""
     if not place.unknowns or len(place.knowns) < 2:
         return
@@ -259,7 +259,7 @@ def adjoint(model: Model3) -> Iterator[Finding]:
 
 def _products(
     model: Model3,
-    place: Place,
+    place: Mode3,
     function: str,
     rows: Sequence[Sequence[float]],
     seed: Sequence[float],

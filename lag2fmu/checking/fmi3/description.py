@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import prod
 
-from lag2fmu.checking.description import Description, Variable, whole
+from lag2fmu.checking.description import FmuDescription, Variable, whole
 from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.xml_tree import Element
+from lag2fmu.xml_tree import XmlElement
 
 FLOATS = frozenset({"Float32", "Float64"})
 INTEGERS = ("Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64")
@@ -63,7 +63,7 @@ class Variable3(Variable):
         return self.type in FLOATS and self.variability == "continuous"
 
     @property
-    def dimensions(self) -> list[Element]:
+    def dimensions(self) -> list[XmlElement]:
         """Its dimensions; none for a scalar."""
         return list(self.element.all("Dimension"))
 
@@ -87,7 +87,7 @@ class Variable3(Variable):
         return None if text is None else whole(text, -1)
 
     @property
-    def aliases(self) -> list[Element]:
+    def aliases(self) -> list[XmlElement]:
         """Its other names."""
         return list(self.element.all("Alias"))
 
@@ -97,7 +97,7 @@ class Unknown3:
     """An entry of ModelStructure; ``dependencies`` and ``kinds`` are None where the attribute is absent."""
 
     group: str
-    element: Element
+    element: XmlElement
     reference: int
     dependencies: tuple[int, ...] | None
     kinds: tuple[str, ...] | None
@@ -109,20 +109,20 @@ class Unknown3:
 
 
 @dataclass(frozen=True)
-class Description3(Description):
+class Description3(FmuDescription):
     """modelDescription.xml of FMI 3.0."""
 
     kinds_known = ("ModelExchange", "CoSimulation", "ScheduledExecution")
     token_name = "instantiationToken"
 
     @cached_property
-    def type_elements(self) -> list[Element]:
+    def type_elements(self) -> list[XmlElement]:
         """The definitions of types."""
         definitions = self.root.child("TypeDefinitions")
         return [t for t in definitions.children if t.tag.endswith("Type")] if definitions is not None else []
 
     @cached_property
-    def types(self) -> Mapping[str, Element]:
+    def types(self) -> Mapping[str, XmlElement]:
         """Name -> the definition of a type."""
         return {t.get("name"): t for t in self.type_elements}
 
@@ -172,12 +172,12 @@ class Description3(Description):
         return tuple(v.derivative for v in derivatives if v.derivative is not None)
 
 
-def _length(dimension: Element, starts: Mapping[str, int]) -> int:
+def _length(dimension: XmlElement, starts: Mapping[str, int]) -> int:
     """The number of elements along a dimension; 0 where that is unknown."""
     return whole(dimension.get("start", "x"), starts.get(dimension.get("valueReference"), 0))
 
 
-def _unknown(group: str, element: Element) -> Unknown3:
+def _unknown(group: str, element: XmlElement) -> Unknown3:
     dependencies, kinds = (element.attributes.get(name) for name in ("dependencies", "dependenciesKind"))
     return Unknown3(
         group,

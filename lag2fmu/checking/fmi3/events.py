@@ -9,7 +9,7 @@ from time import monotonic
 from lag2fmu.checking.exchange import iteration_findings, past_event, states_of
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.binding import ENVIRONMENT, Manner, Update
-from lag2fmu.checking.fmi3.session import Model3, Session3, Step
+from lag2fmu.checking.fmi3.session import Model3, Session3, StepResults
 from lag2fmu.checking.trials import STEPS, row_bits
 
 _MOST_CALLS, _MOST_EVENTS = 80, 2
@@ -38,7 +38,7 @@ def step_results(model: Model3) -> Iterator[Finding]:
                     session.handle()
 
 
-def advanced(session: Session3, events: int) -> Iterator[Step]:
+def advanced(session: Session3, events: int) -> Iterator[StepResults]:
     """Steps of co-simulation until there were some ``events``, the run ends, or time is up."""
     begun = monotonic()
     for _ in range(_MOST_CALLS):
@@ -49,7 +49,7 @@ def advanced(session: Session3, events: int) -> Iterator[Step]:
             return
 
 
-def _step_findings(model: Model3, manner: Manner, done: Step) -> Iterator[Finding]:
+def _step_findings(model: Model3, manner: Manner, done: StepResults) -> Iterator[Finding]:
     span = done.asked - done.begun
     if done.event and not manner.events:
         problem = "signals an event to an importer that handles none"

@@ -13,7 +13,7 @@ from lag2fmu.checking.fmi3.build import build_findings
 from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.checking.fmi3.terminals import terminal_findings
 from lag2fmu.errors import LoadError
-from lag2fmu.xml_tree import Element, parse
+from lag2fmu.xml_tree import XmlElement, parse
 
 OLD_FOLDERS = {
     "win32": "x86-windows",
@@ -92,7 +92,7 @@ def _manifests(archive: Archive) -> Iterator[Finding]:
                 yield Finding("manifest-source", f"{name}:{related.line}", problem, "put it beside the manifest")
 
 
-def _manifest(name: str, root: Element) -> Iterator[Finding]:
+def _manifest(name: str, root: XmlElement) -> Iterator[Finding]:
     """The three attributes of a manifest's root, in their namespace."""
     spaces = [key.removeprefix("xmlns:") for key, uri in root.attributes.items() if uri == _MANIFEST_SPACE]
     values = {

@@ -7,7 +7,7 @@ from ctypes import byref, c_bool, c_double
 from dataclasses import dataclass
 from typing import Any
 
-from lag2fmu.checking.binding import DISCARD, OK, WARNING, Library, RefusedError
+from lag2fmu.checking.binding import DISCARD, OK, WARNING, FmuLibrary, RefusedError
 from lag2fmu.checking.description import Variable, number
 from lag2fmu.checking.fmi3.binding import BINDING, Instance3, Manner
 from lag2fmu.checking.fmi3.description import FLOATS, Description3, Variable3
@@ -15,7 +15,7 @@ from lag2fmu.checking.session import MOST_EVENTS, Iteration, Model, Session
 
 
 @dataclass(frozen=True)
-class Step:
+class StepResults:
     """The results of DoStep: ``asked`` is where the step was to end, ``reached`` where it did (s)."""
 
     begun: float
@@ -36,9 +36,9 @@ class Model3(Model):
     description: Description3
     floats = FLOATS
 
-    def load(self) -> Library:
+    def load(self) -> FmuLibrary:
         """The library; raises OSError if it cannot be loaded."""
-        return Library(self.path, BINDING)
+        return FmuLibrary(self.path, BINDING)
 
     @property
     def step(self) -> float:
@@ -180,13 +180,13 @@ class Session3(Session):
                 return True
         raise RecursionError(f"{MOST_EVENTS} early returns before t = {end:g} s")
 
-    def advance(self, length: float) -> Step:
+    def advance(self, length: float) -> StepResults:
         """One call of DoStep over ``length`` (s), with its results as they are. Raises RefusedError."""
         flags, reached, begun = [c_bool() for _ in range(3)], c_double(self.time), self.time
         self.instance.do("DoStep", begun, length, True, *map(byref, flags), byref(reached))
         event, end, early = (flag.value for flag in flags)
         self.time = reached.value if early else begun + length
-        return Step(begun, begun + length, event, end, early, reached.value)
+        return StepResults(begun, begun + length, event, end, early, reached.value)
 
     def completed(self) -> bool:
         """Tell of a completed step of the integrator; whether the FMU answers with an event. Raises RefusedError."""

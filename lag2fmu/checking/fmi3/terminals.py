@@ -11,7 +11,7 @@ from lag2fmu.checking.description import number
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.errors import LoadError
-from lag2fmu.xml_tree import Element, parse
+from lag2fmu.xml_tree import XmlElement, parse
 
 _FOLDER = "terminalsAndIcons"
 _NAME = f"{_FOLDER}/terminalsAndIcons.xml"
@@ -42,12 +42,12 @@ def terminal_findings(archive: Archive, description: Description3) -> Iterator[F
     yield from _siblings(list(root.all("Terminals", "Terminal")), description)
 
 
-def _at(element: Element) -> str:
+def _at(element: XmlElement) -> str:
     name = element.get("name")
     return f"{_NAME}:{element.line} <{element.tag}>{f' {name!r}' if name else ''}"
 
 
-def _pictures(root: Element, archive: Archive) -> Iterator[Finding]:
+def _pictures(root: XmlElement, archive: Archive) -> Iterator[Finding]:
     for system in root.all("GraphicalRepresentation", "CoordinateSystem"):
         x1, y1, x2, y2 = (number(system.get(name)) for name in ("x1", "y1", "x2", "y2"))
         if x1 >= x2 or y1 >= y2:
@@ -63,7 +63,7 @@ def _pictures(root: Element, archive: Archive) -> Iterator[Finding]:
                 yield Finding("icon-missing", _at(element), f"there is no {file}", "add the picture of the terminal")
 
 
-def _siblings(terminals: list[Element], description: Description3) -> Iterator[Finding]:
+def _siblings(terminals: list[XmlElement], description: Description3) -> Iterator[Finding]:
     """Terminals of one level, and those in them."""
     counts = Counter(t.get("name") for t in terminals)
     for name in (name for name, count in counts.items() if count > 1):
@@ -74,7 +74,7 @@ def _siblings(terminals: list[Element], description: Description3) -> Iterator[F
         yield from _siblings(list(terminal.all("Terminal")), description)
 
 
-def _terminal(terminal: Element, description: Description3) -> Iterator[Finding]:
+def _terminal(terminal: XmlElement, description: Description3) -> Iterator[Finding]:
     rule = terminal.get("matchingRule")
     if rule not in _MATCHING and "." not in rule:
         problem = f"matchingRule='{rule}' is neither predefined nor a reverse domain"
@@ -92,7 +92,7 @@ def _terminal(terminal: Element, description: Description3) -> Iterator[Finding]
         yield Finding("terminal-stream", _at(terminal), problem, "give the terminal one flow")
 
 
-def _member_names(terminal: Element, members: list[Element]) -> Iterator[Finding]:
+def _member_names(terminal: XmlElement, members: list[XmlElement]) -> Iterator[Finding]:
     """Names by which the members of a plug or a bus are matched."""
     names = Counter(m.get("memberName") for m in members)
     for member in (m for m in members if not m.get("memberName")):
@@ -102,7 +102,7 @@ def _member_names(terminal: Element, members: list[Element]) -> Iterator[Finding
         yield Finding("terminal-member-name", _at(terminal), f"two members are named '{name}'", "rename one")
 
 
-def _member(member: Element, description: Description3) -> Iterator[Finding]:
+def _member(member: XmlElement, description: Description3) -> Iterator[Finding]:
     name, kind = member.get("variableName"), member.get("variableKind")
     variable = description.names.get(name)
     if variable is None:
@@ -116,7 +116,7 @@ def _member(member: Element, description: Description3) -> Iterator[Finding]:
         yield Finding("terminal-kind", _at(member), problem, "use signal, inflow or outflow", "warning")
 
 
-def _stream(stream: Element, description: Description3) -> Iterator[Finding]:
+def _stream(stream: XmlElement, description: Description3) -> Iterator[Finding]:
     """Inward and outward variable of a stream: both exist, with as many elements."""
     found = {}
     for end, causalities in (("in", ("input", "parameter")), ("out", ("output", "calculatedParameter"))):

@@ -11,10 +11,10 @@ from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.compilers import Progress
+from lag2fmu.fmu.live.parts import Live
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.versions.version import Version
-from lag2fmu.live.page import Live
 from lag2fmu.mechanism.record import Mechanism
 
 Maker = Callable[[EquationsOfMotion, Program, Sequence[ScalarVariable], Mapping[str, str]], Live | None]

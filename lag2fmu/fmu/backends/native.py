@@ -17,12 +17,12 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
-from lag2fmu.fmu.carried import CLOCKS, SOURCES
 from lag2fmu.fmu.compilers import binaries_text, choose_platforms, compile_libraries
-from lag2fmu.fmu.live_module import STILL
+from lag2fmu.fmu.contents import CLOCKS, SOURCES
+from lag2fmu.fmu.live.module import STILL
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.ports import port_table, ports_of
-from lag2fmu.fmu.sources import compiled_files, source_files
+from lag2fmu.fmu.sources import ALL, source_files
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions.fmi2 import FMI2
 from lag2fmu.fmu.versions.version import Version
@@ -112,7 +112,7 @@ def describe(
     texts = render_sources(program, tables, METHODS[solver], _BLANK, version.gate)
     guid = _guid(blank, texts)
     sources = {file: text.replace(_BLANK, guid) for file, text in texts.items()}
-    return replace(blank, guid=guid, source_files=compiled_files(sources)), sources
+    return replace(blank, guid=guid, source_files=(ALL,)), sources
 
 
 def _guid(blank: ModelDescription, sources: Mapping[str, str]) -> str:

@@ -21,9 +21,9 @@ from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.backends.native import describe
-from lag2fmu.fmu.carried import EQUATIONS, SOURCES
 from lag2fmu.fmu.compilers import PLATFORMS, host_platform
-from lag2fmu.fmu.live_module import STILL
+from lag2fmu.fmu.contents import EQUATIONS, SOURCES
+from lag2fmu.fmu.live.module import STILL
 from lag2fmu.fmu.model_description import Interface, ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.variables import build_table

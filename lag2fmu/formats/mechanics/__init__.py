@@ -9,7 +9,7 @@ from sympy.physics.mechanics import KanesMethod, LagrangesMethod, System
 
 from lag2fmu.formats.mechanics.equations import from_kane, from_lagrange, from_system
 from lag2fmu.formats.mechanics.translation import Translation
-from lag2fmu.mechanism.completion import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 
 def maker(found: object, name: str) -> Callable[..., Mechanism]:

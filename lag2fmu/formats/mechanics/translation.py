@@ -20,7 +20,7 @@ from lag2fmu.errors import LoadError
 from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.mechanics.equations import Problem, T
 from lag2fmu.language.vocabulary import TIME, symbol
-from lag2fmu.mechanism.completion import Mechanism
+from lag2fmu.mechanism.record import Mechanism
 
 Floats = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lag2fmu.description.record import Description
+from lag2fmu.description.description import Description
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.robots.assembly import description_of
 from lag2fmu.formats.robots.mjcf import read_mjcf

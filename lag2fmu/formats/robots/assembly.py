@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.joints import across
 from lag2fmu.description.names import of_constraint, velocity
 from lag2fmu.description.parts import Energy, Gravity
 from lag2fmu.description.places import AXES, WORLD, Body, Frame, Point
-from lag2fmu.description.record import Description
 from lag2fmu.description.reserved import GLOBAL_NAMES
 from lag2fmu.description.symbols import coordinate, parameter
 from lag2fmu.errors import LoadError
@@ -25,7 +25,7 @@ from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.robots.attachments import attach
 from lag2fmu.formats.robots.naming import Names, coordinates_of, variables_of
 from lag2fmu.formats.robots.parts import UNITS, Parts
-from lag2fmu.formats.robots.tree import MOVING, Inertia, Joint, Mimic, Pose, Robot
+from lag2fmu.formats.robots.tree import MOVING, JointPose, LinkInertia, Mimic, Robot, RobotJoint
 from lag2fmu.formats.robots.turning import act_on_all
 from lag2fmu.formats.robots.writing import axis_of, number, numbers, turn, turns_of
 from lag2fmu.language.vocabulary import symbol
@@ -64,7 +64,7 @@ class _Assembly:
         for joint in robot.joints:
             self._parts.joints[joint.name] = self._named(joint, names[joint.name])
         self._paths: dict[str, sp.Expr] = {}
-        self._lumped: dict[str, list[Inertia]] = defaultdict(list)
+        self._lumped: dict[str, list[LinkInertia]] = defaultdict(list)
 
     def description(self) -> Description:
         """The whole; raises LoadError if nothing moves, and MechanismError."""
@@ -105,14 +105,14 @@ class _Assembly:
 
     def _stand(self, root: str) -> None:
         """Put the root on the ground, or let it move."""
-        nowhere = Pose(np.zeros(3))
+        nowhere = JointPose(np.zeros(3))
         self._parts.carriers[root] = (WORLD, np.eye(3), nowhere)
         if self._base != "fixed":
-            base = Joint(self._links[root], self._base, WORLD, root, nowhere, np.array([0.0, 0.0, 1.0]))
+            base = RobotJoint(self._links[root], self._base, WORLD, root, nowhere, np.array([0.0, 0.0, 1.0]))
             self._move(base, self._named(base, self._links[root]), WORLD, nowhere)
         self._take(root)
 
-    def _named(self, joint: Joint, wanted: str) -> str:
+    def _named(self, joint: RobotJoint, wanted: str) -> str:
         """The name of ``joint``, ``wanted`` where nothing that it brings is taken: ``j`` brings ``j_dot``."""
         return self._parts.names.variable(wanted, lambda name: variables_of(joint, name))
 
@@ -123,10 +123,10 @@ class _Assembly:
         if inertia is not None:
             self._lumped[frame].append(inertia.moved(matrix, pose.origin))
 
-    def _carry(self, joint: Joint) -> None:
+    def _carry(self, joint: RobotJoint) -> None:
         """Let ``joint`` carry its child: in a frame of its own, or lumped with the parent."""
         frame, matrix, place = self._parts.carriers[joint.parent]
-        pose = Pose(place.origin + matrix @ joint.pose.origin, (*place.turns, *joint.pose.turns))
+        pose = JointPose(place.origin + matrix @ joint.pose.origin, (*place.turns, *joint.pose.turns))
         if joint.kind in MOVING:
             self._move(joint, self._parts.joints[joint.name], frame, pose)
         else:
@@ -136,11 +136,11 @@ class _Assembly:
 
     # ------------------------------------------------------------------------------------------------ moving joints
 
-    def _move(self, joint: Joint, name: str, parent: str, pose: Pose) -> None:
+    def _move(self, joint: RobotJoint, name: str, parent: str, pose: JointPose) -> None:
         """The frame of the child of ``joint``, with its coordinates, which are called after ``name``."""
         frame, turns = self._links[joint.child], turns_of(pose)
         origin = numbers(pose.origin)
-        self._parts.carriers[joint.child] = (frame, np.eye(3), Pose(np.zeros(3)))
+        self._parts.carriers[joint.child] = (frame, np.eye(3), JointPose(np.zeros(3)))
         if joint.kind == "revolute":
             turning = turn(joint.axis, self._path(joint, name))
             self._parts.frames.append(Frame(frame, parent, origin, [*turns, turning]))
@@ -157,7 +157,7 @@ class _Assembly:
         else:
             self._float(joint, name, frame, parent)
 
-    def _slide_in_plane(self, joint: Joint, name: str, frame: str, parent: str) -> None:
+    def _slide_in_plane(self, joint: RobotJoint, name: str, frame: str, parent: str) -> None:
         """Three degrees of freedom: two along the plane, and an angle about its normal."""
         first, second = across(axis_of(joint.axis))
         along_x, along_y, turned = coordinates_of(joint, name)
@@ -167,7 +167,7 @@ class _Assembly:
         self._parts.frames.append(Frame(frame, parent, tuple(first * x + second * y), [turn(joint.axis, angle)]))
         act_on_all(joint, name, self._parts)
 
-    def _float(self, joint: Joint, name: str, frame: str, parent: str) -> None:
+    def _float(self, joint: RobotJoint, name: str, frame: str, parent: str) -> None:
         """A quaternion and, of a floating joint, the place along its axes."""
         floating = joint.kind == "floating"
         start = joint.start or (*(0.0,) * (3 if floating else 0), 1.0, 0.0, 0.0, 0.0)
@@ -184,7 +184,7 @@ class _Assembly:
         self._parts.frames.append(Frame(frame, parent, tuple(place) or (0, 0, 0), quaternion=quaternion))
         act_on_all(joint, name, self._parts)
 
-    def _path(self, joint: Joint, name: str) -> sp.Expr:
+    def _path(self, joint: RobotJoint, name: str) -> sp.Expr:
         """The angle or way of ``joint``: its coordinate, or an expression in that of the joint that it mimics."""
         if joint.mimic is not None:
             return self._follow(joint, joint.mimic)
@@ -192,7 +192,7 @@ class _Assembly:
         self._parts.act(joint, name, q, q.dot, stops=self._stops)
         return q - self._parts.parameter(f"zero_{name}", joint.reference, UNITS[joint.kind]) if joint.reference else q
 
-    def _follow(self, joint: Joint, mimic: Mimic) -> sp.Expr:
+    def _follow(self, joint: RobotJoint, mimic: Mimic) -> sp.Expr:
         """The expression of a ``joint`` that mimics another one, which may do so too.
 
         Its resistances act along it. Its limits bound no coordinate of its own, so that only stops can take them.
@@ -215,13 +215,13 @@ class _Assembly:
             self._parts.ignored.append(f"limits of the joint {joint.name}, which mimics another one (stops take them)")
         return path
 
-    def _leader(self, joint: Joint) -> str:
+    def _leader(self, joint: RobotJoint) -> str:
         """The name of the joint that has the coordinate by which ``joint`` moves."""
         while joint.mimic is not None:
             joint = self._known[joint.mimic.leader]
         return joint.name
 
-    def _body(self, frame: str, inertias: Sequence[Inertia]) -> Body:
+    def _body(self, frame: str, inertias: Sequence[LinkInertia]) -> Body:
         """One body with all ``inertias`` that ``frame`` carries."""
         whole = sum(inertias[1:], inertias[0])
         mass = self._parts.parameter(f"mass_{frame}", whole.mass, "kg")

@@ -20,7 +20,7 @@ from lag2fmu.formats.robots.tree import (
     Actuator,
     Closure,
     Coupling,
-    Pose,
+    JointPose,
     Robot,
     Span,
     Sum,
@@ -216,7 +216,7 @@ def _close(closure: Closure, name: str, parts: Parts) -> None:
     ends = []
     for end, (link, pose) in zip("ab", (closure.first, closure.second), strict=True):
         carrier, matrix, place = parts.carriers[link]
-        whole = Pose.of(place.origin + matrix @ pose.origin, matrix @ pose.matrix)
+        whole = JointPose.of(place.origin + matrix @ pose.origin, matrix @ pose.matrix)
         ends.append(parts.names.entry("places", f"{name}_{end}"))
         parts.frames.append(Frame(ends[-1], carrier, numbers(whole.origin), turns_of(whole)))
     parts.closures.append(Closing(name, closure.kind, between=ends))

@@ -18,7 +18,7 @@ from lag2fmu.errors import LoadError
 from lag2fmu.formats.robots.compiled import ROOT, Compiled, disabled_taken_out, turned
 from lag2fmu.formats.robots.mjcf_forces import actuators, tendons
 from lag2fmu.formats.robots.mjcf_size import check_copies
-from lag2fmu.formats.robots.tree import Closure, Coupling, Floats, Inertia, Joint, Pose, Robot
+from lag2fmu.formats.robots.tree import Closure, Coupling, Floats, JointPose, LinkInertia, Robot, RobotJoint
 from lag2fmu.xml_tree import parse
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
@@ -51,7 +51,7 @@ def read_mjcf(path: Path) -> Robot:
         raise LoadError(f"{path}: MuJoCo refuses it: {' '.join(str(error).split())}") from error
     _check_finite(model, path)
     disabled_taken_out(mujoco, model)
-    return _Reader(Compiled(mujoco, model), path).robot()
+    return _MjcfReader(Compiled(mujoco, model), path).robot()
 
 
 def _check_finite(model: Any, path: Path) -> None:
@@ -63,7 +63,7 @@ def _check_finite(model: Any, path: Path) -> None:
             raise LoadError(f"{path}: a number in {name} is not finite; correct it in the file")
 
 
-class _Reader:
+class _MjcfReader:
     """Reads a compiled model as a robot."""
 
     def __init__(self, compiled: Compiled, path: Path) -> None:
@@ -72,8 +72,8 @@ class _Reader:
 
     def robot(self) -> Robot:
         m = self._m
-        links: dict[str, Inertia | None] = {ROOT: None}
-        joints: list[Joint] = []
+        links: dict[str, LinkInertia | None] = {ROOT: None}
+        joints: list[RobotJoint] = []
         for body in range(1, m.nbody):
             for joint in self._joints_of(body):
                 joints.append(joint)
@@ -97,37 +97,37 @@ class _Reader:
             couplings,
         )
 
-    def _inertia(self, body: int) -> Inertia | None:
+    def _inertia(self, body: int) -> LinkInertia | None:
         m, turn = self._m, turned(self._m.body_iquat[body])
         mass, principal = float(m.body_mass[body]), m.body_inertia[body]
         if not mass and not principal.any():
             return None
-        return Inertia(mass, m.body_ipos[body].copy(), turn @ np.diag(principal) @ turn.T)
+        return LinkInertia(mass, m.body_ipos[body].copy(), turn @ np.diag(principal) @ turn.T)
 
     # ------------------------------------------------------------------------------------------------------ joints
 
-    def _joints_of(self, body: int) -> Iterator[Joint]:
+    def _joints_of(self, body: int) -> Iterator[RobotJoint]:
         """The joints of a body one after the other, with links of their own between them, and a last fixed one.
 
         Joint k turns about its anchor a_k in the axes of the body as the joints before left them.
         """
         m, name = self._m, self._body(body)
-        link, pose = self._body(m.body_parentid[body]), Pose.of(m.body_pos[body].copy(), turned(m.body_quat[body]))
+        link, pose = self._body(m.body_parentid[body]), JointPose.of(m.body_pos[body].copy(), turned(m.body_quat[body]))
         first, count = m.body_jntadr[body], m.body_jntnum[body]
         for k in range(first, first + count):
             free, anchor = m.jnt_type[k] == _FREE, m.jnt_pos[k].copy()
-            place = Pose(np.zeros(3)) if free else Pose(pose.origin + pose.matrix @ anchor, pose.turns)
+            place = JointPose(np.zeros(3)) if free else JointPose(pose.origin + pose.matrix @ anchor, pose.turns)
             last = k == first + count - 1 and (free or not anchor.any())
             child = name if last else self._compiled.fresh("body", f"{name}_at_{self._name('joint', k)}")
             yield self._joint(k, link, child, place)
-            link, pose = child, Pose(np.zeros(3) if free else -anchor)
+            link, pose = child, JointPose(np.zeros(3) if free else -anchor)
             if last:
                 return
-        yield Joint(
+        yield RobotJoint(
             self._compiled.fresh("joint", f"fixed_{name}"), "fixed", link, name, pose, np.array([1.0, 0.0, 0.0])
         )
 
-    def _joint(self, k: int, parent: str, child: str, pose: Pose) -> Joint:
+    def _joint(self, k: int, parent: str, child: str, pose: JointPose) -> RobotJoint:
         m, kind = self._m, int(self._m.jnt_type[k])
         name, at, dof = self._name("joint", k), int(m.jnt_qposadr[k]), int(m.jnt_dofadr[k])
         self._compiled.note(
@@ -142,7 +142,7 @@ class _Reader:
         if kind in (_FREE, _BALL):
             if m.dof_frictionloss[dof]:
                 self._ignored.append(f"friction loss of the joint {name}")
-            return Joint(
+            return RobotJoint(
                 name,
                 "floating" if kind == _FREE else "spherical",
                 parent,
@@ -155,7 +155,7 @@ class _Reader:
                 armature=float(m.dof_armature[dof]),
             )
         limited = bool(m.jnt_limited[k])
-        return Joint(
+        return RobotJoint(
             name,
             "revolute" if kind == _HINGE else "prismatic",
             parent,
@@ -214,7 +214,7 @@ class _Reader:
         self._ignored += [what for what, present in kinds.items() if present]
 
 
-def _started(joints: Iterable[Joint], couplings: Sequence[Coupling]) -> tuple[Joint, ...]:
+def _started(joints: Iterable[RobotJoint], couplings: Sequence[Coupling]) -> tuple[RobotJoint, ...]:
     """``joints`` with starts that meet the ``couplings``, which MuJoCo's starts need not do."""
     starts = {joint.name: joint.start for joint in joints}
     for _ in couplings:  # the first joint of one coupling may be the second one of the next
@@ -228,9 +228,9 @@ def _started(joints: Iterable[Joint], couplings: Sequence[Coupling]) -> tuple[Jo
 def _closure(name: str, ends: tuple[str, str], data: Floats, *, weld: bool) -> Closure:
     """A connect: its anchor in both bodies. A weld: its anchor in the second, and the second's pose in the first."""
     if not weld:
-        first, second = Pose(data[:3].copy()), Pose(data[3:6].copy())
+        first, second = JointPose(data[:3].copy()), JointPose(data[3:6].copy())
         return Closure(name, "spherical", (ends[0], first), (ends[1], second))
     turn = turned(data[6:10] / np.linalg.norm(data[6:10]))
     anchor = data[:3].copy()
-    first = Pose.of(data[3:6] + turn @ anchor, turn)
-    return Closure(name, "fixed", (ends[0], first), (ends[1], Pose(anchor)))
+    first = JointPose.of(data[3:6] + turn @ anchor, turn)
+    return Closure(name, "fixed", (ends[0], first), (ends[1], JointPose(anchor)))

@@ -7,7 +7,7 @@ from math import prod
 from pathlib import Path
 
 from lag2fmu.errors import LoadError
-from lag2fmu.xml_tree import Element, parse
+from lag2fmu.xml_tree import XmlElement, parse
 
 MOST_COPIES = 10_000
 """The most elements that are made by copying; MuJoCo takes 10 s for them, and 100 times that for 10 times more."""
@@ -15,7 +15,7 @@ _COPYING = ("replicate", "composite", "flexcomp")
 _FILES = {"include", "model"}
 
 
-def check_copies(root: Element, path: Path) -> None:
+def check_copies(root: XmlElement, path: Path) -> None:
     """Raise LoadError if elements below ``root``, or in files that it names, are copied more than MOST_COPIES times.
 
     ``path`` is the file of ``root``. A file that is missing or no XML is left to MuJoCo, which refuses it.
@@ -37,13 +37,13 @@ def check_copies(root: Element, path: Path) -> None:
         waiting += [(child, times) for child in _included(element, path, seen)]
 
 
-def _count(element: Element) -> int:
+def _count(element: XmlElement) -> int:
     """How often an element copies, 1 where its count is no number, which MuJoCo refuses."""
     words = element.get("count", "1").split()
     return prod(int(word) for word in words) if words and all(word.isdecimal() for word in words) else 1
 
 
-def _included(element: Element, path: Path, seen: set[Path]) -> Iterator[Element]:
+def _included(element: XmlElement, path: Path, seen: set[Path]) -> Iterator[XmlElement]:
     """The root of the file that ``element`` names, if it is there and was not ``seen``."""
     if element.tag not in _FILES or not element.get("file"):
         return

@@ -8,7 +8,7 @@ from itertools import chain, count
 from lag2fmu.description.names import DISSIPATED_ENERGY, of_coordinate
 from lag2fmu.description.places import AXES
 from lag2fmu.description.reserved import GLOBAL_NAMES
-from lag2fmu.formats.robots.tree import Joint
+from lag2fmu.formats.robots.tree import RobotJoint
 
 Brings = Callable[[str], Iterable[str]]
 """{name: all names that are taken as soon as something is called so}."""
@@ -46,7 +46,7 @@ class Names:
         return self.variable(wanted, lambda name: (f"{table}.{name}", *brings(name)))
 
 
-def coordinates_of(joint: Joint, name: str) -> tuple[str, ...]:
+def coordinates_of(joint: RobotJoint, name: str) -> tuple[str, ...]:
     """The names of the coordinates of a ``joint`` that is called ``name``."""
     if joint.kind == "fixed" or joint.mimic is not None:
         return ()
@@ -56,7 +56,7 @@ def coordinates_of(joint: Joint, name: str) -> tuple[str, ...]:
     return (*place, *(f"{name}_e{k}" for k in range(4))) if joint.kind in ("spherical", "floating") else (name,)
 
 
-def variables_of(joint: Joint, name: str) -> tuple[str, ...]:
+def variables_of(joint: RobotJoint, name: str) -> tuple[str, ...]:
     """All names of variables that a ``joint`` called ``name`` brings: its coordinates and what follows from them."""
     own = coordinates_of(joint, name)
     return (*own, *(follower for q in own for follower in of_coordinate(q)))

@@ -8,13 +8,13 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description.events import Friction, Stop
-from lag2fmu.description.joints import Joint as Closing
+from lag2fmu.description.joints import Joint
 from lag2fmu.description.names import of_friction, of_unilateral, stop_side
 from lag2fmu.description.parts import Constraint, Damper, Load, Spring
 from lag2fmu.description.places import Frame, Point
 from lag2fmu.description.symbols import Declared, coordinate, parameter
 from lag2fmu.formats.robots.naming import Names
-from lag2fmu.formats.robots.tree import Floats, Joint, Pose
+from lag2fmu.formats.robots.tree import Floats, JointPose, RobotJoint
 
 UNITS = {"revolute": "rad", "prismatic": "m"}
 """The units of the coordinates of joints that have one coordinate."""
@@ -36,7 +36,7 @@ class Parts:
 
     names: Names
     joints: dict[str, str] = field(default_factory=dict)
-    carriers: dict[str, tuple[str, Floats, Pose]] = field(default_factory=dict)
+    carriers: dict[str, tuple[str, Floats, JointPose]] = field(default_factory=dict)
     coordinates: list[Declared] = field(default_factory=list)
     parameters: list[Declared] = field(default_factory=list)
     frames: list[Frame] = field(default_factory=list)
@@ -49,7 +49,7 @@ class Parts:
     inputs: list[Declared] = field(default_factory=list)
     forces: dict[str, sp.Expr] = field(default_factory=dict)
     loads: list[Load] = field(default_factory=list)
-    closures: list[Closing] = field(default_factory=list)
+    closures: list[Joint] = field(default_factory=list)
     constraints: list[Constraint] = field(default_factory=list)
     ignored: list[str] = field(default_factory=list)
     alike: list[sp.Expr] = field(default_factory=list)
@@ -61,7 +61,7 @@ class Parts:
         self.parameters.append(made)
         return made
 
-    def coordinate(self, joint: Joint, name: str) -> Declared:
+    def coordinate(self, joint: RobotJoint, name: str) -> Declared:
         """The coordinate ``name`` of a ``joint`` that has one, started within its limits."""
         low = -np.inf if joint.lower is None else joint.lower
         high = np.inf if joint.upper is None else joint.upper
@@ -71,7 +71,7 @@ class Parts:
         self.coordinates.append(q)
         return q
 
-    def act(self, joint: Joint, name: str, path: sp.Expr, rate: sp.Expr, *, stops: bool) -> None:
+    def act(self, joint: RobotJoint, name: str, path: sp.Expr, rate: sp.Expr, *, stops: bool) -> None:
         """Add damper, dry friction, spring, armature and, with ``stops``, stops along the ``path`` of a ``joint``."""
         unit = UNITS[joint.kind]
         if joint.damping:

@@ -20,25 +20,25 @@ MOVING = ("revolute", "prismatic", "planar", "spherical", "floating")
 
 
 @dataclass(frozen=True)
-class Inertia:
+class LinkInertia:
     """The ``mass`` of a rigid body, its ``center`` (3,) and the ``tensor`` (3, 3) about it, in the axes of its link."""
 
     mass: float
     center: Floats
     tensor: Floats
 
-    def moved(self, turn: Floats, place: Floats) -> Inertia:
+    def moved(self, turn: Floats, place: Floats) -> LinkInertia:
         """The inertia in the axes of a frame in which the link is at ``place`` (3,), turned by ``turn`` (3, 3)."""
-        return Inertia(self.mass, place + turn @ self.center, turn @ self.tensor @ turn.T)
+        return LinkInertia(self.mass, place + turn @ self.center, turn @ self.tensor @ turn.T)
 
-    def __add__(self, other: Inertia) -> Inertia:
+    def __add__(self, other: LinkInertia) -> LinkInertia:
         """Both as one body, by the parallel axis theorem: Goldstein, Classical Mechanics, section 5.3."""
         mass = self.mass + other.mass
         if not mass:
-            return Inertia(0.0, self.center, self.tensor + other.tensor)
+            return LinkInertia(0.0, self.center, self.tensor + other.tensor)
         center = (self.mass * self.center + other.mass * other.center) / mass
         tensors = (part.tensor + part.mass * _offset(part.center - center) for part in (self, other))
-        return Inertia(mass, center, np.sum([*tensors], axis=0))
+        return LinkInertia(mass, center, np.sum([*tensors], axis=0))
 
 
 def _offset(d: Floats) -> Floats:
@@ -57,14 +57,14 @@ class Mimic:
 
 
 @dataclass(frozen=True)
-class Pose:
+class JointPose:
     """Where a joint stands in its parent link: ``origin`` (3,) and turns by (axis, angle) about the moving axes."""
 
     origin: Floats
     turns: tuple[tuple[str, float], ...] = ()
 
     @classmethod
-    def of(cls, origin: Floats, matrix: Floats) -> Pose:
+    def of(cls, origin: Floats, matrix: Floats) -> JointPose:
         """The pose of an origin (3,) and a matrix (3, 3) of turns: by yaw, pitch and roll, about z, y and x."""
         pitch = math.asin(min(1.0, max(-1.0, -matrix[2, 0])))
         if abs(matrix[2, 0]) < 1 - 1e-12:
@@ -95,7 +95,7 @@ QUARTER = 6e-12
 
 
 @dataclass(frozen=True)
-class Joint:
+class RobotJoint:
     """A joint of a ``kind`` in ``MOVING``, or "fixed", by which the link ``child`` stands on the link ``parent``.
 
     ``axis`` is the unit vector (3,) that it turns about or moves along, of a planar one the normal, in the axes of the
@@ -109,7 +109,7 @@ class Joint:
     kind: str
     parent: str
     child: str
-    pose: Pose
+    pose: JointPose
     axis: Floats
     lower: float | None = None
     upper: float | None = None
@@ -200,8 +200,8 @@ class Closure:
 
     name: str
     kind: str
-    first: tuple[str, Pose]
-    second: tuple[str, Pose]
+    first: tuple[str, JointPose]
+    second: tuple[str, JointPose]
 
 
 @dataclass(frozen=True)
@@ -223,8 +223,8 @@ class Robot:
 
     name: str
     root: str
-    links: Mapping[str, Inertia | None]
-    joints: tuple[Joint, ...]
+    links: Mapping[str, LinkInertia | None]
+    joints: tuple[RobotJoint, ...]
     ignored: tuple[str, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     actuators: tuple[Actuator, ...] = ()
@@ -233,12 +233,12 @@ class Robot:
     couplings: tuple[Coupling, ...] = ()
 
 
-def in_order(root: str, joints: Iterable[Joint]) -> tuple[Joint, ...]:
+def in_order(root: str, joints: Iterable[RobotJoint]) -> tuple[RobotJoint, ...]:
     """``joints`` that can be reached from the link ``root``, in their order, but each behind that of its parent."""
-    below: dict[str, list[Joint]] = {}
+    below: dict[str, list[RobotJoint]] = {}
     for joint in joints:
         below.setdefault(joint.parent, []).append(joint)
-    found: list[Joint] = []
+    found: list[RobotJoint] = []
     waiting = [root]
     while waiting:
         own = below.get(waiting.pop(), [])

@@ -12,7 +12,7 @@ import sympy as sp
 from lag2fmu.description.parts import Damper, Spring
 from lag2fmu.description.places import AXES
 from lag2fmu.formats.robots.parts import DAMPINGS, INERTIAS, STIFFNESSES, Parts
-from lag2fmu.formats.robots.tree import Joint
+from lag2fmu.formats.robots.tree import RobotJoint
 from lag2fmu.formats.robots.writing import number
 from lag2fmu.language.vocabulary import Smooth, symbol
 
@@ -25,7 +25,7 @@ def velocity(name: str) -> list[sp.Symbol]:
     return [symbol(f"{name}_{axis}_dot") for axis in AXES]
 
 
-def _rates(joint: Joint, name: str) -> dict[str, list[tuple[str, sp.Expr]]]:
+def _rates(joint: RobotJoint, name: str) -> dict[str, list[tuple[str, sp.Expr]]]:
     """{unit: velocities of a ``joint`` called ``name``, with the ends of their names}, lengths first."""
     if joint.kind == "planar":
         return {
@@ -57,7 +57,7 @@ def angle_from(name: str, rest: Sequence[float]) -> sp.Expr:
     return 2 * sp.atan2(sp.sqrt(sines.dot(sines) + _LEAST), Smooth(sp.Abs(cosine)))
 
 
-def act_on_all(joint: Joint, name: str, parts: Parts) -> None:
+def act_on_all(joint: RobotJoint, name: str, parts: Parts) -> None:
     """Add to ``parts`` the dampers, springs and armature of a ``joint`` with several velocities, called ``name``.
 
     It is a planar, spherical or floating one. A planar one has dampers only.
@@ -80,7 +80,7 @@ def act_on_all(joint: Joint, name: str, parts: Parts) -> None:
             parts.armatures.append(inertia * sp.Add(*(x**2 for _, x in entries)) / 2)
 
 
-def _elongations(joint: Joint, name: str, unit: str, parts: Parts) -> list[tuple[str, sp.Expr]]:
+def _elongations(joint: RobotJoint, name: str, unit: str, parts: Parts) -> list[tuple[str, sp.Expr]]:
     """What the springs of a ``joint`` are longer than at rest, (end of the name, in m or rad)."""
     if unit == "rad":
         return [("", angle_from(name, joint.start[-4:]))]

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from lag2fmu.errors import LoadError
-from lag2fmu.formats.robots.tree import Floats, Inertia, Joint, Mimic, Pose, Robot, in_order
+from lag2fmu.formats.robots.tree import Floats, JointPose, LinkInertia, Mimic, Robot, RobotJoint, in_order
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.xml_tree import Element, parse
+from lag2fmu.xml_tree import XmlElement, parse
 
 MOST_BYTES = 64 << 20
 _KINDS = {
@@ -50,13 +50,13 @@ def read_urdf(path: Path) -> Robot:
         content = path.read_bytes()
     except OSError as error:
         raise LoadError(f"{path}: cannot be read: {error.strerror}") from error
-    return _Reader(str(path), parse(content, str(path)).root).robot()
+    return _UrdfReader(str(path), parse(content, str(path)).root).robot()
 
 
-class _Reader:
+class _UrdfReader:
     """Reads one file; ``where`` names it."""
 
-    def __init__(self, where: str, root: Element) -> None:
+    def __init__(self, where: str, root: XmlElement) -> None:
         self._where, self._root = where, root
 
     def robot(self) -> Robot:
@@ -73,11 +73,11 @@ class _Reader:
         self._check_mimics(joints)
         return Robot(self._root.get("name") or "robot", root, links, ordered, tuple(self._ignored()))
 
-    def _error(self, element: Element, text: str) -> LoadError:
+    def _error(self, element: XmlElement, text: str) -> LoadError:
         label = f" {element.get('name')!r}" if element.get("name") else ""
         return LoadError(f"{self._where}, line {element.line}, <{element.tag}>{label}: {text}")
 
-    def _only(self, element: Element, tag: str) -> Element | None:
+    def _only(self, element: XmlElement, tag: str) -> XmlElement | None:
         """The child of ``element`` with the ``tag``, None without; raises LoadError where there are two."""
         found = list(element.all(tag))
         if len(found) > 1:
@@ -86,7 +86,7 @@ class _Reader:
 
     # ------------------------------------------------------------------------------------------------------- links
 
-    def _links(self) -> dict[str, Inertia | None]:
+    def _links(self) -> dict[str, LinkInertia | None]:
         elements = list(self._root.all("link"))
         for e in elements:
             if not e.get("name"):
@@ -101,7 +101,7 @@ class _Reader:
         if twice is not None:
             raise LoadError(f"{self._where}: two {kind}s are called '{twice}'; rename one")
 
-    def _inertia(self, link: Element) -> Inertia | None:
+    def _inertia(self, link: XmlElement) -> LinkInertia | None:
         """The inertia of ``link``; None where it has none, or one of 0."""
         inertial = self._only(link, "inertial")
         if inertial is None:
@@ -115,10 +115,10 @@ class _Reader:
         pose = self._pose(inertial)
         tensor = np.zeros((3, 3)) if tensor_element is None else self._tensor(tensor_element)
         tensor = np.where(abs(tensor) < _DUST * mass, 0.0, tensor)
-        found = Inertia(mass, np.zeros(3), tensor).moved(pose.matrix, pose.origin)
+        found = LinkInertia(mass, np.zeros(3), tensor).moved(pose.matrix, pose.origin)
         return found if mass or tensor.any() else None
 
-    def _tensor(self, element: Element) -> Floats:
+    def _tensor(self, element: XmlElement) -> Floats:
         xx, xy, xz, yy, yz, zz = (
             self._number(element, f"i{axes}", 0.0 if axes in ("xy", "xz", "yz") else None)
             for axes in ("xx", "xy", "xz", "yy", "yz", "zz")
@@ -127,7 +127,7 @@ class _Reader:
 
     # ------------------------------------------------------------------------------------------------------ joints
 
-    def _joint(self, element: Element, links: Mapping[str, Inertia | None]) -> Joint:
+    def _joint(self, element: XmlElement, links: Mapping[str, LinkInertia | None]) -> RobotJoint:
         if not element.get("name"):
             raise self._error(element, "has no name; give it one")
         kind = element.get("type")
@@ -137,7 +137,7 @@ class _Reader:
         mimic = self._only(element, "mimic") if kind in _ONE else None
         damping, friction = self._resistances(element)
         lower, upper = self._limits(element) if kind in _BOUNDED else (None, None)
-        return Joint(
+        return RobotJoint(
             element.get("name"),
             _KINDS[kind],
             parent,
@@ -151,7 +151,7 @@ class _Reader:
             None if mimic is None else self._mimic(mimic),
         )
 
-    def _resistances(self, joint: Element) -> tuple[float, float]:
+    def _resistances(self, joint: XmlElement) -> tuple[float, float]:
         """Damping and dry friction of a joint, 0 where they are not given."""
         dynamics = self._only(joint, "dynamics")
         if dynamics is None:
@@ -161,7 +161,7 @@ class _Reader:
             raise self._error(joint, f"damping {damping:g} and friction {friction:g} must not be negative")
         return damping, friction
 
-    def _limits(self, joint: Element) -> tuple[float | None, float | None]:
+    def _limits(self, joint: XmlElement) -> tuple[float | None, float | None]:
         """The lower and upper limit of a joint; both are None where none or equal ones are given."""
         limit = self._only(joint, "limit")
         if limit is None:
@@ -171,7 +171,7 @@ class _Reader:
             raise self._error(joint, f"its limits have lower = {lower:g} above upper = {upper:g}; exchange them")
         return (lower, upper) if lower != upper else (None, None)
 
-    def _end(self, joint: Element, tag: str, links: Mapping[str, Inertia | None]) -> str:
+    def _end(self, joint: XmlElement, tag: str, links: Mapping[str, LinkInertia | None]) -> str:
         element = self._only(joint, tag)
         name = "" if element is None else element.get("link")
         if not name:
@@ -180,7 +180,7 @@ class _Reader:
             raise self._error(joint, f"<{tag}>: there is no link '{name}'; {suggestion(name, links)}")
         return name
 
-    def _axis(self, joint: Element) -> Floats:
+    def _axis(self, joint: XmlElement) -> Floats:
         element = self._only(joint, "axis")
         if element is None or joint.get("type") in ("fixed", "floating"):
             return np.array([1.0, 0.0, 0.0])  # the default of URDF
@@ -190,11 +190,11 @@ class _Reader:
             raise self._error(joint, "its axis is 0 0 0; give a direction")
         return axis / length
 
-    def _mimic(self, element: Element) -> Mimic:
+    def _mimic(self, element: XmlElement) -> Mimic:
         factor, offset = self._number(element, "multiplier", 1.0), self._number(element, "offset", 0.0)
         return Mimic(element.get("joint"), factor, offset)
 
-    def _check_mimics(self, joints: list[Joint]) -> None:
+    def _check_mimics(self, joints: list[RobotJoint]) -> None:
         """Raise LoadError for a mimic of no joint, of one with other coordinates, and for circles."""
         known = {j.name: j for j in joints if j.kind in ("revolute", "prismatic")}
         for joint in (j for j in joints if j.mimic is not None):
@@ -211,7 +211,7 @@ class _Reader:
 
     # -------------------------------------------------------------------------------------------------------- tree
 
-    def _root_of(self, links: Mapping[str, Inertia | None], joints: list[Joint]) -> str:
+    def _root_of(self, links: Mapping[str, LinkInertia | None], joints: list[RobotJoint]) -> str:
         carried: dict[str, str] = {}
         for joint in joints:
             if joint.child in carried:
@@ -244,7 +244,7 @@ class _Reader:
                     yield f"{attribute} in the <{child.tag}> {owner}"
         yield from (text for e in self._root.all("joint") for text in self._not_of_its_kind(e))
 
-    def _not_of_its_kind(self, joint: Element) -> Iterator[str]:
+    def _not_of_its_kind(self, joint: XmlElement) -> Iterator[str]:
         """What is read of other kinds of joints, but not of this one."""
         kind, name = joint.get("type"), joint.get("name")
         if kind not in _ONE and joint.child("mimic") is not None:
@@ -257,29 +257,29 @@ class _Reader:
 
     # ----------------------------------------------------------------------------------------------------- numbers
 
-    def _pose(self, element: Element) -> Pose:
+    def _pose(self, element: XmlElement) -> JointPose:
         """The pose by <origin>: roll, pitch, yaw about fixed axes, which are turns about z, y, x of the moving axes."""
         origin = self._only(element, "origin")
         if origin is None:
-            return Pose(np.zeros(3))
+            return JointPose(np.zeros(3))
         roll, pitch, yaw = self._vector(origin, "rpy", "0 0 0")
         turns = tuple((axis, float(angle)) for axis, angle in (("z", yaw), ("y", pitch), ("x", roll)) if angle)
-        return Pose(self._vector(origin, "xyz", "0 0 0"), turns)
+        return JointPose(self._vector(origin, "xyz", "0 0 0"), turns)
 
-    def _vector(self, element: Element, name: str, default: str) -> Floats:
+    def _vector(self, element: XmlElement, name: str, default: str) -> Floats:
         words = element.get(name, default).split()
         if len(words) != 3:
             raise self._error(element, f"{name} = '{element.get(name)}' has {len(words)} numbers; expected 3")
         return np.array([self._finite(element, name, word) for word in words])
 
-    def _number(self, element: Element, name: str, default: float | None = None) -> float:
+    def _number(self, element: XmlElement, name: str, default: float | None = None) -> float:
         if name not in element.attributes:
             if default is None:
                 raise self._error(element, f"the attribute '{name}' is missing")
             return default
         return self._finite(element, name, element.get(name))
 
-    def _finite(self, element: Element, name: str, text: str) -> float:
+    def _finite(self, element: XmlElement, name: str, text: str) -> float:
         try:
             number = float(text)
         except ValueError:

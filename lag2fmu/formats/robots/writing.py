@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description.places import AXES
-from lag2fmu.formats.robots.tree import QUARTER, Floats, Pose
+from lag2fmu.formats.robots.tree import QUARTER, Floats, JointPose
 from lag2fmu.language.writer import without_dust
 
 Turn = tuple["str | tuple[sp.Expr, ...]", sp.Expr]
@@ -27,7 +27,7 @@ def numbers(vector: Iterable[float]) -> tuple[sp.Expr, ...]:
     return tuple(number(without_dust(x, size)) for x in entries)
 
 
-def turns_of(pose: Pose) -> list[Turn]:
+def turns_of(pose: JointPose) -> list[Turn]:
     """The turns of ``pose``, quarter turns exact."""
     return [(axis, _angle(angle)) for axis, angle in pose.turns]
 

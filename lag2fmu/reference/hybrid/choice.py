@@ -24,9 +24,9 @@ from lag2fmu.reference.hybrid.measures import (
     velocity_sizes,
 )
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
-from lag2fmu.reference.hybrid.records import Point
-from lag2fmu.reference.hybrid.system import System
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.hybrid.records import MotionPoint
+from lag2fmu.reference.hybrid.system import HybridSystem
+from lag2fmu.reference.state import Floats, StateBatch
 
 LOCATED = 1e3
 """A slip in space ends with so many times the velocity that counts as zero, or less."""
@@ -36,20 +36,20 @@ YIELDS = 1e-6
 THROWN = 1e-9
 """Accelerations of a row below this part of those that all forces make are none."""
 
-WithoutCollision = Callable[[Point, Modes, Sequence[int]], tuple[State, float]]
+WithoutCollision = Callable[[MotionPoint, Modes, Sequence[int]], tuple[StateBatch, float]]
 
 
-class Choice:
+class ModeChoice:
     """Chooses the modes of a ``system`` during a run.
 
     Where no modes obey the laws, ``without_collision`` first makes an impact from (point, modes, contacts). It returns
     the state behind the impact and the energy that is lost (J).
     """
 
-    def __init__(self, system: System, memory: Memory, without_collision: WithoutCollision) -> None:
+    def __init__(self, system: HybridSystem, memory: Memory, without_collision: WithoutCollision) -> None:
         self.system, self.memory, self.without_collision = system, memory, without_collision
 
-    def chosen(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
+    def chosen(self, state: StateBatch, modes: Modes, due: Due) -> tuple[StateBatch, Modes, Floats]:
         """The state, the modes of contacts and frictions that obey the laws, and (work, dissipated energy), (2,) in J.
 
         Where no modes obey the laws at once, an impact is made first: the state then is that behind the impact, and the
@@ -70,7 +70,7 @@ class Choice:
             f"mechanism '{system.mechanism.name}' at time {float(state.t)!r} s: no modes of the contacts meet the laws"
         )
 
-    def _problem(self, point: Point, modes: Modes, due: Due) -> tuple[Outcome | None, list[int]]:
+    def _problem(self, point: MotionPoint, modes: Modes, due: Due) -> tuple[Outcome | None, list[int]]:
         """The outcome of the choice for all frictions and touching contacts, and the indices of these contacts."""
         system, e = self.system, self.system.elements
         a, X = system.responses(point, modes)
@@ -114,7 +114,7 @@ class Choice:
             before = found.modes
         return found, contacts
 
-    def _giving_way(self, point: Point, modes: Modes, due: Due) -> dict[int, tuple[float, ...]]:
+    def _giving_way(self, point: MotionPoint, modes: Modes, due: Due) -> dict[int, tuple[float, ...]]:
         """What ``loads.giving_way`` says, where a contact in space is due to slip."""
         return giving_way(self.system, point, modes) if any(kind == "cone" for kind, _ in due) else {}
 
@@ -130,7 +130,7 @@ class Choice:
         ]
 
     def _touching_item(
-        self, point: Point, i: int, modes: Modes, due: Due, rests: Floats, gives: tuple[float, ...] | None
+        self, point: MotionPoint, i: int, modes: Modes, due: Due, rests: Floats, gives: tuple[float, ...] | None
     ) -> Item:
         """The item of the contact ``i``, which touches: its present mode comes first, unless this mode has ended.
 
@@ -148,7 +148,7 @@ class Choice:
         return Item(options, i, slips, left * float(rows.friction[i]), left * float(rows.static[i]), 0.0, direction)
 
     def _going_on(
-        self, point: Point, i: int, modes: Modes, slips: tuple[int, ...], rests: Floats, due: Due
+        self, point: MotionPoint, i: int, modes: Modes, slips: tuple[int, ...], rests: Floats, due: Due
     ) -> tuple[float, ...] | None:
         """The direction of the slip of contact ``i``; None where it is at rest."""
         slip = point.rows.velocities[list(slips)]
@@ -177,7 +177,7 @@ class Choice:
             items.append(Item(options, None, (r,), float(force[j]), float(static[j]), 0.0, direction))
         return items
 
-    def _named(self, modes: Modes, contacts: Sequence[int], found: Outcome, point: Point) -> Modes:
+    def _named(self, modes: Modes, contacts: Sequence[int], found: Outcome, point: MotionPoint) -> Modes:
         """The ``modes`` with what was ``found`` for the ``contacts`` that touch, and for all frictions."""
         e, t = self.system.elements, float(point.state.t)
         chosen = [Mode.OPEN] * e.u
@@ -201,7 +201,7 @@ class Choice:
         )
 
 
-def _thrown(point: Point, D: Floats, c: Floats) -> NDArray[np.bool_]:
+def _thrown(point: MotionPoint, D: Floats, c: Floats) -> NDArray[np.bool_]:
     """Which rows of dry friction no force along them moves, but the motion does: a slide in its crank's dead centre.
 
     Their accelerations are c (k,), which tell how they go on; D (k, k) is the answer of rows to forces on rows.

@@ -8,11 +8,11 @@ import numpy as np
 
 from lag2fmu.description import names
 from lag2fmu.reference.hybrid.records import Answer
-from lag2fmu.reference.hybrid.run import Run, Track
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.hybrid.run import HybridRun, Track
+from lag2fmu.reference.state import Floats, StateBatch
 
 
-def columns_of(run: Run, track: Track) -> dict[str, Floats]:
+def columns_of(run: HybridRun, track: Track) -> dict[str, Floats]:
     """{name: column (m,)} in SI units: q, qd, qdd, outputs, multipliers, residuals, energies, results of elements."""
     system, times = run.system, run.times
     q = [c.name for c in system.mechanism.coordinates]
@@ -30,7 +30,7 @@ def columns_of(run: Run, track: Track) -> dict[str, Floats]:
     return columns
 
 
-def _answers(run: Run, track: Track) -> tuple[list[State], list[Answer], list[Floats], list[Floats]]:
+def _answers(run: HybridRun, track: Track) -> tuple[list[StateBatch], list[Answer], list[Floats], list[Floats]]:
     """States, accelerations and forces, residuals of constraints that hold, and gaps, at every time."""
     system, states, answers, missed, gaps = run.system, [], [], [], []
     for t, y, modes in zip(run.times, track.values, track.modes, strict=True):
@@ -44,13 +44,15 @@ def _answers(run: Run, track: Track) -> tuple[list[State], list[Answer], list[Fl
     return states, answers, missed, gaps
 
 
-def _by_sides(run: Run, track: Track, states: list[State], answers: list[Answer]) -> dict[str, Floats]:
+def _by_sides(run: HybridRun, track: Track, states: list[StateBatch], answers: list[Answer]) -> dict[str, Floats]:
     """Outputs and energies, evaluated together for all times at which the kinks have equal sides."""
     system, m = run.system, len(states)
     found: dict[str, Floats] = {}
-    for sides, rows in _groups([modes.sides for modes in track.modes]):
+    for sides, rows in groups([modes.sides for modes in track.modes]):
         system.elements.set_sides(sides)
-        batch = State(*(np.stack([getattr(states[r], x) for r in rows], axis=-1) for x in ("t", "q", "qd", "inputs")))
+        batch = StateBatch(
+            *(np.stack([getattr(states[r], x) for r in rows], axis=-1) for x in ("t", "q", "qd", "inputs"))
+        )
         unknowns = [np.stack([getattr(answers[r], x) for r in rows], axis=-1) for x in ("qdd", "multipliers")]
         values = system.energies.outputs(batch, unknowns)
         inputs = dict(zip(system.energies.input_names, batch.inputs, strict=True))
@@ -61,13 +63,13 @@ def _by_sides(run: Run, track: Track, states: list[State], answers: list[Answer]
     return found
 
 
-def _groups(keys: list[tuple[int, ...]]) -> Iterator[tuple[tuple[int, ...], list[int]]]:
+def groups(keys: list[tuple[int, ...]]) -> Iterator[tuple[tuple[int, ...], list[int]]]:
     """(key, indices at which it stands in ``keys``) of each different key."""
     for key in dict.fromkeys(keys):
         yield key, [i for i, other in enumerate(keys) if other == key]
 
 
-def _elements(run: Run, track: Track, answers: list[Answer], gaps: Floats) -> dict[str, Floats]:
+def _elements(run: HybridRun, track: Track, answers: list[Answer], gaps: Floats) -> dict[str, Floats]:
     """The results of contacts and frictions: ``gaps`` (m, u), forces, modes, impulses and counts of impacts."""
     e, columns = run.system.elements, dict[str, Floats]()
     forces = np.array([a.forces for a in answers]).reshape(len(answers), -1)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
-from lag2fmu.reference.hybrid.run import Run, Track
+from lag2fmu.reference.hybrid.run import HybridRun, Track
 from lag2fmu.reference.state import Floats
 
 PERTURBATION = 1e-8
@@ -40,7 +40,7 @@ class HybridResult:
     evaluations: int
 
 
-def perturbed(run: Run, start: Floats, scales: Floats, modes: Modes) -> Floats:
+def perturbed(run: HybridRun, start: Floats, scales: Floats, modes: Modes) -> Floats:
     """The ``start`` moved by 1e-8 of the ``scales`` (s,), along a direction without symmetry.
 
     Contacts that are closed at the start stay closed.
@@ -58,11 +58,15 @@ def perturbed(run: Run, start: Floats, scales: Floats, modes: Modes) -> Floats:
     return np.concatenate([onto, both.qd, moved[2 * n :]])
 
 
-def compared(run: Run, tracks: Sequence[Track], scales: Floats, columns: Mapping[str, Floats]) -> HybridResult:
+def compared(
+    run: HybridRun, tracks: Sequence[Track], measures: tuple[Floats, Floats], columns: Mapping[str, Floats]
+) -> HybridResult:
     """The record of the runs at rtol, which has these ``columns``, 10 rtol, and 10 rtol from the perturbed start.
 
-    ``scales`` (s,) of the states are those that errors are relative to; ``columns`` have a value at each time, (m,).
+    ``measures`` are the scales (s,) of the states, which errors are relative to, and the units (m, s) of their
+    distance. The ``columns`` have a value at each time, (m,).
     """
+    scales, units = measures
     fine, coarse, moved = tracks
     same = alike(fine, coarse) & alike(coarse, moved)
     # a contact that touches without a force may count as open or closed: near states then tell that runs do the same
@@ -72,7 +76,7 @@ def compared(run: Run, tracks: Sequence[Track], scales: Floats, columns: Mapping
     last = int(np.flatnonzero(same)[-1])
     at = np.maximum.accumulate(np.where(same, np.arange(len(same)), 0))  # the last comparable time up to each
     errors = np.abs(fine.values - coarse.values)[at, : run.size]
-    distance = (np.abs(moved.values - coarse.values)[at, : run.size] / scales).max(axis=1)
+    distance = (np.abs(moved.values - coarse.values)[at, : run.size] / units[at]).max(axis=1)
     amplification = np.maximum.accumulate(distance / max(float(distance[0]), 1e-3 * PERTURBATION))
     amplification[last + 1 :] = np.inf
     return HybridResult(

@@ -21,7 +21,7 @@ from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import STEP, compiled
 from lag2fmu.reference.hybrid.kinks import FrozenComposition
 from lag2fmu.reference.hybrid.records import Rows
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.state import Floats, StateBatch
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Elements:
         for i, side in enumerate(sides):
             self._constants[self._first_side + i] = np.float64(side)
 
-    def rows(self, state: State) -> Rows:
+    def rows(self, state: StateBatch) -> Rows:
         """Everything about the rows at ``state``; a batch of states has its axis last."""
         values, batch = self._function(state.rows, self._constants), state.t.shape
         u, k = self.u, self.k
@@ -133,24 +133,24 @@ class Elements:
         slopes = jacobian.reshape(k, self.n, *batch)
         return Rows(gaps, latched, velocities, gamma, slopes, restitution, friction, static, self.slip_rows)
 
-    def events(self, state: State) -> tuple[Floats, Floats, Floats, Floats]:
+    def events(self, state: StateBatch) -> tuple[Floats, Floats, Floats, Floats]:
         """Margins of kinks, conditions, gaps, velocities of rows at a batch of states: (count, *batch) each, in SI."""
         values = self._events(state.rows, self._constants)
         c = self.sides + len(self.latches)
         return values[: self.sides], values[self.sides : c], values[c : c + self.u], values[c + self.u :]
 
-    def further(self, state: State, qdd: Floats, multipliers: Floats, forces: Floats) -> Floats:
+    def further(self, state: StateBatch, qdd: Floats, multipliers: Floats, forces: Floats) -> Floats:
         """The rates of the further states, (f,), in SI units, with ``multipliers`` (m,) and ``forces`` of rows (k,)."""
         if not self.f_states:
             return np.zeros(0)
         return self._further(np.concatenate([state.rows, qdd, multipliers, forces]), self._constants)
 
-    def damper_power(self, state: State) -> Floats:
+    def damper_power(self, state: StateBatch) -> Floats:
         """The power, in W, that dampers with a law of force dissipate, (*batch,)."""
         found: Floats = self._damping(state.rows, self._constants)[0]
         return found
 
-    def capacities(self, state: State, multipliers: Floats, forces: Floats) -> tuple[Floats, Floats]:
+    def capacities(self, state: StateBatch, multipliers: Floats, forces: Floats) -> tuple[Floats, Floats]:
         """The sliding and the largest holding forces of frictions, (f,) each, in N or N.m.
 
         They may depend on what constraints and rows bear: ``multipliers`` (m,) and ``forces`` (k,).
@@ -159,7 +159,7 @@ class Elements:
         values = self._capacities(rows, self._constants)
         return values[::2], values[1::2]
 
-    def capacity_slopes(self, state: State, multipliers: Floats, forces: Floats) -> tuple[Floats, Floats]:
+    def capacity_slopes(self, state: StateBatch, multipliers: Floats, forces: Floats) -> tuple[Floats, Floats]:
         """The sliding forces (f,), and their derivatives by all multipliers and forces along rows (f, m + k)."""
         borne = np.concatenate([multipliers, forces])
         batch = np.concatenate([state.rows, borne])[:, None] + np.zeros((1, len(borne) + 1), complex)

@@ -6,31 +6,34 @@ from dataclasses import replace
 
 import numpy as np
 
+from lag2fmu.deadline import OutOfTimeError
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.hybrid.choice import Choice
+from lag2fmu.reference.hybrid.choice import ModeChoice
 from lag2fmu.reference.hybrid.impacts import Impacts
 from lag2fmu.reference.hybrid.measures import gap_sizes, touches
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.piece import Piece
-from lag2fmu.reference.hybrid.records import Point
-from lag2fmu.reference.hybrid.run import LONGEST_PART, Run, Track
+from lag2fmu.reference.hybrid.records import MotionPoint
+from lag2fmu.reference.hybrid.run import LONGEST_PART, HybridRun, Track
 from lag2fmu.reference.hybrid.settling import Settling
 from lag2fmu.reference.hybrid.stepping import Dense, Stepper
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.state import Floats, StateBatch
 
 
 class Follower:
-    """Carries out a ``run`` from event to event, by SciPy's ``method`` with the relative tolerance ``rtol``."""
+    """Carries out a ``run`` from event to event, by SciPy's ``method`` with the relative tolerance ``rtol``.
 
-    def __init__(self, run: Run, method: str, rtol: float) -> None:
+    The method has failed after ``most`` evaluations.
+    """
+
+    def __init__(self, run: HybridRun, method: str, rtol: float, most: float) -> None:
         self.run, self.n, system = run, run.n, run.system
         self.memory = Memory([0] * system.elements.u, np.zeros(system.elements.u))
         impacts = Impacts(system, self.memory)
-        choice = Choice(system, self.memory, impacts.without_collision)
+        choice = ModeChoice(system, self.memory, impacts.without_collision)
         self.settling = Settling(system, self.memory, max(LOW, rtol), impacts.resolved, choice.chosen)
-        first, last = float(run.times[0]), float(run.times[-1])
         weights = np.append(run.nominal, [self._energy_scale()] * 2)
-        self.stepper = Stepper(method, rtol, rtol * weights, LONGEST_PART * (last - first))
+        self.stepper = Stepper(method, rtol, rtol * weights, LONGEST_PART * run.whole, most)
         m, u = len(run.times), system.elements.u
         self.values = np.full((m, run.size + 2), np.nan)
         self.modes: list[Modes | None] = [None] * m
@@ -48,7 +51,24 @@ class Follower:
         return scale if scale > 0 else 1.0
 
     def follow(self, start: Floats) -> Track:
-        """The run from the states ``start`` (s,), in SI units; raises SimulationError with the time reached."""
+        """The run from the states ``start`` (s,), in SI units, to the end or until the time for the work is over.
+
+        Raises SimulationError with the time reached, and OutOfTimeError if that is not even the first one.
+        """
+        try:
+            self._follow(start)
+        except OutOfTimeError:
+            if self.modes[0] is None:
+                raise
+        found = [m for m in self.modes if m is not None]
+        events = tuple(sorted(self.memory.events, key=lambda event: event.time))
+        count, turns = self.stepper.evaluations, tuple(self.memory.turns)
+        k = len(found)
+        rows = self.values[:k], tuple(found), self.counts[:k], self.impulses[:k], self.since[:k]
+        return Track(*rows, events, count, turns)
+
+    def _follow(self, start: Floats) -> None:
+        """Remember what the run from ``start`` (s,) reaches."""
         run, times = self.run, self.run.times
         first, last = float(times[0]), float(times[-1])
         breaks = run.signals.breaks
@@ -63,10 +83,6 @@ class Follower:
                 if t < end or due:
                     y, modes = self._settle(t, y, modes, due)
             due = frozenset()
-        found = [m for m in self.modes if m is not None]
-        events = tuple(sorted(self.memory.events, key=lambda event: event.time))
-        count, turns = self.stepper.evaluations, tuple(self.memory.turns)
-        return Track(self.values, tuple(found), self.counts, self.impulses, self.since, events, count, turns)
 
     def _piece(self, t: float, y: Floats, modes: Modes, end: float) -> tuple[float, Floats, Due]:
         """The motion from ``t`` to the next event or to ``end``: the time reached (s), y there, and what is due."""
@@ -122,7 +138,7 @@ class Follower:
             return f"the condition of '{e.latches[i]}'"
         return f"the {kind} of '{e.frictions[i] if kind == 'friction' else e.contacts[i]}'"
 
-    def _measure_rebounds(self, state: State, modes: Modes, logged: int) -> None:
+    def _measure_rebounds(self, state: StateBatch, modes: Modes, logged: int) -> None:
         """Add to the impacts from number ``logged`` on how high they rebound, and how high they lift other contacts.
 
         Impacts without restitution are left out, for they do not rebound.
@@ -154,7 +170,7 @@ class Follower:
         return min((float(v[i] / -a[i]) for i in _thrown(point, modes, a)), default=None)
 
 
-def _thrown(point: Point, modes: Modes, a: Floats) -> list[int]:
+def _thrown(point: MotionPoint, modes: Modes, a: Floats) -> list[int]:
     """The contacts that begin to open with a speed and come back by the accelerations ``a`` of their gaps, (u,)."""
     v = point.rows.velocities
     return [i for i, mode in enumerate(modes.contacts) if mode is Mode.OPEN and touches(point, i) and v[i] > 0 > a[i]]

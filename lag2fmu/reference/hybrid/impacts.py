@@ -18,9 +18,9 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.laws import PLANES, Item, all_outcomes, apart, decided, expanded
 from lag2fmu.reference.hybrid.measures import STILL, force_sizes, is_free, slips_of, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
-from lag2fmu.reference.hybrid.records import Point
-from lag2fmu.reference.hybrid.system import System
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.hybrid.records import MotionPoint
+from lag2fmu.reference.hybrid.system import HybridSystem
+from lag2fmu.reference.state import Floats, StateBatch
 
 LOADED = 1e-9
 """A contact is under load if its force or impulse is above this part of those that act."""
@@ -30,11 +30,11 @@ ROUNDS = 200
 class Impacts:
     """The impacts of a ``system`` during a run; ``memory`` counts them."""
 
-    def __init__(self, system: System, memory: Memory) -> None:
+    def __init__(self, system: HybridSystem, memory: Memory) -> None:
         self.system, self.memory = system, memory
         self.simultaneous = system.mechanism.impacts == "simultaneous"
 
-    def resolved(self, state: State, modes: Modes, due: Due, catching: bool) -> tuple[State, Floats, bool]:
+    def resolved(self, state: StateBatch, modes: Modes, due: Due, catching: bool) -> tuple[StateBatch, Floats, bool]:
         """The state behind all rounds of impacts, (work, dissipated energy), (2,) in J, and whether there was a round.
 
         ``catching``: a latch that begins to hold takes part in a first round, without rebound. Raises SimulationError
@@ -69,10 +69,10 @@ class Impacts:
             self.memory.impulses[i] = total[i]
         gained = 0.5 * float((qd + state.qd) @ point.terms.mass_matrix @ (qd - state.qd))
         lost += dissipated
-        return State(state.t, state.q, qd, state.inputs), np.array([gained + lost, lost]), True
+        return StateBatch(state.t, state.q, qd, state.inputs), np.array([gained + lost, lost]), True
 
     def _rounds(
-        self, D: Floats, v: Floats, total: Floats, touching: Sequence[int], loaded: list[int], point: Point
+        self, D: Floats, v: Floats, total: Floats, touching: Sequence[int], loaded: list[int], point: MotionPoint
     ) -> tuple[Floats, float, bool]:
         """The sum of all impulses (k,), the energy (J) that the rounds dissipate, and whether there was a round.
 
@@ -105,7 +105,7 @@ class Impacts:
             self.memory.log(time, contacts[approaching[0]], kind or "plastic")
 
     def _round(
-        self, D: Floats, v: Floats, part: Sequence[int], shifts: dict[int, float], point: Point
+        self, D: Floats, v: Floats, part: Sequence[int], shifts: dict[int, float], point: MotionPoint
     ) -> tuple[Floats, str]:
         """The impulses (k,) of one round and the kind of its event.
 
@@ -135,7 +135,7 @@ class Impacts:
         return float(P @ (v + after)) > 1e-12 * float(np.abs(P) @ (np.abs(v) + np.abs(after)))
 
     def _by_poisson(
-        self, D: Floats, v: Floats, items: Sequence[Item], part: Sequence[int], point: Point, share: float
+        self, D: Floats, v: Floats, items: Sequence[Item], part: Sequence[int], point: MotionPoint, share: float
     ) -> Floats:
         """The impulses (k,) of compression and expansion together, by Poisson's law.
 
@@ -169,7 +169,7 @@ class Impacts:
         P[rows] = found.forces
         return P
 
-    def _loaded(self, point: Point, modes: Modes) -> list[int]:
+    def _loaded(self, point: MotionPoint, modes: Modes) -> list[int]:
         """The contacts that bear a force in the present ``modes``."""
         closed = [i for i, mode in enumerate(modes.contacts) if mode is not Mode.OPEN]
         if not closed:
@@ -178,7 +178,7 @@ class Impacts:
         sizes = force_sizes(point)
         return [i for i in closed if forces[i] > LOADED * sizes[i]]
 
-    def without_collision(self, point: Point, modes: Modes, contacts: Sequence[int]) -> tuple[State, float]:
+    def without_collision(self, point: MotionPoint, modes: Modes, contacts: Sequence[int]) -> tuple[StateBatch, float]:
         """The state behind an impact without collision, and the energy lost (J).
 
         It is made where no accelerations meet the laws. Raises SimulationError where no such impact meets them either.
@@ -202,10 +202,10 @@ class Impacts:
         for i in contacts:
             self.memory.log(float(point.state.t), e.contacts[i], "painleve", float(P[i]))
         s = point.state
-        return State(s.t, s.q, s.qd + X @ P, s.inputs), -0.5 * float(P @ (2 * v + D @ P))
+        return StateBatch(s.t, s.q, s.qd + X @ P, s.inputs), -0.5 * float(P @ (2 * v + D @ P))
 
 
-def impact_item(point: Point, i: int, shift: float) -> Item:
+def impact_item(point: MotionPoint, i: int, shift: float) -> Item:
     """The contact ``i`` in an impact; ``shift`` is restitution times its approach."""
     slips, friction = slips_of(point, i), float(point.rows.friction[i])
     return Item((*PLANES[len(slips)], Mode.OPEN), i, slips, friction, friction, shift)

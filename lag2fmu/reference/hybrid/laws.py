@@ -17,6 +17,7 @@ from itertools import combinations, product
 
 import numpy as np
 
+from lag2fmu.deadline import check_time
 from lag2fmu.reference.hybrid.modes import SENSE, Mode
 from lag2fmu.reference.state import Floats
 
@@ -91,6 +92,7 @@ def decided(
 
 def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...], pace: float) -> Outcome | None:
     """The outcome of these ``modes`` for D (k, k) and c (k,); None if it breaks a law."""
+    check_time()
     r = _forces(D, c, items, modes)
     if r is None or _violation(D @ r + c, r, items, modes, units(D, c, pace)) > EXACT:
         return None
@@ -209,9 +211,9 @@ def _projected(
     """The prox iteration: projected Gauss-Seidel on the laws until nothing changes; None if it does not converge."""
     least = least or [0.0] * len(items)
     k, diagonal = len(c), np.maximum(np.diagonal(D), 1e-300)
-    r = np.zeros(k)
-    size = units(D, c, pace)[1]
+    r, size = np.zeros(k), units(D, c, pace)[1]
     for sweep in range(1, SWEEPS + 1):
+        check_time()
         change = 0.0
         for item, limit, lowest in zip(items, limits, least, strict=True):
             rows = [*item.slips] if item.normal is None else [item.normal, *item.slips]
@@ -259,13 +261,11 @@ def _slip_forces(D: Floats, c: Floats, item: Item, limit: float, r: Floats, diag
 def _read(D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], r: Floats, size: Floats) -> Outcome:
     """The modes that the forces r (k,) belong to."""
     w = D @ r + c
-    modes, directions = [], []
+    found = []
     for item, coefficient in zip(items, limits, strict=True):
         limit = coefficient * (1.0 if item.normal is None else r[item.normal])
-        mode, direction = _mode_of(item, limit, r, w, size)
-        modes.append(mode)
-        directions.append(direction)
-    return Outcome(tuple(modes), r, w, tuple(directions))
+        found.append(_mode_of(item, limit, r, w, size))
+    return Outcome(tuple(mode for mode, _ in found), r, w, tuple(direction for _, direction in found))
 
 
 def _mode_of(item: Item, limit: float, r: Floats, w: Floats, size: Floats) -> tuple[Mode, tuple[float, ...] | None]:

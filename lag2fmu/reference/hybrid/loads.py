@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lag2fmu.reference.hybrid.modes import Mode, Modes, closed_contacts
-from lag2fmu.reference.hybrid.records import Answer, Point
-from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.hybrid.records import Answer, MotionPoint
+from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats
 
 FREE = 1e-9
@@ -50,7 +50,7 @@ class _Sharing:
         return replace(answer, multipliers=found[:m], forces=forces)
 
 
-def shared(system: System, point: Point, modes: Modes, answer: Answer) -> Answer:
+def shared(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
     """The ``answer`` at ``point`` with forces of least norm that obey the laws in these ``modes``.
 
     The norm is that of forces by which each row by itself gives the same motion. The answer stays as it is where no
@@ -61,7 +61,7 @@ def shared(system: System, point: Point, modes: Modes, answer: Answer) -> Answer
     return answer if sharing is None or nearest is None else sharing.told(answer, nearest)
 
 
-def centred(system: System, point: Point, modes: Modes, answer: Answer) -> Answer:
+def centred(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
     """The ``answer`` at ``point`` with those forces among all with the same motion that are farthest from all limits.
 
     Where they come to a limit, no forces obey the laws in these ``modes``. The answer stays as it is where its forces
@@ -73,7 +73,7 @@ def centred(system: System, point: Point, modes: Modes, answer: Answer) -> Answe
     return sharing.told(answer, _farthest(sharing.least, sharing.free, sharing.limits))
 
 
-def giving_way(system: System, point: Point, modes: Modes) -> dict[int, tuple[float, ...]]:
+def giving_way(system: HybridSystem, point: MotionPoint, modes: Modes) -> dict[int, tuple[float, ...]]:
     """{contact: unit vector} of contacts in space that give way at ``point``, and the directions in which they do.
 
     There are none where loads are unique: then accelerations tell.
@@ -96,7 +96,7 @@ def giving_way(system: System, point: Point, modes: Modes) -> dict[int, tuple[fl
     return found
 
 
-def _sharing(system: System, point: Point, modes: Modes, answer: Answer) -> _Sharing | None:
+def _sharing(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer) -> _Sharing | None:
     """How loads may be shared at ``point``; None where they are unique, or where friction would change with them."""
     m, (kept, stuck) = system.constraints.m, system.bound_rows(modes)
     bound = kept + stuck
@@ -119,7 +119,7 @@ def _sharing(system: System, point: Point, modes: Modes, answer: Answer) -> _Sha
     return _Sharing(bound, size, scaled - free @ (free.T @ scaled), free, limits)
 
 
-def _rubs(system: System, point: Point, modes: Modes, free: Floats, place: dict[int, int]) -> bool:
+def _rubs(system: HybridSystem, point: MotionPoint, modes: Modes, free: Floats, place: dict[int, int]) -> bool:
     """Whether a contact slides by friction that ``free`` loads (r, d) change."""
     rows, slides = point.rows, [i for i in closed_contacts(modes) if modes.contacts[i] is not Mode.STICKS]
     rubbing = [i for i in slides if len(rows.slip_rows[i]) and rows.friction[i] > 0]
@@ -127,7 +127,7 @@ def _rubs(system: System, point: Point, modes: Modes, free: Floats, place: dict[
 
 
 def _limits(
-    system: System, point: Point, modes: Modes, answer: Answer, place: dict[int, int], size: Floats
+    system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer, place: dict[int, int], size: Floats
 ) -> Iterator[tuple[float, Floats, Floats]]:
     """What holds: (o, a, T) for o + a x >= |T x| with the scaled loads x (r,); a is (r,) and T (slips, r)."""
     rows, e, unit = point.rows, system.elements, np.diag(size)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lag2fmu.reference.hybrid.records import Point
+from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.state import Floats
 
 TOUCH = 1e-11
@@ -23,19 +23,19 @@ BACK = 0.05
 3 times that speed."""
 
 
-def gap_sizes(point: Point) -> Floats:
+def gap_sizes(point: MotionPoint) -> Floats:
     """The nominal size of each gap: its change if coordinates change by their nominal values, (u,) in SI units."""
     found: Floats = np.abs(point.rows.jacobian[: len(point.rows.gaps)]) @ point.nominal
     return np.where(found > 0, found, 1.0)
 
 
-def velocity_sizes(point: Point) -> Floats:
+def velocity_sizes(point: MotionPoint) -> Floats:
     """The nominal size of the velocity of each row, if velocities have nominal values, (k,) in SI units."""
     found: Floats = np.abs(point.rows.jacobian) @ point.nominal
     return np.where(found > 0, found, 1.0)
 
 
-def rest_speeds(point: Point) -> Floats:
+def rest_speeds(point: MotionPoint) -> Floats:
     """The velocity of each row that counts as zero, (k,) in SI units: a part of its size, or what an instant makes.
 
     Where the velocities of a mechanism do not move a row, as at the dead centre of a crank, its size is no measure.
@@ -45,7 +45,7 @@ def rest_speeds(point: Point) -> Floats:
     return found
 
 
-def pace(point: Point) -> float:
+def pace(point: MotionPoint) -> float:
     """The size of the accelerations that all forces f make, |f| in the metric M^-1: sqrt(f . M^-1 f), in SI units.
 
     It is at least that of SLOW accelerations.
@@ -54,25 +54,25 @@ def pace(point: Point) -> float:
     return float(np.sqrt(np.sum(np.maximum(point.forcing**2 / mass, mass * (SLOW * point.nominal) ** 2))))
 
 
-def force_sizes(point: Point) -> Floats:
+def force_sizes(point: MotionPoint) -> Floats:
     """The force along each row that would make ``pace``: (k,) in SI units."""
     mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
     found: Floats = pace(point) / np.sqrt(np.maximum((point.rows.jacobian**2) @ (1 / mass), 1e-300))
     return np.maximum(found, 1e-12)
 
 
-def touches(point: Point, i: int) -> bool:
+def touches(point: MotionPoint, i: int) -> bool:
     """Whether the gap of the contact ``i`` is closed, up to rounding."""
     return bool(point.rows.gaps[i] <= TOUCH * gap_sizes(point)[i])
 
 
-def is_free(point: Point, D: Floats, i: int) -> bool:
+def is_free(point: MotionPoint, D: Floats, i: int) -> bool:
     """Whether constraints leave the gap of the contact ``i`` free; D (k, k) is the answer of rows to forces on rows."""
     mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
     return bool(D[i, i] > 1e-10 * (point.rows.jacobian[i] ** 2 @ (1 / mass)))
 
 
-def slips_of(point: Point, i: int) -> tuple[int, ...]:
+def slips_of(point: MotionPoint, i: int) -> tuple[int, ...]:
     """The rows of the slips of the contact ``i``; none without friction."""
     frictional = max(point.rows.friction[i], point.rows.static[i]) > 0
     return tuple(int(row) for row in point.rows.slip_rows[i]) if frictional else ()

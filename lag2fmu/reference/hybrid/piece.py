@@ -6,11 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from lag2fmu.deadline import check_time
 from lag2fmu.reference.hybrid.loads import centred
 from lag2fmu.reference.hybrid.measures import BACK, force_sizes
 from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes
-from lag2fmu.reference.hybrid.system import System
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.hybrid.system import HybridSystem
+from lag2fmu.reference.state import Floats, StateBatch
 
 ROUNDING = 4e-15
 
@@ -18,7 +19,7 @@ ROUNDING = 4e-15
 class Piece:
     """The motion under fixed ``modes``: slopes and event functions; ``inputs`` maps a time (s) to input values."""
 
-    def __init__(self, system: System, modes: Modes, inputs: Callable[[float], Floats], damping: float) -> None:
+    def __init__(self, system: HybridSystem, modes: Modes, inputs: Callable[[float], Floats], damping: float) -> None:
         self.system, self.modes, self.inputs, self.damping = system, modes, inputs, damping
         self.n, self.size = system.n, system.size
         e = system.elements
@@ -38,9 +39,9 @@ class Piece:
     def _has_direction(self, i: int) -> bool:
         return self.modes.contacts[i] in SENSE or i in self.modes.directions
 
-    def state(self, t: float, y: Floats) -> State:
+    def state(self, t: float, y: Floats) -> StateBatch:
         """The state at ``y`` (s + 2,)."""
-        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], self.with_further(self.inputs(t), y))
+        return StateBatch(np.float64(t), y[: self.n], y[self.n : 2 * self.n], self.with_further(self.inputs(t), y))
 
     def with_further(self, inputs: Floats, y: Floats) -> Floats:
         """``inputs`` (i, *batch) with the further states of y (s + 2, *batch) put in, in SI units."""
@@ -63,6 +64,7 @@ class Piece:
 
     def slope(self, t: float, y: Floats) -> Floats:
         """dy/dt, (s + 2,): velocities, accelerations, further states, power of work, power that is dissipated."""
+        check_time()
         system, n = self.system, self.n
         point = system.point(self.state(t, y))
         answer = system.answer(point, self.modes, self.damping)
@@ -94,7 +96,7 @@ class Piece:
         e, sides = self.system.elements, self.modes.sides
         inputs = self.inputs(float(times[0]))[:, None].repeat(len(times), axis=1)
         along = y[:, None].repeat(len(times), axis=1)
-        batch = State(times, along[: self.n], along[self.n : 2 * self.n], self.with_further(inputs, along))
+        batch = StateBatch(times, along[: self.n], along[self.n : 2 * self.n], self.with_further(inputs, along))
         margins, conditions, *_ = e.events(batch)
         if i < len(sides):
             return np.asarray(sides[i] * margins[i])
@@ -103,9 +105,10 @@ class Piece:
 
     def margins(self, times: Floats, y: Floats) -> Floats:
         """The event functions that follow without forces, at ``times`` (b,) and y (b, s + 2): (plain, b)."""
+        check_time()
         n, e, modes = self.n, self.system.elements, self.modes
         inputs = np.stack([self.inputs(float(t)) for t in times], axis=-1)
-        batch = State(times, y[:, :n].T, y[:, n : 2 * n].T, self.with_further(inputs, y.T))
+        batch = StateBatch(times, y[:, :n].T, y[:, n : 2 * n].T, self.with_further(inputs, y.T))
         margins, conditions, gaps, velocities = e.events(batch)
         out = np.empty((self.plain, len(times)))
         for row, (kind, i) in zip(out, self.labels[: self.plain], strict=True):

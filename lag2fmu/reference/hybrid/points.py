@@ -8,10 +8,10 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.hybrid.loads import shared
 from lag2fmu.reference.hybrid.measures import pace, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Mode, Modes
-from lag2fmu.reference.hybrid.records import Point
+from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.hybrid.settling import ZERO
-from lag2fmu.reference.hybrid.system import System
-from lag2fmu.reference.state import Floats, InputValues, State
+from lag2fmu.reference.hybrid.system import HybridSystem
+from lag2fmu.reference.state import Floats, InputValues, StateBatch
 
 STEADIED = 132.0
 """The FMU steadies slips in space that begin up to 120 times its tolerance, in units of the greatest velocity."""
@@ -26,7 +26,7 @@ class Points:
     """Single states of ``mechanism``, with declared parameters."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self.system = System(mechanism)
+        self.system = HybridSystem(mechanism)
         self.force_names = self.system.elements.force_names
 
     def gap_sizes(self, t: float, q: Floats, qd: Floats, inputs: InputValues | None = None) -> Floats:
@@ -71,7 +71,7 @@ class Points:
         answer = shared(self.system, point, found, self.system.answer(point, found))
         return answer.qdd, answer.forces
 
-    def _sides(self, state: State) -> tuple[tuple[int, ...], tuple[bool, ...], bool]:
+    def _sides(self, state: StateBatch) -> tuple[tuple[int, ...], tuple[bool, ...], bool]:
         """The sides of kinks and which latches hold at ``state``, as their expressions say; whether they say it.
 
         They do not where a latch holds or not by a margin that is 0, up to rounding.
@@ -91,7 +91,7 @@ class Points:
         return sides, held, told
 
     def _directions(
-        self, point: Point, contacts: tuple[Mode, ...], shown: Floats, tolerance: float
+        self, point: MotionPoint, contacts: tuple[Mode, ...], shown: Floats, tolerance: float
     ) -> tuple[dict[int, tuple[float, ...]], dict[int, float]]:
         """The directions of contacts that slide in space, 0 if unknown, and up to which speed slow ones keep theirs."""
         directions, steadied = {}, {}
@@ -105,7 +105,7 @@ class Points:
         return directions, steadied
 
 
-def _slow_speed(point: Point, i: int, tolerance: float) -> float:
+def _slow_speed(point: MotionPoint, i: int, tolerance: float) -> float:
     """The speed (m/s) below which the slip of contact ``i`` in space may be steadied in a run."""
     greatest = max(1.0, float(np.abs(point.state.qd / point.nominal).max()))
     size = float(velocity_sizes(point)[point.rows.slip_rows[i]].max())

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.state import Floats, StateBatch
 from lag2fmu.reference.terms import Terms
 
 Indices = NDArray[np.intp]
@@ -35,14 +35,14 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Point:
+class MotionPoint:
     """A single ``state`` with everything that does not depend on its unknown accelerations and forces.
 
     ``forcing`` (n,) without constraints and contacts; ``constraints``: values, velocities, gamma (m,), G (m, n);
     ``nominal``: the nominal values of the coordinates (n,).
     """
 
-    state: State
+    state: StateBatch
     terms: Terms
     forcing: Floats
     constraints: tuple[Floats, Floats, Floats, Floats]

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lag2fmu.errors import SimulationError
+from lag2fmu.reference.constraints import newton
+from lag2fmu.reference.energies import declared_starts
 from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
-from lag2fmu.reference.hybrid.system import System
+from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.signals import Signals
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.state import Floats, StateBatch
 
 LONGEST_PART = 0.05
 """The longest step as a part of the run."""
@@ -35,30 +38,48 @@ class Track:
     evaluations: int
     turns: tuple[float, ...] = ()
 
+    def until(self, times: Floats) -> Track:
+        """The run at the first of its times, ``times`` (k,) in s, k <= m."""
+        k, last = len(times), float(times[-1])
+        return replace(
+            self,
+            values=self.values[:k],
+            modes=self.modes[:k],
+            impacts=self.impacts[:k],
+            impulses=self.impulses[:k],
+            since=self.since[:k],
+            events=tuple(event for event in self.events if event.time <= last),
+            turns=tuple(turn for turn in self.turns if turn <= last),
+        )
 
-class Run:
-    """A problem: the motion of ``system`` over ``times`` (m,), in s, with the inputs ``signals``."""
 
-    def __init__(self, system: System, signals: Signals, times: Floats) -> None:
+class HybridRun:
+    """A problem: the motion of ``system`` over ``times`` (m,), in s, with the inputs ``signals``.
+
+    The times may be a part of a ``whole`` run that is as long, in s.
+    """
+
+    def __init__(self, system: HybridSystem, signals: Signals, times: Floats, whole: float | None = None) -> None:
         self.system, self.signals, self.times, self.n = system, signals, times, system.n
         self.size, self.further = system.size, [z.name for z in system.mechanism.states]
         self.nominal = np.concatenate([system.nominal, system.nominal, [z.nominal for z in system.mechanism.states]])
         self.end = np.inf
         needs = system.constraints.m or system.elements.k
-        longest = LONGEST_PART * float(times[-1] - times[0])
+        self.whole = whole or float(times[-1] - times[0])
+        longest = LONGEST_PART * self.whole
         # the rate (1/s) that pulls back onto closed contacts; a greater one would shorten the steps of a motion at rest
         self.damping = min(DAMPING / system.mechanism.experiment.step, 2 / longest) if needs and longest else 0.0
         self.progress: Callable[[float], None] | None = None
 
     def inputs(self, t: float) -> Floats:
-        """The inputs (i,) at ``t`` (s), as in ``State``; one that jumps keeps its value until the segment ends."""
+        """The inputs (i,) at ``t`` (s), as in ``StateBatch``; one that jumps keeps its value until the segment ends."""
         values: Mapping[str, float] = self.signals.at(min(t, float(np.nextafter(self.end, -np.inf))))
         return self.system.energies.input_values(values)
 
-    def state(self, t: float, y: Floats) -> State:
+    def state(self, t: float, y: Floats) -> StateBatch:
         """The state at y (s + 2,)."""
         inputs = self.system.energies.with_states(self.inputs(t), y[2 * self.n : self.size])
-        return State(np.float64(t), y[: self.n], y[self.n : 2 * self.n], inputs)
+        return StateBatch(np.float64(t), y[: self.n], y[self.n : 2 * self.n], inputs)
 
     def started(self, start: Floats) -> Modes:
         """The modes before anything is decided at ``start`` (s,): contacts are open, and dry frictions at rest stick.
@@ -74,3 +95,36 @@ class Run:
         return Modes(
             (Mode.OPEN,) * e.u, (Mode.STICKS,) * e.f, (False,) * len(conditions), sides, {}, (0.0,) * len(conditions)
         )
+
+
+def started(run: HybridRun, overrides: Mapping[str, float]) -> Floats:
+    """q, qd and further states at the start, (s,), in SI units; guesses are solved for.
+
+    ``overrides`` {NAME or NAME_dot: SI value} replace declared values. Raises LoadError for unknown names and unusable
+    values, SimulationError where constraints cannot be met.
+    """
+    coordinates, n, system = run.system.mechanism.coordinates, run.n, run.system
+    start: Floats = np.array(list(declared_starts(system.mechanism, overrides).values()), dtype=float)
+    if not system.constraints.m:
+        return start
+    run.started(start)  # the sides of kinks there
+    free = [c.given is False for c in coordinates], [c.velocity_given is False for c in coordinates]
+    t, h = float(run.times[0]), system.constraints.h
+
+    def positions(q: Floats) -> tuple[Floats, Floats]:
+        phi, _, _, G = system.constraints(run.state(t, np.concatenate([q, start[n:]])))
+        return phi[:h], G[:h] * system.nominal
+
+    def velocities(qd: Floats) -> tuple[Floats, Floats]:
+        _, v, _, G = system.constraints(run.state(t, np.concatenate([start[:n], qd, start[2 * n :]])))
+        return v, G * system.nominal
+
+    for half, function, flags in ((slice(0, n), positions, free[0]), (slice(n, 2 * n), velocities, free[1])):
+        for chosen in (np.array(flags, dtype=bool), np.ones(n, dtype=bool)):
+            if len(function(start[half])[0]):
+                start[half] = newton(function, start[half], chosen, system.nominal)
+        residual, jacobian = function(start[half])
+        size = np.maximum(np.abs(jacobian).max(axis=1, initial=0.0), 1e-300)
+        if np.max(np.abs(residual) / size, initial=0.0) > 1e-9 * max(1.0, float(np.abs(start[half]).max())):
+            raise SimulationError(f"the constraints cannot be met from the start values; residuals: {residual}")
+    return start

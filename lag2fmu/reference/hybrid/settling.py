@@ -10,9 +10,9 @@ import numpy as np
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.measures import STILL, gap_sizes, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
-from lag2fmu.reference.hybrid.records import Point
-from lag2fmu.reference.hybrid.system import System
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.hybrid.records import MotionPoint
+from lag2fmu.reference.hybrid.system import HybridSystem
+from lag2fmu.reference.state import Floats, StateBatch
 
 PASSES = 50
 ZERO = 1e-12
@@ -21,8 +21,8 @@ ZERO = 1e-12
 JUMP = 1e-6
 """A gap jumps if it comes to differ from 0 by more than this part of its nominal size: more than a kink makes of it."""
 
-Resolved = Callable[[State, Modes, Due, bool], tuple[State, Floats, bool]]
-Chosen = Callable[[State, Modes, Due], tuple[State, Modes, Floats]]
+Resolved = Callable[[StateBatch, Modes, Due, bool], tuple[StateBatch, Floats, bool]]
+Chosen = Callable[[StateBatch, Modes, Due], tuple[StateBatch, Modes, Floats]]
 
 
 class Settling:
@@ -31,11 +31,11 @@ class Settling:
     ``resolved`` makes impacts and ``chosen`` chooses modes, see ``Impacts.resolved`` and ``Choice.chosen``.
     """
 
-    def __init__(self, system: System, memory: Memory, low: float, resolved: Resolved, chosen: Chosen) -> None:
+    def __init__(self, system: HybridSystem, memory: Memory, low: float, resolved: Resolved, chosen: Chosen) -> None:
         self.system, self.memory, self.low = system, memory, low
         self.resolved, self.chosen = resolved, chosen
 
-    def settled(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
+    def settled(self, state: StateBatch, modes: Modes, due: Due) -> tuple[StateBatch, Modes, Floats]:
         """The state and modes behind an event at a single ``state``, and (work, dissipated energy) of impacts, in J.
 
         ``due`` are the event functions that came to zero, as (kind, index). Kinds are side, condition, gap, force,
@@ -63,7 +63,7 @@ class Settling:
             f"switches do not come to rest"
         )
 
-    def _switched(self, state: State, modes: Modes, due: Due, turned: set[int]) -> tuple[Modes, bool]:
+    def _switched(self, state: StateBatch, modes: Modes, due: Due, turned: set[int]) -> tuple[Modes, bool]:
         """``modes`` with the sides of kinks and the latches that hold at ``state``; whether a latch begins to hold.
 
         The sides in ``turned`` come from the event itself: a steep margin may be beyond ZERO at the time nearest to its
@@ -82,7 +82,7 @@ class Settling:
             held[j] = now
         return replace(modes, sides=sides, held=tuple(held), offsets=tuple(offsets)), closes
 
-    def _sides(self, state: State, modes: Modes, due: Due, turned: set[int]) -> tuple[tuple[int, ...], Floats]:
+    def _sides(self, state: StateBatch, modes: Modes, due: Due, turned: set[int]) -> tuple[tuple[int, ...], Floats]:
         """The sides of kinks at ``state``, where due sides are turned, and the values of conditions, (l,)."""
         e, sides = self.system.elements, list(modes.sides)
         for kind, i in sorted(due):
@@ -101,7 +101,7 @@ class Settling:
             e.set_sides(tuple(sides))
         return tuple(sides), conditions
 
-    def _undone(self, point: Point, low: list[int], D: Floats) -> Floats:
+    def _undone(self, point: MotionPoint, low: list[int], D: Floats) -> Floats:
         """The impulses (k,) that take the velocities of the contacts ``low`` from them at once, D (k, k).
 
         The floor gave these velocities, and with them its friction: an impulse that is taken back has that of its size.
@@ -118,7 +118,7 @@ class Settling:
         taken: Floats = spread @ np.linalg.lstsq((D @ spread)[low], -rows.velocities[low], rcond=1e-11)[0]
         return taken
 
-    def _left(self, state: State, modes: Modes) -> Modes:
+    def _left(self, state: StateBatch, modes: Modes) -> Modes:
         """``modes`` without contacts whose gaps have jumped up with a side; raises SimulationError for a jump down."""
         point = self.system.point(state)
         gaps, sizes = point.rows.gaps, gap_sizes(point)
@@ -132,7 +132,7 @@ class Settling:
             contacts[i] = Mode.OPEN if gap > JUMP * size else contacts[i]
         return replace(modes, contacts=tuple(contacts))
 
-    def _rested(self, state: State, modes: Modes, due: Due) -> tuple[State, Modes, Floats]:
+    def _rested(self, state: StateBatch, modes: Modes, due: Due) -> tuple[StateBatch, Modes, Floats]:
         """Close contacts that rebound lower than ``low``; the rest of their cascade would last 2 v/(a (1 - e))."""
         system, e = self.system, self.system.elements
         if not e.u:
@@ -160,7 +160,7 @@ class Settling:
         D = point.rows.jacobian @ X
         v = point.rows.velocities
         P = self._undone(point, low, D)
-        new = State(state.t, state.q, state.qd + X @ P, state.inputs)
+        new = StateBatch(state.t, state.q, state.qd + X @ P, state.inputs)
         logged = len(self.memory.events)
         new, modes, _ = self.chosen(new, modes, frozenset(("gap", i) for i in low))
         del self.memory.events[logged:]

@@ -76,14 +76,14 @@ class Motion(Protocol):
 
 @dataclass
 class Stepper:
-    """Integrates pieces by SciPy's ``method``, steps at most ``longest`` (s)."""
+    """Integrates pieces by SciPy's ``method``, by steps of at most ``longest`` (s), and ``most`` evaluations in all."""
 
     method: str
     rtol: float
     atol: Floats
     longest: float
+    most: float
     evaluations: int = 0
-    most: int = 500_000
 
     def run(
         self,

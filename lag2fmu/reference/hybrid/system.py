@@ -22,14 +22,14 @@ from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.hybrid.elements import Elements
 from lag2fmu.reference.hybrid.kinks import FrozenComposition
 from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes, closed_contacts
-from lag2fmu.reference.hybrid.records import Answer, Point, Rows
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.hybrid.records import Answer, MotionPoint, Rows
+from lag2fmu.reference.state import Floats, StateBatch
 
 RANK = 1e-11
 TIGHT = 1e-13
 
 
-class System:
+class HybridSystem:
     """The equations of a hybrid ``mechanism`` for ``parameters`` (name -> SI value)."""
 
     def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
@@ -46,13 +46,13 @@ class System:
         e = self.elements
         return [i for i, (held, h) in enumerate(zip(modes.held, e.holonomic, strict=True)) if held and h is position]
 
-    def point(self, state: State) -> Point:
+    def point(self, state: StateBatch) -> MotionPoint:
         """Everything at a single ``state``."""
         terms = self.equations.terms(state)
         forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial
         empty = np.zeros(0)
         values = self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
-        return Point(state, terms, forcing, values, self.elements.rows(state), self.nominal)
+        return MotionPoint(state, terms, forcing, values, self.elements.rows(state), self.nominal)
 
     # ------------------------------------------------------------------------------------------------- under modes
 
@@ -83,7 +83,7 @@ class System:
         # beyond the end of a slip the equations stay as before it, so that the end can be located exactly
         return slip / np.hypot.reduce(slip) if slip @ before > 0 else before
 
-    def answer(self, point: Point, modes: Modes, damping: float = 0.0) -> Answer:
+    def answer(self, point: MotionPoint, modes: Modes, damping: float = 0.0) -> Answer:
         """Accelerations and forces at ``point`` in the ``modes``; NaN without a solution.
 
         ``damping`` (1/s) pulls the motion back onto constraints and closed contacts. Source: F. Pfeiffer, Ch. Glocker,
@@ -124,7 +124,7 @@ class System:
         holding = e.capacities(point.state, whole.multipliers, whole.forces)[1] if e.f else whole.holding
         return Answer(whole.qdd, whole.multipliers, whole.forces, holding)
 
-    def _sliding_forces(self, point: Point, found: Floats, unpacked: object, sliding: list[int]) -> Floats:
+    def _sliding_forces(self, point: MotionPoint, found: Floats, unpacked: object, sliding: list[int]) -> Floats:
         """The forces of the s frictions that slide, by Newton's method, for they may depend on what other rows bear.
 
         ``found`` (n + r, 1 + s): the solution without these forces, and what a unit of each force adds.
@@ -147,7 +147,7 @@ class System:
 
     # ----------------------------------------------------------------------------------------- onto what is bound
 
-    def projected(self, state: State, modes: Modes) -> State:
+    def projected(self, state: StateBatch, modes: Modes) -> StateBatch:
         """The single ``state`` moved until constraints, closed contacts and latches hold, in position and velocity.
 
         Raises SimulationError if they cannot be met.
@@ -155,8 +155,8 @@ class System:
         h, (kept, stuck) = self.constraints.h, self.bound_rows(modes)
         everything = np.ones(self.n, dtype=bool)
 
-        def at(q: Floats, qd: Floats) -> State:
-            return State(state.t, q, qd, state.inputs)
+        def at(q: Floats, qd: Floats) -> StateBatch:
+            return StateBatch(state.t, q, qd, state.inputs)
 
         def positions(q: Floats) -> tuple[Floats, Floats]:
             values, rows = self._bound_values(at(q, state.qd))
@@ -180,12 +180,12 @@ class System:
                 )
         return at(q, qd)
 
-    def _bound_values(self, state: State) -> tuple[tuple[Floats, ...], Rows]:
+    def _bound_values(self, state: StateBatch) -> tuple[tuple[Floats, ...], Rows]:
         empty = np.zeros(0)
         values = self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
         return values, self.elements.rows(state)
 
-    def _fixed(self, point: Point, modes: Modes) -> tuple[Floats, Floats, Floats]:
+    def _fixed(self, point: MotionPoint, modes: Modes) -> tuple[Floats, Floats, Floats]:
         """Constraints and latches that hold: G (r, n), velocities and gamma (r,)."""
         latches = [self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]
         (_, velocities, gamma, G), rows = point.constraints, point.rows
@@ -193,7 +193,7 @@ class System:
         G, velocities, gamma = (np.concatenate([a, b[latches]]) for a, b in parts)
         return G, velocities, gamma
 
-    def responses(self, point: Point, modes: Modes) -> tuple[Floats, Floats]:
+    def responses(self, point: MotionPoint, modes: Modes) -> tuple[Floats, Floats]:
         """qdd (n,) without forces along rows, and the change of qdd by a unit of force along each row, (n, k).
 
         The second also is the change of qd by a unit of impulse. Constraints, and latches that hold, stay met.
@@ -205,7 +205,7 @@ class System:
         found = _solved(point.terms.mass_matrix, G, G, right)
         return found[:n, 0], found[:n, 1:]
 
-    def borne(self, point: Point, modes: Modes, forces: Floats) -> tuple[Floats, Floats]:
+    def borne(self, point: MotionPoint, modes: Modes, forces: Floats) -> tuple[Floats, Floats]:
         """Multipliers (m,), and forces along all rows (k,), where ``forces`` (k,) are those of all but the latches."""
         n, m, (G, _, gamma) = self.n, self.constraints.m, self._fixed(point, modes)
         right = np.concatenate([point.forcing + point.rows.jacobian.T @ forces, -gamma])
@@ -214,7 +214,7 @@ class System:
         whole[[self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]] = found[m:]
         return found[:m], whole
 
-    def caught(self, point: Point, modes: Modes, impulses: Floats) -> tuple[Floats, Floats]:
+    def caught(self, point: MotionPoint, modes: Modes, impulses: Floats) -> tuple[Floats, Floats]:
         """The change of qd (n,) at an impact of latches without rebound, and the impulses of all rows (k,).
 
         Behind it constraints and latches that hold are met. ``impulses`` (k,) are those of the rows of no latch.

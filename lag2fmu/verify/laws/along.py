@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from lag2fmu.description import names
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.hybrid.system import System
-from lag2fmu.reference.state import Floats, State
+from lag2fmu.reference.hybrid.system import HybridSystem
+from lag2fmu.reference.state import Floats, StateBatch
 from lag2fmu.reference.trajectory import Trajectory
 
 SIDED = 1e-9
@@ -54,7 +54,9 @@ class Along:
     coordinates rest. ``power`` (m,), in W, changes generalized and dissipated energy together, ``lost`` the second.
     """
 
-    def __init__(self, system: System, run: Trajectory, inputs: Mapping[str, Floats], units: Mapping[str, str]) -> None:
+    def __init__(
+        self, system: HybridSystem, run: Trajectory, inputs: Mapping[str, Floats], units: Mapping[str, str]
+    ) -> None:
         """``inputs`` {name: (m,)} are those that differ from their start values; ``units`` {variable: its unit}."""
         self.system, self.run, self.time, self.units = system, run, run.time, units
         self.e, self.mechanism = system.elements, system.mechanism
@@ -227,6 +229,6 @@ class Along:
         return "N.m" if self.unit(element) == "rad" else "N"
 
 
-def _part(state: State, at: NDArray[np.intp] | Sequence[int]) -> State:
+def _part(state: StateBatch, at: NDArray[np.intp] | Sequence[int]) -> StateBatch:
     """The states ``at`` these places of a batch."""
-    return State(state.t[at], state.q[:, at], state.qd[:, at], state.inputs[:, at])
+    return StateBatch(state.t[at], state.q[:, at], state.qd[:, at], state.inputs[:, at])

@@ -20,6 +20,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.drawing import frame
 from lag2fmu.picture.layout import layout_of
 from lag2fmu.picture.scene import Disc, Stroke
+from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plots.figures import LETTERS
 from lag2fmu.verify.plots.marks import draw_marks
@@ -34,6 +35,7 @@ Progress = Callable[[float], None]
 
 
 @mpl.rc_context(LETTERS)
+@telling("drawing")
 def animate(model: Mechanism | str | Path, run: Trajectory, path: str | Path, progress: Progress | None = None) -> None:
     """Write the motion ``run`` of ``model``, a mechanism or what ``load`` takes, as .gif, .mp4 or .html to ``path``.
 

@@ -48,5 +48,6 @@ def comparison(
     below.set_xlabel("time in s")
     for axes in (*above, below):
         axes.grid(True, alpha=0.3)
-        axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return figure

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from lag2fmu.analysis.equilibria import equilibria
 from lag2fmu.analysis.evaluation import at, driven_by_time, operating_inputs
 from lag2fmu.analysis.linearization import linearize
-from lag2fmu.analysis.modes import Mode, normal_modes
+from lag2fmu.analysis.modes import NaturalMode, normal_modes
 from lag2fmu.analysis.report import with_inputs
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.equations import EquationsOfMotion
@@ -88,9 +88,9 @@ def _with_modes(equations: EquationsOfMotion) -> Figure:
     return figure
 
 
-def _modes(equations: EquationsOfMotion) -> tuple[tuple[Mode, ...], dict[str, Any], str]:
+def _modes(equations: EquationsOfMotion) -> tuple[tuple[NaturalMode, ...], dict[str, Any], str]:
     """Modes that vibrate or grow, the state they are about, and a sentence on them or on why there are none."""
-    nothing: tuple[Mode, ...] = ()
+    nothing: tuple[NaturalMode, ...] = ()
     if driven_by_time(equations):
         return nothing, {}, "There are no normal modes: the equations change with time."
     found = equilibria(equations, most=1)
@@ -125,7 +125,7 @@ def _place(mechanism: Mechanism, q: Floats) -> str:
     return ", ".join(shown or ["q = 0"]) + (" (the others 0)" if shown and len(moved) <= _LISTED else "")
 
 
-def _rate(mode: Mode) -> str:
+def _rate(mode: NaturalMode) -> str:
     """Frequency and decay."""
     real, omega = mode.eigenvalue.real, mode.frequency
     if omega <= 1e-9 * abs(mode.eigenvalue):
@@ -135,7 +135,9 @@ def _rate(mode: Mode) -> str:
     )
 
 
-def _draw_mode(axes: Axes, equations: EquationsOfMotion, layout: Layout, values: dict[str, Any], mode: Mode) -> None:
+def _draw_mode(
+    axes: Axes, equations: EquationsOfMotion, layout: Layout, values: dict[str, Any], mode: NaturalMode
+) -> None:
     """The mechanism at both ends of a swing; the far end is fainter."""
     shape = np.real(mode.shape)
     q = np.array([values[c.name] for c in equations.mechanism.coordinates])

@@ -34,7 +34,7 @@ static Interval distance(const Table *table, int axis, int cell, Interval x) {
 }
 
 /* The derivative of this order of the polynomial with these coefficients. */
-static Interval polynomial(const Interval coefficients[], int degree, int order, Interval s) {
+static Interval interval_polynomial(const Interval coefficients[], int degree, int order, Interval s) {
     Interval value = interval_of(0.0);
     for (int k = degree; k >= order; k--) {
         double factor = 1.0;
@@ -51,7 +51,7 @@ static Interval numbers_polynomial(const double numbers[], int degree, int order
     for (int k = 0; k <= degree; k++) {
         coefficients[k] = interval_of(numbers[k]);
     }
-    return polynomial(coefficients, degree, order, s);
+    return interval_polynomial(coefficients, degree, order, s);
 }
 
 /* Beyond the knots a value that is held has no slope. */
@@ -82,7 +82,7 @@ Interval interval_lookup_2(const Table *table, int order_x, int order_y, Interva
             for (int k = 0; k < terms; k++) {
                 values[k] = numbers_polynomial(cell + k * terms, table->degree, order_y, distance(table, 1, j, y));
             }
-            found = interval_hull(found, polynomial(values, table->degree, order_x, distance(table, 0, i, x)));
+            found = interval_hull(found, interval_polynomial(values, table->degree, order_x, distance(table, 0, i, x)));
         }
     }
     return found;

@@ -78,7 +78,7 @@ Interval interval_log(Interval a) {
 }
 
 /* Is there a whole number n with low <= offset + n period <= high? Rounding answers yes. */
-static bool meets(Interval a, double offset, double period) {
+static bool meets_at(Interval a, double offset, double period) {
     const double first = (a.low - offset) / period, last = (a.high - offset) / period;
     const double doubt = SPREAD * fmax(fabs(first), fabs(last)) + SPREAD;
     return !(ceil(first - doubt) > last + doubt);
@@ -90,7 +90,8 @@ Interval interval_sin(Interval a) {
     if (!(a.high - a.low < 2.0 * PI)) {
         return (Interval){-1.0, 1.0};
     }
-    return (Interval){meets(a, -0.5 * PI, 2.0 * PI) ? -1.0 : ends.low, meets(a, 0.5 * PI, 2.0 * PI) ? 1.0 : ends.high};
+    return (Interval){meets_at(a, -0.5 * PI, 2.0 * PI) ? -1.0 : ends.low,
+                      meets_at(a, 0.5 * PI, 2.0 * PI) ? 1.0 : ends.high};
 }
 
 Interval interval_cos(Interval a) {
@@ -99,11 +100,11 @@ Interval interval_cos(Interval a) {
     if (!(a.high - a.low < 2.0 * PI)) {
         return (Interval){-1.0, 1.0};
     }
-    return (Interval){meets(a, PI, 2.0 * PI) ? -1.0 : ends.low, meets(a, 0.0, 2.0 * PI) ? 1.0 : ends.high};
+    return (Interval){meets_at(a, PI, 2.0 * PI) ? -1.0 : ends.low, meets_at(a, 0.0, 2.0 * PI) ? 1.0 : ends.high};
 }
 
 Interval interval_tan(Interval a) {
-    return !(a.high - a.low < PI) || meets(a, 0.5 * PI, PI) ? whole() : between(tan(a.low), tan(a.high));
+    return !(a.high - a.low < PI) || meets_at(a, 0.5 * PI, PI) ? whole() : between(tan(a.low), tan(a.high));
 }
 
 Interval interval_asin(Interval a) {

@@ -6,8 +6,7 @@
 #include <math.h>
 
 #include "scale.h"
-
-enum { N = N_COORDINATES };
+#include "sizes.h"
 
 /* Row by row: w_ij = M_ij - sum_k<j w_ik L_jk, L_ij = w_ij / d_j, d_i = M_ii - sum_j w_ij L_ij. All inner loops run
    along rows. Returns false at the first pivot d_i that is not clearly positive against M_ii. */
@@ -37,17 +36,17 @@ static bool factorize_positive(const double mass[], double factor[]) {
 }
 
 /* M_ij, of which the lower triangle is stored. */
-static double entry_of(const double mass[], int i, int j) {
+static double entry_of_mass(const double mass[], int i, int j) {
     return j <= i ? mass[i * N + j] : mass[j * N + i];
 }
 
 /* Flags the rows with entries that are not finite; returns whether there are none. */
-static bool all_finite(const double mass[], bool concerned[]) {
+static bool mass_is_finite(const double mass[], bool concerned[]) {
     bool finite = true;
     for (int i = 0; i < N; i++) {
         concerned[i] = false;
         for (int j = 0; j < N; j++) {
-            concerned[i] = concerned[i] || !isfinite(entry_of(mass, i, j));
+            concerned[i] = concerned[i] || !isfinite(entry_of_mass(mass, i, j));
         }
         finite = finite && !concerned[i];
     }
@@ -64,13 +63,13 @@ static void scale_symmetrically(const double mass[], Factorization *result) {
     for (int i = 0; i < N; i++) {
         double largest = 0.0;
         for (int j = 0; j < N && mass[i * N + i] == 0.0; j++) {
-            largest = fmax(largest, fabs(entry_of(mass, i, j)) * (j != i ? scale[j] : 1.0));
+            largest = fmax(largest, fabs(entry_of_mass(mass, i, j)) * (j != i ? scale[j] : 1.0));
         }
         scale[i] = largest > 0.0 ? 1.0 / largest : scale[i];
     }
     for (int i = 0; i < N; i++) {
         for (int j = 0; j < N; j++) {
-            result->factor[i * N + j] = entry_of(mass, i, j) * scale[i] * scale[j];
+            result->factor[i * N + j] = entry_of_mass(mass, i, j) * scale[i] * scale[j];
         }
     }
 }
@@ -132,7 +131,7 @@ static void flag_null_space(Factorization *result, int rank, bool concerned[]) {
 static MassOutcome factorize_pivoted(const double mass[], double zero, Factorization *result, bool concerned[]) {
     double *a = result->factor;
     double largest = 0.0;
-    if (!all_finite(mass, concerned)) {
+    if (!mass_is_finite(mass, concerned)) {
         return MASS_NOT_FINITE;
     }
     scale_symmetrically(mass, result);

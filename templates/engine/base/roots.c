@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { N = ROOT_DEGREE, DEEPEST = 48 };
+enum { DEGREE = ROOT_DEGREE, DEEPEST = 48 };
 
 const double ROOT_PLACES[ROOT_NODES] = {
     0.0, 0.095491502812526287, 0.34549150281252629, 0.65450849718747371, 0.90450849718747371, 1.0,
@@ -29,10 +29,10 @@ static const double FITTED[ROOT_NODES - 2][ROOT_NODES] = {
 
 void roots_fit(const double values[], double bernstein[]) {
     bernstein[0] = values[0];
-    bernstein[N] = values[N];
-    for (int j = 1; j < N; j++) {
+    bernstein[DEGREE] = values[DEGREE];
+    for (int j = 1; j < DEGREE; j++) {
         bernstein[j] = 0.0;
-        for (int i = 0; i <= N; i++) {
+        for (int i = 0; i <= DEGREE; i++) {
             bernstein[j] += FITTED[j - 1][i] * values[i];
         }
     }
@@ -40,7 +40,7 @@ void roots_fit(const double values[], double bernstein[]) {
 
 bool roots_resolved(const double values[]) {
     double greatest = 0.0, last[2] = {0.0};
-    for (int i = 0; i <= N; i++) {
+    for (int i = 0; i <= DEGREE; i++) {
         greatest = fabs(values[i]) > greatest ? fabs(values[i]) : greatest;
         last[0] += LAST_BUT_ONE[i] * values[i];
         last[1] += LAST[i] * values[i];
@@ -63,7 +63,7 @@ static double value_at(const double bernstein[], int degree, double theta, doubl
 
 double roots_slope(const double bernstein[ROOT_NODES], double theta) {
     double slope;
-    value_at(bernstein, N, theta, &slope);
+    value_at(bernstein, DEGREE, theta, &slope);
     return slope;
 }
 
@@ -143,18 +143,18 @@ static double first_descent(const double polynomial[], int degree) {
    before it rises? If not, it leaves 0 slowly upwards, and only a small error of the fit lets it fall at first. */
 static bool falls(const double bernstein[], const double q[], int degree, double noise) {
     double raised[ROOT_NODES], negated[ROOT_NODES];
-    for (int i = 0; i <= N; i++) {
+    for (int i = 0; i <= DEGREE; i++) {
         raised[i] = bernstein[i] + 2.0 * noise;
     }
     for (int i = 0; i <= degree; i++) {
         negated[i] = -q[i];
     }
-    return first_descent(raised, N) < first_descent(negated, degree);
+    return first_descent(raised, DEGREE) < first_descent(negated, degree);
 }
 
 double roots_first_descent(const double bernstein[ROOT_NODES], double noise) {
     double b[ROOT_NODES];
-    int degree = N;
+    int degree = DEGREE;
     memcpy(b, bernstein, sizeof b);
     while (fabs(b[0]) <= noise) { /* counts as 0: p = theta times a polynomial of lesser degree */
         if (degree == 0) {

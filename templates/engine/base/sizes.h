@@ -9,4 +9,7 @@
 #define N_FURTHER (N_STATES - 2 * N_COORDINATES)
 #define SIZE_FURTHER (N_FURTHER > 0 ? N_FURTHER : 1)
 
+/* Short names for the code, as its comments use them. */
+enum { N = N_COORDINATES, K = N_CONSTRAINTS, R = N_RATES };
+
 #endif

@@ -8,8 +8,6 @@
 #include "massless.h"
 #include "scale.h"
 
-enum { N = N_COORDINATES };
-
 /* M is about to become singular if velocities change by so many times their size in a usual solver step. */
 static const double SUDDEN = 10.0;
 

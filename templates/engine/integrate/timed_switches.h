@@ -4,8 +4,6 @@
 
 #include "instance.h"
 
-enum { SIZE_SWITCHES = N_SWITCHES > 0 ? N_SWITCHES : 1 };
-
 typedef struct {
     double roots[SIZE_SWITCHES];  /* s; HUGE_VAL for a switch that does not turn */
     double slopes[SIZE_SWITCHES]; /* 1/s; of the margins there, negative on the side of the switch */

@@ -112,7 +112,7 @@ static bool reduce_and_solve(const Problem *problem, Elimination *elimination, L
 }
 
 /* Does a row slide whose friction other rows answer? Else accelerations are unique. */
-static bool slides(const Problem *problem) {
+static bool any_slides(const Problem *problem) {
     bool found = false;
     for (int k = 0; k < problem->rows; k++) {
         found = found || (problem->row[k].law == ROW_SLIDING && problem->row[k].friction > 0.0);
@@ -126,7 +126,7 @@ int complementarity_other(const Problem *problem) {
     Laws laws;
     double *x;
     int other = -1;
-    if (slides(problem) && reduce_and_solve(problem, &elimination, &laws, &x) && !in_space(&laws)) {
+    if (any_slides(problem) && reduce_and_solve(problem, &elimination, &laws, &x) && !in_space(&laws)) {
         other = polyhedral_other(&laws, x);
         other = other < 0 ? -1 : elimination.row[other];
     }

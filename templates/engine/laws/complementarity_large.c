@@ -11,10 +11,10 @@
 
 /* Newton's method ends when MOST_FAILURES steps in turn have not halved the residual. Sweeps follow each of its steps,
    because they correct single contacts that the step wrongly took for open or closed. */
-enum { FIRST_SWEEPS = 8, MOST_SWEEPS = 16384, MOST_STEPS = 60, MOST_FAILURES = 4, SWEEPS_AFTER_A_STEP = 5 };
+enum { FIRST_SWEEPS = 8, MOST_SWEEPS = 16384, MOST_LARGE_STEPS = 60, MOST_FAILURES = 4, SWEEPS_AFTER_A_STEP = 5 };
 
 /* Greater forces for a free motion of 1 mean that there is no solution. */
-static const double MOST_GROWTH = 1e10;
+static const double MOST_GROWTH_OF_FORCES = 1e10;
 
 typedef struct {
     const SparseProblem *problem;
@@ -63,7 +63,7 @@ static void find_curvature(Large *large) {
     }
 }
 
-static void evaluate(Large *large) {
+static void evaluate_large(Large *large) {
     const SparseProblem *problem = large->problem;
     for (int k = 0; k < problem->rows; k++) {
         large->w[k] = problem->free[k];
@@ -86,7 +86,7 @@ static void find_trial(const Large *large, int k, int count, double trial[]) {
 }
 
 /* The nearest point that the law of row k allows, for the rows of its vector; returns how many these are. */
-static int project(const Large *large, int k, double to[]) {
+static int project_large(const Large *large, int k, double to[]) {
     const Row *row = &large->problem->row[k];
     const int slips = slips_from(large, k);
     find_trial(large, k, slips == 2 ? 2 : 1, to);
@@ -106,7 +106,7 @@ static void sweep(Large *large) {
     const SparseProblem *problem = large->problem;
     double to[2];
     for (int k = 0, count = 1; k < problem->rows; k += count) {
-        count = project(large, k, to);
+        count = project_large(large, k, to);
         for (int i = k; i < k + count; i++) {
             const double change = to[i - k] - large->x[i];
             large->x[i] = to[i - k];
@@ -128,7 +128,7 @@ static void descend(Large *large, int sweeps) {
     for (int s = 0; s < sweeps; s++) {
         double square = 0.0;
         memcpy(before, large->x, (size_t)n * sizeof(double));
-        evaluate(large);
+        evaluate_large(large);
         sweep(large);
         for (int k = 0; k < n; k++) {
             const double change = large->x[k] - before[k];
@@ -148,9 +148,9 @@ static void descend(Large *large, int sweeps) {
    units of its row. Relative to x it damps the next step of Newton's method. */
 static double find_residual(Large *large) {
     double to[2], moved = 0.0, size = 0.0, usual = 0.0;
-    evaluate(large);
+    evaluate_large(large);
     for (int k = 0, count = 1; k < large->problem->rows; k += count) {
-        count = project(large, k, to);
+        count = project_large(large, k, to);
         for (int i = k; i < k + count; i++) {
             const double unit = sqrt(large->curvature[i]);
             moved = fmax(moved, unit * fabs(to[i - k] - large->x[i]));
@@ -159,7 +159,7 @@ static double find_residual(Large *large) {
         }
     }
     large->damping = size > 0.0 ? fmin(moved / size, 1.0) : 1.0;
-    const double rest = size > MOST_GROWTH * usual ? size : moved - NOISE * size;
+    const double rest = size > MOST_GROWTH_OF_FORCES * usual ? size : moved - NOISE * size;
     return rest > 0.0 ? rest / fmax(usual, DBL_MIN) : 0.0;
 }
 
@@ -201,7 +201,7 @@ static int put_equations(Large *large, int k) {
     const int slips = slips_from(large, k), count = slips == 2 ? 2 : 1;
     double trial[2], to[2];
     find_trial(large, k, count, trial);
-    project(large, k, to);
+    project_large(large, k, to);
     const bool held = slips > 0 ? vector_length(trial, slips) <= limit_of(large, k) && limit_of(large, k) > 0.0
                                 : law == ROW_BILATERAL || (law == ROW_UNILATERAL && trial[0] > 0.0);
     if (slips > 0 && !held) {
@@ -241,11 +241,11 @@ static double refine(Large *large, int entries, double tolerance) {
     const size_t size = (size_t)large->problem->rows * sizeof(double);
     double residual = find_residual(large), least = residual;
     memcpy(large->best, large->x, size);
-    for (int step = 0, failures = 0; step < MOST_STEPS && failures < MOST_FAILURES && least > tolerance; step++) {
+    for (int step = 0, failures = 0; step < MOST_LARGE_STEPS && failures < MOST_FAILURES && least > tolerance; step++) {
         if (!newton_step(large, entries)) {
             break;
         }
-        evaluate(large);
+        evaluate_large(large);
         for (int s = 0; s < SWEEPS_AFTER_A_STEP; s++) {
             sweep(large);
         }

@@ -14,7 +14,7 @@
 #include "scale.h"
 #include "vector_length.h"
 
-enum { FIRST_SWEEPS = 16, MOST_SWEEPS = 16384, MOST_STEPS = 40 };
+enum { FIRST_CONE_SWEEPS = 16, MOST_CONE_SWEEPS = 16384, MOST_CONE_STEPS = 40 };
 
 /* A diagonal entry is taken for no less than this. */
 static const double LEAST_STEP = 1e-3;
@@ -28,7 +28,7 @@ static double curvature(const Laws *laws, int k) {
 }
 
 /* Moves x[k] and lets w follow. */
-static void move(const Laws *laws, int k, double to, double x[], double w[]) {
+static void move_row(const Laws *laws, int k, double to, double x[], double w[]) {
     const double change = to - x[k];
     x[k] = to;
     for (int i = 0; i < laws->size && change != 0.0; i++) {
@@ -40,7 +40,7 @@ static void move(const Laws *laws, int k, double to, double x[], double w[]) {
 static void relax(const Laws *laws, int k, double x[], double w[]) {
     const double rate = 1.0 / curvature(laws, k);
     if (laws->width[k] == 0) {
-        move(laws, k, fmax(x[k] - rate * w[k], 0.0), x, w);
+        move_row(laws, k, fmax(x[k] - rate * w[k], 0.0), x, w);
     }
     if (laws->width[k] <= 0) {
         return;
@@ -52,11 +52,11 @@ static void relax(const Laws *laws, int k, double x[], double w[]) {
     const double length = vector_length(trial, 2), limit = laws_limit(laws, x, k);
     const double part = length > limit ? limit / length : 1.0;
     for (int i = 0; i < laws->width[k]; i++) {
-        move(laws, k + i, part * trial[i], x, w);
+        move_row(laws, k + i, part * trial[i], x, w);
     }
 }
 
-static void sweep(const Laws *laws, int sweeps, double x[]) {
+static void sweep_cones(const Laws *laws, int sweeps, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     double *w = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
     laws_evaluate(laws, x, w);
@@ -78,7 +78,7 @@ static void put_held(const Laws *laws, int k, const double w[], double matrix[],
 }
 
 /* Rows k and k + 1 of a cone that slides: x - limit u = 0 with the direction u of the trial x - rate w. */
-static void put_sliding(const Laws *laws, int k, double rate, const double x[], const double trial[], double matrix[],
+static void put_cone(const Laws *laws, int k, double rate, const double x[], const double trial[], double matrix[],
                         double right[]) {
     const int n = laws->size, width = laws->width[k], normal = laws->normal[k];
     const double length = vector_length(trial, 2), limit = laws_limit(laws, x, k);
@@ -127,7 +127,7 @@ static void linearise(const Laws *laws, int k, double step, const double x[], co
         }
     }
     if (!held && width > 0 && length > 0.0) {
-        put_sliding(laws, k, rate, x, trial, matrix, right);
+        put_cone(laws, k, rate, x, trial, matrix, right);
     }
 }
 
@@ -138,7 +138,7 @@ static bool refine_with(const Laws *laws, double step, double x[]) {
     double *matrix = arena_take(laws->arena, (size_t)laws->size * bytes), *right = arena_take(laws->arena, bytes);
     double *w = arena_take(laws->arena, bytes), *change = arena_take(laws->arena, bytes);
     bool done = false;
-    for (int count = 0; count < MOST_STEPS && !done; count++) {
+    for (int count = 0; count < MOST_CONE_STEPS && !done; count++) {
         double moved = 0.0, size = 0.0;
         laws_evaluate(laws, x, w);
         for (int k = 0; k < laws->size; k++) {
@@ -159,7 +159,7 @@ static bool refine_with(const Laws *laws, double step, double x[]) {
 
 /* From a start near a solution to it. The steps differ in where they lead to from afar; the long ones serve where
    friction wedges. */
-static bool refine(const Laws *laws, const double start[], double x[]) {
+static bool refine_cones(const Laws *laws, const double start[], double x[]) {
     static const double STEPS[] = {1.0, 10.0, 0.1, 100.0, 3.0, 30.0};
     bool solved = false;
     for (size_t i = 0; i < sizeof STEPS / sizeof *STEPS && !solved; i++) {
@@ -175,11 +175,11 @@ bool cones_solve(const Laws *laws, double x[]) {
     if (!polyhedral_approximate(laws, start)) {
         return arena_leave(mark, false);
     }
-    bool solved = refine(laws, start, x);
+    bool solved = refine_cones(laws, start, x);
     memset(start, 0, (size_t)laws->size * sizeof(double));
-    for (int sweeps = FIRST_SWEEPS; sweeps <= MOST_SWEEPS && !solved; sweeps *= 2) {
-        sweep(laws, sweeps, start);
-        solved = refine(laws, start, x);
+    for (int sweeps = FIRST_CONE_SWEEPS; sweeps <= MOST_CONE_SWEEPS && !solved; sweeps *= 2) {
+        sweep_cones(laws, sweeps, start);
+        solved = refine_cones(laws, start, x);
     }
     return arena_leave(mark, solved);
 }

@@ -327,7 +327,7 @@ static double terms_of(const Problem *problem, const double lambda[], int row) {
 
 /* w = free + delassus lambda, 0 where it is rounding error: of the terms in the row, or what solving all rows together
    leaves in a row whose own terms are as small. */
-static void evaluate(const Elimination *e, const double lambda[], double w[]) {
+static void evaluate_rows(const Elimination *e, const double lambda[], double w[]) {
     const Problem *problem = e->problem;
     double greatest = 0.0;
     for (int i = 0; i < problem->rows; i++) {
@@ -358,5 +358,5 @@ void recover_rows(const Elimination *e, const double x[], double lambda[], doubl
     for (int k = 0; k < n; k++) {
         lambda[k] *= e->scale[k];
     }
-    evaluate(e, lambda, w);
+    evaluate_rows(e, lambda, w);
 }

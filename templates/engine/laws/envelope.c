@@ -8,7 +8,7 @@ double *envelope_entry(const Envelope *envelope, int i, int j) {
 }
 
 /* The sum of row i of L times column j of U, up to place end. */
-static double inner_product(const Envelope *e, int i, int j, int end) {
+static double product_of_rows(const Envelope *e, int i, int j, int end) {
     const int start = e->first[i] > e->first[j] ? e->first[i] : e->first[j];
     const double *row = e->lower + e->offset[i], *column = e->upper + e->offset[j];
     double sum = 0.0;
@@ -22,12 +22,12 @@ bool envelope_factorize(const Envelope *e, double least) {
     bool regular = true;
     for (int i = 0; i < e->size && regular; i++) {
         for (int j = e->first[i]; j < i; j++) {
-            *envelope_entry(e, j, i) -= inner_product(e, j, i, j);
+            *envelope_entry(e, j, i) -= product_of_rows(e, j, i, j);
             double *entry = envelope_entry(e, i, j);
-            *entry = (*entry - inner_product(e, i, j, j)) / *envelope_entry(e, j, j);
+            *entry = (*entry - product_of_rows(e, i, j, j)) / *envelope_entry(e, j, j);
         }
         double *pivot = envelope_entry(e, i, i);
-        *pivot -= inner_product(e, i, i, i);
+        *pivot -= product_of_rows(e, i, i, i);
         regular = fabs(*pivot) >= least;
     }
     return regular;

@@ -7,7 +7,7 @@
 #include "complementarity.h"
 #include "scale.h"
 
-enum { MOST_ROUNDS = 5000, MORE_ROUNDS = 100, BISECTIONS = 60 };
+enum { MOST_IMPACT_ROUNDS = 5000, MORE_ROUNDS = 100, IMPACT_BISECTIONS = 60 };
 
 /* An impact that takes place at once. */
 typedef struct {
@@ -20,7 +20,7 @@ typedef struct {
 } Round;
 
 /* Rows that bear no impulse but bilateral ones. The velocities are those to start from. */
-static Problem describe(const ImpactProblem *problem, const double velocities[], Row rows[]) {
+static Problem describe_impacts(const ImpactProblem *problem, const double velocities[], Row rows[]) {
     for (int k = 0; k < problem->rows; k++) {
         memset(&rows[k], 0, sizeof rows[k]);
         rows[k].law = problem->bilateral[k] ? ROW_BILATERAL : ROW_FREE;
@@ -53,7 +53,7 @@ static bool newton(Round *round) {
     WORK(mark, double, w, SIZE_ROWS);
     const ImpactProblem *problem = round->problem;
     memcpy(free, round->before, SIZE_ROWS * sizeof(double));
-    const Problem laws = describe(problem, free, rows);
+    const Problem laws = describe_impacts(problem, free, rows);
     for (int c = 0; c < problem->contacts; c++) {
         if (round->takes_part[c]) {
             const int k = problem->contact[c].normal;
@@ -79,7 +79,7 @@ static bool poisson(Round *round, double part) {
     WORK(mark, double, compression, SIZE_ROWS);
     WORK(mark, double, middle, SIZE_ROWS);
     const ImpactProblem *problem = round->problem;
-    Problem laws = describe(problem, round->before, rows);
+    Problem laws = describe_impacts(problem, round->before, rows);
     for (int phase = 0; phase < 2; phase++) {
         for (int c = 0; c < problem->contacts; c++) {
             const double returned = part * round->restitution[c];
@@ -124,7 +124,7 @@ static bool dissipates(const Round *round) {
    never does. */
 static bool reduce(Round *round) {
     double least = 0.0, most = 1.0;
-    for (int i = 0; i < BISECTIONS; i++) {
+    for (int i = 0; i < IMPACT_BISECTIONS; i++) {
         const double middle = 0.5 * (least + most);
         *(poisson(round, middle) && dissipates(round) ? &least : &most) = middle;
     }
@@ -217,7 +217,7 @@ static bool solve_in_turn(Round *round, const double slow[], ImpactResult *resul
     const ArenaMark mark = arena_mark(round->problem->arena);
     WORK(mark, bool, loaded, SIZE_CONTACTS);
     const ImpactProblem *problem = round->problem;
-    const int most = MOST_ROUNDS + MORE_ROUNDS * problem->contacts;
+    const int most = MOST_IMPACT_ROUNDS + MORE_ROUNDS * problem->contacts;
     for (int c = 0; c < problem->contacts; c++) {
         loaded[c] = problem->contact[c].loaded;
     }

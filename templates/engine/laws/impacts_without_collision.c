@@ -7,7 +7,7 @@
 #include "scale.h"
 #include "vector_length.h"
 
-static bool slides(const ImpactProblem *problem, int c) {
+static bool impact_slides(const ImpactProblem *problem, int c) {
     const ImpactContact *contact = &problem->contact[c];
     const double slip = vector_length(problem->velocities + contact->slip, contact->slips);
     return contact->loaded && contact->friction > 0.0 && slip > 0.0;
@@ -44,7 +44,7 @@ static bool stop(const ImpactProblem *problem, int only, ImpactResult *result) {
         rows[k].law = problem->bilateral[k] ? ROW_BILATERAL : ROW_FREE;
     }
     for (int c = 0; c < problem->contacts; c++) {
-        result->counts[c] = slides(problem, c) && (only < 0 || c == only) ? 1 : 0;
+        result->counts[c] = impact_slides(problem, c) && (only < 0 || c == only) ? 1 : 0;
         if (problem->contact[c].loaded) {
             put_law(&problem->contact[c], result->counts[c] > 0, rows);
         }
@@ -62,7 +62,7 @@ bool impacts_without_collision(const ImpactProblem *problem, ImpactResult *resul
     bool solved = false;
     memset(result, 0, sizeof *result);
     for (int c = 0; c < problem->contacts && !solved; c++) {
-        solved = slides(problem, c) && stop(problem, c, result);
+        solved = impact_slides(problem, c) && stop(problem, c, result);
     }
     solved = solved || stop(problem, -1, result);
     result->rounds = 1;

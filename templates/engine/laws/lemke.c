@@ -18,13 +18,13 @@ typedef struct {
     int *nonbasic; /* [n + 1]: column -> variable */
     int *place;    /* [2 n + 1]: variable -> its row, or -1 - its column */
     double first;  /* the first value of z0 */
-} Tableau;
+} LemkeTableau;
 
-static double *row_of(Tableau *t, int row) {
+static double *row_of(LemkeTableau *t, int row) {
     return t->entry + row * (t->n + 1);
 }
 
-static void start(Arena *arena, Tableau *t, const Lcp *problem) {
+static void start_tableau(Arena *arena, LemkeTableau *t, const Lcp *problem) {
     const int n = problem->size;
     const size_t size = (size_t)n;
     t->n = n;
@@ -47,7 +47,7 @@ static void start(Arena *arena, Tableau *t, const Lcp *problem) {
 }
 
 /* Solves the row for the variable of the column, and puts that into the other rows. */
-static void exchange(Tableau *t, int row, int column) {
+static void exchange(LemkeTableau *t, int row, int column) {
     const int n = t->n;
     double *pivot_row = row_of(t, row);
     const double pivot = pivot_row[column];
@@ -75,13 +75,13 @@ static void exchange(Tableau *t, int row, int column) {
 }
 
 /* The coefficient of the kth power of an infinitesimal perturbation, which is added to q[k], in a row. */
-static double perturbation(Tableau *t, int row, int k) {
+static double perturbation(LemkeTableau *t, int row, int k) {
     const int place = t->place[k];
     return place < 0 ? -row_of(t, row)[-1 - place] : place == row ? 1.0 : 0.0;
 }
 
 /* Is the variable of row i sooner 0 than that of row j, or at the same time and sooner with the perturbation? */
-static bool sooner(Tableau *t, int column, int i, int j) {
+static bool sooner(LemkeTableau *t, int column, int i, int j) {
     const double a = -row_of(t, i)[column], b = -row_of(t, j)[column];
     const double first = t->value[i] / a, second = t->value[j] / b;
     if (fabs(first - second) > SOLVED * fmax(fabs(first), fabs(second))) {
@@ -100,7 +100,7 @@ static bool sooner(Tableau *t, int column, int i, int j) {
 }
 
 /* The row whose variable falls to 0 first when that of the column grows; -1: none does. */
-static int leaving_row(Tableau *t, int column) {
+static int leaving_row(LemkeTableau *t, int column) {
     double largest = 0.0;
     int best = -1;
     for (int i = 0; i < t->n; i++) {
@@ -116,7 +116,7 @@ static int leaving_row(Tableau *t, int column) {
 }
 
 /* Brings z0 in so that no variable is negative; returns the variable that leaves, or -1 if none was negative. */
-static int bring_artificial(Tableau *t) {
+static int bring_artificial(LemkeTableau *t) {
     int worst = -1;
     for (int i = 0; i < t->n; i++) {
         if (t->value[i] < 0.0 && (worst < 0 || t->value[i] <= t->value[worst])) {
@@ -130,7 +130,7 @@ static int bring_artificial(Tableau *t) {
     return worst;
 }
 
-static bool pivot_to_the_end(Tableau *t) {
+static bool pivot_to_the_end(LemkeTableau *t) {
     const int n = t->n, artificial = 2 * t->n;
     int left = bring_artificial(t);
     for (int pivots = 0; left >= 0 && left != artificial; pivots++) {
@@ -148,9 +148,9 @@ static bool pivot_to_the_end(Tableau *t) {
 
 bool lemke_solve(Arena *arena, const Lcp *problem, double z[], bool positive[]) {
     const ArenaMark mark = arena_mark(arena);
-    Tableau t;
+    LemkeTableau t;
     const int n = problem->size;
-    start(arena, &t, problem);
+    start_tableau(arena, &t, problem);
     const bool solved = pivot_to_the_end(&t);
     for (int k = 0; k < n; k++) {
         const int place = t.place[n + k];

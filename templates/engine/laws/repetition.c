@@ -1,7 +1,5 @@
 #include "repetition.h"
 
-enum { K = N_CONSTRAINTS };
-
 void repetition_proceed(Repetition *last, const double answer[], bool slow, double x[]) {
     double square = 0.0, product = 0.0;
     for (int k = 0; k < K; k++) {

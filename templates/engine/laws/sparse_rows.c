@@ -54,7 +54,7 @@ static int far_unit(const SparseProblem *problem, Units *units, int placed) {
     return units->order[end - 1];
 }
 
-static void search(const SparseProblem *problem, Units *units) {
+static void search_units(const SparseProblem *problem, Units *units) {
     int placed = 0;
     for (int done = 0; done < units->count; done++) {
         if (done == placed) {
@@ -74,7 +74,7 @@ static void search(const SparseProblem *problem, Units *units) {
 int units_order(const SparseProblem *problem, Units *units) {
     int place = 0, entries = 0;
     find_units(problem, units);
-    search(problem, units);
+    search_units(problem, units);
     for (int i = 0; i < units->count; i++) {
         const int unit = units->order[i];
         for (int k = units->start[unit]; k < units->start[unit + 1]; k++) {

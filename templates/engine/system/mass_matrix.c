@@ -7,8 +7,6 @@
 #include "failure.h"
 #include "scale.h"
 
-enum { N = N_COORDINATES };
-
 /* Brings the least acceptable pivots up to date: relative to the diagonal of M at the start, with the present
    parameters, so that they follow from the State and a restored run repeats itself. */
 static const double *least_pivots(Instance *instance) {

@@ -1,6 +1,6 @@
 #include "seeds.h"
 
-static void add(double sum[], const double term[], int count) {
+static void add_to(double sum[], const double term[], int count) {
     for (int i = 0; i < count; i++) {
         sum[i] += term[i];
     }
@@ -8,7 +8,7 @@ static void add(double sum[], const double term[], int count) {
 
 void seed_add(Seed *sum, const Seed *term) {
     sum->time += term->time;
-    add(sum->states, term->states, N_STATES);
-    add(sum->inputs, term->inputs, N_SIGNALS);
-    add(sum->parameters, term->parameters, SIZE_PARAMETERS);
+    add_to(sum->states, term->states, N_STATES);
+    add_to(sum->inputs, term->inputs, N_SIGNALS);
+    add_to(sum->parameters, term->parameters, SIZE_PARAMETERS);
 }

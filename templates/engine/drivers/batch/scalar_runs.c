@@ -29,7 +29,7 @@ static void store(const Run *run, double place[]) {
 }
 
 /* Starts a run, up to what follows from its start values. */
-static bool begin(Run *run, int64_t number) {
+static bool begin_scalar_run(Run *run, int64_t number) {
     const Batch *batch = run->batch;
     Instance *instance = &run->instance;
     State *state = &instance->state;
@@ -96,7 +96,7 @@ static bool carry_out(Run *run, double end) {
 }
 
 /* What a lane that the run has left stored of it. */
-static void forget(const Batch *batch, int64_t number) {
+static void forget_run(const Batch *batch, int64_t number) {
     for (int64_t i = 0; i < batch->extremes; i++) {
         batch->minima[number * batch->extremes + i] = HUGE_VAL;
         batch->maxima[number * batch->extremes + i] = -HUGE_VAL;
@@ -106,10 +106,10 @@ static void forget(const Batch *batch, int64_t number) {
     }
 }
 
-static bool complete(Run *run, int64_t number) {
+static bool complete_run(Run *run, int64_t number) {
     const Batch *batch = run->batch;
-    forget(batch, number);
-    if (!begin(run, number) || !run_evaluate(run)) {
+    forget_run(batch, number);
+    if (!begin_scalar_run(run, number) || !run_evaluate(run)) {
         return false;
     }
     watch_start(run);
@@ -143,7 +143,7 @@ EXPORTED void scalar_starts(const Batch *batch, char *memory, double settled[]) 
     Run *run = run_in(memory, batch);
     int64_t number;
     while ((number = __atomic_fetch_add(batch->next, 1, __ATOMIC_RELAXED)) < batch->runs) {
-        if (begin(run, number)) {
+        if (begin_scalar_run(run, number)) {
             memcpy(settled + number * N_STATES, run->instance.state.states, sizeof run->instance.state.states);
         } else {
             batch->status[number] = RUN_LEFT;
@@ -158,7 +158,7 @@ EXPORTED void scalar_runs(const Batch *batch, char *memory) {
     int64_t number;
     while ((number = __atomic_fetch_add(batch->next, 1, __ATOMIC_RELAXED)) < batch->runs) {
         if (batch->status[number] == RUN_WAITS || batch->status[number] == RUN_LEFT) {
-            if (complete(run, number)) {
+            if (complete_run(run, number)) {
                 batch->status[number] = RUN_DONE;
             } else {
                 explain(run, number);

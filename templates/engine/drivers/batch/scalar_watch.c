@@ -10,13 +10,13 @@
 enum {
     WATCHED_PARTS = 400, /* of a run, at least */
     STEPS_IN_A_PART = 2,
-    BISECTIONS = 50,
+    ZERO_BISECTIONS = 50,
     SECTIONS = 40 /* of an interval in which a quantity may touch 0 */
 };
 
 static const double GOLDEN = 0.3819660112501051;
 
-static void keep(const Run *run, Point *point) {
+static void keep_point(const Run *run, Point *point) {
     point->state = run->instance.state;
     point->noted = run->noted;
     memcpy(point->quantities, run->quantities, sizeof run->quantities);
@@ -99,7 +99,7 @@ static double follow(void *owner, double end) {
 }
 
 /* The value of a quantity at a time (s) behind a point. */
-static bool value_at(Run *run, const Point *from, double time, int64_t column, double *value) {
+static bool quantity_at(Run *run, const Point *from, double time, int64_t column, double *value) {
     go_back(run, from);
     if (!run_advance(run, time) || !run_evaluate(run)) {
         return false;
@@ -109,12 +109,12 @@ static bool value_at(Run *run, const Point *from, double time, int64_t column, d
 }
 
 /* The time at which a quantity changes its sign between a point and a time (s). */
-static double locate(Run *run, const Point *from, double time, int64_t column) {
+static double locate_zero(Run *run, const Point *from, double time, int64_t column) {
     double left = from->state.time, right = time, value;
     const bool negative = from->quantities[column] < 0.0;
-    for (int i = 0; i < BISECTIONS && right - left > NOISE * fabs(right); i++) {
+    for (int i = 0; i < ZERO_BISECTIONS && right - left > NOISE * fabs(right); i++) {
         const double middle = 0.5 * (left + right);
-        if (!value_at(run, from, middle, column, &value)) {
+        if (!quantity_at(run, from, middle, column, &value)) {
             break;
         }
         *((value < 0.0) == negative ? &left : &right) = middle;
@@ -151,7 +151,7 @@ static bool find_other_sign(Run *run, int64_t column, double *time) {
     for (int i = 0; i < SECTIONS && least >= -noise; i++) {
         const bool longer_left = best - left > right - best;
         *time = longer_left ? best - GOLDEN * (best - left) : best + GOLDEN * (right - best);
-        if (!value_at(run, &run->earlier, *time, column, &value)) {
+        if (!quantity_at(run, &run->earlier, *time, column, &value)) {
             return false;
         }
         if (sign * value < least) {
@@ -176,10 +176,10 @@ static void watch_touch(Run *run, int64_t crossing) {
     const bool one_sign = (values[0] < 0.0) == (values[1] < 0.0) && (values[1] < 0.0) == (values[2] < 0.0);
     double between, value;
     if (one_sign && may_touch(times, distances) && find_other_sign(run, column, &between)) {
-        note_crossing(run, crossing, locate(run, &run->earlier, between, column));
-        if (value_at(run, &run->earlier, between, column, &value)) {
-            keep(run, &run->between);
-            note_crossing(run, crossing, locate(run, &run->between, times[2], column));
+        note_crossing(run, crossing, locate_zero(run, &run->earlier, between, column));
+        if (quantity_at(run, &run->earlier, between, column, &value)) {
+            keep_point(run, &run->between);
+            note_crossing(run, crossing, locate_zero(run, &run->between, times[2], column));
         }
     }
 }
@@ -193,7 +193,7 @@ static void watch_crossings(Run *run) {
         const double from = run->before.quantities[column], to = run->present.quantities[column];
         const bool begins_there = from == 0.0 && run->before.state.time == batch->start_time;
         if ((from < 0.0) != (to < 0.0) && !begins_there) {
-            note_crossing(run, i, locate(run, &run->before, run->present.state.time, column));
+            note_crossing(run, i, locate_zero(run, &run->before, run->present.state.time, column));
         } else if (run->points > 1) {
             watch_touch(run, i);
         }
@@ -239,7 +239,7 @@ static bool watch_part(Run *run, double time, double shortest, double *length) {
     if (!integrator_catch_up(&run->instance)) {
         return false;
     }
-    keep(run, &run->present);
+    keep_point(run, &run->present);
     if (!run_advance(run, last ? time : begin + *length)) {
         return false;
     }
@@ -257,7 +257,7 @@ static bool watch_part(Run *run, double time, double shortest, double *length) {
     if (!run_evaluate(run)) {
         return false;
     }
-    keep(run, &run->present);
+    keep_point(run, &run->present);
     watch_extremes(run);
     watch_crossings(run);
     go_back(run, &run->present);

@@ -10,7 +10,7 @@
 
 /* Takes a communication step of length step (s) from the communication point (s), with all checks. Returns fmi2Error
    for an illegal call and for a step that cannot start, fmi2Discard for one that the solver cannot complete. */
-static fmi2Status take_step(fmi2Component c, double point, double step) {
+static fmi2Status take_fmi2_step(fmi2Component c, double point, double step) {
     Component *component = enter(c, CALL_DoStep);
     char sentence[SENTENCE_SIZE];
     if (component == NULL) {
@@ -37,7 +37,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
     const bool usual = component != NULL && component->session.mode == MODE_STEP_COMPLETE && !component->logging &&
                        step > 0.0 &&
                        fabs(point - component->instance.state.time) <= COMMUNICATION_POINT * step;
-    return usual && integrator_pass(&component->instance, point + step) ? fmi2OK : take_step(c, point, step);
+    return usual && integrator_pass(&component->instance, point + step) ? fmi2OK : take_fmi2_step(c, point, step);
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c) {

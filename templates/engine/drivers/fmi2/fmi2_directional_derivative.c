@@ -18,7 +18,7 @@ static fmi2Status check_references(Component *component, const fmi2ValueReferenc
 }
 
 /* Makes the seed of the changes of the knowns, and looks at the unknowns. */
-static fmi2Status prepare(Component *component, const fmi2ValueReference unknowns[], size_t n_unknowns,
+static fmi2Status prepare_columns(Component *component, const fmi2ValueReference unknowns[], size_t n_unknowns,
                           const fmi2ValueReference knowns[], size_t n_knowns, const double changes[], Seed *seed,
                           bool *needs_accelerations) {
     if (check_references(component, knowns, n_knowns, "a known") != fmi2OK ||
@@ -55,7 +55,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     }
     Seed *seed = &component->seed;
     Tangent *tangent = &component->tangent;
-    if (prepare(component, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, seed, &needs_accelerations) !=
+    if (prepare_columns(component, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, seed, &needs_accelerations) !=
             fmi2OK ||
         find_tangent(component, seed, needs_accelerations, tangent) != fmi2OK) {
         return fmi2Error;

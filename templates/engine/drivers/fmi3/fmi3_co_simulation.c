@@ -51,7 +51,7 @@ fmi3Status fmi3EnterStepMode(fmi3Instance instance) {
 
 /* Takes a communication step of length step (s) from the communication point (s), with all checks. A step that cannot
    be completed is an error: where the solver gave up is not where it began. */
-static fmi3Status take_step(fmi3Instance instance, double point, double step) {
+static fmi3Status take_fmi3_step(fmi3Instance instance, double point, double step) {
     Component *component = enter(instance, CALL_DoStep);
     char sentence[SENTENCE_SIZE];
     if (component == NULL) {
@@ -95,7 +95,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
                    : fail(component, "an argument is NULL; expected the addresses of four results");
     }
     if (!pass(component, currentCommunicationPoint, communicationStepSize)) {
-        status = take_step(component, currentCommunicationPoint, communicationStepSize);
+        status = take_fmi3_step(component, currentCommunicationPoint, communicationStepSize);
     }
     if (component != NULL) {
         const State *state = &component->instance.state;

@@ -42,7 +42,7 @@ fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
 }
 
 /* Passes the event that a communication step ended at, and what the importer changed in event mode. */
-static fmi3Status settle(Component *component) {
+static fmi3Status settle_event(Component *component) {
     if (!integrator_settle(&component->instance)) {
         return report_failure(component, fmi3Error);
     }
@@ -65,7 +65,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
         nextEventTimeDefined == NULL || nextEventTime == NULL) {
         return fail(component, "an argument is NULL; expected the addresses of six results");
     }
-    if ((component->type == MODEL_EXCHANGE ? update_states(component, &changed, &next) : settle(component)) !=
+    if ((component->type == MODEL_EXCHANGE ? update_states(component, &changed, &next) : settle_event(component)) !=
         fmi3OK) {
         return fmi3Error;
     }

@@ -48,7 +48,7 @@ static bool update(Component *component, double time, bool sets, bool *early, do
 }
 
 /* The listener's part, see Listener. */
-static double follow(void *owner, double end) {
+static double follow_updates(void *owner, double end) {
     Component *component = owner;
     const double time = component->instance.state.time;
     bool early = false;
@@ -63,7 +63,7 @@ static double follow(void *owner, double end) {
 }
 
 void offer_updates(Component *component) {
-    component->instance.listener.follow = component->importer.intermediate_update != NULL ? follow : NULL;
+    component->instance.listener.follow = component->importer.intermediate_update != NULL ? follow_updates : NULL;
 }
 
 /* Makes an input the polynomial through values[SAMPLES], which are equally far apart in the communication step of this

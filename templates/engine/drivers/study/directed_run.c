@@ -42,7 +42,7 @@ void study_seed(void *study, int direction, int reference, double change, double
 }
 
 /* The start and how it answers to the directions; then the modes that hold there. */
-static bool begin(Variations *variations, const Request *request) {
+static bool begin_run(Variations *variations, const Request *request) {
     Study *study = &variations->study;
     if (!study_solve_start(study, request)) {
         return false;
@@ -83,7 +83,7 @@ static bool run(Variations *variations, const Request *request, int *next) {
 int study_run(void *handle, const Request *request) {
     Variations *variations = handle;
     int next = 0;
-    if (begin(variations, request) && !run(variations, request, &next) && variations->study.message[0] == '\0') {
+    if (begin_run(variations, request) && !run(variations, request, &next) && variations->study.message[0] == '\0') {
         study_explain(&variations->study);
     }
     return next;

@@ -13,8 +13,6 @@
 #include "step_size.h"
 #include "tableau.h"
 
-typedef const double (*Stages)[N_STATES];
-
 /* The directions through the stages of the trial step that the instance has just made, from one up to another. */
 static bool take_stages(Variations *variations, Step step, int first, int end) {
     const ArenaMark mark = arena_mark(variations->study.instance.arena);
@@ -87,7 +85,7 @@ static double direction_error(Arena *arena, const Direction *direction, Step ste
 }
 
 /* The greater error of the motion and of its derivatives, HUGE_VAL where a trial step cannot be computed. */
-static double try_step(Variations *variations, Step step) {
+static double try_directed_step(Variations *variations, Step step) {
     Instance *instance = &variations->study.instance;
     const double tolerance = solver_tolerance(&instance->state);
     int worst;
@@ -217,7 +215,7 @@ bool directions_integrate(Variations *variations, const Request *request, double
         state->next_step = larger(state->next_step, shortest);
         const Step tried = choose_step(instance, end, end);
         Step step = tried;
-        const double error = try_step(variations, step);
+        const double error = try_directed_step(variations, step);
         if (error <= 1.0 && bring_back_result(instance, step) && end_at_event(instance, &step) &&
             finish_directions(variations, step, step.end != tried.end)) {
             propose(state, tried, error, rejected);

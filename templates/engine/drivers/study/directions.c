@@ -12,8 +12,6 @@
 #include "system.h"
 #include "values.h"
 
-enum { N = N_COORDINATES };
-
 bool directions_evaluate(Variations *variations, double time, const double states[]) {
     const ArenaMark mark = arena_mark(variations->study.instance.arena);
     WORK(mark, double, inputs, N_SIGNALS);

@@ -21,7 +21,7 @@
 static const double BY_ITSELF = 3.0, TURNED_BACK = 0.05;
 
 /* Slips in space are looked at from so many tolerances of the greatest velocity on. */
-static const double LOOK = 1e3;
+static const double LOOK_AT_SLIPS = 1e3;
 
 /* What the event functions are made of. */
 typedef struct {
@@ -29,7 +29,7 @@ typedef struct {
     double unknowns[N_UNKNOWNS];
     double restitution[SIZE_UNILATERALS], friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
     double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS], capacity[SIZE_FRICTIONS];
-} Point;
+} ContactPoint;
 
 /* Does some event function depend on forces? */
 static bool loaded(const State *state) {
@@ -43,12 +43,12 @@ static bool loaded(const State *state) {
     return found;
 }
 
-static double force_of(const Point *point, int row) {
+static double force_of(const ContactPoint *point, int row) {
     return point->unknowns[N_COORDINATES + ROW_PLACES[row]];
 }
 
 /* The length of the force, or of the slip velocity along the directions, of a contact. */
-static double friction_of(const Point *point, int contact) {
+static double friction_of(const ContactPoint *point, int contact) {
     double square = 0.0;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
         square += force_of(point, row) * force_of(point, row);
@@ -58,7 +58,7 @@ static double friction_of(const Point *point, int contact) {
 
 /* Of a contact that slides: the slip velocity along its direction. A slip in space that is steadied goes on in this way
    until it is fast enough to have a direction by itself, or has turned back by more than errors of the states. */
-static double slip_margin(const State *state, const Point *point, int contact) {
+static double slip_margin(const State *state, const ContactPoint *point, int contact) {
     const double steady = contact_steady(state, contact);
     double along = 0.0, speed = 0.0, length = 0.0;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
@@ -78,7 +78,7 @@ static double rest_of_impacts(const State *state, double time, int contact, doub
     return left <= 0.0 ? left : force <= 0.0 ? force : left * force;
 }
 
-static void evaluate_contact(const State *state, const Point *point, double time, int contact, double values[]) {
+static void evaluate_contact(const State *state, const ContactPoint *point, double time, int contact, double values[]) {
     values[1] = 1.0;
     if (!contact_closed(state, contact)) {
         values[0] = point->gaps[contact];
@@ -99,7 +99,7 @@ static void evaluate_contact(const State *state, const Point *point, double time
     }
 }
 
-static double evaluate_friction(const State *state, const Point *point, int friction) {
+static double evaluate_friction(const State *state, const ContactPoint *point, int friction) {
     const int row = FIRST_FRICTION + friction;
     const double capacity = fmax(point->force[friction], point->capacity[friction]);
     if (friction_waits(state, friction)) {
@@ -109,20 +109,20 @@ static double evaluate_friction(const State *state, const Point *point, int fric
                                             : row_direction(state, row) * point->slips[row - FIRST_SLIP];
 }
 
-static void find_limits(Instance *instance, double time, const double states[], Point *point) {
+static void find_limits(Instance *instance, double time, const double states[], ContactPoint *point) {
     const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
     mechanism_contacts(time, states, inputs, parameters, point->restitution, point->friction, point->holding);
     mechanism_friction(time, states, inputs, parameters, point->unknowns, point->sliding, point->force,
                        point->capacity);
 }
 
-static Sharing sharing_at(const Instance *instance, const System *system, const Point *point) {
+static Sharing sharing_at(const Instance *instance, const System *system, const ContactPoint *point) {
     return (Sharing){instance->arena, &instance->state, &system->constraints, point->holding, point->capacity};
 }
 
 void contacts_share(Instance *instance, const System *system, double unknowns[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK_OF(mark, Point, point);
+    WORK_OF(mark, ContactPoint, point);
     const State *state = &instance->state;
     if (multipliers_unique(instance)) {
         arena_release(mark);
@@ -137,7 +137,7 @@ void contacts_share(Instance *instance, const System *system, double unknowns[])
 
 /* What holds ends where no loads obey the laws: the functions are those of the loads that are farthest from it, unless
    those of least norm tell already that nothing ends. */
-static void choose_loads(Instance *instance, double time, const double states[], Point *point) {
+static void choose_loads(Instance *instance, double time, const double states[], ContactPoint *point) {
     Scratch *scratch = &instance->scratch;
     find_limits(instance, time, states, point);
     if (!multipliers_unique(instance)) {
@@ -161,7 +161,7 @@ static bool report_memory(Instance *instance, double time) {
 
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK_OF(mark, Point, point);
+    WORK_OF(mark, ContactPoint, point);
     const State *state = &instance->state;
     const double *inputs = inputs_at(instance, time), *parameters = state->parameters;
     memset(point->unknowns, 0, sizeof point->unknowns);
@@ -193,10 +193,11 @@ static bool sinks(const State *state, const ElementRows *rows, int contact, doub
 
 /* Is a slip in space, which has a direction by itself, slower than errors of the states? The solver would follow the
    noise of its direction in ever shorter steps. */
-static bool fades(const State *state, const ElementRows *rows, int contact) {
+static bool fades(const Instance *instance, const ElementRows *rows, int contact) {
+    const State *state = &instance->state;
     const int first = SLIP_ROWS[contact];
     return contact_slips(contact) == 2 && contact_slides(state, contact) && contact_steady(state, contact) == 0.0 &&
-           hypot(rows->velocities[first], rows->velocities[first + 1]) <= contact_loose_speed(state, rows, contact);
+           hypot(rows->velocities[first], rows->velocities[first + 1]) <= contact_loose_speed(instance, rows, contact);
 }
 
 int contacts_overdue(Instance *instance, const double values[]) {
@@ -204,7 +205,7 @@ int contacts_overdue(Instance *instance, const double values[]) {
     WORK_OF(mark, ElementRows, rows);
     const State *state = &instance->state;
     const double *gaps = values + N_SWITCHES;
-    const double slow = LOOK * solver_tolerance(state) * states_pace(state);
+    const double slow = LOOK_AT_SLIPS * solver_tolerance(state) * states_pace(state);
     bool possible = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         possible = possible || (!contact_closed(state, i) && gaps[2 * i] < 0.0) ||
@@ -220,7 +221,7 @@ int contacts_overdue(Instance *instance, const double values[]) {
             arena_release(mark);
             return 2 * i;
         }
-        if (fades(state, rows, i)) {
+        if (fades(instance, rows, i)) {
             arena_release(mark);
             return 2 * i + 1;
         }
@@ -240,7 +241,7 @@ static bool report_pushing(Instance *instance, double time, int friction, double
 
 bool contacts_oppose(Instance *instance, double time, const double states[], const double unknowns[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK_OF(mark, Point, point);
+    WORK_OF(mark, ContactPoint, point);
     double greatest = 1.0;
     if (N_FRICTIONS == 0) {
         return arena_leave(mark, true);

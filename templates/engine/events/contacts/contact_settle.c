@@ -13,8 +13,6 @@
 #include "settling.h"
 #include "stopping_slips.h"
 
-enum { N = N_COORDINATES, K = N_CONSTRAINTS };
-
 /* Latches obey their switches. A latch that begins to hold a position holds it where it is. Returns whether one begins
    to hold or lets go. */
 static bool update_latches(Settling *settling) {
@@ -127,7 +125,7 @@ static bool close_at_top(Settling *settling, bool *jumped) {
     for (int i = 0; i < N_UNILATERALS; i++) {
         const int k = ROW_PLACES[i];
         const double gap = settling->rows.positions[i], v = settling->velocity[k], a = -settling->free[k];
-        const double up = fmax(v, 0.0), low = 2.0 * solver_tolerance(state) * row_size(&settling->rows, i);
+        const double up = fmax(v, 0.0), low = 2.0 * settling_least_rebound(settling, i);
         if (!at_top(settling, i)) {
             continue;
         }
@@ -191,8 +189,7 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
         *jumped = *jumped || memcmp(states, state->states, N * sizeof(double)) != 0;
         memcpy(state->states, states, N * sizeof(double));
     }
-    state->usual_known = 0;
-    return arena_leave(mark, constraints_regroup(instance));
+    return arena_leave(mark, settling_move(settling, jumped));
 }
 
 /* Is no gap negative at the start? Gaps that are closed but for a part of nominal values are. */

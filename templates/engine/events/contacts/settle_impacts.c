@@ -9,8 +9,6 @@
 #include "scale.h"
 #include "settling.h"
 
-enum { N = N_COORDINATES, K = N_CONSTRAINTS };
-
 /* So many times a velocity that is as good as 0 may be left of one that an impact stops. */
 static const double LEFT = 100.0;
 

@@ -10,7 +10,7 @@
 #include "settings.h"
 #include "settling.h"
 
-enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_REPETITIONS = 200, FEW_REPETITIONS = 50 };
+enum { MOST_REPETITIONS = 200, FEW_REPETITIONS = 50 };
 
 /* Does the slip of a row along which no force has a lever have a direction? */
 static bool moves_without_lever(const Settling *settling, int row) {
@@ -38,7 +38,7 @@ static void set_slips(Settling *settling, int contact) {
     }
 }
 
-static void set_contact(Settling *settling, int contact) {
+static void set_settled_contact(Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     const int k = ROW_PLACES[contact];
     const bool rests = settling->touching[contact] &&
@@ -53,7 +53,7 @@ static void set_contact(Settling *settling, int contact) {
     }
 }
 
-static void set_friction(Settling *settling, int friction, double force, double capacity, double greatest) {
+static void set_settled_friction(Settling *settling, int friction, double force, double capacity, double greatest) {
     const State *state = &settling->instance->state;
     const int row = FIRST_FRICTION + friction, k = ROW_PLACES[row];
     const double w = settling_slip_located(settling, row, 2 * N_UNILATERALS + friction);
@@ -77,13 +77,13 @@ static void set_rows(Settling *settling, const double force[], const double capa
         settling->row[k] = (Row){.law = ROW_BILATERAL};
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
-        set_contact(settling, i);
+        set_settled_contact(settling, i);
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
         greatest = fmax(greatest, force[i]);
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
-        set_friction(settling, i, force[i], capacity[i], greatest);
+        set_settled_friction(settling, i, force[i], capacity[i], greatest);
     }
     for (int row = FIRST_LATCH; row < N_ROWS; row++) {
         settling->row[ROW_PLACES[row]].law = row_active(state, row) ? ROW_BILATERAL : ROW_FREE;
@@ -101,7 +101,7 @@ static bool any_moves_without_lever(const Settling *settling) {
 }
 
 /* lambda and w of all rows, with determined[] as it is known. Returns false if there are none. */
-static bool solve_laws(Settling *settling, bool determined[]) {
+static bool solve_settled_laws(Settling *settling, bool determined[]) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK_ZEROS(mark, double, unknowns, N_UNKNOWNS);
     WORK(mark, double, sliding, SIZE_FRICTIONAL);
@@ -163,11 +163,11 @@ bool settling_laws(Settling *settling) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK_ZEROS(mark, bool, determined, K);
     memset(settling->determined, 0, sizeof settling->determined);
-    bool solved = solve_laws(settling, determined);
+    bool solved = solve_settled_laws(settling, determined);
     memcpy(settling->determined, determined, K * sizeof(bool));
     find_vanishing(settling);
     if (solved && any_moves_without_lever(settling)) {
-        solved = solve_laws(settling, NULL);
+        solved = solve_settled_laws(settling, NULL);
     }
     return arena_leave(mark, solved);
 }

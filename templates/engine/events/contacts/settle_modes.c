@@ -8,8 +8,6 @@
 #include "settings.h"
 #include "settling.h"
 
-enum { K = N_CONSTRAINTS };
-
 /* Does an open contact close here although it moves apart? It does if its gap is negative by rounding and the motion is
    too slow to make the gap positive. */
 static bool stays_near(const Settling *settling, int contact) {
@@ -34,7 +32,7 @@ static void begin_cascades(Settling *settling) {
         const int k = ROW_PLACES[i];
         const double v = settling->velocity[k], a = settling->w[k], e = settling->restitution[i];
         const bool bounces = settling->rebounds[i] || stays_near(settling, i);
-        const double seen = (bounces ? solver_tolerance(state) : unseen) * row_size(&settling->rows, i);
+        const double seen = bounces ? settling_least_rebound(settling, i) : unseen * row_size(&settling->rows, i);
         const double lowest = bounces ? fmax(seen, -settling->rows.positions[i]) : seen;
         const bool lifted = struck && settling->touching[i];
         if ((bounces || lifted) && settling->row[k].law == ROW_FREE && a < 0.0 && e < 1.0 &&

@@ -6,14 +6,12 @@
 #include "settings.h"
 #include "settling.h"
 
-enum { K = N_CONSTRAINTS };
-
 static bool slips_in_space(int contact) {
     return contact_slips(contact) == 2;
 }
 
 static double loose_speed(const Settling *settling, int contact) {
-    return contact_loose_speed(&settling->instance->state, &settling->rows, contact);
+    return contact_loose_speed(settling->instance, &settling->rows, contact);
 }
 
 /* Is the slip in space so slow that it may be at rest? */

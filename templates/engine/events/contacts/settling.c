@@ -10,8 +10,6 @@
 #include "settings.h"
 #include "system.h"
 
-enum { N = N_COORDINATES, K = N_CONSTRAINTS };
-
 bool settling_due(const Settling *settling, int function) {
     return settling->due[function];
 }
@@ -26,6 +24,12 @@ bool settling_fail(Instance *instance) {
 
 double settling_least_speed(const Settling *settling, int row) {
     return row_least_speed(&settling->instance->state, &settling->rows, row);
+}
+
+double settling_least_rebound(const Settling *settling, int contact) {
+    const Instance *instance = settling->instance;
+    const double located = instance->policy->stabilise ? 100.0 * HYSTERESIS : 0.0;
+    return fmax(solver_tolerance(&instance->state), located) * row_size(&settling->rows, contact);
 }
 
 bool settling_bears(const Settling *settling, int contact, double force) {

@@ -37,6 +37,12 @@ bool settling_fail(Instance *instance);
 /* A velocity along a row that is as good as 0. */
 double settling_least_speed(const Settling *settling, int row);
 
+/* Rebounds of a contact up to this height, in units of its gap, are not followed one by one: the tolerance. In model
+   exchange each impact is located inside by the hysteresis of its indicator, and undoing the overlap lifts the body by
+   as much. Rebounds of a hundred times that height still lose more than this from a restitution of 0.995 downwards;
+   lower ones would go on without end. */
+double settling_least_rebound(const Settling *settling, int contact);
+
 /* Is this force (N) of a contact more than rounding? Along the normal it would soon give a speed that is not as good as
    0. */
 bool settling_bears(const Settling *settling, int contact, double force);

@@ -3,13 +3,13 @@
 #include <math.h>
 #include <string.h>
 
-enum { K = N_CONSTRAINTS, FUNCTIONS = 2 * N_UNILATERALS + N_FRICTIONS };
+enum { FUNCTIONS = 2 * N_UNILATERALS + N_FRICTIONS };
 
 static bool is_friction(int function) {
     return function >= 2 * N_UNILATERALS;
 }
 
-static int row_of(int function) {
+static int row_of_function(int function) {
     return is_friction(function) ? FIRST_FRICTION + function - 2 * N_UNILATERALS : SLIP_ROWS[function / 2];
 }
 
@@ -26,7 +26,7 @@ bool slips_find(Settling *settling, StoppingSlips *slips) {
     memset(slips, 0, sizeof *slips);
     for (int function = 0; function < FUNCTIONS; function++) {
         if (settling->due[function] && slides_along_a_line(state, function)) {
-            slips->direction[function] = row_direction(state, row_of(function));
+            slips->direction[function] = row_direction(state, row_of_function(function));
             settling->stopping[function] = true;
             settling->due[function] = false;
             found = true;
@@ -44,9 +44,9 @@ static void stick(State *state, int function) {
 }
 
 /* Slides on in the other direction. What the velocity is on the wrong side of 0 is an error of the location. */
-static void turn(Settling *settling, int function, double direction) {
+static void turn_slip(Settling *settling, int function, double direction) {
     State *state = &settling->instance->state;
-    const double other = -direction, wrong = direction * settling->velocity[ROW_PLACES[row_of(function)]];
+    const double other = -direction, wrong = direction * settling->velocity[ROW_PLACES[row_of_function(function)]];
     double *rest = &state->event_rests[N_SWITCHES + function];
     if (is_friction(function)) {
         friction_slide(state, function - 2 * N_UNILATERALS, other);
@@ -80,7 +80,7 @@ void slips_stop(Settling *settling, StoppingSlips *slips) {
     const bool solved = settling_laws(settling);
     slips->within_step = solved;
     for (int function = 0; function < FUNCTIONS; function++) {
-        const int k = ROW_PLACES[row_of(function)];
+        const int k = ROW_PLACES[row_of_function(function)];
         if (!settling->stopping[function]) {
             continue;
         }
@@ -90,7 +90,7 @@ void slips_stop(Settling *settling, StoppingSlips *slips) {
             slips->stopped = true;
             slips->within_step = slips->within_step && within_step(settling, k);
         } else {
-            turn(settling, function, slips->direction[function]);
+            turn_slip(settling, function, slips->direction[function]);
             slips->direction[function] = 0.0;
         }
     }
@@ -99,7 +99,7 @@ void slips_stop(Settling *settling, StoppingSlips *slips) {
 void slips_pass(Settling *settling, const StoppingSlips *slips) {
     for (int function = 0; function < FUNCTIONS; function++) {
         if (slips->direction[function] != 0.0) {
-            turn(settling, function, slips->direction[function]);
+            turn_slip(settling, function, slips->direction[function]);
         }
     }
 }

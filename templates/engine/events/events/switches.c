@@ -11,7 +11,7 @@
 #include "scale.h"
 #include "settings.h"
 
-enum { N = N_COORDINATES, SIZE_SWITCHES = N_SWITCHES > 0 ? N_SWITCHES : 1, MOST_ROUNDS = 100 };
+enum { MOST_SWITCH_ROUNDS = 100 };
 enum { MANY_EVENTS = 20 }; /* of model exchange, one soon after another */
 
 /* Parts of the experiment by which it is looked ahead to see where the motion goes: the first, and the last. Margins
@@ -58,14 +58,14 @@ double events_noise(const Instance *instance, int k) {
 }
 
 /* Values that follow from the modes are outdated. */
-static void forget(Instance *instance) {
+static void forget_directions(Instance *instance) {
     instance->cache.least_pivots_valid = false;
     instance_forget_motion(instance);
 }
 
 static void turn(Instance *instance, int k) {
     switches_of(instance)[k] *= -1.0;
-    forget(instance);
+    forget_directions(instance);
 }
 
 /* *rise is by how much the margin k is more than `from` on its side a little later under the present modes, as the
@@ -176,7 +176,7 @@ bool events_settle(Instance *instance, const bool due[], bool *jumped) {
     if (due != NULL && !contacts_undo_drift(instance, jumped)) {
         return false;
     }
-    for (int round = 0; round < MOST_ROUNDS && turned; round++) {
+    for (int round = 0; round < MOST_SWITCH_ROUNDS && turned; round++) {
         const bool *now = round == 0 ? due : NONE;
         bool moved = false, again = false;
         if (!settle_rows(instance, now, &turned) ||

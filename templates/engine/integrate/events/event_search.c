@@ -23,7 +23,7 @@ static const double FINEST = 1024.0;
 static const double SHORTEST_PART = 1.0 / 64.0;
 
 /* A part is longer than the one before it by this factor at most. */
-static const double GROWTH = 4.0;
+static const double GROWTH_OF_SEARCH = 4.0;
 
 /* A step longer than this part of the experiment is repeated with another length where the margin of a switch turns
    more often than even its shortest parts tell. */
@@ -135,8 +135,8 @@ static bool rises(int k, const double values[], double noise) {
 
 /* Notes the descents in a part of the step in *found. Values that rounding of the time makes count as 0, too. Returns
    false if the part is too long: a function rises from 0, so that its first root is no event, and comes down later. */
-static bool search(const Instance *instance, double from, double width, double values[][ROOT_NODES],
-                   Descents *found) {
+static bool search_zero(const Instance *instance, double from, double width, double values[][ROOT_NODES],
+                        Descents *found) {
     bool clear = true;
     const Dense *dense = &instance->state.dense;
     const double rounding = 2.0 * DBL_EPSILON * fabs(dense->end) * dense->rate / width; /* of theta */
@@ -206,7 +206,7 @@ bool far_from_events(Instance *instance, Step step, const double start[], bool *
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ROWS(mark, double, values, SIZE_EVENTS, ROOT_NODES);
     dense_begin_cubic(instance, step);
-    *far = GROWTH * first_width(instance, instance->state.time, step.length, step.end) >= 1.0;
+    *far = GROWTH_OF_SEARCH * first_width(instance, instance->state.time, step.length, step.end) >= 1.0;
     /* The last node comes first: it shows most events. */
     for (int i = ROOT_NODES - 1; i > 0 && *far; i--) {
         if (!sample_node(instance, 0.0, 1.0, true, i, values)) {
@@ -271,7 +271,7 @@ bool find_descents(Instance *instance, const double start[], Descents *found) {
         if (width <= shortest && !switches_told(instance, values)) {
             return arena_leave(mark, false);
         }
-        if (!search(instance, from, width, values, found) && width > shortest) {
+        if (!search_zero(instance, from, width, values, found) && width > shortest) {
             found->first = -1;
             width *= 0.5;
             most = larger(width, SHORTEST_PART);
@@ -281,7 +281,7 @@ bool find_descents(Instance *instance, const double start[], Descents *found) {
         for (int k = 0; k < N_EVENTS; k++) {
             values[k][0] = values[k][ROOT_NODES - 1];
         }
-        width = smaller(smaller(GROWTH * width, most), 1.0 - from);
+        width = smaller(smaller(GROWTH_OF_SEARCH * width, most), 1.0 - from);
     }
     add_timed(dense, timed, found);
     found->start = found->first >= 0 ? start[found->first] : 0.0;

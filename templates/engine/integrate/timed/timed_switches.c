@@ -15,13 +15,13 @@
 enum { MOST_PARTS = 20000, MOST_BISECTIONS = 200 };
 
 /* A part is longer than the one before it by this factor at most. */
-static const double GROWTH = 2.0;
+static const double GROWTH_OF_PARTS = 2.0;
 
 /* Units of rounding of the time; parts so short are not halved. */
 static const double SHORTEST = 4.0;
 
 /* So many default experiments are looked ahead if the importer has not told when it stops. */
-static const double FARTHEST = 1000.0;
+static const double FARTHEST_LOOK = 1000.0;
 
 /* What is known of a part of the time. */
 typedef struct {
@@ -35,7 +35,7 @@ static double side_of(const Instance *instance, int k) {
 }
 
 /* Sets values[k] to the margins at a time (s), positive on the sides of their switches. */
-static bool evaluate(Instance *instance, double time, double values[]) {
+static bool margins_at(Instance *instance, double time, double values[]) {
     mechanism_timed(time, instance->state.parameters, values);
     for (int k = 0; k < N_SWITCHES; k++) {
         if (!TIMED_SWITCHES[k]) {
@@ -88,7 +88,7 @@ static bool bisect(Instance *instance, const Part *part, int k, double *root) {
         if (middle <= positive || middle >= negative) {
             break;
         }
-        if (!evaluate(instance, middle, values)) {
+        if (!margins_at(instance, middle, values)) {
             return arena_leave(mark, false);
         }
         if (values[k] > 0.0) {
@@ -110,7 +110,7 @@ static double noise_in(const Instance *instance, const Part *part, int k) {
 }
 
 /* Looks for the root of the switch k in a part. *told: there is none, or found has it. */
-static bool look(Instance *instance, const Part *part, int k, bool shortest, TimedRoots *found, bool *told) {
+static bool look_into_part(Instance *instance, const Part *part, int k, bool shortest, TimedRoots *found, bool *told) {
     const double noise = noise_in(instance, part, k), last = part->last[k], width = part->to - part->from;
     const Interval slope = part->slopes[k];
     const double least = larger(part->values[k].low, least_by_slopes(part->first[k], last, slope, width));
@@ -135,7 +135,7 @@ static bool look_for_all(Instance *instance, const Part *part, bool shortest, Ti
         if (!TIMED_SWITCHES[k]) {
             continue;
         }
-        if (!look(instance, part, k, shortest, found, told)) {
+        if (!look_into_part(instance, part, k, shortest, found, told)) {
             return false;
         }
         if (found->roots[k] < (found->first < 0 ? HUGE_VAL : found->roots[found->first])) {
@@ -162,7 +162,7 @@ bool timed_first(Instance *instance, double from, double to, TimedRoots *found) 
     part->from = from;
     found->first = -1;
     found->known = from;
-    if (!evaluate(instance, from, part->first)) {
+    if (!margins_at(instance, from, part->first)) {
         return arena_leave(mark, false);
     }
     for (int i = 0; i < MOST_PARTS && part->from < to && found->first < 0; i++) {
@@ -170,7 +170,7 @@ bool timed_first(Instance *instance, double from, double to, TimedRoots *found) 
         part->to = part->from + width < to ? part->from + width : to;
         const double rounding = DBL_EPSILON * larger(fabs(part->from), fabs(part->to));
         const bool shortest = part->to - part->from <= SHORTEST * rounding;
-        if (evaluate(instance, part->to, part->last)) {
+        if (margins_at(instance, part->to, part->last)) {
             bound(instance, parameters, part);
             if (!look_for_all(instance, part, shortest, found, &told)) {
                 return arena_leave(mark, false);
@@ -186,7 +186,7 @@ bool timed_first(Instance *instance, double from, double to, TimedRoots *found) 
         found->known = found->first < 0 ? part->to : found->roots[found->first];
         part->from = part->to;
         copy(part->last, part->first);
-        width *= GROWTH;
+        width *= GROWTH_OF_PARTS;
     }
     return arena_leave(mark, true);
 }
@@ -206,7 +206,7 @@ double timed_next(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, TimedRoots, found);
     const State *state = &instance->state;
-    const double ahead = (state->stop_time_defined ? 1.0 : FARTHEST) * experiment_duration(state);
+    const double ahead = (state->stop_time_defined ? 1.0 : FARTHEST_LOOK) * experiment_duration(state);
     const double end = state->time + ahead;
     const bool told = timed_first(instance, state->time, end, found);
     const double next = next_of(found, state->time, told, end);

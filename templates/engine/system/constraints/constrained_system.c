@@ -8,8 +8,6 @@
 #include "mass_matrix.h"
 #include "system.h"
 
-enum { N = N_COORDINATES };
-
 /* mass += G^T W G. Each weight makes its row count as much as the largest inertia of the coordinates it ties: other
    inertias may be larger by any factor. */
 static void add_constraints(System *system, double mass[]) {
@@ -40,7 +38,7 @@ static void add_constraints(System *system, double mass[]) {
 
 /* Factorises M; where M is singular, M with the constraints added to it. Returns false, with instance->failure, if that
    is singular too. */
-static bool factorize_densely(Instance *instance, double time, const double states[], const double inputs[],
+static bool factorize_constrained_mass(Instance *instance, double time, const double states[], const double inputs[],
                               System *system) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
@@ -62,7 +60,7 @@ bool system_factorize(Instance *instance, double time, const double states[], co
     mechanism_constrained(time, states, inputs, instance->state.parameters, system->factor, pivots, system->forcing,
                           constraints->jacobian, system->gamma);
     system->dense = !pivots_sound(instance, pivots);
-    if (system->dense && !factorize_densely(instance, time, states, inputs, system)) {
+    if (system->dense && !factorize_constrained_mass(instance, time, states, inputs, system)) {
         return arena_leave(mark, false);
     }
     for (int k = 0; k < rows; k++) {

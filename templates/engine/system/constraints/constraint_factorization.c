@@ -8,8 +8,7 @@
 #include <string.h>
 
 #include "scale.h"
-
-enum { N = N_COORDINATES, M = N_CONSTRAINTS };
+#include "sizes.h"
 
 static double inner_product(const double a[], const double b[], int count) {
     double sum = 0.0;
@@ -37,7 +36,7 @@ static void find_columns(ConstraintFactorization *result, int k) {
 }
 
 /* D: a row that restricts nothing gets the scale 0. */
-static void scale_rows(ConstraintFactorization *result) {
+static void scale_gradients(ConstraintFactorization *result) {
     for (int k = 0; k < result->rows; k++) {
         find_columns(result, k);
         const int begin = k * N + row_begin(result, k), count = row_end(result, k) - row_begin(result, k);
@@ -50,10 +49,10 @@ static void scale_rows(ConstraintFactorization *result) {
    all sums of a row in turn. */
 static void multiply(Arena *arena, ConstraintFactorization *result) {
     const ArenaMark mark = arena_mark(arena);
-    WORK(mark, double, sum, M);
+    WORK(mark, double, sum, K);
     for (int i = 0; i < result->rows; i++) {
         const int row = result->order[i];
-        memset(sum, 0, M * sizeof(double));
+        memset(sum, 0, K * sizeof(double));
         for (int column = row_begin(result, row); column < row_end(result, row); column++) {
             const double slope = result->jacobian[row * N + column];
             for (int j = 0; slope != 0.0 && j <= i; j++) {
@@ -62,8 +61,8 @@ static void multiply(Arena *arena, ConstraintFactorization *result) {
         }
         for (int j = 0; j <= i; j++) {
             const double entry = result->scale[row] * sum[j] * result->scale[result->order[j]];
-            result->factor[i * M + j] = entry;
-            result->factor[j * M + i] = entry;
+            result->factor[i * K + j] = entry;
+            result->factor[j * K + i] = entry;
         }
     }
     arena_release(mark);
@@ -76,37 +75,37 @@ static void swap(double *a, double *b) {
 }
 
 /* Brings the largest remaining diagonal entry to row k; returns it. */
-static double bring_pivot(ConstraintFactorization *result, int k) {
+static double bring_row(ConstraintFactorization *result, int k) {
     double *a = result->factor;
     int best = k;
     for (int i = k + 1; i < result->rows; i++) {
-        best = a[i * M + i] > a[best * M + best] ? i : best;
+        best = a[i * K + i] > a[best * K + best] ? i : best;
     }
-    if (M > 1 && best != k) {
+    if (K > 1 && best != k) {
         const int kept = result->order[k];
         result->order[k] = result->order[best];
         result->order[best] = kept;
         for (int j = 0; j < result->rows; j++) {
-            swap(&a[k * M + j], &a[best * M + j]);
+            swap(&a[k * K + j], &a[best * K + j]);
         }
         for (int i = 0; i < result->rows; i++) {
-            swap(&a[i * M + k], &a[i * M + best]);
+            swap(&a[i * K + k], &a[i * K + best]);
         }
     }
-    return a[k * M + k];
+    return a[k * K + k];
 }
 
 /* Writes column k of L and takes its part out of the rest of the matrix. */
 static void eliminate(double a[], int rows, int k) {
-    a[k * M + k] = sqrt(a[k * M + k]);
+    a[k * K + k] = sqrt(a[k * K + k]);
     for (int i = k + 1; i < rows; i++) {
-        a[i * M + k] /= a[k * M + k];
+        a[i * K + k] /= a[k * K + k];
     }
     for (int i = k + 1; i < rows; i++) {
-        const double factor = a[i * M + k];
+        const double factor = a[i * K + k];
         for (int j = k + 1; j <= i && factor != 0.0; j++) {
-            a[i * M + j] -= factor * a[j * M + k];
-            a[j * M + i] = a[i * M + j];
+            a[i * K + j] -= factor * a[j * K + k];
+            a[j * K + i] = a[i * K + j];
         }
     }
 }
@@ -117,10 +116,10 @@ static void factorize_normal(const ConstraintFactorization *f, double normal[]) 
         for (int j = 0; j <= i; j++) {
             double sum = 0.0;
             for (int k = i; k < f->rows; k++) {
-                sum += f->factor[k * M + i] * f->factor[k * M + j];
+                sum += f->factor[k * K + i] * f->factor[k * K + j];
             }
-            normal[i * M + j] = sum;
-            normal[j * M + i] = sum;
+            normal[i * K + j] = sum;
+            normal[j * K + i] = sum;
         }
     }
     for (int k = 0; k < f->rank; k++) {
@@ -132,7 +131,7 @@ static void factorize_normal(const ConstraintFactorization *f, double normal[]) 
 static int order_rows(ConstraintFactorization *result, const IndependentRows *known) {
     int placed = 0;
     int independent = 0;
-    for (int i = 0; i < M; i++) {
+    for (int i = 0; i < K; i++) {
         const int row = known == NULL ? i : (int)known->order[i];
         if (row < result->rows) {
             independent += known != NULL && i < known->rank;
@@ -143,7 +142,7 @@ static int order_rows(ConstraintFactorization *result, const IndependentRows *kn
 }
 
 double constraints_distance(const ConstraintFactorization *f, int k) {
-    return f->factor[k * M + k] / f->scale[f->order[k]];
+    return f->factor[k * K + k] / f->scale[f->order[k]];
 }
 
 /* How far the row at place k is held to its usual multiplier: from 0, not at all, to 1, with a continuous slope. */
@@ -163,16 +162,16 @@ void constraints_factorize(Arena *arena, ConstraintFactorization *result, int ro
     result->rank = 0;
     memset(result->held, 0, sizeof result->held);
     result->holding = false;
-    scale_rows(result);
+    scale_gradients(result);
     const int independent = order_rows(result, known);
     multiply(arena, result);
     for (int k = 0; k < rows; k++) {
-        result->factor[k * M + k] += result->scale[result->order[k]] > 0.0 ? damping : 0.0;
+        result->factor[k * K + k] += result->scale[result->order[k]] > 0.0 ? damping : 0.0;
     }
     for (int k = 0; k < rows; k++) {
         const double least = known != NULL && k >= independent && damping <= 0.0 ? CLEARLY_INDEPENDENT : REDUNDANT;
-        const bool kept = k < independent && result->factor[k * M + k] > REDUNDANT;
-        if (!kept && !(bring_pivot(result, k) > least)) {
+        const bool kept = k < independent && result->factor[k * K + k] > REDUNDANT;
+        if (!kept && !(bring_row(result, k) > least)) {
             break;
         }
         eliminate(result->factor, rows, k);
@@ -184,19 +183,19 @@ void constraints_factorize(Arena *arena, ConstraintFactorization *result, int ro
 }
 
 /* Overwrites b[size] by L^-1 b. */
-static void solve_lower(const double lower[], int size, double b[]) {
+static void solve_lower_factor(const double lower[], int size, double b[]) {
     for (int i = 0; i < size; i++) {
-        b[i] = (b[i] - inner_product(lower + i * M, b, i)) / lower[i * M + i];
+        b[i] = (b[i] - inner_product(lower + i * K, b, i)) / lower[i * K + i];
     }
 }
 
 /* Overwrites b[size] by L^-T b. */
 static void solve_upper(const double lower[], int size, double b[]) {
     for (int i = size - 1; i >= 0; i--) {
-        b[i] /= lower[i * M + i];
+        b[i] /= lower[i * K + i];
         const double found = b[i];
         for (int j = 0; j < i && found != 0.0; j++) {
-            b[j] -= lower[i * M + j] * found;
+            b[j] -= lower[i * K + j] * found;
         }
     }
 }
@@ -204,12 +203,12 @@ static void solve_upper(const double lower[], int size, double b[]) {
 void constraints_solve(Arena *arena, const ConstraintFactorization *f, const double b[], const double usual[],
                        double multipliers[]) {
     const ArenaMark mark = arena_mark(arena);
-    WORK(mark, double, z, M);
-    WORK(mark, double, other, M);
+    WORK(mark, double, z, K);
+    WORK(mark, double, other, K);
     int begin = 0; /* z is 0 before it */
     for (int i = 0; i < f->rank; i++) {
         const int row = f->order[i];
-        const double *lower = f->factor + i * M;
+        const double *lower = f->factor + i * K;
         z[i] = (f->scale[row] * b[row] - inner_product(lower + begin, z + begin, i - begin)) / lower[i];
         if (f->holding) {
             other[i] = usual == NULL ? 0.0 : (f->scale[row] * usual[row] - inner_product(lower, other, i)) / lower[i];
@@ -227,8 +226,8 @@ void constraints_solve(Arena *arena, const ConstraintFactorization *f, const dou
 /* L^T times any solution is the same; the one of least norm is L (L^T L)^-1 times that. */
 void constraints_spread(Arena *arena, const ConstraintFactorization *f, double multipliers[]) {
     const ArenaMark mark = arena_mark(arena);
-    WORK(mark, double, normal, M * M);
-    WORK(mark, double, z, M);
+    WORK(mark, double, normal, K * K);
+    WORK(mark, double, z, K);
     if (f->rank == f->rows) {
         arena_release(mark);
         return;
@@ -238,16 +237,16 @@ void constraints_spread(Arena *arena, const ConstraintFactorization *f, double m
         z[i] = 0.0;
         for (int k = i; k < f->rows; k++) {
             const double scale = f->scale[f->order[k]];
-            z[i] += scale > 0.0 ? f->factor[k * M + i] * multipliers[f->order[k]] / scale : 0.0;
+            z[i] += scale > 0.0 ? f->factor[k * K + i] * multipliers[f->order[k]] / scale : 0.0;
         }
     }
-    solve_lower(normal, f->rank, z);
+    solve_lower_factor(normal, f->rank, z);
     solve_upper(normal, f->rank, z);
     for (int i = 0; i < f->rows; i++) {
         const int columns = i < f->rank ? i + 1 : f->rank;
         const int row = f->order[i];
         if (f->scale[row] > 0.0) {
-            multipliers[row] = f->scale[row] * inner_product(f->factor + i * M, z, columns);
+            multipliers[row] = f->scale[row] * inner_product(f->factor + i * K, z, columns);
         }
     }
     arena_release(mark);

@@ -7,7 +7,7 @@
 #include "scale.h"
 #include "system.h"
 
-enum { N = N_COORDINATES, MOST_CORRECTIONS = 12 };
+enum { MOST_PROJECTIONS = 12 };
 
 double constraints_drift(const Instance *instance, double time, const double states[], const double inputs[]) {
     const ArenaMark mark = arena_mark(instance->arena);
@@ -19,7 +19,7 @@ double constraints_drift(const Instance *instance, double time, const double sta
 }
 
 /* states[of the level] += the shortest change, in the metric M, that takes the residuals away to first order. */
-static void correct(const Values *values, Level level, const System *system, double states[]) {
+static void correct_states(const Values *values, Level level, const System *system, double states[]) {
     const ArenaMark mark = arena_mark(system->arena);
     WORK(mark, double, right, N_CONSTRAINTS);
     WORK(mark, double, change, N_UNKNOWNS);
@@ -36,13 +36,13 @@ static void correct(const Values *values, Level level, const System *system, dou
 
 /* Simplified Newton iteration: the system is factorised again only where that is needed to go on. *factorized is the
    number of rows that the factorisation in scratch stands for. The values are those at the states, before and after. */
-static bool project(Instance *instance, Level level, double time, const double inputs[], double states[],
+static bool project_to(Instance *instance, Level level, double time, const double inputs[], double states[],
                     Values *values, int *factorized, bool *moved) {
     System *system = &instance->scratch.system;
     const double unit = residual_unit(level, states);
     double previous = HUGE_VAL;
     bool fresh = false;
-    for (int i = 0; i < MOST_CORRECTIONS; i++) {
+    for (int i = 0; i < MOST_PROJECTIONS; i++) {
         const bool known = *factorized == rows_of(level);
         const double size = residual_size(values, level, unit, known ? system->constraints.held : NULL);
         if (size <= SOLVED || (fresh && i > 0 && size <= ACCEPTED && size > 0.5 * previous)) {
@@ -54,7 +54,7 @@ static bool project(Instance *instance, Level level, double time, const double i
             return false;
         }
         *factorized = rows_of(level);
-        correct(values, level, system, states);
+        correct_states(values, level, system, states);
         residuals_evaluate(instance, time, states, inputs, values);
         *moved = true;
         previous = size;
@@ -78,6 +78,6 @@ bool constraints_project(Instance *instance, double time, const double inputs[],
     residuals_evaluate(instance, time, states, inputs, values);
     return arena_leave(
         mark,
-        (N_HOLONOMIC == 0 || project(instance, POSITIONS, time, inputs, states, values, &factorized, moved)) &&
-            project(instance, VELOCITIES, time, inputs, states, values, &factorized, moved));
+        (N_HOLONOMIC == 0 || project_to(instance, POSITIONS, time, inputs, states, values, &factorized, moved)) &&
+            project_to(instance, VELOCITIES, time, inputs, states, values, &factorized, moved));
 }

@@ -4,8 +4,6 @@
 #include <math.h>
 #include <stddef.h>
 
-enum { N = N_COORDINATES };
-
 int rows_of(Level level) {
     return level == POSITIONS ? N_HOLONOMIC : N_CONSTRAINTS;
 }

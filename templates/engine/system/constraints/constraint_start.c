@@ -10,7 +10,7 @@
 #include "scale.h"
 #include "system.h"
 
-enum { N = N_COORDINATES, MOST_ITERATIONS = 60, MOST_HALVINGS = 12 };
+enum { MOST_START_ITERATIONS = 60, MOST_HALVINGS = 12 };
 
 static const double AWAY = 0.1;       /* nominal displacements from a singular position, where it is left behind */
 
@@ -48,7 +48,7 @@ static double scaled_square(const Values *values, Level level, const double scal
 }
 
 /* Newton's method with steps of least norm, halved where the residual grows. */
-static void newton(Instance *instance, Level level, Freedom freedom, double states[]) {
+static void iterate_start(Instance *instance, Level level, Freedom freedom, double states[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, change, N_COORDINATES);
     WORK(mark, double, kept, N_COORDINATES);
@@ -58,7 +58,7 @@ static void newton(Instance *instance, Level level, Freedom freedom, double stat
     ConstraintFactorization *work = &instance->scratch.system.constraints;
     double *moving = states + (level == POSITIONS ? 0 : N);
     residuals_evaluate(instance, state->time, states, state->inputs, values);
-    for (int i = 0; i < MOST_ITERATIONS && size_at(values, level, states) > 1e-3 * MET; i++) {
+    for (int i = 0; i < MOST_START_ITERATIONS && size_at(values, level, states) > 1e-3 * MET; i++) {
         least_change(instance->arena, work, values->jacobian,
                      level == POSITIONS ? values->positions : values->velocities, level, freedom,
                      damping_of(size_at(values, level, states)), change);
@@ -112,7 +112,7 @@ static bool settle(Instance *instance, Level level, double states[]) {
             break;
         }
         memcpy(before, states, N_STATES * sizeof(double));
-        newton(instance, level, (Freedom)freedom, states);
+        iterate_start(instance, level, (Freedom)freedom, states);
         if (freedom == ALL_STATES) {
             remark_projection(instance, before, states);
         }

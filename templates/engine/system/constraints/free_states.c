@@ -4,8 +4,6 @@
 
 #include "constraint_factorization.h"
 
-enum { N = N_COORDINATES };
-
 static bool is_free(Level level, Freedom freedom, int i) {
     return freedom == ALL_STATES || !GIVEN_STATES[(level == POSITIONS ? 0 : N) + i];
 }

@@ -71,9 +71,17 @@ double contact_steady(const State *state, int contact) {
 
 const double STEADIER = 4.0;
 
-double contact_loose_speed(const State *state, const ElementRows *rows, int contact) {
+/* The errors of a velocity, relative. An importer's solver keeps its tolerance in each step alone, and its steps meet a
+   direction that turns ever faster: it is spared what the engine's own solver follows at sharp tolerances. */
+static double velocity_errors(const Instance *instance) {
+    const double tolerance = fmin(solver_tolerance(&instance->state), COARSEST_TOLERANCE);
+    return instance->policy->stabilise ? fmax(tolerance, LOCATED) : tolerance;
+}
+
+double contact_loose_speed(const Instance *instance, const ElementRows *rows, int contact) {
+    const State *state = &instance->state;
     const double least = row_least_speed(state, rows, SLIP_ROWS[contact]);
-    const double tolerance = fmin(solver_tolerance(state), COARSEST_TOLERANCE);
+    const double tolerance = velocity_errors(instance);
     return fmax(least * (1.0 + SLIP_ERROR / AT_REST * tolerance), contact_steady(state, contact) / STEADIER);
 }
 

@@ -24,7 +24,7 @@ double contact_steady(const State *state, int contact);
 extern const double STEADIER;
 
 /* The speed, m/s, up to which errors of the states decide on the direction of a slip in space. */
-double contact_loose_speed(const State *state, const ElementRows *rows, int contact);
+double contact_loose_speed(const Instance *instance, const ElementRows *rows, int contact);
 
 /* Is the contact closed, and does it stick? */
 static inline bool contact_closed(const State *state, int contact) {

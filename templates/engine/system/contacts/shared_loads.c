@@ -12,13 +12,13 @@
 #include "scale.h"
 #include "vector_length.h"
 
-enum { M = N_CONSTRAINTS, MOST_CONES = SIZE_UNILATERALS + SIZE_FRICTIONS, MOST_STEPS = 50 };
+enum { MOST_CONES = SIZE_UNILATERALS + SIZE_FRICTIONS, MOST_SHARING_STEPS = 50 };
 
 /* Relative to the load: what no motion feels but for rounding, and a margin that has no bound. */
 static const double UNBOUNDED = 1e3;
 
 /* Margins of this part of the greatest load are no matter of sharing. */
-static const double FAR = 0.01;
+static const double NO_MATTER = 0.01;
 
 /* tau falls by this factor to its last value, MET. That of the greatest margin is TOLERATED, because its matrices have
    entries of 1/tau^2 beside those of 1 that decide on the loads which do not matter to the margin. */
@@ -35,14 +35,14 @@ typedef struct {
 typedef struct {
     const Sharing *sharing;
     int loads, cones, size; /* of x: the weights of the loads, then the least margin if it is asked for */
-    double *load[M + 1];    /* each [m]; orthonormal, in units of the scaled rows; behind them memory for another one */
-    double least[M];        /* the scaled multipliers of least norm */
+    double *load[K + 1];    /* each [m]; orthonormal, in units of the scaled rows; behind them memory for another one */
+    double least[K];        /* the scaled multipliers of least norm */
     double greatest;        /* of them */
     Cone cone[MOST_CONES];
-    double x[M + 1];
+    double x[K + 1];
 } Shares;
 
-static double inner_product(const double a[], const double b[], int size) {
+static double shares_product(const double a[], const double b[], int size) {
     double sum = 0.0;
     for (int i = 0; i < size; i++) {
         sum += a[i] * b[i];
@@ -55,12 +55,12 @@ static double scale_of(const Shares *p, int row) {
 }
 
 /* unfelt[m] = what no motion feels of a unit of the scaled row. */
-static void project(const Shares *p, int row, double unfelt[]) {
+static void project_row(const Shares *p, int row, double unfelt[]) {
     const ArenaMark mark = arena_mark(p->sharing->arena);
-    WORK_ZEROS(mark, double, felt, M);
+    WORK_ZEROS(mark, double, felt, K);
     felt[row] = scale_of(p, row);
     constraints_spread(p->sharing->arena, p->sharing->constraints, felt);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         unfelt[k] = scale_of(p, k) > 0.0 ? (k == row ? 1.0 : 0.0) - felt[k] / scale_of(p, k) : 0.0;
     }
     arena_release(mark);
@@ -73,28 +73,28 @@ static double *take(const Shares *p, size_t count) {
 }
 
 /* By the method of Gram and Schmidt, twice for the sake of rounding. False: there is no memory. */
-static bool find_loads(Shares *p) {
-    for (int row = 0; row < M; row++) {
+static bool find_shared_loads(Shares *p) {
+    for (int row = 0; row < K; row++) {
         if (!(scale_of(p, row) > 0.0)) {
             continue;
         }
         if (p->load[p->loads] == NULL) {
-            p->load[p->loads] = take(p, M);
+            p->load[p->loads] = take(p, K);
         }
         double *own = p->load[p->loads];
         if (own == NULL) {
             return false;
         }
-        project(p, row, own);
+        project_row(p, row, own);
         for (int i = 0; i < 2 * p->loads; i++) {
-            const double *other = p->load[i % p->loads], part = inner_product(own, other, M);
-            for (int k = 0; k < M; k++) {
+            const double *other = p->load[i % p->loads], part = shares_product(own, other, K);
+            for (int k = 0; k < K; k++) {
                 own[k] -= part * other[k];
             }
         }
-        const double length = sqrt(inner_product(own, own, M));
+        const double length = sqrt(shares_product(own, own, K));
         if (length > 1e3 * OBEYED) {
-            for (int k = 0; k < M; k++) {
+            for (int k = 0; k < K; k++) {
                 own[k] /= length;
             }
             p->loads++;
@@ -131,11 +131,11 @@ static Cone *next_cone(Shares *p) {
 }
 
 /* Adds the cone, unless x does not change it. */
-static void keep(Shares *p) {
+static void keep_shares(Shares *p) {
     Cone *cone = &p->cone[p->cones];
-    double most = inner_product(cone->slope, cone->slope, p->loads);
+    double most = shares_product(cone->slope, cone->slope, p->loads);
     for (int i = 0; i < cone->width; i++) {
-        most = fmax(most, inner_product(cone->tangent[i], cone->tangent[i], p->loads));
+        most = fmax(most, shares_product(cone->tangent[i], cone->tangent[i], p->loads));
     }
     if (most > OBEYED * OBEYED) {
         cone->slope[p->loads] = p->size > p->loads ? -1.0 : 0.0;
@@ -143,7 +143,7 @@ static void keep(Shares *p) {
     }
 }
 
-static bool set_contact(Shares *p, int contact) {
+static bool share_contact(Shares *p, int contact) {
     Cone *cone = next_cone(p);
     if (cone == NULL) {
         return false;
@@ -160,7 +160,7 @@ static bool set_contact(Shares *p, int contact) {
     return true;
 }
 
-static bool set_friction(Shares *p, int friction) {
+static bool share_friction(Shares *p, int friction) {
     Cone *cone = next_cone(p);
     if (cone == NULL) {
         return false;
@@ -177,7 +177,7 @@ static bool takes_part(const Shares *p, int contact) {
     return contact_closed(p->sharing->state, contact) && scale_of(p, ROW_PLACES[contact]) > 0.0;
 }
 
-static bool slides(const Shares *p, int contact) {
+static bool shared_contact_slides(const Shares *p, int contact) {
     return !contact_sticks(p->sharing->state, contact) && SLIP_ROWS[contact + 1] > SLIP_ROWS[contact] &&
            p->sharing->holding[contact] > 0.0;
 }
@@ -188,16 +188,16 @@ static bool rubs(const Shares *p, int contact) {
     for (int i = 0; i < p->loads; i++) {
         square += p->load[i][ROW_PLACES[contact]] * p->load[i][ROW_PLACES[contact]];
     }
-    return slides(p, contact) && sqrt(square) > OBEYED;
+    return shared_contact_slides(p, contact) && sqrt(square) > OBEYED;
 }
 
 /* The loads of least norm for multipliers[m]. */
-static void begin(const Sharing *sharing, const double multipliers[], Shares *p) {
+static void begin_sharing(const Sharing *sharing, const double multipliers[], Shares *p) {
     memset(p, 0, sizeof *p);
     p->sharing = sharing;
     memcpy(p->least, multipliers, sizeof p->least);
     constraints_spread(sharing->arena, sharing->constraints, p->least);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         p->least[k] = scale_of(p, k) > 0.0 ? p->least[k] / scale_of(p, k) : 0.0;
         p->greatest = fmax(p->greatest, fabs(p->least[k]));
     }
@@ -205,41 +205,41 @@ static void begin(const Sharing *sharing, const double multipliers[], Shares *p)
 
 /* The problem, with the least margin in x or without. Returns false where nothing is shared, or there is no memory. */
 static bool pose(bool centre, Shares *p) {
-    if (!find_loads(p)) {
+    if (!find_shared_loads(p)) {
         return false;
     }
     p->size = p->loads + (centre ? 1 : 0);
     for (int i = 0; i < N_UNILATERALS; i++) {
         if (takes_part(p, i)) {
-            if (rubs(p, i) || !set_contact(p, i)) {
+            if (rubs(p, i) || !share_contact(p, i)) {
                 return false;
             }
-            keep(p);
+            keep_shares(p);
         }
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
         if (friction_sticks(p->sharing->state, i)) {
-            if (!set_friction(p, i)) {
+            if (!share_friction(p, i)) {
                 return false;
             }
-            keep(p);
+            keep_shares(p);
         }
     }
     return p->cones > 0 && p->greatest > 0.0;
 }
 
 /* s, and t[2]. */
-static double evaluate(const Shares *p, const Cone *cone, double t[]) {
+static double evaluate_cone(const Shares *p, const Cone *cone, double t[]) {
     for (int i = 0; i < cone->width; i++) {
-        t[i] = cone->force[i] + inner_product(cone->tangent[i], p->x, p->size);
+        t[i] = cone->force[i] + shares_product(cone->tangent[i], p->x, p->size);
     }
-    return cone->offset + inner_product(cone->slope, p->x, p->size);
+    return cone->offset + shares_product(cone->slope, p->x, p->size);
 }
 
 /* s - |t|. */
 static double margin(const Shares *p, const Cone *cone) {
     double t[2] = {0.0};
-    const double s = evaluate(p, cone, t);
+    const double s = evaluate_cone(p, cone, t);
     return s - vector_length(t, cone->width);
 }
 
@@ -253,16 +253,16 @@ static double least_margin(const Shares *p) {
 
 /* Do all hold well with the loads of least norm? That is soon found, and then no other loads are looked for. */
 static bool all_hold_well(Shares *p) {
-    const double least = FAR * p->greatest;
+    const double least = NO_MATTER * p->greatest;
     bool well = true;
     for (int i = 0; i < N_UNILATERALS && well; i++) {
         if (takes_part(p, i)) {
-            well = set_contact(p, i) && !slides(p, i) && margin(p, p->cone) > least;
+            well = share_contact(p, i) && !shared_contact_slides(p, i) && margin(p, p->cone) > least;
         }
     }
     for (int i = 0; i < N_FRICTIONS && well; i++) {
         if (friction_sticks(p->sharing->state, i)) {
-            well = set_friction(p, i) && margin(p, p->cone) > least;
+            well = share_friction(p, i) && margin(p, p->cone) > least;
         }
     }
     return well;
@@ -272,7 +272,7 @@ static bool all_hold_well(Shares *p) {
    memory. */
 static void add_barrier(const Shares *p, const Cone *cone, double gradient[], double matrix[], double v[]) {
     double t[2] = {0.0};
-    const double s = evaluate(p, cone, t), r = cone->width == 0 ? s * s : s * s - t[0] * t[0] - t[1] * t[1];
+    const double s = evaluate_cone(p, cone, t), r = cone->width == 0 ? s * s : s * s - t[0] * t[0] - t[1] * t[1];
     for (int i = 0; i < p->size; i++) {
         v[i] = s * cone->slope[i];
         for (int k = 0; k < cone->width; k++) {
@@ -296,7 +296,7 @@ static void add_barrier(const Shares *p, const Cone *cone, double gradient[], do
    memory. */
 static bool go_inside(Shares *p, const double change[], double part, double before[]) {
     memcpy(before, p->x, sizeof p->x);
-    for (int i = 0; i < MOST_STEPS; i++) {
+    for (int i = 0; i < MOST_SHARING_STEPS; i++) {
         for (int k = 0; k < p->size; k++) {
             p->x[k] = before[k] - part * change[k];
         }
@@ -337,7 +337,7 @@ static bool step(Shares *p, double tau, const StepWork *work) {
         return false;
     }
     lu_solve(matrix, work->order, p->size, gradient, work->change);
-    const double square = inner_product(gradient, work->change, p->size);
+    const double square = shares_product(gradient, work->change, p->size);
     if (!(square > MET)) {
         return false;
     }
@@ -348,7 +348,7 @@ static bool step(Shares *p, double tau, const StepWork *work) {
 static void follow(Shares *p, const StepWork *work) {
     const bool centre = p->size > p->loads;
     for (double tau = 1.0; tau >= (centre ? TOLERATED : MET); tau *= FALL) {
-        for (int i = 0; i < MOST_STEPS && step(p, tau * p->greatest, work); i++) {
+        for (int i = 0; i < MOST_SHARING_STEPS && step(p, tau * p->greatest, work); i++) {
             if (centre && p->x[p->loads] > UNBOUNDED * p->greatest) {
                 return;
             }
@@ -356,11 +356,11 @@ static void follow(Shares *p, const StepWork *work) {
     }
 }
 
-static void solve(Shares *p) {
+static void solve_shares(Shares *p) {
     Arena *arena = p->sharing->arena;
     const ArenaMark mark = arena_mark(arena);
-    const size_t size = (size_t)p->size, vector = (M + 1) * sizeof(double);
-    if (arena_reserve(arena, (4 * (M + 2) + size * (size + 1) + 4) * sizeof(double))) {
+    const size_t size = (size_t)p->size, vector = (K + 1) * sizeof(double);
+    if (arena_reserve(arena, (4 * (K + 2) + size * (size + 1) + 4) * sizeof(double))) {
         const StepWork work = {.gradient = arena_take(arena, vector),
                                .change = arena_take(arena, vector),
                                .other = arena_take(arena, vector),
@@ -372,7 +372,7 @@ static void solve(Shares *p) {
 }
 
 static void combine(const Shares *p, double multipliers[]) {
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         double sum = p->least[k];
         for (int i = 0; i < p->loads; i++) {
             sum += p->x[i] * p->load[i][k];
@@ -383,13 +383,13 @@ static void combine(const Shares *p, double multipliers[]) {
 
 static void centre_within(Shares *p) {
     p->x[p->loads] = least_margin(p) - p->greatest;
-    solve(p);
+    solve_shares(p);
 }
 
 void loads_centre(const Sharing *sharing, double multipliers[]) {
     const ArenaMark mark = arena_mark(sharing->arena);
     WORK_OF(mark, Shares, p);
-    begin(sharing, multipliers, p);
+    begin_sharing(sharing, multipliers, p);
     if (pose(true, p)) {
         centre_within(p);
         combine(p, multipliers);
@@ -400,7 +400,7 @@ void loads_centre(const Sharing *sharing, double multipliers[]) {
 bool loads_least(const Sharing *sharing, double multipliers[]) {
     const ArenaMark mark = arena_mark(sharing->arena);
     WORK_OF(mark, Shares, p);
-    begin(sharing, multipliers, p);
+    begin_sharing(sharing, multipliers, p);
     combine(p, multipliers);
     return arena_leave(mark, all_hold_well(p));
 }
@@ -417,7 +417,7 @@ static bool move_inside(Shares *p, Shares *inside) {
         return false;
     }
     if (least > 0.0) {
-        solve(p);
+        solve_shares(p);
     }
     return true;
 }
@@ -426,7 +426,7 @@ void loads_obey(const Sharing *sharing, double multipliers[]) {
     const ArenaMark mark = arena_mark(sharing->arena);
     WORK_OF(mark, Shares, p);
     WORK_OF(mark, Shares, inside);
-    begin(sharing, multipliers, p);
+    begin_sharing(sharing, multipliers, p);
     *inside = *p;
     if (!all_hold_well(p) && pose(false, p) && least_margin(p) < 0.0 && move_inside(p, inside)) {
         combine(p, multipliers);

@@ -8,7 +8,7 @@
 #include "scale.h"
 #include "sliding_rows.h"
 
-enum { N = N_COORDINATES, MOST_CORRECTIONS = 40 };
+enum { MOST_CORRECTIONS_OF_SLIDING = 40 };
 
 bool contacts_sliding(const Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
@@ -22,7 +22,7 @@ typedef struct {
     int order[SIZE_FRICTIONAL];
 } Slope;
 
-static bool factorize(const Instance *instance, double time, const double states[], const double inputs[],
+static bool factorize_sliding(const Instance *instance, double time, const double states[], const double inputs[],
                       const double unknowns[], const Sliding *sliding, Slope *slope) {
     sliding_slope(instance, time, states, inputs, unknowns, sliding, slope->matrix);
     return lu_factorize(slope->matrix, slope->order, sliding->count);
@@ -56,7 +56,7 @@ static double residual(const Instance *instance, double time, const double state
     return scale > 0.0 ? largest / scale : largest;
 }
 
-static bool report(Instance *instance, double time) {
+static bool report_sliding(Instance *instance, double time) {
     instance->failure.kind = FAILURE_SLIDING;
     instance->failure.time = time;
     return false;
@@ -97,13 +97,13 @@ static bool find_forces(Instance *instance, double time, const double states[], 
     WORK(mark, double, rest, SIZE_FRICTIONAL);
     WORK(mark, double, step, SIZE_FRICTIONAL);
     double previous = HUGE_VAL;
-    for (int i = 0; i < MOST_CORRECTIONS; i++) {
+    for (int i = 0; i < MOST_CORRECTIONS_OF_SLIDING; i++) {
         const double size = residual(instance, time, states, inputs, unknowns, sliding, rest);
         if (size <= NOISE || (i > 2 && size <= MET && size > 0.5 * previous)) {
             return arena_leave(mark, true);
         }
-        if (!factorize(instance, time, states, inputs, unknowns, sliding, slope)) {
-            return arena_leave(mark, report(instance, time));
+        if (!factorize_sliding(instance, time, states, inputs, unknowns, sliding, slope)) {
+            return arena_leave(mark, report_sliding(instance, time));
         }
         previous = size;
         lu_solve(slope->matrix, slope->order, sliding->count, rest, step);
@@ -112,7 +112,7 @@ static bool find_forces(Instance *instance, double time, const double states[], 
         }
         add_forces(sliding, step, unknowns);
     }
-    return arena_leave(mark, report(instance, time));
+    return arena_leave(mark, report_sliding(instance, time));
 }
 
 bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
@@ -151,7 +151,7 @@ void contacts_answer(Instance *instance, const System *system, double time, cons
     WORK_OF(mark, Slope, slope);
     WORK(mark, double, change, SIZE_FRICTIONAL);
     sliding_evaluate(instance, system, time, states, inputs, sliding);
-    if (sliding->count > 0 && factorize(instance, time, states, inputs, unknowns, sliding, slope)) {
+    if (sliding->count > 0 && factorize_sliding(instance, time, states, inputs, unknowns, sliding, slope)) {
         sliding_share(instance, system, answer);
         sliding_change(instance, time, states, inputs, unknowns, seed, answer, change);
         add_answers(instance->arena, sliding, slope, change, answer);
@@ -169,7 +169,7 @@ void contacts_answer_twice(Instance *instance, const System *system, const doubl
     const double *unknowns = instance->cache.reported;
     sliding_evaluate(instance, system, state->time, state->states, state->inputs, sliding);
     if (sliding->count > 0 &&
-        factorize(instance, state->time, state->states, state->inputs, unknowns, sliding, slope)) {
+        factorize_sliding(instance, state->time, state->states, state->inputs, unknowns, sliding, slope)) {
         mechanism_friction_second(state->time, state->states, state->inputs, state->parameters, unknowns, du, d2u,
                                   rates, answer, change);
         add_answers(instance->arena, sliding, slope, change, answer);

@@ -4,8 +4,6 @@
 #include "inputs.h"
 #include "sliding_rows.h"
 
-enum { N = N_COORDINATES };
-
 bool contacts_rub(Instance *instance, double time, const double states[], double forces[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, unknowns, N_UNKNOWNS);

@@ -3,8 +3,6 @@
 
 #include "system.h"
 
-enum { N = N_COORDINATES };
-
 /* Both rows of a contact in space slide if one of them has a direction. */
 static bool slides(const State *state, int row) {
     bool found = row_direction(state, row) != 0.0;

@@ -9,7 +9,7 @@
 #include "lu.h"
 #include "scale.h"
 
-enum { N = N_COORDINATES, MOST_ITERATIONS = 50, MOST_TRIALS = 13 };
+enum { MOST_MASSLESS_ITERATIONS = 50, MOST_LENGTHS = 13 };
 
 static const double REST[N_MASSLESS] = {0.0};
 
@@ -18,7 +18,7 @@ typedef struct {
     double positions[N_HOLONOMIC + 1]; /* one more, because C has no array of length 0 */
     double velocities[N_CONSTRAINTS];
     double jacobian[N_CONSTRAINTS * N_COORDINATES];
-} Values;
+} MasslessValues;
 
 /* The equations A change = - residuals of the first coordinates without mass, size of them. */
 typedef struct {
@@ -27,14 +27,14 @@ typedef struct {
     int rows[N_MASSLESS];
 } Slopes;
 
-static void evaluate(const Instance *instance, const double states[], Values *values) {
+static void evaluate_massless(const Instance *instance, const double states[], MasslessValues *values) {
     const State *state = &instance->state;
     mechanism_constraints(state->time, states, state->inputs, state->parameters, values->positions, values->velocities,
                           values->jacobian);
 }
 
 /* Returns false if the forces do not depend on some of the coordinates. */
-static bool factorize(const double jacobian[], int size, Slopes *slopes) {
+static bool factorize_slopes(const double jacobian[], int size, Slopes *slopes) {
     slopes->size = size;
     for (int k = 0; k < size; k++) {
         for (int i = 0; i < size; i++) {
@@ -45,7 +45,7 @@ static bool factorize(const double jacobian[], int size, Slopes *slopes) {
 }
 
 /* change[size], by coordinate, that takes residuals[m], by constraint, away. */
-static void solve(Arena *arena, const Slopes *slopes, const double residuals[], double change[]) {
+static void solve_slopes(Arena *arena, const Slopes *slopes, const double residuals[], double change[]) {
     const ArenaMark mark = arena_mark(arena);
     WORK(mark, double, right, N_MASSLESS);
     for (int k = 0; k < slopes->size; k++) {
@@ -56,7 +56,7 @@ static void solve(Arena *arena, const Slopes *slopes, const double residuals[], 
 }
 
 /* moving[n] = kept[size] + length change[size] */
-static void move(double moving[], const double kept[], double length, const double change[], int size) {
+static void move_unknowns(double moving[], const double kept[], double length, const double change[], int size) {
     for (int i = 0; i < size; i++) {
         moving[MASSLESS_COORDINATES[i]] = kept[i] + length * change[i];
     }
@@ -64,7 +64,7 @@ static void move(double moving[], const double kept[], double length, const doub
 
 /* The greatest residual relative to what a nominal displacement of the coordinate makes, or its present displacement if
    that is more; infinite for one that is not finite. */
-static double size_of(const Values *values, const double states[]) {
+static double size_of(const MasslessValues *values, const double states[]) {
     double greatest = 0.0;
     for (int k = 0; k < N_MASSLESS_POSITIONS; k++) {
         const int row = MASSLESS_CONSTRAINTS[k];
@@ -97,23 +97,23 @@ static bool report_massless(Instance *instance, const double residuals[], int si
 
 /* One step of Newton's method, halved until the residual falls. Returns false, and the states as they were, if it does
    not fall. Equations that are met already get one trial only, because what is left is rounding. */
-static bool improve(const Instance *instance, double states[], Values *values, double *size) {
+static bool improve(const Instance *instance, double states[], MasslessValues *values, double *size) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, kept, N_MASSLESS);
     WORK(mark, double, change, N_MASSLESS);
     WORK_OF(mark, Slopes, slopes);
-    WORK_OF(mark, Values, trial);
-    if (!factorize(values->jacobian, N_MASSLESS_POSITIONS, slopes)) {
+    WORK_OF(mark, MasslessValues, trial);
+    if (!factorize_slopes(values->jacobian, N_MASSLESS_POSITIONS, slopes)) {
         return arena_leave(mark, false);
     }
-    solve(instance->arena, slopes, values->positions, change);
+    solve_slopes(instance->arena, slopes, values->positions, change);
     for (int i = 0; i < N_MASSLESS_POSITIONS; i++) {
         kept[i] = states[MASSLESS_COORDINATES[i]];
     }
     double length = 1.0;
-    for (int trials = *size <= ACCEPTED ? 1 : MOST_TRIALS; trials > 0; trials--, length *= 0.5) {
-        move(states, kept, length, change, N_MASSLESS_POSITIONS);
-        evaluate(instance, states, trial);
+    for (int trials = *size <= ACCEPTED ? 1 : MOST_LENGTHS; trials > 0; trials--, length *= 0.5) {
+        move_unknowns(states, kept, length, change, N_MASSLESS_POSITIONS);
+        evaluate_massless(instance, states, trial);
         const double found = size_of(trial, states);
         if (found < *size) {
             *values = *trial;
@@ -121,16 +121,16 @@ static bool improve(const Instance *instance, double states[], Values *values, d
             return arena_leave(mark, true);
         }
     }
-    move(states, kept, 0.0, change, N_MASSLESS_POSITIONS);
+    move_unknowns(states, kept, 0.0, change, N_MASSLESS_POSITIONS);
     return arena_leave(mark, false);
 }
 
 static bool solve_positions(Instance *instance, double states[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK_OF(mark, Values, values);
-    evaluate(instance, states, values);
+    WORK_OF(mark, MasslessValues, values);
+    evaluate_massless(instance, states, values);
     double size = size_of(values, states);
-    for (int i = 0; i < MOST_ITERATIONS && size > NOISE && improve(instance, states, values, &size); i++) {
+    for (int i = 0; i < MOST_MASSLESS_ITERATIONS && size > NOISE && improve(instance, states, values, &size); i++) {
     }
     return arena_leave(mark, size <= ACCEPTED || report_massless(instance, values->positions, N_MASSLESS_POSITIONS));
 }
@@ -139,14 +139,14 @@ static bool solve_velocities(Instance *instance, double states[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, change, N_MASSLESS);
     WORK_OF(mark, Slopes, slopes);
-    WORK_OF(mark, Values, values);
-    move(states + N, REST, 0.0, REST, N_MASSLESS);
-    evaluate(instance, states, values);
-    if (!factorize(values->jacobian, N_MASSLESS, slopes)) {
+    WORK_OF(mark, MasslessValues, values);
+    move_unknowns(states + N, REST, 0.0, REST, N_MASSLESS);
+    evaluate_massless(instance, states, values);
+    if (!factorize_slopes(values->jacobian, N_MASSLESS, slopes)) {
         return arena_leave(mark, report_massless(instance, values->velocities, N_MASSLESS));
     }
-    solve(instance->arena, slopes, values->velocities, change);
-    move(states + N, REST, 1.0, change, N_MASSLESS);
+    solve_slopes(instance->arena, slopes, values->velocities, change);
+    move_unknowns(states + N, REST, 1.0, change, N_MASSLESS);
     return arena_leave(mark, all_finite(change, N_MASSLESS) ||
                                  report_massless(instance, values->velocities, N_MASSLESS));
 }
@@ -159,7 +159,7 @@ bool massless_settle(Instance *instance) {
         return arena_leave(mark, true);
     }
     memcpy(states, state->states, N_STATES * sizeof(double));
-    move(states, state->massless[0], 0.0, state->massless[0], N_MASSLESS_POSITIONS);
+    move_unknowns(states, state->massless[0], 0.0, state->massless[0], N_MASSLESS_POSITIONS);
     if ((N_MASSLESS_POSITIONS > 0 && !solve_positions(instance, states)) || !solve_velocities(instance, states)) {
         return arena_leave(mark, false);
     }
@@ -181,8 +181,8 @@ bool massless_return(Instance *instance) {
     if (!state->displaced) {
         return false;
     }
-    move(state->states, state->massless[0], 0.0, state->massless[0], N_MASSLESS_POSITIONS);
-    move(state->states + N, state->massless[1], 0.0, state->massless[1], N_MASSLESS);
+    move_unknowns(state->states, state->massless[0], 0.0, state->massless[0], N_MASSLESS_POSITIONS);
+    move_unknowns(state->states + N, state->massless[1], 0.0, state->massless[1], N_MASSLESS);
     state->settled = 0;
     instance_forget_motion(instance);
     return true;
@@ -202,7 +202,7 @@ static bool hardly_depend(Arena *arena, const double jacobian[], double part, Sl
             scaled[k * N + i] = jacobian[k * N + i] * NOMINAL_STATES[i] / (scale > 0.0 ? scale : 1.0);
         }
     }
-    bool found = !factorize(scaled, N_MASSLESS, slopes);
+    bool found = !factorize_slopes(scaled, N_MASSLESS, slopes);
     for (int k = 0; k < N_MASSLESS && !found; k++) {
         found = part * fabs(slopes->matrix[k * N_MASSLESS + k]) > 1.0; /* inverse pivots */
     }
@@ -212,8 +212,8 @@ static bool hardly_depend(Arena *arena, const double jacobian[], double part, Sl
 void massless_explain_failure(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, Slopes, slopes);
-    WORK_OF(mark, Values, values);
-    evaluate(instance, instance->state.states, values);
+    WORK_OF(mark, MasslessValues, values);
+    evaluate_massless(instance, instance->state.states, values);
     if (instance->failure.kind == FAILURE_ACCURACY &&
         hardly_depend(instance->arena, values->jacobian, SINGULAR_SOON, slopes)) {
         report_massless(instance, values->velocities, N_MASSLESS);
@@ -226,21 +226,21 @@ bool massless_settle_seed(Instance *instance, Seed *seed) {
     WORK(mark, double, residuals, N_RESIDUALS);
     WORK(mark, double, change, N_MASSLESS);
     WORK_OF(mark, Slopes, slopes);
-    WORK_OF(mark, Values, values);
+    WORK_OF(mark, MasslessValues, values);
     const State *state = &instance->state;
-    evaluate(instance, state->states, values);
+    evaluate_massless(instance, state->states, values);
     for (int level = N_MASSLESS_POSITIONS > 0 ? 0 : 1; level < 2; level++) {
         const int size = level == 0 ? N_MASSLESS_POSITIONS : N_MASSLESS;
         const double *rows = residuals + N_UNKNOWNS + (level == 0 ? N_CONSTRAINTS : 0);
-        if (!factorize(values->jacobian, size, slopes)) {
+        if (!factorize_slopes(values->jacobian, size, slopes)) {
             return arena_leave(mark, report_massless(instance, level == 0 ? values->positions : values->velocities,
                                          size));
         }
         mechanism_residual_tangent(state->time, state->states, state->inputs, state->parameters,
                                    instance->cache.accelerations, seed->time, seed->states, seed->inputs,
                                    seed->parameters, residuals);
-        solve(instance->arena, slopes, rows, change);
-        move(seed->states + level * N, REST, 1.0, change, size);
+        solve_slopes(instance->arena, slopes, rows, change);
+        move_unknowns(seed->states + level * N, REST, 1.0, change, size);
     }
     return arena_leave(mark, true);
 }

@@ -9,26 +9,24 @@
 #include "mass_matrix.h"
 #include "seeds.h"
 
-enum { N = N_COORDINATES, M = N_CONSTRAINTS };
-
 /* constraints_solve: b[rows] for weights of the multipliers. A row that is held counts less, and so does its weight. */
 static void solve_adjoint(Arena *arena, const ConstraintFactorization *f, const double multipliers[], double b[]) {
     const ArenaMark mark = arena_mark(arena);
-    WORK(mark, double, z, M);
-    memset(b, 0, M * sizeof(double));
+    WORK(mark, double, z, K);
+    memset(b, 0, K * sizeof(double));
     for (int i = 0; i < f->rank; i++) {
         const int row = f->order[i];
         z[i] = f->scale[row] * multipliers[row];
         for (int j = 0; j < i; j++) {
-            z[i] -= f->factor[i * M + j] * z[j];
+            z[i] -= f->factor[i * K + j] * z[j];
         }
-        z[i] /= f->factor[i * M + i];
+        z[i] /= f->factor[i * K + i];
     }
     for (int i = f->rank - 1; i >= 0; i--) {
         const int row = f->order[i];
-        z[i] *= (1.0 - f->held[row]) / f->factor[i * M + i];
+        z[i] *= (1.0 - f->held[row]) / f->factor[i * K + i];
         for (int j = 0; j < i; j++) {
-            z[j] -= f->factor[i * M + j] * z[i];
+            z[j] -= f->factor[i * K + j] * z[i];
         }
         b[row] = f->scale[row] * z[i];
     }
@@ -46,22 +44,22 @@ static double row_times(const double matrix[], int k, const double vector[]) {
 
 void system_answer_adjoint(const System *system, const double unknowns[], double change[]) {
     const ArenaMark mark = arena_mark(system->arena);
-    WORK(mark, double, multipliers, M);
+    WORK(mark, double, multipliers, K);
     WORK(mark, double, accelerations, N);
     const ConstraintFactorization *f = &system->constraints;
     double *below = change + N;
     memcpy(accelerations, unknowns, N * sizeof(double));
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         multipliers[k] = unknowns[N + k] + row_times(f->response, k, unknowns);
     }
     solve_adjoint(system->arena, f, multipliers, below);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         for (int i = 0; i < N; i++) {
             accelerations[i] -= f->jacobian[k * N + i] * below[k];
         }
     }
     mass_divide(system, accelerations, change);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         below[k] += system->weight[k] > 0.0 ? system->weight[k] * row_times(f->jacobian, k, change) : 0.0;
     }
     for (int i = 0; i < N_UNKNOWNS; i++) {
@@ -95,9 +93,9 @@ void add_constraints_adjoint(const Instance *instance, const double positions[],
 /* The changes of the states of a level, the last one first. */
 static void level_adjoint(Instance *instance, const Values *values, Level level, Seed *sensitivity) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, multipliers, M);
-    WORK(mark, double, rows, M);
-    WORK_ZEROS(mark, double, nothing, M);
+    WORK(mark, double, multipliers, K);
+    WORK(mark, double, rows, K);
+    WORK_ZEROS(mark, double, nothing, K);
     ConstraintFactorization *work = &instance->scratch.system.constraints;
     for (int freedom = ALL_STATES; freedom >= GUESSES; freedom--) {
         start_factorize(instance->arena, work, values->jacobian, level, (Freedom)freedom, 0.0);
@@ -105,7 +103,7 @@ static void level_adjoint(Instance *instance, const Values *values, Level level,
             multipliers[k] = row_times(work->response, k, sensitivity->states + (level == POSITIONS ? 0 : N));
         }
         solve_adjoint(instance->arena, work, multipliers, rows);
-        for (int k = 0; k < M; k++) {
+        for (int k = 0; k < K; k++) {
             rows[k] = -rows[k];
         }
         add_constraints_adjoint(instance, level == POSITIONS ? rows : nothing, level == POSITIONS ? nothing : rows,

@@ -8,21 +8,19 @@
 #include "seeds.h"
 #include "system.h"
 
-enum { N = N_COORDINATES, M = N_CONSTRAINTS };
-
 /* Weights of the entries of M (lower triangle) and G. */
 typedef struct {
     double mass[N * N];
-    double jacobian[M * N];
+    double jacobian[K * N];
 } Entries;
 
 /* constraints_spread: scale^2 G (G^T ...)^+ G^T, symmetric but for the scale. */
 static void spread_adjoint(Arena *arena, const ConstraintFactorization *f, double multipliers[]) {
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         multipliers[k] *= f->scale[k] > 0.0 ? f->scale[k] * f->scale[k] : 1.0;
     }
     constraints_spread(arena, f, multipliers);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         multipliers[k] /= f->scale[k] > 0.0 ? f->scale[k] * f->scale[k] : 1.0;
     }
 }
@@ -40,10 +38,10 @@ void multipliers_spread_adjoint(const Instance *instance, double unknowns[], Spr
     }
     memcpy(spread->own, multipliers, sizeof spread->own);
     spread_adjoint(instance->arena, &system->constraints, multipliers);
-    memcpy(rates + N, multipliers, M * sizeof(double));
+    memcpy(rates + N, multipliers, K * sizeof(double));
     system_answer_adjoint(system, rates, change);
     memcpy(spread->exchange, change, sizeof spread->exchange);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         spread->own[k] -= multipliers[k];
     }
     arena_release(mark);
@@ -53,16 +51,16 @@ void multipliers_spread_adjoint(const Instance *instance, double unknowns[], Spr
 static void add_own(const Instance *instance, const Spread *spread, Entries *entries) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, w, N);
-    WORK(mark, double, forces, M);
-    WORK(mark, double, weights, M);
+    WORK(mark, double, forces, K);
+    WORK(mark, double, weights, K);
     const ConstraintFactorization *f = &instance->cache.system.constraints;
     const double *multipliers = instance->cache.reported + N;
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         forces[k] = f->scale[k] > 0.0 ? multipliers[k] / (f->scale[k] * f->scale[k]) : 0.0;
     }
     constraints_solve(instance->arena, f, forces, NULL, weights);
     constraints_respond(f, weights, w);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         const double *row = f->response + k * N;
         const double weight = f->scale[k] * f->scale[k] * spread->own[k], ds = -weight * multipliers[k];
         for (int i = 0; i < N; i++) {
@@ -88,7 +86,7 @@ void multipliers_spread_knowns(const Instance *instance, const Spread *spread, c
         return;
     }
     memset(entries, 0, sizeof *entries);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         const double difference = cache->reported[N + k] - cache->accelerations[N + k];
         for (int i = 0; i < N; i++) {
             entries->jacobian[k * N + i] -= difference * (spread->exchange[i] - change[i]);

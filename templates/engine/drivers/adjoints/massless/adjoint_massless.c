@@ -6,10 +6,8 @@
 #include "lu.h"
 #include "massless.h"
 
-enum { N = N_COORDINATES };
-
 /* rows[size] = - A^-T weights[size] for the square part A of the Jacobian; false if there is no definite answer. */
-static bool solve_transposed(Arena *arena, const double jacobian[], int size, const double weights[],
+static bool solve_massless_transposed(Arena *arena, const double jacobian[], int size, const double weights[],
                              double rows[]) {
     const ArenaMark mark = arena_mark(arena);
     WORK(mark, double, matrix, N_MASSLESS * N_MASSLESS);
@@ -30,7 +28,7 @@ static bool solve_transposed(Arena *arena, const double jacobian[], int size, co
 }
 
 /* As massless_settle_seed says. */
-static bool report(Instance *instance, const double residuals[], int size) {
+static bool report_adjoint(Instance *instance, const double residuals[], int size) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
     Failure *failure = &instance->failure;
@@ -44,7 +42,7 @@ static bool report(Instance *instance, const double residuals[], int size) {
 }
 
 /* The answers of positions or velocities: their weights go to what they follow from. */
-static bool level_adjoint(Instance *instance, const Values *values, Level level, Seed *sensitivity) {
+static bool massless_level_adjoint(Instance *instance, const Values *values, Level level, Seed *sensitivity) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, weights, N_MASSLESS);
     WORK(mark, double, found, N_MASSLESS);
@@ -55,8 +53,8 @@ static bool level_adjoint(Instance *instance, const Values *values, Level level,
     for (int i = 0; i < size; i++) {
         weights[i] = states[MASSLESS_COORDINATES[i]];
     }
-    if (!solve_transposed(instance->arena, values->jacobian, size, weights, found)) {
-        return arena_leave(mark, report(instance, level == POSITIONS ? values->positions : values->velocities, size));
+    if (!solve_massless_transposed(instance->arena, values->jacobian, size, weights, found)) {
+        return arena_leave(mark, report_adjoint(instance, level == POSITIONS ? values->positions : values->velocities, size));
     }
     for (int k = 0; k < size; k++) {
         rows[MASSLESS_CONSTRAINTS[k]] = found[k];
@@ -74,7 +72,7 @@ bool massless_settle_adjoint(Instance *instance, Seed *sensitivity) {
     WORK_OF(mark, Values, values);
     const State *state = &instance->state;
     residuals_evaluate(instance, state->time, state->states, state->inputs, values);
-    return arena_leave(mark, level_adjoint(instance, values, VELOCITIES, sensitivity) &&
+    return arena_leave(mark, massless_level_adjoint(instance, values, VELOCITIES, sensitivity) &&
                                  (N_MASSLESS_POSITIONS == 0 ||
-                                 level_adjoint(instance, values, POSITIONS, sensitivity)));
+                                 massless_level_adjoint(instance, values, POSITIONS, sensitivity)));
 }

@@ -39,7 +39,7 @@ typedef struct {
 } Way;
 
 /* Refuses derivatives, with a sentence; returns false. */
-static bool refuse(Variations *variations, int k, const char *reason) {
+static bool no_jump(Variations *variations, int k, const char *reason) {
     Study *study = &variations->study;
     snprintf(study->message, sizeof study->message,
              "at time %.9g s, where %.200s is 0, the motion has no derivative: %s", variations->before.state.time,
@@ -83,7 +83,7 @@ static void move_probe(Variations *variations, const Way *way, double by) {
 }
 
 /* values[N_EVENTS] of the event functions beside the motion. */
-static bool look(Variations *variations, const Way *way, double by, double values[]) {
+static bool look_along(Variations *variations, const Way *way, double by, double values[]) {
     move_probe(variations, way, by);
     const State *state = &variations->probe.state;
     return events_evaluate(&variations->probe, state->time, state->states, values);
@@ -158,25 +158,25 @@ static bool find_shifts(Variations *variations) {
     if (first < 0) {
         return arena_leave(mark, true);
     }
-    if (!differentiate(variations, &along, look, N_EVENTS, falls, apart)) {
-        return arena_leave(mark, refuse(variations, first, "the functions of events have no values beside it"));
+    if (!differentiate(variations, &along, look_along, N_EVENTS, falls, apart)) {
+        return arena_leave(mark, no_jump(variations, first, "the functions of events have no values beside it"));
     }
     if (fabs(falls[first]) * experiment_duration(state) < LOCATED * EVENT_NOMINALS[first]) {
-        return arena_leave(mark, refuse(variations, first, "this value is only touched, not crossed; vary the start "
+        return arena_leave(mark, no_jump(variations, first, "this value is only touched, not crossed; vary the start "
                                                            "a little"));
     }
     for (int d = 0; d < variations->count; d++) {
         Direction *direction = &variations->directions[d];
         Way way = {.scale = direction->scale, .seed = &direction->seed};
         memcpy(way.states, direction->states, sizeof way.states);
-        if (!differentiate(variations, &way, look, N_EVENTS, changes, apart)) {
-            return arena_leave(mark, refuse(variations, first, "the functions of events have no values beside it"));
+        if (!differentiate(variations, &way, look_along, N_EVENTS, changes, apart)) {
+            return arena_leave(mark, no_jump(variations, first, "the functions of events have no values beside it"));
         }
         direction->shift = -changes[first] / falls[first];
         for (int k = first + 1; k < N_EVENTS; k++) {
             const double left = fabs(changes[k] + direction->shift * falls[k]);
             if (state->due[k] && left > DIFFERENT * (fabs(changes[k]) + fabs(direction->shift * falls[k]))) {
-                return arena_leave(mark, refuse(variations, k, "another event comes at the same time, and what is "
+                return arena_leave(mark, no_jump(variations, k, "another event comes at the same time, and what is "
                                          "varied parts the two"));
             }
         }
@@ -217,7 +217,7 @@ static bool jump(Variations *variations, Direction *direction, int k) {
     }
     if (!differentiate(variations, &way, pass_beside, N_JUMPING, jumped, apart) ||
         !smooth(variations, &way, jumped, apart)) {
-        return arena_leave(mark, refuse(variations, k, "beside the motion contacts decide otherwise, as where several "
+        return arena_leave(mark, no_jump(variations, k, "beside the motion contacts decide otherwise, as where several "
                                  "meet at one time"));
     }
     for (int i = 0; i < N_STATES; i++) {
@@ -260,7 +260,7 @@ static bool find_due(Variations *variations, int *first, bool *others) {
     *others = N_FRICTIONS > 0;
     memset(state->due, 0, sizeof state->due);
     if (!events_evaluate(&variations->before, state->time, state->states, gaps) ||
-        !differentiate(variations, &along, look, N_EVENTS, falls, apart)) {
+        !differentiate(variations, &along, look_along, N_EVENTS, falls, apart)) {
         return arena_leave(mark, false);
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
@@ -309,7 +309,7 @@ bool directions_start(Variations *variations) {
         return study_explain(study);
     }
     if (jumped && (!stand_before(variations) || !find_due(variations, &first, &others))) {
-        return refuse(variations, 0, "the motion before it is not known");
+        return no_jump(variations, 0, "the motion before it is not known");
     }
     if (first < 0) { /* what jumped is rounding, taken off what touches or rests */
         return directions_stand(variations, &study->instance) && study_settle(study);
@@ -319,7 +319,7 @@ bool directions_start(Variations *variations) {
     }
     for (int d = 0; d < variations->count; d++) {
         if ((others && fabs(variations->directions[d].shift) > 0.0) || !passes_alike(variations)) {
-            return refuse(variations, first, "an impact at the start is not alone there; begin a little earlier");
+            return no_jump(variations, first, "an impact at the start is not alone there; begin a little earlier");
         }
         if (!jump(variations, &variations->directions[d], first)) {
             return false;

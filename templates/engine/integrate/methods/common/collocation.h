@@ -6,6 +6,10 @@
 #ifndef COLLOCATION_H
 #define COLLOCATION_H
 
+#include "mechanism.h"
+
+enum { S = STAGES };
+
 typedef struct {
     int stages;
     const double *a;   /* stages x stages, row-major */

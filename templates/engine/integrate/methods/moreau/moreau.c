@@ -16,12 +16,10 @@
 #include "step_positions.h"
 #include "tables.h"
 
-enum { N = N_COORDINATES, K = N_CONSTRAINTS };
-
 const Method METHOD = {.name = "moreau", .order = 1};
 
 /* The velocities after the impulses. */
-static void find_velocities(Instance *instance, double length, double qd[]) {
+static void find_step_velocities(Instance *instance, double length, double qd[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, start, N);
     WORK(mark, double, changes, N);
@@ -105,7 +103,7 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
 
 /* The velocities qd[n] at the end; in middle[2n] the mean of both ends takes the place of those at the beginning.
    Forces that depend on velocities belong to that mean, too. */
-static bool solve_velocities(Instance *instance, double time, double length, double middle[], double qd[]) {
+static bool solve_step_velocities(Instance *instance, double time, double length, double middle[], double qd[]) {
     SolverScratch *rows = &instance->scratch.solver;
     System *system = &instance->scratch.system;
     if (!stepped_measure(instance, time, middle, &rows->at)) {
@@ -123,7 +121,7 @@ static bool solve_velocities(Instance *instance, double time, double length, dou
         if (!step_impulses(instance, time, middle, length)) {
             return false;
         }
-        find_velocities(instance, length, qd);
+        find_step_velocities(instance, length, qd);
         take_mean(instance, qd, middle);
     }
     complete_impulses(instance, qd);
@@ -139,7 +137,7 @@ static bool find_states(Instance *instance, Step step) {
     for (int i = 0; i < N; i++) {
         middle[i] += half * middle[N + i];
     }
-    return solve_velocities(instance, time, step.length, middle, states + N) &&
+    return solve_step_velocities(instance, time, step.length, middle, states + N) &&
            find_further(instance, time, step.length, middle, states) && find_positions(instance, step, middle, states);
 }
 

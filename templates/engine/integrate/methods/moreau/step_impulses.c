@@ -10,7 +10,7 @@
 #include "notices.h"
 #include "scale.h"
 
-enum { N = N_COORDINATES, K = N_CONSTRAINTS, MOST_LOADS = 50, BISECTIONS = 30 };
+enum { MOST_LOADS = 50, LOAD_BISECTIONS = 30 };
 
 /* A velocity along a row that is as good as 0. */
 static double least_speed(const SolverScratch *scratch, int row) {
@@ -72,7 +72,7 @@ static void find_pace(Instance *instance) {
 }
 
 /* A contact touches if its gap is closed in the middle of the step. */
-static void find_rows(Instance *instance) {
+static void find_step_rows(Instance *instance) {
     SolverScratch *scratch = &instance->scratch.solver;
     for (int row = 0; row < K; row++) {
         const int latch = row - FIRST_LATCH_ROW;
@@ -105,7 +105,7 @@ static double rebound(const SolverScratch *scratch, int row, double restitution,
     return left * approach > pressed * length ? left : 0.0;
 }
 
-static void find_coefficients(Instance *instance, double time, const double states[], double length) {
+static void find_step_coefficients(Instance *instance, double time, const double states[], double length) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, restitution, SIZE_UNILATERALS);
     WORK(mark, double, sliding, SIZE_UNILATERALS);
@@ -176,7 +176,7 @@ static void set_laws(SolverScratch *scratch, double length, double part) {
 }
 
 /* All laws at once, with this part of the restitution. */
-static bool solve_laws(SolverScratch *scratch, double length, double part) {
+static bool solve_step_laws(SolverScratch *scratch, double length, double part) {
     ChosenRows *chosen = &scratch->chosen;
     choose_rows(scratch, scratch->active);
     set_laws(scratch, length, part);
@@ -201,7 +201,7 @@ static bool solve_laws(SolverScratch *scratch, double length, double part) {
 /* Solves the laws again and again until the forces of dry frictions agree with the loads that they depend on. */
 static bool solve_loads(Instance *instance, double time, const double states[], double length, double part) {
     for (int i = 0; i < MOST_LOADS; i++) {
-        if (!solve_laws(&instance->scratch.solver, length, part)) {
+        if (!solve_step_laws(&instance->scratch.solver, length, part)) {
             return false;
         }
         if (find_dry(instance, time, states, length)) {
@@ -212,7 +212,7 @@ static bool solve_loads(Instance *instance, double time, const double states[], 
 }
 
 /* Do the rows take energy from the motion, or give it none beyond rounding? */
-static bool dissipates(const SolverScratch *scratch) {
+static bool dissipating(const SolverScratch *scratch) {
     double lost = 0.0, terms = 0.0;
     for (int row = N_PERMANENT; row < FIRST_LATCH_ROW; row++) {
         const double before = scratch->at.velocities[row], after = scratch->after[row];
@@ -222,18 +222,18 @@ static bool dissipates(const SolverScratch *scratch) {
     return lost >= -MET * terms;
 }
 
-static bool fail(Instance *instance, double time) {
+static bool fail_step(Instance *instance, double time) {
     instance->failure.kind = FAILURE_MODES;
     instance->failure.time = time;
     return false;
 }
 
 /* The greatest part of the restitution that does not make the energy grow; without any it never does. */
-static bool reduce(Instance *instance, double time, const double states[], double length) {
+static bool reduce_loads(Instance *instance, double time, const double states[], double length) {
     double least = 0.0, most = 1.0;
-    for (int i = 0; i < BISECTIONS; i++) {
+    for (int i = 0; i < LOAD_BISECTIONS; i++) {
         const double middle = 0.5 * (least + most);
-        const bool good = solve_loads(instance, time, states, length, middle) && dissipates(&instance->scratch.solver);
+        const bool good = solve_loads(instance, time, states, length, middle) && dissipating(&instance->scratch.solver);
         *(good ? &least : &most) = middle;
     }
     return solve_loads(instance, time, states, length, least);
@@ -242,8 +242,8 @@ static bool reduce(Instance *instance, double time, const double states[], doubl
 void step_begin(Instance *instance, double time, const double states[], double length) {
     SolverScratch *scratch = &instance->scratch.solver;
     find_pace(instance);
-    find_rows(instance);
-    find_coefficients(instance, time, states, length);
+    find_step_rows(instance);
+    find_step_coefficients(instance, time, states, length);
     stepped_meet(instance);
     for (int row = 0; row < K; row++) {
         scratch->impulses[row] = length * instance->state.solver.forces[row];
@@ -255,12 +255,12 @@ void step_begin(Instance *instance, double time, const double states[], double l
 bool step_impulses(Instance *instance, double time, const double states[], double length) {
     const SolverScratch *scratch = &instance->scratch.solver;
     if (!solve_loads(instance, time, states, length, 1.0)) {
-        return fail(instance, time);
+        return fail_step(instance, time);
     }
     for (int c = 0; c < N_UNILATERALS; c++) {
-        if (scratch->restitution[c] > 0.0 && !dissipates(scratch)) {
+        if (scratch->restitution[c] > 0.0 && !dissipating(scratch)) {
             give_notice(instance, NOTICE_REDUCED, 0.0, N_SWITCHES + 2 * c);
-            return reduce(instance, time, states, length) || fail(instance, time);
+            return reduce_loads(instance, time, states, length) || fail_step(instance, time);
         }
     }
     return true;

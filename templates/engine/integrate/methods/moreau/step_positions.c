@@ -7,9 +7,7 @@
 #include "step_impulses.h"
 
 enum {
-    N = N_COORDINATES,
-    K = N_CONSTRAINTS,
-    MOST_CORRECTIONS = 8,
+    MOST_POSITION_CORRECTIONS = 8,
     HELD = N_HOLONOMIC - N_UNILATERALS - N_OFFSETS /* permanent holonomic constraints */
 };
 
@@ -50,7 +48,7 @@ static double find_needs(const SolverScratch *scratch, const SteppedRows *at, bo
 }
 
 /* Moves q by what the linearised positions need. */
-static void correct(Instance *instance, const SteppedRows *at, const bool moved[], double q[]) {
+static void correct_positions(Instance *instance, const SteppedRows *at, const bool moved[], double q[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, pushes, K);
     WORK_ZEROS(mark, double, start, N);
@@ -79,7 +77,7 @@ static void correct(Instance *instance, const SteppedRows *at, const bool moved[
     arena_release(mark);
 }
 
-static bool fail(Instance *instance, double time, int row, double residual) {
+static bool fail_positions(Instance *instance, double time, int row, double residual) {
     Failure *failure = &instance->failure;
     failure->kind = FAILURE_CONSTRAINTS;
     failure->time = time;
@@ -96,13 +94,13 @@ bool step_positions(Instance *instance, double time, double states[]) {
     SteppedRows *at = &scratch->end;
     double worst = 0.0;
     int which = 0;
-    for (int i = 0; i <= MOST_CORRECTIONS; i++) {
+    for (int i = 0; i <= MOST_POSITION_CORRECTIONS; i++) {
         stepped_evaluate(instance, time, states, at);
         worst = find_needs(scratch, at, moved, &which);
-        if (worst <= MET || i == MOST_CORRECTIONS) {
+        if (worst <= MET || i == MOST_POSITION_CORRECTIONS) {
             break;
         }
-        correct(instance, at, moved, states);
+        correct_positions(instance, at, moved, states);
     }
-    return arena_leave(mark, worst <= LOCATED || fail(instance, time, which, at->positions[which]));
+    return arena_leave(mark, worst <= LOCATED || fail_positions(instance, time, which, at->positions[which]));
 }

@@ -9,11 +9,9 @@
 #include "mass_matrix.h"
 #include "system.h"
 
-enum { N = N_COORDINATES, K = N_CONSTRAINTS };
-
 /* M where the generated factors are not sound: densely, and where it is singular with the permanent constraints added.
    What modes switch must not be added. */
-static bool factorize_densely(Instance *instance, double time, const double states[], const double inputs[]) {
+static bool factorize_stepped_mass(Instance *instance, double time, const double states[], const double inputs[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, masks, N_ROWS);
     double *parameters = instance->state.parameters;
@@ -34,7 +32,7 @@ bool stepped_measure(Instance *instance, double time, const double states[], Ste
     mechanism_stepping(time, states, inputs, instance->state.parameters, system->factor, pivots, system->forcing,
                        at->entries, at->positions, at->velocities);
     system->dense = !pivots_sound(instance, pivots);
-    return arena_leave(mark, !system->dense || factorize_densely(instance, time, states, inputs));
+    return arena_leave(mark, !system->dense || factorize_stepped_mass(instance, time, states, inputs));
 }
 
 void stepped_evaluate(Instance *instance, double time, const double states[], SteppedRows *at) {

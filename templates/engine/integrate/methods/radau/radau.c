@@ -24,8 +24,6 @@
 #include "settings.h"
 #include "solver.h"
 
-enum { N = N_COORDINATES, R = N_RATES, S = STAGES };
-
 static const double SQRT6 = 2.449489742783178;
 
 /* The tolerance that steps and iterations are measured with. Where steps resolve the motion, the error of the solution

@@ -12,7 +12,7 @@
 #include "radau_stages.h"
 #include "step_failure.h"
 
-enum { N = N_COORDINATES, R = N_RATES, S = STAGES, SIZE = S * R, MOST_ITERATIONS = 10 };
+enum { SIZE_OF_STAGES = S * R, MOST_STAGE_ITERATIONS = 10 };
 
 static const double MOST_GROWTH = 4.0; /* the second change may be this many times the first one */
 static const double KEEP = 0.02; /* changes that fall below this part keep K and D for the next step */
@@ -59,7 +59,7 @@ static bool linearize(Instance *instance) {
 }
 
 /* The factors of the systems for this length of step. */
-static bool factorize(Instance *instance, Step step) {
+static bool factorize_stages(Instance *instance, Step step) {
     const SolverMemory *memory = &instance->state.solver;
     SolverScratch *work = &instance->scratch.solver;
     return (factorize_block(memory, step.length, &MODES.real, 1, work->real_matrix, work->real_rows) &&
@@ -83,8 +83,8 @@ static void combine_stages(const double matrix[], const double stages[], double 
 /* The change of the accelerations at the stages that the linearized equations ask for. */
 static void solve_linearized(Arena *arena, const SolverScratch *work, const double residual[], double change[]) {
     const ArenaMark mark = arena_mark(arena);
-    WORK(mark, double, modes, SIZE);
-    WORK(mark, double, solved, SIZE);
+    WORK(mark, double, modes, SIZE_OF_STAGES);
+    WORK(mark, double, solved, SIZE_OF_STAGES);
     combine_stages(MODES.to_modes, residual, modes);
     lu_solve(work->real_matrix, work->real_rows, R, modes, solved);
     lu_solve(work->pair_matrix, work->pair_rows, 2 * R, modes + R, solved + R);
@@ -126,7 +126,7 @@ static bool residuals(Instance *instance, Step step, const double accelerations[
 }
 
 /* What a change of the accelerations changes in the states, in units of the tolerance. */
-static double size_of(const Instance *instance, double h, double tolerance, const double change[]) {
+static double size_of_change(const Instance *instance, double h, double tolerance, const double change[]) {
     double greatest = 0.0;
     for (int k = 0; k < R; k++) {
         const double *x = instance->state.states + k, *nominal = NOMINAL_STATES + k;
@@ -140,7 +140,7 @@ static double size_of(const Instance *instance, double h, double tolerance, cons
         const double size = in_velocity > in_position ? in_velocity : in_position;
         greatest = size > greatest ? size : greatest;
     }
-    return all_finite(change, SIZE) ? greatest / tolerance : HUGE_VAL;
+    return all_finite(change, SIZE_OF_STAGES) ? greatest / tolerance : HUGE_VAL;
 }
 
 /* The values of the polynomials that are 1 at one stage and 0 at the others, x being the part of the step. */
@@ -201,18 +201,18 @@ static void predict(const Instance *instance, Step step, double accelerations[])
    means over two changes. */
 static bool iterate(Instance *instance, Step step, double tolerance, double accelerations[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, residual, SIZE);
-    WORK(mark, double, change, SIZE);
+    WORK(mark, double, residual, SIZE_OF_STAGES);
+    WORK(mark, double, change, SIZE_OF_STAGES);
     const double enough = fmax(10.0 * DBL_EPSILON / tolerance, fmin(0.03, sqrt(tolerance)));
     double previous = 0.0, last_ratio = 0.0;
     predict(instance, step, accelerations);
-    for (int iteration = 0; iteration < MOST_ITERATIONS; iteration++) {
+    for (int iteration = 0; iteration < MOST_STAGE_ITERATIONS; iteration++) {
         if (!residuals(instance, step, accelerations, residual)) {
             return arena_leave(mark, false);
         }
         solve_linearized(instance->arena, &instance->scratch.solver, residual, change);
-        const double size = size_of(instance, step.length, tolerance, change);
-        for (int i = 0; i < SIZE; i++) {
+        const double size = size_of_change(instance, step.length, tolerance, change);
+        for (int i = 0; i < SIZE_OF_STAGES; i++) {
             accelerations[i] += change[i];
         }
         const double ratio = iteration > 0 ? size / previous : 0.5;
@@ -238,11 +238,11 @@ static bool iterate(Instance *instance, Step step, double tolerance, double acce
 bool radau_solve(Instance *instance, Step step, double tolerance, double accelerations[]) {
     SolverMemory *memory = &instance->state.solver;
     if (memory->linearized && memory->contraction < KEEP && !contacts_slide_in_space(instance) &&
-        factorize(instance, step) &&
+        factorize_stages(instance, step) &&
         iterate(instance, step, tolerance, accelerations)) {
         return true;
     }
-    return linearize(instance) && factorize(instance, step) && iterate(instance, step, tolerance, accelerations);
+    return linearize(instance) && factorize_stages(instance, step) && iterate(instance, step, tolerance, accelerations);
 }
 
 void radau_filter(const Instance *instance, double h, double x[]) {

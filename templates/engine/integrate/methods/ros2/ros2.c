@@ -27,8 +27,6 @@
 
 const Method METHOD = {.name = "ros2", .order = 2, .damps = true};
 
-enum { N = N_COORDINATES, R = N_RATES };
-
 static const double GAMMA = 0.2928932188134524755991556; /* 1 - 1/sqrt(2) */
 static const double PART = 0.03;  /* the linearization may miss this part of the velocities' change in a step */
 static const double SMALL = 3e-6; /* it may always miss this part of the velocities themselves */

@@ -9,8 +9,6 @@
 #include "step_failure.h"
 #include "tableau.h"
 
-typedef const double (*Stages)[N_STATES];
-
 static Stages stages_of(const Instance *instance) {
     return instance->scratch.solver.stages;
 }

@@ -25,6 +25,8 @@ typedef struct {
 
 extern const Tableau TABLEAU;
 
+typedef const double (*Stages)[N_STATES]; /* k_i */
+
 /* result[N_STATES] = x + h sum_j a_ij k_j for stage i > 0; x_new for stage i = STAGES, if it is not the last stage. */
 void tableau_states(int stage, double h, const double *RESTRICT x, const double (*RESTRICT k)[N_STATES],
                     double *RESTRICT result);

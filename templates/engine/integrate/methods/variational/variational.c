@@ -45,9 +45,9 @@
 #include "system.h"
 #include "variational.h"
 
-enum { N = N_COORDINATES, S = STAGES, MOST_ITERATIONS = 100 };
+enum { MOST_MOMENTUM_ITERATIONS = 100 };
 
-static void evaluate(Instance *instance, double time, const double states[], double momenta[], double forces[]) {
+static void canonical_at(Instance *instance, double time, const double states[], double momenta[], double forces[]) {
     mechanism_canonical(time, states, inputs_at(instance, time), instance->state.parameters, momenta, forces);
 }
 
@@ -60,7 +60,7 @@ static double weighed(const double weights[], double rows[][N], int i) {
     return sum;
 }
 
-static bool factorize(Instance *instance, double time, const double states[]) {
+static bool factorize_mass(Instance *instance, double time, const double states[]) {
     System *system = &instance->scratch.system;
     return system_factorize(instance, time, states, inputs_at(instance, time), N_CONSTRAINTS, 0.0, system) &&
            mass_regular(instance, time, states, system);
@@ -129,7 +129,7 @@ static bool add_friction(Instance *instance, Step step, Stages *stages) {
 }
 
 /* Coordinates, momenta and forces that belong to the velocities. */
-static bool complete(Instance *instance, Step step, Stages *stages) {
+static bool finish_step(Instance *instance, Step step, Stages *stages) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, states, N_STATES);
     for (int i = 0; i < S; i++) {
@@ -138,7 +138,7 @@ static bool complete(Instance *instance, Step step, Stages *stages) {
                 instance->state.states[k] + step.length * weighed(COLLOCATION.a + i * S, stages->velocities, k);
         }
         stage_states(stages, i, states);
-        evaluate(instance, time_within(instance, step, COLLOCATION.c[i]), states, stages->momenta[i],
+        canonical_at(instance, time_within(instance, step, COLLOCATION.c[i]), states, stages->momenta[i],
                  stages->forces[i]);
     }
     stages_constrain(instance, step, stages);
@@ -148,7 +148,7 @@ static bool complete(Instance *instance, Step step, Stages *stages) {
 /* One round of the iteration: each V_i is corrected by M^-1 times what is missing from its momentum, with M at the
    start of the step. Returns the greatest relative change. Constraints determine velocities up to the rounding of
    coordinates divided by h, which in very short steps is more than the rounding of velocities. */
-static double correct(Instance *instance, Step step, const double p[], Stages *stages) {
+static double correct_velocities(Instance *instance, Step step, const double p[], Stages *stages) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ROWS(mark, double, changes, S, N_UNKNOWNS);
     WORK(mark, double, missing, N_COORDINATES);
@@ -179,15 +179,15 @@ static double correct(Instance *instance, Step step, const double p[], Stages *s
 /* Iterates until the changes are rounding errors: until they do not fall any more. */
 static bool solve_stages(Instance *instance, Step step, const double p[], Stages *stages) {
     double previous = HUGE_VAL;
-    for (int i = 0; i < MOST_ITERATIONS; i++) {
-        if (!complete(instance, step, stages)) {
+    for (int i = 0; i < MOST_MOMENTUM_ITERATIONS; i++) {
+        if (!finish_step(instance, step, stages)) {
             return false;
         }
         const double further = correct_further(instance, step, stages);
-        const double change = fmax(further, correct(instance, step, p, stages));
+        const double change = fmax(further, correct_velocities(instance, step, p, stages));
         /* changes far below rounding may fall on slowly, and make no difference */
         if (change <= SLIVER * DBL_EPSILON || (change <= OBEYED && change >= previous)) {
-            return complete(instance, step, stages);
+            return finish_step(instance, step, stages);
         }
         if (!(change < 1e3 * previous) || change == HUGE_VAL) {
             break;
@@ -208,7 +208,7 @@ static double add_compensated(double x, double increment, double *rest) {
 /* Makes the velocities in states, at a time (s), those whose momenta are next->momenta, M qd + a = p, corrected once
    for rounding. Under constraints p lacks the impulse of the last multiplier until it makes the velocities meet
    them. */
-static bool find_velocities(Instance *instance, double time, SolverMemory *next, double states[]) {
+static bool momenta_velocities(Instance *instance, double time, SolverMemory *next, double states[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, resting, N_STATES);
     WORK_ZEROS(mark, double, impulse, N);
@@ -216,12 +216,12 @@ static bool find_velocities(Instance *instance, double time, SolverMemory *next,
     WORK(mark, double, forces, N);
     memcpy(resting, states, N_STATES * sizeof(double));
     memset(resting + N, 0, N * sizeof(double));
-    if (!factorize(instance, time, resting)) {
+    if (!factorize_mass(instance, time, resting)) {
         return arena_leave(mark, false);
     }
     memcpy(states, resting, N_STATES * sizeof(double));
     for (int round = 0; round < 2; round++) {
-        evaluate(instance, time, states, momenta, forces);
+        canonical_at(instance, time, states, momenta, forces);
         for (int k = 0; k < N; k++) {
             momenta[k] = next->momenta[k] + impulse[k] - momenta[k];
         }
@@ -242,9 +242,9 @@ static bool update_momenta(Instance *instance) {
     State *state = &instance->state;
     if (!state->solver.valid) {
         memset(&state->solver, 0, sizeof state->solver);
-        evaluate(instance, state->time, state->states, state->solver.momenta, forces);
+        canonical_at(instance, state->time, state->states, state->solver.momenta, forces);
         state->solver.valid = 1;
-    } else if (state->solver.moved && !find_velocities(instance, state->time, &state->solver, state->states)) {
+    } else if (state->solver.moved && !momenta_velocities(instance, state->time, &state->solver, state->states)) {
         return arena_leave(mark, false);
     }
     state->solver.moved = 0;
@@ -279,7 +279,7 @@ bool solver_step(Instance *instance, Step step) {
         return arena_leave(mark, false);
     }
     *next = state->solver;
-    if (!factorize(instance, state->time, state->states)) {
+    if (!factorize_mass(instance, state->time, state->states)) {
         return arena_leave(mark, false);
     }
     guess_stages(instance, step, stages);
@@ -296,7 +296,7 @@ bool solver_step(Instance *instance, Step step) {
     for (int k = 0; k < N_FURTHER; k++) {
         scratch->new_states[2 * N + k] = further_at(instance, step.length, stages, S, k);
     }
-    if (!find_velocities(instance, step.end, next, scratch->new_states) ||
+    if (!momenta_velocities(instance, step.end, next, scratch->new_states) ||
         !derivative_at(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
         return arena_leave(mark, false);
     }

@@ -13,20 +13,18 @@
 #include "system.h"
 #include "variational.h"
 
-enum { N = N_COORDINATES, M = N_CONSTRAINTS, S = STAGES };
-
 static const double NO_FORCE[N_COORDINATES]; /* zeros */
 
 void stages_guess_multipliers(const System *system, Stages *stages) {
     const ArenaMark mark = arena_mark(system->arena);
-    WORK(mark, double, below, M);
+    WORK(mark, double, below, K);
     WORK(mark, double, unknowns, N_UNKNOWNS);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         below[k] = -system->gamma[k];
     }
     system_solve(system, system->forcing, below, NULL, unknowns);
     for (int i = 0; i < NODES.count - 1; i++) {
-        memcpy(stages->multipliers[i], unknowns + N, M * sizeof(double));
+        memcpy(stages->multipliers[i], unknowns + N, K * sizeof(double));
     }
     arena_release(mark);
 }
@@ -35,8 +33,8 @@ void stages_guess_multipliers(const System *system, Stages *stages) {
 static void constrain_node(Instance *instance, Step step, Stages *stages, int i) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, states, N_STATES);
-    WORK(mark, double, velocities, M);
-    WORK(mark, double, jacobian, M * N);
+    WORK(mark, double, velocities, K);
+    WORK(mark, double, jacobian, K * N);
     const double time = time_within(instance, step, NODES.c[i]);
     for (int k = 0; k < N; k++) {
         states[k] = instance->state.states[k];
@@ -48,7 +46,7 @@ static void constrain_node(Instance *instance, Step step, Stages *stages, int i)
                           velocities, jacobian);
     for (int j = 0; j < N; j++) {
         stages->reactions[i][j] = 0.0;
-        for (int k = 0; k < M; k++) {
+        for (int k = 0; k < K; k++) {
             stages->reactions[i][j] += jacobian[k * N + j] * stages->multipliers[i][k];
         }
     }
@@ -58,10 +56,10 @@ static void constrain_node(Instance *instance, Step step, Stages *stages, int i)
 /* Residuals of the nonholonomic constraints G qd + b = 0: its integrals from the start to the nodes. */
 static void integrate_velocities(Instance *instance, Step step, Stages *stages) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK_ROWS(mark, double, speeds, S, M);
+    WORK_ROWS(mark, double, speeds, S, K);
     WORK(mark, double, states, N_STATES);
     WORK(mark, double, positions, N_HOLONOMIC + 1);
-    WORK(mark, double, jacobian, M * N);
+    WORK(mark, double, jacobian, K * N);
     for (int j = 0; j < S; j++) {
         const double time = time_within(instance, step, COLLOCATION.c[j]);
         stage_states(stages, j, states);
@@ -69,7 +67,7 @@ static void integrate_velocities(Instance *instance, Step step, Stages *stages) 
                               jacobian);
     }
     for (int i = 0; i < NODES.count; i++) {
-        for (int k = N_HOLONOMIC; k < M; k++) {
+        for (int k = N_HOLONOMIC; k < K; k++) {
             double sum = 0.0;
             for (int j = 0; j < S; j++) {
                 sum += NODES.a[i * S + j] * speeds[j][k];
@@ -85,7 +83,7 @@ void stages_constrain(Instance *instance, Step step, Stages *stages) {
     for (int i = 0; i < NODES.count; i++) {
         constrain_node(instance, step, stages, i);
     }
-    if (M > N_HOLONOMIC) {
+    if (K > N_HOLONOMIC) {
         integrate_velocities(instance, step, stages);
     }
 }
@@ -101,14 +99,14 @@ double stages_reaction(const Stages *stages, int i, int coordinate) {
 
 /* The corrections d_j of the multipliers, see stages_meet_constraints. */
 static void correct_multipliers(const System *system, double h, double changes[S][N_UNKNOWNS],
-                                double residuals[SIZE_NODES][M], double d[SIZE_NODES][M]) {
+                                double residuals[SIZE_NODES][K], double d[SIZE_NODES][K]) {
     const ArenaMark mark = arena_mark(system->arena);
     WORK(mark, double, answer, N_UNKNOWNS);
     const int last = NODES.count - 1;
     memset(d, 0, SIZE_NODES * sizeof d[0]);
     for (int i = 1; i <= last; i++) {
         system_solve(system, NO_FORCE, residuals[i], NULL, answer);
-        for (int k = 0; k < M; k++) {
+        for (int k = 0; k < K; k++) {
             double right = -answer[N + k];
             for (int j = 0; j < S; j++) {
                 right += h * NODES.a[i * S + j] * changes[j][N + k];
@@ -129,11 +127,11 @@ static void correct_multipliers(const System *system, double h, double changes[S
    with a and hat of the nodes. The velocities change by x_i + M^-1 G^T (h sum_j hat_ij d_j - mu_i). */
 void stages_meet_constraints(const System *system, double h, Stages *stages, double changes[S][N_UNKNOWNS]) {
     const ArenaMark mark = arena_mark(system->arena);
-    WORK_ROWS(mark, double, d, SIZE_NODES, M);
-    WORK(mark, double, impulse, M);
+    WORK_ROWS(mark, double, d, SIZE_NODES, K);
+    WORK(mark, double, impulse, K);
     correct_multipliers(system, h, changes, stages->residuals, d);
     for (int i = 0; i < S; i++) {
-        for (int k = 0; k < M; k++) {
+        for (int k = 0; k < K; k++) {
             impulse[k] = -changes[i][N + k];
             for (int j = 0; j < NODES.count - 1; j++) {
                 impulse[k] += h * NODES.hat[i * NODES.count + j] * d[j][k];
@@ -142,7 +140,7 @@ void stages_meet_constraints(const System *system, double h, Stages *stages, dou
         constraints_respond(&system->constraints, impulse, changes[i]);
     }
     for (int i = 0; i < NODES.count - 1; i++) {
-        for (int k = 0; k < M; k++) {
+        for (int k = 0; k < K; k++) {
             stages->multipliers[i][k] += d[i][k];
         }
     }
@@ -151,20 +149,20 @@ void stages_meet_constraints(const System *system, double h, Stages *stages, dou
 
 void stages_end_step(Instance *instance, double time, const double missing[], double states[], double impulse[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, positions, M);
-    WORK(mark, double, velocities, M);
-    WORK(mark, double, jacobian, M * N);
+    WORK(mark, double, positions, K);
+    WORK(mark, double, velocities, K);
+    WORK(mark, double, jacobian, K * N);
     WORK(mark, double, change, N_UNKNOWNS);
     const System *system = &instance->scratch.system;
     mechanism_constraints(time, states, inputs_at(instance, time), instance->state.parameters, positions, velocities,
                           jacobian);
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         velocities[k] = -velocities[k];
     }
     system_solve(system, missing, velocities, NULL, change);
     for (int j = 0; j < N; j++) {
         states[N + j] += change[j];
-        for (int k = 0; k < M; k++) {
+        for (int k = 0; k < K; k++) {
             impulse[j] += jacobian[k * N + j] * change[N + k];
         }
     }
@@ -177,7 +175,7 @@ bool mass_regular(Instance *instance, double time, const double states[], const 
     WORK_OF(mark, Factorization, work);
     double *mass = instance->scratch.mass;
     double mended = 0.0;
-    for (int k = 0; k < M; k++) {
+    for (int k = 0; k < K; k++) {
         mended = fmax(mended, system->weight[k]);
     }
     if (!(mended > 0.0)) {

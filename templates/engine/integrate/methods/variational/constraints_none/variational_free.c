@@ -2,8 +2,6 @@
 #include "system.h"
 #include "variational.h"
 
-enum { N = N_COORDINATES };
-
 void stages_guess_multipliers(const System *system, Stages *stages) {
     (void)system;
     (void)stages;

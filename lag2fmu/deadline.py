@@ -1,0 +1,62 @@
+"""Time that a piece of work may take: whoever starts it sets the bound, and its loops look at the clock.
+
+The bound is ambient, as the cancel scopes of trio are (N. J. Smith, Timeouts and cancellation for humans, 2018). So it
+reaches loops far below without an argument in every function between. The clock is the CPU time of the thread: what is
+reached in a given time does not depend on what else the machine does.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+LIMIT = 60.0
+"""The CPU time, in s, that a direct integration or an analysis may take where the user gives no other."""
+
+_end: ContextVar[float] = ContextVar("end", default=math.inf)
+
+
+class OutOfTimeError(Exception):
+    """The time is over; it is caught by whoever set the bound, and no user sees it."""
+
+
+@contextmanager
+def within(seconds: float) -> Iterator[None]:
+    """Bound the CPU time of the work inside by ``seconds``, and by what is left of an outer bound."""
+    token = _end.set(min(_end.get(), time.thread_time() + seconds))
+    try:
+        yield
+    finally:
+        _end.reset(token)
+
+
+def seconds_left() -> float:
+    """The CPU time, in s, until the innermost bound; infinite without one, negative where it is over."""
+    return _end.get() - time.thread_time()
+
+
+def check_time() -> None:
+    """Raise OutOfTimeError if the time is over; loops that may be long call it at every turn."""
+    if time.thread_time() > _end.get():
+        raise OutOfTimeError
+
+
+class Budget:
+    """CPU time for several pieces of work with other work between them, that takes nothing from it."""
+
+    def __init__(self, seconds: float) -> None:
+        """``seconds`` for all pieces together."""
+        self.left = seconds
+
+    @contextmanager
+    def spent(self, share: float = 1.0) -> Iterator[None]:
+        """Bound the work inside by this ``share`` of what is left, and take from it what the work needs."""
+        begin = time.thread_time()
+        try:
+            with within(share * self.left):
+                yield
+        finally:
+            self.left -= time.thread_time() - begin

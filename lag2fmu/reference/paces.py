@@ -1,0 +1,43 @@
+"""How fast the coordinates of a motion swing: the units in which the velocities of two runs may differ."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.state import Floats
+
+POINTS = 20
+"""Points of the motion at which the pace of each coordinate is measured."""
+
+
+def velocity_units(
+    equations: Equations, times: Floats, z: Floats, inputs: Mapping[str, ArrayLike], scales: Floats
+) -> Floats:
+    """The units of the distance of two runs in their velocities, (n,), in SI units.
+
+    A coordinate that is moved by its scale swings at the rate sqrt(|d qdd/dq|), in 1/s, the greatest along z (m, s) at
+    the ``times`` (m,), in s, with ``inputs`` {name: (m,)}. It gets velocities of scale times rate, and at least the
+    scale of the velocity; ``scales`` (s,) are those of all states. With smaller units of velocities a fast vibration
+    would look like a growing one.
+    """
+    n, changes = equations.n, []
+    q, qd = z[:, :n], z[:, n : 2 * n]
+    for i, change in enumerate(1e-6 * scales[:n]):
+        sides = []
+        for sign in (1, -1):
+            moved = q.copy()
+            moved[:, i] += sign * change
+            sides.append(equations.rates(equations.energies.state(times, moved, qd, inputs))[0][i])
+        changes.append(np.nanmax(np.nan_to_num(np.abs(sides[0] - sides[1]), posinf=0.0)) / (2 * change))
+    found: Floats = np.maximum(scales[n : 2 * n], scales[:n] * np.sqrt(changes))
+    return found
+
+
+def some_of(rows: NDArray[np.intp]) -> NDArray[np.intp]:
+    """POINTS of the ``rows`` (k,), or all if there are fewer."""
+    chosen: NDArray[np.intp] = rows[np.unique(np.linspace(0, len(rows) - 1, POINTS).astype(int))]
+    return chosen

@@ -1,0 +1,107 @@
+"""``ssp``: FMUs and their connections as one archive, System Structure and Parameterization 2.0."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from math import isfinite
+from pathlib import Path
+
+from lag2fmu.errors import ExportError, LoadError
+from lag2fmu.fmu.exported import Fmu
+from lag2fmu.fmu.pack import pack
+from lag2fmu.language.identifiers import suggestion
+from lag2fmu.systems.components import Component, read_component
+from lag2fmu.systems.connections import Components, End, connected
+from lag2fmu.systems.structure import PARAMETERS, SSD, System, ssd, ssv
+
+Source = Fmu | str | os.PathLike[str]
+"""An exported FMU, or the path of an FMU of any tool."""
+
+
+def ssp(
+    fmus: Mapping[str, Source] | Iterable[Source],
+    path: str | Path,
+    *,
+    connect: Iterable[str] = (),
+    values: Mapping[str, float] | None = None,
+    stop_time: float | None = None,
+) -> Path:
+    """Write the system of ``fmus`` to ``path``, which ends in .ssp, and return it.
+
+    - ``fmus``: {component: FMU}, or FMUs alone, whose components are then named after their files.
+    - ``connect``: words such as 'a.x:b.y0', an output and an input, or two terminals whose members match.
+    - ``values`` {'a.m': value}: parameters and start values in the units of the FMU (SI units for those of lag2fmu),
+      which become a parameter set.
+    - ``stop_time`` (s): by default the longest of the FMUs.
+
+    Raises LoadError for FMUs, connections and values that do not fit, ExportError for a ``path`` that cannot be
+    written.
+    """
+    target = Path(path)
+    if target.suffix != ".ssp" or not target.parent.is_dir():
+        raise ExportError(f"the system '{target}' has to be a file that ends in .ssp in a folder that exists")
+    components = read_components(fmus)
+    sources: dict[Path, str] = {}
+    for component in components.values():
+        sources.setdefault(component.path, f"resources/{component.name}.fmu")
+    system = System(
+        target.stem,
+        components,
+        {name: sources[component.path] for name, component in components.items()},
+        connected(connect, components),
+        settings_of(values or {}, components),
+        _stop_time(stop_time, components),
+    )
+    files = {inside: file.read_bytes() for file, inside in sources.items()}
+    pack({SSD: ssd(system), **files, **({PARAMETERS: ssv(system)} if system.values else {})}, target)
+    return target
+
+
+def read_components(fmus: Mapping[str, Source] | Iterable[Source]) -> Components:
+    """The components of ``fmus``, see ``ssp``; raises LoadError for a name that is taken or a file that is no FMU."""
+    found: dict[str, Component] = {}
+    named = fmus.items() if isinstance(fmus, Mapping) else ((None, source) for source in fmus)
+    for given, source in named:
+        path = source.path if isinstance(source, Fmu) else Path(source)
+        name = path.stem if given is None else given
+        if not name or "." in name:
+            raise LoadError(f"'{path}': '{name}' cannot name a component; call it otherwise, e.g. arm={path.name}")
+        if name in found:
+            raise LoadError(
+                f"'{path}': there is a component '{name}' already, '{found[name].path}'; "
+                f"call one otherwise, e.g. {name}_2={path}"
+            )
+        found[name] = read_component(name, path)
+    if not found:
+        raise LoadError("a system needs an FMU at least")
+    return found
+
+
+def settings_of(values: Mapping[str, float], components: Components) -> dict[End, float]:
+    """{connector: value} for ``values`` {'a.m': value}; raises LoadError for a variable that cannot be set."""
+    found: dict[End, float] = {}
+    for word, value in values.items():
+        end = End(*word.partition(".")[::2])
+        if end.component not in components or not end.connector:
+            raise LoadError(f"--set {word}: expected COMPONENT.VARIABLE; components are {', '.join(components)}")
+        connectors = components[end.component].connectors
+        free = [name for name, connector in connectors.items() if connector.settable]
+        if end.connector not in free:
+            why = "has no start value" if end.connector in connectors else "does not exist"
+            raise LoadError(f"--set {word}: that variable {why}; {suggestion(end.connector, free)}")
+        if connectors[end.connector].sizes:
+            raise LoadError(f"--set {word}: that variable is an array; set its elements in the FMU when it is exported")
+        if not isfinite(value):
+            raise LoadError(f"--set {word}: {value} is not finite")
+        low, high = connectors[end.connector].low, connectors[end.connector].high
+        if value < low or value > high:
+            raise LoadError(f"--set {word}: {value:g} is not within the bounds of that variable, [{low:g}, {high:g}]")
+        found[end] = float(value)
+    return found
+
+
+def _stop_time(given: float | None, components: Components) -> float:
+    if given is not None and not (isfinite(given) and given > 0):
+        raise LoadError(f"--stop-time {given}: give a positive number of seconds")
+    return float(given or max((c.stop_time or 0.0 for c in components.values()), default=0.0) or 1.0)

@@ -1,0 +1,65 @@
+"""The direct integrations that a validation needs, within one budget of CPU time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from lag2fmu.deadline import Budget, OutOfTimeError, check_time
+from lag2fmu.reference.integrate import integrate
+from lag2fmu.reference.integrated import Reference
+from lag2fmu.verify.task import Floats, Task
+
+SHARE = 0.8
+"""About this part of the time goes to the direct integration."""
+
+
+class References:
+    """The direct integrations: one for all communication steps, or one for each where inputs are held during them."""
+
+    def __init__(self, task: Task, progress: Callable[[float], None]) -> None:
+        """``progress`` is told the share of the validation that is done."""
+        self._task, self._progress = task, progress
+        self._found: dict[float, Reference] = {}
+        self._count = len(task.steps) if task.holds else 1
+        self._rtol = max(1e-13, min(1e-10, 1e-3 * task.tolerance))
+        self.budget = Budget(task.limit)
+
+    def make(self) -> bool:
+        """Integrate for all communication steps; whether each integration gets over a middle one."""
+        try:
+            references = [self.of(step) for step in self._task.steps]
+        except OutOfTimeError:
+            return False
+        reached = min(float(r.trajectory.time[-1]) for r in references)
+        return reached >= self._task.steps[1] * (1 - 1e-9)
+
+    def of(self, step: float) -> Reference:
+        """The direct integration for a communication ``step`` (s), until where it comes in its part of the time.
+
+        Raises OutOfTimeError where its start is not settled in time.
+        """
+        task = self._task
+        step = step if task.holds else task.steps[-1]
+        if step not in self._found:
+            done = len(self._found)
+
+            def reached(share: float) -> None:
+                self._progress(SHARE * (done + share) / self._count)
+
+            grid, driving = task.grid(step), task.driving(step)
+            with self.budget.spent(1 / (self._count - done)):
+                self._found[step] = integrate(task.mechanism, grid, inputs=driving, rtol=self._rtol, progress=reached)
+        return self._found[step]
+
+    def window(self, times: Floats, starts: Mapping[str, float]) -> Reference:
+        """The direct integration at ``times`` (k,), in s, with the states ``starts`` {name: SI value} at the first.
+
+        It ends where the time is over. Raises OutOfTimeError where that is at once.
+        """
+        task = self._task
+        driving = task.driving(task.steps[1])
+        with self.budget.spent():
+            check_time()
+            return integrate(
+                task.mechanism, times, starts=starts, inputs=driving, rtol=self._rtol, whole=task.stop_time
+            )
