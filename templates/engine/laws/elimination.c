@@ -49,14 +49,14 @@ static void scale_rows(Elimination *e) {
 }
 
 /* An entry of the scaled operator for two rows that are not free. */
-static double entry_of(const Elimination *e, int row, int column) {
+static double reduced_entry(const Elimination *e, int row, int column) {
     return e->delassus[e->place_kept[row] * e->kept + e->place_kept[column]];
 }
 
 /* The remaining diagonal entry of the bilateral row at a place. */
 static double rest_of(const Elimination *e, int place, int rank) {
     const int row = e->order[place];
-    double rest = entry_of(e, row, row);
+    double rest = reduced_entry(e, row, row);
     for (int k = 0; k < rank; k++) {
         rest -= e->factor[place * e->bilateral + k] * e->factor[place * e->bilateral + k];
     }
@@ -88,7 +88,7 @@ static void factorize_bilateral(Elimination *e) {
         }
         exchange_places(e, k, best);
         for (int i = k; i < e->bilateral; i++) {
-            double entry = entry_of(e, e->order[i], e->order[k]);
+            double entry = reduced_entry(e, e->order[i], e->order[k]);
             for (int j = 0; j < k; j++) {
                 entry -= e->factor[i * m + j] * e->factor[k * m + j];
             }
@@ -188,7 +188,7 @@ void set_limit(const Elimination *e, int place, double limit, Laws *laws) {
    motion along it. */
 static void clear_determined(const Elimination *e, const double response[], Laws *laws) {
     for (int i = 0; i < e->active; i++) {
-        double rest = entry_of(e, e->row[i], e->row[i]);
+        double rest = reduced_entry(e, e->row[i], e->row[i]);
         for (int k = 0; k < e->rank; k++) {
             rest -= response[i * e->bilateral + k] * response[i * e->bilateral + k];
         }
@@ -234,7 +234,7 @@ static void take_matrices(Elimination *e) {
 
 /* Room for the matrices of the elimination and of the laws, and for two more of the larger one of laws and bilateral
    rows, which elimination, a choice of equations and their solution of least norm take in turn. */
-static bool reserve(const Problem *problem, size_t kept, size_t active, size_t bilateral) {
+static bool reserve_matrices(const Problem *problem, size_t kept, size_t active, size_t bilateral) {
     const size_t larger = active > bilateral ? active : bilateral;
     const size_t matrices = kept * kept + bilateral * bilateral + active * active + 2 * larger * larger;
     return arena_reserve(problem->arena, (matrices + 32 * (kept + 8) + 4 * (size_t)problem->rows) * sizeof(double));
@@ -257,7 +257,7 @@ static void fill_laws(const Elimination *e, Laws *laws) {
     for (int i = 0; i < e->active; i++) {
         const int row = e->row[i];
         for (int k = 0; k < e->rank; k++) {
-            seen[e->order[k]] = entry_of(e, row, e->order[k]); /* the matrix is symmetric */
+            seen[e->order[k]] = reduced_entry(e, row, e->order[k]); /* the matrix is symmetric */
         }
         solve_lower(e, seen, response + i * m);
         laws->offset[i] = difference(column[row], response + i * m, known, e->rank, &laws->terms[i]);
@@ -280,7 +280,7 @@ bool eliminate_rows(const Problem *problem, Elimination *e, Laws *laws) {
     }
     take_rows(e);
     find_rows(e);
-    if (!reserve(problem, (size_t)e->kept, (size_t)e->active, (size_t)e->bilateral)) {
+    if (!reserve_matrices(problem, (size_t)e->kept, (size_t)e->active, (size_t)e->bilateral)) {
         return false;
     }
     take_matrices(e);
@@ -303,10 +303,10 @@ static void solve_bilateral(const Elimination *e, double lambda[]) {
     for (int i = 0; i < m; i++) {
         right[i] = -e->free[e->order[i]];
         for (int a = 0; a < e->kept; a++) {
-            right[i] -= entry_of(e, e->order[i], e->row_kept[a]) * lambda[e->row_kept[a]];
+            right[i] -= reduced_entry(e, e->order[i], e->row_kept[a]) * lambda[e->row_kept[a]];
         }
         for (int j = 0; j < m; j++) {
-            matrix[i * m + j] = entry_of(e, e->order[i], e->order[j]);
+            matrix[i * m + j] = reduced_entry(e, e->order[i], e->order[j]);
         }
     }
     least_norm_solve(arena, m, matrix, right, x);

@@ -95,7 +95,7 @@ static void reflect_row(Decomposition *d, int k) {
     }
 }
 
-static Decomposition take(Arena *arena, int n) {
+static Decomposition take_decomposition(Arena *arena, int n) {
     const size_t bytes = (size_t)n * sizeof(double);
     return (Decomposition){.n = n,
                            .entry = arena_take(arena, (size_t)n * bytes),
@@ -175,7 +175,7 @@ void least_norm_solve(Arena *arena, int n, const double a[], const double b[], d
         return;
     }
     const ArenaMark mark = arena_mark(arena);
-    Decomposition d = take(arena, n);
+    Decomposition d = take_decomposition(arena, n);
     double *rest = arena_take(arena, (size_t)n * sizeof(double));
     decompose(&d, a);
     memset(x, 0, (size_t)n * sizeof(double));

@@ -191,7 +191,7 @@ int polyhedral_other(const Laws *laws, const double x[]) {
 }
 
 /* The memory of a complementarity problem of so many variables and of its solution. */
-static bool reserve(Arena *arena, int variables) {
+static bool reserve_polyhedron(Arena *arena, int variables) {
     const size_t n = (size_t)variables;
     return arena_reserve(arena, (2 * n * n + 8 * n + 32) * sizeof(double));
 }
@@ -202,7 +202,7 @@ static bool approximate(const Laws *laws, Choice *choice, double x[], bool *solv
     const int variables = count_variables(laws);
     const size_t size = (size_t)variables;
     memset(x, 0, (size_t)laws->size * sizeof(double));
-    if (!reserve(laws->arena, variables)) {
+    if (!reserve_polyhedron(laws->arena, variables)) {
         return false;
     }
     Layout layout;

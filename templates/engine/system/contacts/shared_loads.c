@@ -67,7 +67,7 @@ static void project_row(const Shares *p, int row, double unfelt[]) {
 }
 
 /* So many doubles; NULL where there is no memory. */
-static double *take(const Shares *p, size_t count) {
+static double *take_shares(const Shares *p, size_t count) {
     Arena *arena = p->sharing->arena;
     return arena_reserve(arena, arena_bytes(count, sizeof(double))) ? arena_take(arena, count * sizeof(double)) : NULL;
 }
@@ -79,7 +79,7 @@ static bool find_shared_loads(Shares *p) {
             continue;
         }
         if (p->load[p->loads] == NULL) {
-            p->load[p->loads] = take(p, K);
+            p->load[p->loads] = take_shares(p, K);
         }
         double *own = p->load[p->loads];
         if (own == NULL) {
@@ -118,7 +118,7 @@ static Cone *next_cone(Shares *p) {
     Cone *cone = &p->cone[p->cones];
     const int room = p->loads + 1;
     if (cone->room < room) {
-        double *entries = take(p, 3 * (size_t)room);
+        double *entries = take_shares(p, 3 * (size_t)room);
         if (entries == NULL) {
             return NULL;
         }
@@ -345,7 +345,7 @@ static bool step(Shares *p, double tau, const StepWork *work) {
 }
 
 /* From inside of all cones. Margins without a bound are followed only so far. */
-static void follow(Shares *p, const StepWork *work) {
+static void follow_path(Shares *p, const StepWork *work) {
     const bool centre = p->size > p->loads;
     for (double tau = 1.0; tau >= (centre ? TOLERATED : MET); tau *= FALL) {
         for (int i = 0; i < MOST_SHARING_STEPS && step(p, tau * p->greatest, work); i++) {
@@ -366,7 +366,7 @@ static void solve_shares(Shares *p) {
                                .other = arena_take(arena, vector),
                                .matrix = arena_take(arena, size * size * sizeof(double)),
                                .order = arena_take(arena, size * sizeof(int))};
-        follow(p, &work);
+        follow_path(p, &work);
     }
     arena_release(mark);
 }

@@ -54,7 +54,8 @@ static bool massless_level_adjoint(Instance *instance, const Values *values, Lev
         weights[i] = states[MASSLESS_COORDINATES[i]];
     }
     if (!solve_massless_transposed(instance->arena, values->jacobian, size, weights, found)) {
-        return arena_leave(mark, report_adjoint(instance, level == POSITIONS ? values->positions : values->velocities, size));
+        const double *wrong = level == POSITIONS ? values->positions : values->velocities;
+        return arena_leave(mark, report_adjoint(instance, wrong, size));
     }
     for (int k = 0; k < size; k++) {
         rows[MASSLESS_CONSTRAINTS[k]] = found[k];
