@@ -6,7 +6,7 @@
 enum { FUNCTIONS = 2 * N_UNILATERALS + N_FRICTIONS };
 
 static bool is_friction(int function) {
-    return function >= 2 * N_UNILATERALS;
+    return N_FRICTIONS > 0 && function >= 2 * N_UNILATERALS;
 }
 
 static int row_of_function(int function) {
