@@ -25,7 +25,7 @@ HERE = Path(__file__).parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 STRICT += ["-fvisibility=hidden", "-ffp-contract=off"]
-SANITIZE = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+SANITIZE = ["-O1", "-g", "-DARENA_ON_STACK", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 GUID = "{6c1e5f0a-0d6b-4b0e-8a55-3f1d3b7a9c01}"
 
 COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc"]}
