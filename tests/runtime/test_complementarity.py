@@ -291,6 +291,30 @@ def test_a_block_with_dry_friction(laws: Laws) -> None:
         assert forces[0] == pytest.approx(2 * expected - force, rel=1e-15)
 
 
+def test_islands_are_solved_as_if_they_were_alone(laws: Laws) -> None:
+    """Two mechanisms in one problem, a joint with dry friction between the rows of a foot, and a row that is free."""
+    foot = [normal(), tangential(0, 0.4), tangential(0, 0.4)]
+    joint = [bilateral(), bounded(0.3)]
+    of_foot, of_joint, free_row = [0, 3, 4], [1, 5], 2
+    one, free_one = random_problems(21, 3, 3)
+    two, free_two = random_problems(22, 2, 3)
+    delassus, free = np.zeros((len(one), 6, 6)), np.zeros((len(one), 6))
+    for places, part, motion in ((of_foot, one, free_one), (of_joint, two, free_two)):
+        delassus[np.ix_(range(len(one)), places, places)] = part
+        free[:, places] = motion
+    delassus[:, free_row, free_row], delassus[:, free_row, 0], delassus[:, 0, free_row] = 1.0, 0.1, 0.1
+    delassus[:, free_row, 5], delassus[:, 5, free_row] = 0.2, 0.2
+    rows = [foot[0], joint[0], Row(), *foot[1:], joint[1]]
+    solved, forces, motions = laws.solve_all(delassus, free, rows)
+    assert solved.all()
+    for places, part, motion, alone in ((of_foot, one, free_one, foot), (of_joint, two, free_two, joint)):
+        found, force, _ = laws.solve_all(part, motion, alone)
+        assert found.all()
+        np.testing.assert_array_equal(forces[:, places], force)
+    seen = np.einsum("nij,nj->ni", delassus, forces)[:, free_row]
+    np.testing.assert_allclose(motions[:, free_row], seen, rtol=1e-12, atol=1e-13)
+
+
 def test_equal_problems_have_equal_bits(laws: Laws) -> None:
     delassus, free = random_problems(6, 9, 9)
     rows = [row for n in (0, 3, 6) for row in (normal(), tangential(n, 0.4), tangential(n, 0.4))]

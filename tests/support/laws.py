@@ -19,7 +19,16 @@ FREE, BILATERAL, UNILATERAL, TANGENTIAL, SLIDING, BOUNDED, GIVEN = range(7)
 SEQUENTIAL, SIMULTANEOUS = range(2)
 MOST_ROWS, MOST_CONTACTS = 24, 8
 UNITS = (
-    *("complementarity", "cones", "contact_rows", "elimination", "impacts", "impacts_without_collision", "laws"),
+    *(
+        "complementarity",
+        "cones",
+        "contact_rows",
+        "elimination",
+        "islands",
+        "impacts",
+        "impacts_without_collision",
+        "laws",
+    ),
     *("least_norm", "lemke", "polyhedral", "vector_length", "complementarity_large", "envelope", "sparse_rows"),
     *("scale", "arena"),
 )

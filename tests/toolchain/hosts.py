@@ -24,7 +24,13 @@ HOST3 = sorted((HERE / "host3").glob("*.c"))
 INCLUDES = [f"-I{folder}" for folder in (HERE / "host", HERE.parent / "runtime", fmi_headers())]
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
-ADDRESS = ["-g1", "-O1", "-DARENA_ON_STACK", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"]
+ADDRESS = [
+    "-g1",
+    "-O1",
+    "-DARENA_ON_STACK",
+    "-fsanitize=address,undefined,float-cast-overflow",
+    "-fno-sanitize-recover=all",
+]
 THREAD = ["-g1", "-O1", "-fsanitize=thread"]
 
 REPRESENTATIVE = [

@@ -6,7 +6,9 @@
 
 #include "cones.h"
 #include "elimination.h"
+#include "islands.h"
 #include "polyhedral.h"
+#include "scale.h"
 
 /* The equations of the rows that hold at present. */
 static void choose_present(const Elimination *e, Choice *choice) {
@@ -120,7 +122,8 @@ static bool any_slides(const Problem *problem) {
     return found;
 }
 
-int complementarity_other(const Problem *problem) {
+/* complementarity_other for one island. */
+static int other_motion(const Problem *problem) {
     const ArenaMark mark = arena_mark(problem->arena);
     Elimination elimination;
     Laws laws;
@@ -134,37 +137,121 @@ int complementarity_other(const Problem *problem) {
     return other;
 }
 
-static bool all_free(const Problem *problem) {
-    bool free = true;
-    for (int k = 0; k < problem->rows; k++) {
-        free = free && problem->row[k].law == ROW_FREE;
+int complementarity_other(const Problem *problem) {
+    const ArenaMark mark = arena_mark(problem->arena);
+    Islands islands;
+    int other = -1;
+    if (any_slides(problem) && islands_find(problem, &islands)) {
+        for (int i = 0; i < islands.count && other < 0; i++) {
+            const ArenaMark between = arena_mark(problem->arena);
+            Island island;
+            other = island_take(problem, &islands, i, &island) ? other_motion(&island.problem) : -1;
+            other = other < 0 ? -1 : island.row[other];
+            arena_release(between);
+        }
     }
-    return free;
+    arena_release(mark);
+    return other;
 }
 
-bool complementarity_solve(const Problem *problem, double lambda[], double w[]) {
+/* lambda of one island. */
+static bool solve_island(const Problem *problem, double lambda[]) {
     const ArenaMark mark = arena_mark(problem->arena);
     Elimination elimination;
     Laws laws;
     double *x;
-    if (problem->determined != NULL) {
-        memset(problem->determined, 0, (size_t)problem->rows * sizeof(bool));
-    }
-    if (all_free(problem)) {
-        memset(lambda, 0, (size_t)problem->rows * sizeof(double));
-        memcpy(w, problem->free, (size_t)problem->rows * sizeof(double));
-        return true;
-    }
     if (!reduce_and_solve(problem, &elimination, &laws, &x)) {
         return arena_leave(mark, false);
     }
     spread(&laws, x);
+    for (int k = 0; problem->determined != NULL && k < problem->rows; k++) {
+        problem->determined[k] = false;
+    }
     for (int i = 0; i < laws.size; i++) {
         x[i] = laws.width[i] == 0 ? fmax(x[i], 0.0) : x[i];
         if (problem->determined != NULL) {
             problem->determined[elimination.row[i]] = laws.width[i] != 0 && laws.determined[i];
         }
     }
-    recover_rows(&elimination, x, lambda, w);
+    recover_rows(&elimination, x, lambda);
     return arena_leave(mark, true);
+}
+
+static bool take_and_solve(const Problem *problem, const Islands *islands, int which, double lambda[]) {
+    const ArenaMark mark = arena_mark(problem->arena);
+    Island island;
+    if (!island_take(problem, islands, which, &island)) {
+        return arena_leave(mark, false);
+    }
+    const int n = island.problem.rows;
+    if (!arena_reserve(problem->arena, arena_bytes((size_t)n, sizeof(double)))) {
+        return arena_leave(mark, false);
+    }
+    double *own = arena_take(problem->arena, (size_t)n * sizeof(double));
+    if (!solve_island(&island.problem, own)) {
+        return arena_leave(mark, false);
+    }
+    for (int k = 0; k < n; k++) {
+        lambda[island.row[k]] = own[k];
+        if (problem->determined != NULL) {
+            problem->determined[island.row[k]] = island.problem.determined[k];
+        }
+    }
+    return arena_leave(mark, true);
+}
+
+/* w = free + delassus lambda, 0 where it is rounding error: of the terms in the row, or what solving all rows together
+   leaves in a row whose own terms are as small. */
+static bool evaluate_rows(const Problem *problem, const double lambda[], double w[]) {
+    const ArenaMark mark = arena_mark(problem->arena);
+    const int n = problem->rows;
+    const size_t bytes = (size_t)n * sizeof(double);
+    double greatest = 0.0;
+    if (!arena_reserve(problem->arena, 3 * arena_bytes(bytes, 1))) {
+        return false;
+    }
+    double *terms = arena_take(problem->arena, bytes), *scale = arena_take(problem->arena, bytes);
+    int *acts = arena_take(problem->arena, (size_t)n * sizeof(int)), count = 0;
+    find_scales(problem, scale);
+    for (int k = 0; k < n; k++) {
+        acts[count] = k;
+        count += lambda[k] != 0.0;
+    }
+    for (int i = 0; i < n; i++) {
+        terms[i] = fabs(problem->free[i]);
+        w[i] = problem->free[i];
+        for (int a = 0; a < count; a++) {
+            const double part = problem->delassus[i * n + acts[a]] * lambda[acts[a]];
+            terms[i] += fabs(part);
+            w[i] += part;
+        }
+        greatest = fmax(greatest, scale[i] * terms[i]);
+    }
+    for (int i = 0; i < n; i++) {
+        const double rounding = SOLVED * terms[i] + NOISE * greatest / scale[i];
+        w[i] = fabs(w[i]) > rounding ? w[i] : 0.0;
+    }
+    return arena_leave(mark, true);
+}
+
+bool complementarity_solve(const Problem *problem, double lambda[], double w[]) {
+    const ArenaMark mark = arena_mark(problem->arena);
+    const size_t rows = (size_t)problem->rows;
+    Islands islands;
+    if (problem->determined != NULL) {
+        memset(problem->determined, 0, rows * sizeof(bool));
+    }
+    memset(lambda, 0, rows * sizeof(double));
+    if (!islands_find(problem, &islands)) {
+        return arena_leave(mark, false);
+    }
+    if (islands.count == 0) {
+        memcpy(w, problem->free, rows * sizeof(double));
+        return arena_leave(mark, true);
+    }
+    bool solved = true;
+    for (int i = 0; i < islands.count && solved; i++) {
+        solved = islands.count == 1 ? solve_island(problem, lambda) : take_and_solve(problem, &islands, i, lambda);
+    }
+    return arena_leave(mark, solved && evaluate_rows(problem, lambda, w));
 }

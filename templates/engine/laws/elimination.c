@@ -26,17 +26,22 @@ static double scale_for(double diagonal) {
     return diagonal > 0.0 ? 1.0 / sqrt(diagonal) : 1.0;
 }
 
+void find_scales(const Problem *problem, double scale[]) {
+    const int n = problem->rows;
+    for (int k = 0; k < n; k++) {
+        scale[k] = scale_for(problem->delassus[k * n + k]);
+        if (k > 0 && is_second(problem, k)) {
+            const double sum = problem->delassus[k * n + k] + problem->delassus[(k - 1) * n + k - 1];
+            scale[k] = scale_for(0.5 * sum);
+            scale[k - 1] = scale[k];
+        }
+    }
+}
+
 static void scale_rows(Elimination *e) {
     const Problem *problem = e->problem;
     const int n = problem->rows;
-    for (int k = 0; k < n; k++) {
-        e->scale[k] = scale_for(problem->delassus[k * n + k]);
-        if (k > 0 && is_second(problem, k)) {
-            const double sum = problem->delassus[k * n + k] + problem->delassus[(k - 1) * n + k - 1];
-            e->scale[k] = scale_for(0.5 * sum);
-            e->scale[k - 1] = e->scale[k];
-        }
-    }
+    find_scales(problem, e->scale);
     for (int i = 0; i < n; i++) {
         e->free[i] = e->scale[i] * problem->free[i];
     }
@@ -316,34 +321,7 @@ static void solve_bilateral(const Elimination *e, double lambda[]) {
     arena_release(mark);
 }
 
-/* The sum of the absolute terms of w = free + delassus lambda in a row. */
-static double terms_of(const Problem *problem, const double lambda[], int row) {
-    double sum = fabs(problem->free[row]);
-    for (int j = 0; j < problem->rows; j++) {
-        sum += fabs(problem->delassus[row * problem->rows + j] * lambda[j]);
-    }
-    return sum;
-}
-
-/* w = free + delassus lambda, 0 where it is rounding error: of the terms in the row, or what solving all rows together
-   leaves in a row whose own terms are as small. */
-static void evaluate_rows(const Elimination *e, const double lambda[], double w[]) {
-    const Problem *problem = e->problem;
-    double greatest = 0.0;
-    for (int i = 0; i < problem->rows; i++) {
-        greatest = fmax(greatest, e->scale[i] * terms_of(problem, lambda, i));
-    }
-    for (int i = 0; i < problem->rows; i++) {
-        const double rounding = SOLVED * terms_of(problem, lambda, i) + NOISE * greatest / e->scale[i];
-        w[i] = problem->free[i];
-        for (int j = 0; j < problem->rows; j++) {
-            w[i] += problem->delassus[i * problem->rows + j] * lambda[j];
-        }
-        w[i] = fabs(w[i]) > rounding ? w[i] : 0.0;
-    }
-}
-
-void recover_rows(const Elimination *e, const double x[], double lambda[], double w[]) {
+void recover_rows(const Elimination *e, const double x[], double lambda[]) {
     const int n = e->problem->rows;
     for (int k = 0; k < n; k++) {
         lambda[k] = given(e, k) + (e->place[k] >= 0 ? x[e->place[k]] : 0.0);
@@ -358,5 +336,4 @@ void recover_rows(const Elimination *e, const double x[], double lambda[], doubl
     for (int k = 0; k < n; k++) {
         lambda[k] *= e->scale[k];
     }
-    evaluate_rows(e, lambda, w);
 }

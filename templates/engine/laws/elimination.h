@@ -30,7 +30,10 @@ bool eliminate_rows(const Problem *problem, Elimination *elimination, Laws *laws
 /* Sets the limits of a row of friction among the laws: a coefficient of friction, or the force of a bounded row. */
 void set_limit(const Elimination *elimination, int place, double limit, Laws *laws);
 
-/* lambda[rows] and w[rows] for the solution x of the laws. */
-void recover_rows(const Elimination *elimination, const double x[], double lambda[], double w[]);
+/* lambda[rows] for the solution x of the laws. */
+void recover_rows(const Elimination *elimination, const double x[], double lambda[]);
+
+/* scale[rows], with which the diagonal entries of the rows are 1; that of the two rows of a cone is the same. */
+void find_scales(const Problem *problem, double scale[]);
 
 #endif

@@ -56,7 +56,10 @@ static void multiply(Arena *arena, ConstraintFactorization *result) {
         for (int column = row_begin(result, row); column < row_end(result, row); column++) {
             const double slope = result->jacobian[row * N + column];
             for (int j = 0; slope != 0.0 && j <= i; j++) {
-                sum[j] += slope * result->response[result->order[j] * N + column];
+                const int other = result->order[j];
+                if (column >= row_begin(result, other) && column < row_end(result, other)) {
+                    sum[j] += slope * result->response[other * N + column];
+                }
             }
         }
         for (int j = 0; j <= i; j++) {
@@ -95,17 +98,24 @@ static double bring_row(ConstraintFactorization *result, int k) {
     return a[k * K + k];
 }
 
-/* Writes column k of L and takes its part out of the rest of the matrix. */
+/* Writes column k of L, and the same as row k behind the diagonal, and takes its part out of the rest of the matrix. The
+   loops run along row k, which has many zeros where many bodies touch. */
 static void eliminate(double a[], int rows, int k) {
-    a[k * K + k] = sqrt(a[k * K + k]);
+    double *row = a + k * K;
+    row[k] = sqrt(row[k]);
     for (int i = k + 1; i < rows; i++) {
-        a[i * K + k] /= a[k * K + k];
+        if (row[i] != 0.0) {
+            row[i] /= row[k];
+            a[i * K + k] = row[i];
+        }
     }
     for (int i = k + 1; i < rows; i++) {
-        const double factor = a[i * K + k];
+        const double factor = row[i];
         for (int j = k + 1; j <= i && factor != 0.0; j++) {
-            a[i * K + j] -= factor * a[j * K + k];
-            a[j * K + i] = a[i * K + j];
+            if (row[j] != 0.0) {
+                a[i * K + j] -= factor * row[j];
+                a[j * K + i] = a[i * K + j];
+            }
         }
     }
 }
