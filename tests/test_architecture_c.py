@@ -29,7 +29,6 @@ SMALL = re.compile(r"(?<![\w.])[\d.]+e-\d+")
 STEERING = {
     "instance.c": {"1e-4"},
     "integrator.c": {"1e-5"},
-    "step_size.c": {"1e-3", "1e-4", "1e-5", "1e-7", "1e-15"},
     "ros2.c": {"3e-6"},
     "jumps.c": {"1e-3", "1e-4", "1e-5"},
     "event_steps.c": {"1e-3"},

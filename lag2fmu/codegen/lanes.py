@@ -19,6 +19,7 @@ from lag2fmu.graph.operations import COSINE, SINE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.collocation import Collocation
 from lag2fmu.solvers.methods import Method
+from lag2fmu.solvers.step_control import step_control
 from lag2fmu.solvers.tableaus import Tableau
 
 LaneMethod = Tableau | Collocation
@@ -63,6 +64,7 @@ def render_lanes(program: Program, tables: RuntimeTables, method: LaneMethod, la
     context = {
         "name": tables.model_name,
         "method": method,
+        "control": step_control(),
         "lanes": lanes,
         "coordinates": len(tables.coordinate_names),
         "further": tables.further,
@@ -84,6 +86,7 @@ def render_lanes(program: Program, tables: RuntimeTables, method: LaneMethod, la
     files |= _lookup_files(replace(program, functions=functions))
     generated = ("lane_sizes.h", "lane_equations.h", "lane_equations.c")
     files |= {name: render(f"ensemble/{name}.jinja", context) for name in generated}
+    files["step_control.h"] = render("mechanism/step_control.h.jinja", context)
     files["lane_tableau.h"] = render(f"ensemble/lane_{'tableau' if explicit else 'collocation'}.h.jinja", context)
     return dict(sorted(files.items()))
 

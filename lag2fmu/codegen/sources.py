@@ -14,8 +14,9 @@ from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.operations import CODE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
+from lag2fmu.solvers.step_control import step_control
 
-GENERATED = ("mechanism.h", "mechanism.c", "tables.c")
+GENERATED = ("mechanism.h", "mechanism.c", "tables.c", "step_control.h")
 PORTS = ("ports_size.h", "ports.c")
 """The generated files that map value references to slots, for mechanisms whose ports differ from the slots."""
 
@@ -53,6 +54,7 @@ def render_sources(
         "program": program,
         "tables": tables,
         "method": method,
+        "control": step_control(),
         "guid": guid,
         "lookups": lookups_of(program),
         "helpers": helpers_of(program),

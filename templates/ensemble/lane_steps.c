@@ -1,20 +1,15 @@
-/* Steps in lanes, each with its own length and error control. The rules, and their numbers, are those of the scalar
-   engine (step_size.c). Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential
+/* Steps in lanes, each with its own length and error control. The rules are those of the scalar engine (step_size.c). Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential
    Equations I, 2nd edition, sections II.1, II.4 and II.10; Hairer, Wanner, Solving Ordinary Differential Equations II,
    2nd edition, section IV.2 (the PI controller). */
+#include <float.h>
 #include <math.h>
 
 #include "lane_group.h"
 #include "lane_math.h"
+#include "step_control.h"
 
-static const double LARGEST_GROWTH = 10.0;
-static const double LARGEST_REDUCTION = 0.2;
-static const double SMALLEST_ERROR = 1e-4;
-static const double STRETCH = 1.05;
-static const double MAX_STEP_SLACK = 1.001;
-static const double RESTING_STEP = 1e-7;
 static const double ERROR_POWER = 1.0 + (ERROR_ORDER < ORDER ? ERROR_ORDER : ORDER);
-static const double STEP_ROUNDING = 16.0 * 2.220446049250313e-16;
+static const double STEP_ROUNDING = SHORTEST_ROUNDINGS * DBL_EPSILON;
 
 static Lanes weighted_norm(const Group *group, const Lanes v[]) {
     Lanes largest = lanes_of(0.0);
@@ -33,8 +28,8 @@ LANE_FUNCTION Lanes power(Lanes x, double exponent) {
 void group_first_step(Group *group, Mask mask) {
     Lanes states[N_STATES], derivatives[N_STATES], unknowns[N_UNKNOWNS];
     const Lanes d0 = weighted_norm(group, group->states), d1 = weighted_norm(group, group->stages[0]);
-    const Mask resting = (Mask)(d0 < 1e-5) | (Mask)(d1 < 1e-5);
-    const Lanes h0 = lanes_select(resting, RESTING_STEP * (group->stop - group->time), 0.01 * d0 / d1);
+    const Mask resting = (Mask)(d0 < RESTING) | (Mask)(d1 < RESTING);
+    const Lanes h0 = lanes_select(resting, RESTING_PART * (group->stop - group->time), FIRST_PART * d0 / d1);
     for (int i = 0; i < N_STATES; i++) {
         states[i] = group->states[i] + h0 * group->stages[0][i];
     }
@@ -43,8 +38,8 @@ void group_first_step(Group *group, Mask mask) {
         derivatives[i] = (derivatives[i] - group->stages[0][i]) / h0;
     }
     const Lanes largest = lanes_max(d1, weighted_norm(group, derivatives));
-    const Lanes h1 = lanes_select(largest <= 1e-15, h0, power(0.01 / largest, 1.0 / ERROR_POWER));
-    lanes_put(&group->next_step, mask, lanes_min(100.0 * h0, h1));
+    const Lanes h1 = lanes_select(largest <= NO_CHANGE, h0, power(FIRST_PART / largest, 1.0 / ERROR_POWER));
+    lanes_put(&group->next_step, mask, lanes_min(FIRST_GROWTH * h0, h1));
 }
 
 /* The trial step: its length and where it ends. Returns where it ends at the limit though a longer one is proposed. */
@@ -66,7 +61,7 @@ static Mask choose_steps(Group *group) {
 }
 
 static void propose(Group *group, Mask good, Mask short_of_limit, Lanes error) {
-    const double beta = 0.2 / ERROR_POWER, alpha = 1.0 / ERROR_POWER - 0.75 * beta;
+    const double beta = REMEMBERED_EXPONENT / ERROR_POWER, alpha = 1.0 / ERROR_POWER - REMEMBERED_SHARE * beta;
     const Lanes log_error = lanes_log(lanes_max(error, lanes_of(1e-300)));
     Lanes factor = SAFETY * lanes_exp(beta * group->previous_log_error - alpha * log_error);
     factor = lanes_max(factor, lanes_of(LARGEST_REDUCTION));
@@ -80,7 +75,7 @@ static void propose(Group *group, Mask good, Mask short_of_limit, Lanes error) {
 static void propose_shorter(Group *group, Mask bad, Lanes error) {
     const Mask measured = (Mask)(error > 1.0) & (Mask)(error < HUGE_VAL);
     const Lanes usual = SAFETY * power(lanes_select(measured, error, lanes_of(1.0)), -1.0 / ERROR_POWER);
-    const Lanes factor = lanes_max(lanes_select(measured, usual, lanes_of(0.25)), lanes_of(LARGEST_REDUCTION));
+    const Lanes factor = lanes_max(lanes_select(measured, usual, lanes_of(UNMEASURED_REDUCTION)), lanes_of(LARGEST_REDUCTION));
     lanes_put(&group->next_step, bad, factor * group->length);
 }
 

@@ -15,6 +15,7 @@
 #include "scale.h"
 #include "settings.h"
 #include "solver_steps.h"
+#include "step_control.h"
 #include "step_size.h"
 #include "watching.h"
 
@@ -160,7 +161,7 @@ static bool step_adaptively(Instance *instance) {
     }
     state->interrupted = larger(end - state->time, state->interrupted);
     while (step_goes_on(instance)) {
-        const double shortest = 16.0 * DBL_EPSILON * larger(fabs(state->time), fabs(end));
+        const double shortest = SHORTEST_ROUNDINGS * DBL_EPSILON * larger(fabs(state->time), fabs(end));
         state->next_step = larger(state->next_step, shortest);
         if (!count_trial(instance, &trials, &mark)) {
             return false;

@@ -10,15 +10,9 @@
 #include "contacts.h"
 #include "derivative.h"
 #include "settings.h"
+#include "step_control.h"
 
-static const double LARGEST_GROWTH = 10.0;
-static const double LARGEST_REDUCTION = 0.2;
-static const double SMALLEST_ERROR = 1e-4; /* the smallest error that the controller remembers */
-static const double STRETCH = 1.05;        /* the last step may be longer by this factor, so that no sliver is left */
-static const double MAX_STEP_SLACK = 1.001;
-static const double WORTHWHILE = 1.25;     /* steps pass the communication point only if longer by this factor */
-static const double LONGEST_PART = 0.02;   /* the longest step under error control by default, in experiments */
-static const double RESTING_PART = 1e-7;   /* the first step where nothing moves, in experiments */
+static const double WORTHWHILE = 1.25; /* steps pass the communication point only if longer by this factor */
 
 /* The exponent's denominator: the error estimate of a step h is proportional to h to this power. */
 static double error_power(void) {
@@ -47,20 +41,20 @@ double first_step(Instance *instance) {
     Scratch *scratch = &instance->scratch;
     const double d0 = weighted_norm(state, state->states);
     const double d1 = weighted_norm(state, state->first_stage);
-    const double h0 = d0 < 1e-5 || d1 < 1e-5 ? RESTING_PART * experiment_duration(state) : 0.01 * d0 / d1;
+    const double h0 = d0 < RESTING || d1 < RESTING ? RESTING_PART * experiment_duration(state) : FIRST_PART * d0 / d1;
 
     for (int i = 0; i < N_STATES; i++) {
         scratch->stage_states[i] = state->states[i] + h0 * state->first_stage[i];
     }
     if (!derivative_at(instance, state->time + h0, scratch->stage_states, scratch->new_derivatives)) {
-        return 1e-3 * h0;
+        return FAILED_START * h0;
     }
     for (int i = 0; i < N_STATES; i++) {
         scratch->new_derivatives[i] = (scratch->new_derivatives[i] - state->first_stage[i]) / h0;
     }
     const double largest = larger(d1, weighted_norm(state, scratch->new_derivatives));
-    const double h1 = largest <= 1e-15 ? h0 : pow(0.01 / largest, 1.0 / error_power());
-    return smaller(100.0 * h0, h1);
+    const double h1 = largest <= NO_CHANGE ? h0 : pow(FIRST_PART / largest, 1.0 / error_power());
+    return smaller(FIRST_GROWTH * h0, h1);
 }
 
 /* The longest step (s) that follows friction in space: errors that grow in longer ones are seen only when they are as
@@ -68,7 +62,7 @@ double first_step(Instance *instance) {
    slip is that comes to rest. */
 static double stable_step(Instance *instance) {
     const double decay = METHOD.stability > 0.0 ? contacts_decay(instance) : 0.0;
-    const double shortest = 16.0 * DBL_EPSILON * fabs(instance->state.time);
+    const double shortest = SHORTEST_ROUNDINGS * DBL_EPSILON * fabs(instance->state.time);
     return decay > 0.0 ? larger(METHOD.safety * METHOD.stability / decay, shortest) : HUGE_VAL;
 }
 
@@ -87,8 +81,8 @@ Step choose_step(Instance *instance, double end, double horizon) {
 
 /* The PI controller of [HW]: h (1/error)^alpha previous_error^beta, bounded. */
 void propose(State *state, Step step, double error, bool after_rejection) {
-    const double beta = 0.2 / error_power();
-    const double alpha = 1.0 / error_power() - 0.75 * beta;
+    const double beta = REMEMBERED_EXPONENT / error_power();
+    const double alpha = 1.0 / error_power() - REMEMBERED_SHARE * beta;
     double factor = METHOD.safety * exp(beta * state->previous_log_error - alpha * log(error)); /* error 0: infinite */
     factor = smaller(larger(factor, LARGEST_REDUCTION), after_rejection ? 1.0 : LARGEST_GROWTH);
     if (step.cut_short) {
@@ -101,6 +95,6 @@ void propose(State *state, Step step, double error, bool after_rejection) {
 
 void propose_shorter(State *state, Step step, double error) {
     const bool measured = error > 1.0 && isfinite(error);
-    const double factor = measured ? METHOD.safety * pow(error, -1.0 / error_power()) : 0.25;
+    const double factor = measured ? METHOD.safety * pow(error, -1.0 / error_power()) : UNMEASURED_REDUCTION;
     state->next_step = step.length * larger(factor, LARGEST_REDUCTION);
 }

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from operator import mul
 from sys import float_info
 
+from . import step_control as control
 from .model import STATE, Model, Unsolvable, Vector
 from .state import State
 
@@ -20,13 +21,6 @@ TOLERANCE, STEP, MAX_STEP = range(3)
 """The settings; 0 is automatic for each of them."""
 DEFAULT_TOLERANCE = 1e-6
 LEAST_TOLERANCE = 2e-15  # the least one that rounding allows
-LARGEST_GROWTH = 10.0
-LARGEST_REDUCTION = 0.2
-SMALLEST_ERROR = 1e-4  # the smallest error that the controller remembers
-STRETCH = 1.05  # the last step may be this much longer, instead of leaving a sliver
-MAX_STEP_SLACK = 1.001
-LONGEST_PART = 0.02  # the longest step under error control by default, as a part of the experiment
-RESTING_PART = 1e-7  # the first step of a mechanism at rest, as a part of the experiment
 MOST_STEPS = 1e12  # the most steps of a fixed-step method in a communication step
 
 Derivative = Callable[[float, Vector], list[float]]
@@ -78,7 +72,7 @@ class Integrator:
 
         The stages of longer steps could all miss what lasts for a short time only.
         """
-        usual = LONGEST_PART * self._duration if self.model.tableau.e else math.inf
+        usual = control.LONGEST_PART * self._duration if self.model.tableau.e else math.inf
         return self.state.settings[MAX_STEP] or usual
 
     @property
@@ -91,7 +85,7 @@ class Integrator:
         state, rejected = self.state, False
         state.next_step = state.next_step or state.settings[STEP] or self._first_step()
         while state.time < end:
-            shortest = 16.0 * float_info.epsilon * max(abs(state.time), abs(end))
+            shortest = control.SHORTEST_ROUNDINGS * float_info.epsilon * max(abs(state.time), abs(end))
             state.next_step = max(state.next_step, shortest)
             length, next_time, cut_short = self._choose(end)
             try:
@@ -106,7 +100,8 @@ class Integrator:
                 rejected = False
                 continue
             safety = self.model.tableau.safety
-            reduction = max(safety * error ** (-1.0 / self.power), LARGEST_REDUCTION) if math.isfinite(error) else 0.25
+            measured = safety * error ** (-1.0 / self.power) if math.isfinite(error) else control.UNMEASURED_REDUCTION
+            reduction = max(measured, control.LARGEST_REDUCTION)
             state.next_step, rejected = length * reduction, True
             if state.next_step < shortest:
                 raise failure
@@ -115,16 +110,20 @@ class Integrator:
         """The length of the very first step, s: [HNW], 'Starting step size'."""
         state = self.state
         d0, d1 = self._norm(state.states), self._norm(state.first_stage)
-        h0 = RESTING_PART * self._duration if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
+        h0 = (
+            control.RESTING_PART * self._duration
+            if d0 < control.RESTING or d1 < control.RESTING
+            else control.FIRST_PART * d0 / d1
+        )
         near = [x + h0 * dx for x, dx in zip(state.states, state.first_stage, strict=True)]
         try:
             there = self.derivative(state.time + h0, near)
         except Unsolvable:
-            return 1e-3 * h0
+            return control.FAILED_START * h0
         change = [(new - old) / h0 for new, old in zip(there, state.first_stage, strict=True)]
         largest = max(d1, self._norm(change))
-        h1 = h0 if largest <= 1e-15 else (0.01 / largest) ** (1.0 / self.power)
-        return min(100.0 * h0, h1)
+        h1 = h0 if largest <= control.NO_CHANGE else (control.FIRST_PART / largest) ** (1.0 / self.power)
+        return min(control.FIRST_GROWTH * h0, h1)
 
     def _norm(self, v: Vector) -> float:
         """The greatest |v_i| / weight_i, weights at the present point."""
@@ -135,7 +134,7 @@ class Integrator:
         """Length (s) and end (s) of the next trial step, and whether the communication point cut it short."""
         state = self.state
         remaining, proposed = end - state.time, min(state.next_step, self.longest)
-        if remaining <= STRETCH * proposed and remaining <= MAX_STEP_SLACK * self.longest:
+        if remaining <= control.STRETCH * proposed and remaining <= control.MAX_STEP_SLACK * self.longest:
             return remaining, end, remaining < proposed
         next_time = state.time + proposed
         return next_time - state.time, next_time, False
@@ -145,14 +144,14 @@ class Integrator:
 
         A step that was cut short says little and does not reduce the proposal.
         """
-        state, beta = self.state, 0.2 / self.power
-        alpha = 1.0 / self.power - 0.75 * beta
+        state, beta = self.state, control.REMEMBERED_EXPONENT / self.power
+        alpha = 1.0 / self.power - control.REMEMBERED_SHARE * beta
         factor = self.model.tableau.safety * state.previous_error**beta / error**alpha if error else math.inf
-        factor = min(max(factor, LARGEST_REDUCTION), 1.0 if after_rejection else LARGEST_GROWTH)
+        factor = min(max(factor, control.LARGEST_REDUCTION), 1.0 if after_rejection else control.LARGEST_GROWTH)
         if cut_short:
             state.next_step = max(state.next_step, factor * length)
         else:
-            state.next_step, state.previous_error = factor * length, max(error, SMALLEST_ERROR)
+            state.next_step, state.previous_error = factor * length, max(error, control.SMALLEST_ERROR)
 
     def _in_equal_steps(self, end: float) -> None:
         """Integrate in the fewest equal steps that are not longer than solver_step; the times do not drift."""

@@ -10,6 +10,7 @@
 #include "projection.h"
 #include "settings.h"
 #include "solver_steps.h"
+#include "step_control.h"
 #include "step_size.h"
 #include "tableau.h"
 
@@ -211,7 +212,7 @@ bool directions_integrate(Variations *variations, const Request *request, double
         state->next_step = state->settings[SETTING_STEP] > 0.0 ? state->settings[SETTING_STEP] : first_step(instance);
     }
     while (state->time < end) {
-        const double shortest = 16.0 * DBL_EPSILON * larger(fabs(state->time), fabs(end));
+        const double shortest = SHORTEST_ROUNDINGS * DBL_EPSILON * larger(fabs(state->time), fabs(end));
         state->next_step = larger(state->next_step, shortest);
         const Step tried = choose_step(instance, end, end);
         Step step = tried;

@@ -98,8 +98,8 @@ static double bring_row(ConstraintFactorization *result, int k) {
     return a[k * K + k];
 }
 
-/* Writes column k of L, and the same as row k behind the diagonal, and takes its part out of the rest of the matrix. The
-   loops run along row k, which has many zeros where many bodies touch. */
+/* Writes column k of L, and the same as row k behind the diagonal, and takes its part out of the rest of the matrix.
+   The loops run along row k, which has many zeros where many bodies touch. */
 static void eliminate(double a[], int rows, int k) {
     double *row = a + k * K;
     row[k] = sqrt(row[k]);
