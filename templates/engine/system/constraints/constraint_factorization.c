@@ -112,7 +112,7 @@ static void eliminate(double a[], int rows, int k) {
     for (int i = k + 1; i < rows; i++) {
         const double factor = row[i];
         for (int j = k + 1; j <= i && factor != 0.0; j++) {
-            if (row[j] != 0.0) {
+            if (N_COORDINATES < MANY_COLUMNS || row[j] != 0.0) {
                 a[i * K + j] -= factor * row[j];
                 a[j * K + i] = a[i * K + j];
             }
