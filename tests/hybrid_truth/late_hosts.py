@@ -2,19 +2,46 @@
 
 from __future__ import annotations
 
+import ctypes
+import tempfile
 from collections.abc import Mapping, Sequence
-from ctypes import POINTER, c_double, cast
+from functools import cache
 from pathlib import Path
 
 import numpy as np
+from compiling import COMPILERS, compiled
 from numpy.typing import NDArray
-from stepping import Stepping
+from stepping import WARNING, Stepping
+
+from lag2fmu.errors import SimulationError
 
 Floats = NDArray[np.float64]
 EULER = ((0.0,), (1.0,))
 RK4 = ((0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6))
 """Places and weights of the stages; each stage begins with the slope of the one before."""
-_POINTER = POINTER(c_double)
+_FUNCTIONS = (
+    *("SetTime", "SetContinuousStates", "GetContinuousStates", "GetDerivatives", "GetEventIndicators"),
+    *("CompletedIntegratorStep", "EnterEventMode", "NewDiscreteStates", "EnterContinuousTimeMode"),
+)
+_ARRAYS = ("place", "weight", "x", "start", "slope", "sum", "indicators", "signs")
+
+
+class _LateHost(ctypes.Structure):
+    """The structure of late_host.c."""
+
+    _fields_ = [
+        *((name, ctypes.c_void_p) for name in ("component", *_FUNCTIONS)),
+        *((name, ctypes.c_size_t) for name in ("states", "events", "stages")),
+        *((name, ctypes.c_void_p) for name in _ARRAYS),
+        ("next_time", ctypes.c_double),
+    ]
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    text = (Path(__file__).parent / "late_host.c").read_text("utf-8")
+    folder = Path(tempfile.mkdtemp(prefix="late_host"))
+    return compiled(folder, {"late_host.c": text}, "gcc" if "gcc" in COMPILERS else "zig", units=("late_host.c",))
 
 
 def fixed_steps(
@@ -28,16 +55,16 @@ def fixed_steps(
 ) -> tuple[Floats, Floats]:
     """The values of ``names`` after every so many steps (s), (m, names), and the indicators there, (m, events).
 
-    An event is seen after the step in which an indicator changes its sign, and passed there.
+    An event is seen after the step in which an indicator changes its sign, and passed there. Raises SimulationError
+    where a function of the FMU fails.
     """
     with Stepping(path, kind="ModelExchange") as fmu:
         host = _Host(fmu.start(values, stop_time=stop), method)
-        rows, indicators = [_values(fmu, names)], [host.z.copy()]
-        for i in range(1, round(stop / step) + 1):
-            host.step((i - 1) * step, step)
-            if i % every == 0:
-                rows.append(_values(fmu, names))
-                indicators.append(host.indicators().copy())
+        rows, indicators = [_values(fmu, names)], [host.indicators().copy()]
+        for i in range(every, round(stop / step) + 1, every):
+            host.steps(step, i - every, i)
+            rows.append(_values(fmu, names))
+            indicators.append(host.indicators().copy())
         return np.array(rows), np.array(indicators)
 
 
@@ -51,49 +78,35 @@ def _values(fmu: Stepping, names: Sequence[str]) -> list[float]:
 
 
 class _Host:
-    """Steps of one instance in continuous-time mode, by calls that do not pass through fmpy's wrappers."""
+    """Steps of one instance in continuous-time mode, in C."""
 
     def __init__(self, fmu: Stepping, method: tuple[tuple[float, ...], tuple[float, ...]]) -> None:
-        self.unit, self.component, self.method = fmu.unit, fmu.unit.component, method
-        self.x = np.zeros(fmu.description.numberOfContinuousStates)
-        self.k = np.zeros_like(self.x)
-        self.z = np.zeros(fmu.description.numberOfEventIndicators)
-        self.next_time = np.inf
-        self._begin()
-
-    def _begin(self) -> None:
-        self.unit.fmi2GetContinuousStates(self.component, cast(self.x.ctypes.data, _POINTER), self.x.size)
-        self.signs = self.indicators() > 0
+        states, events = fmu.description.numberOfContinuousStates, fmu.description.numberOfEventIndicators
+        sizes = {"indicators": events, "signs": events}
+        place, weight = map(np.array, method)
+        self.arrays = {name: np.zeros(sizes.get(name, states)) for name in _ARRAYS} | {"place": place, "weight": weight}
+        functions = {f: ctypes.cast(getattr(fmu.unit.dll, f"fmi2{f}"), ctypes.c_void_p).value for f in _FUNCTIONS}
+        pointers = {name: array.ctypes.data for name, array in self.arrays.items()}
+        sized = {"states": states, "events": events, "stages": len(place)}
+        component = ctypes.cast(fmu.unit.component, ctypes.c_void_p).value
+        self.host = _LateHost(component=component, next_time=np.inf, **functions, **sized, **pointers)
+        self._succeed(_library().late_begin(ctypes.byref(self.host)), 0.0)
 
     def indicators(self) -> Floats:
         """The present indicators, (events,), in an array that the next call fills again."""
-        self.unit.fmi2GetEventIndicators(self.component, cast(self.z.ctypes.data, _POINTER), self.z.size)
-        return self.z
+        host, indicators = self.host, self.arrays["indicators"]
+        get = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)(host.GetEventIndicators)
+        self._succeed(get(host.component, host.indicators, host.events), 0.0)
+        return indicators
 
-    def _move(self, time: float, x: Floats) -> None:
-        self.unit.fmi2SetTime(self.component, time)
-        self.unit.fmi2SetContinuousStates(self.component, cast(x.ctypes.data, _POINTER), x.size)
+    def steps(self, length: float, first: int, end: int) -> None:
+        """Make the steps ``first`` to ``end`` - 1 of this ``length``, s."""
+        made = _library().late_steps(
+            ctypes.byref(self.host), ctypes.c_double(length), ctypes.c_size_t(first), ctypes.c_size_t(end)
+        )
+        self._succeed(made, end * length)
 
-    def step(self, time: float, length: float) -> None:
-        """Go from ``time`` on by ``length``, s, and pass the event that this step has come over, if any."""
-        start, total = self.x.copy(), np.zeros_like(self.x)
-        for place, weight in zip(*self.method, strict=True):
-            if place > 0.0:
-                self._move(time + place * length, start + place * length * self.k)
-            self.unit.fmi2GetDerivatives(self.component, cast(self.k.ctypes.data, _POINTER), self.k.size)
-            total += weight * self.k
-        self.x[:] = start + length * total
-        self._move(time + length, self.x)
-        signs = self.indicators() > 0
-        wanted, _ = self.unit.completedIntegratorStep()
-        if wanted or (signs != self.signs).any() or time + length >= self.next_time:
-            self._event()
-
-    def _event(self) -> None:
-        self.unit.enterEventMode()
-        again = True
-        while again:
-            again, _, _, _, defined, when = self.unit.newDiscreteStates()
-        self.next_time = when if defined else np.inf
-        self.unit.enterContinuousTimeMode()
-        self._begin()
+    @staticmethod
+    def _succeed(status: int, time: float) -> None:
+        if status > WARNING:
+            raise SimulationError(f"a function of the FMU returns the status {status} before time {time:g}")
