@@ -262,7 +262,6 @@ BROKEN = {
     "two inertias": (pair(ROD, ROD + ROD), "<link> 'b': has 2 <inertial>, the second in line 1; leave one out"),
     "two limits": (PENDULUM.replace("<dynamics", '<limit lower="-1" upper="1"/><dynamics'), "has 2 <limit>"),
     "two masses": (pair('<mass value="2"/>', '<mass value="2"/><mass value="3"/>'), "has 2 <mass>"),
-    "names alike": (pair(beside=fixed("k", "a-1") + fixed("l", "a.1")), "would both be called 'a_1'"),
 }  # fmt: skip
 
 
