@@ -79,7 +79,7 @@ class Ensemble:
         self.lanes = 0
         self._lane_method: LaneMethod | None = None
         method = self._method
-        if lanes != 0 and runs_in_lanes(self._program, method, len(self.mechanism.motions)):
+        if lanes != 0 and runs_in_lanes(method, self._program, len(self.mechanism.motions)):
             self._lane_method = method
             self.lanes = lanes or lanes_here(compiler)
             self._lanes  # noqa: B018 (compiles the library now, so that the first run does not wait)

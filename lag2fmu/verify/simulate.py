@@ -34,7 +34,7 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     Between communication points inputs are continued by their derivatives in co-simulation, and are functions of time
     in model exchange. An FMU that takes no derivatives gets held inputs. The trajectory is (m, outputs). Raises
     LoadError for unknown names, and SimulationError with the FMU's own words if the run fails. FMUs that are no builds
-    of lag2fmu run in a process of their own, where they may crash.
+    of lag2fmu, and others in their first run, are in a process of their own, where they may crash.
     """
     run = replace(run, warned=run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name))
     return run_apart(path, run, _simulated) if runs_apart(path) else _simulated(path, run)
