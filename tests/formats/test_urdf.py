@@ -123,6 +123,14 @@ NOT_TAKEN = {
     "<spring> of the joint hinge": ("<dynamics", '<spring k="3"/><dynamics'),
     "spring_stiffness in the <dynamics> of the joint hinge": ("<dynamics", '<dynamics spring_stiffness="3"'),
     "<fluid> of the link rod": ("<inertial>", "<fluid/><inertial>"),
+    "<springStiffness> of hinge in <gazebo>": (
+        "</robot>",
+        '<gazebo reference="hinge"><springStiffness>5</springStiffness><kp>9</kp></gazebo></robot>',
+    ),
+    "<turnGravityOff> of rod in <gazebo>": (
+        "</robot>",
+        '<gazebo reference="rod"><turnGravityOff>true</turnGravityOff></gazebo></robot>',
+    ),
     "<loop_joint>": ("</robot>", '<loop_joint name="x"/></robot>'),
     "friction of the joint hinge, which is planar": ('damping="0.3"', 'friction="0.3"'),
     "limits of the joint hinge, which is planar": ("<dynamics", "<dynamics"),
