@@ -111,8 +111,8 @@ def compiling(threads: int) -> Iterator[ThreadPoolExecutor]:
 
 def _end(process: subprocess.Popen[bytes]) -> None:
     """Close the input of a supervisor, which then ends itself and its command; nothing if it has ended."""
-    assert process.stdin is not None
-    process.stdin.close()
+    if process.stdin is not None:
+        process.stdin.close()
 
 
 def _text(file: IO[bytes]) -> str:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from lag2fmu.checking.description import Variable
+from lag2fmu.checking.description import Variable, number
 from lag2fmu.checking.session import Model, Session
 
 _STEPS = 5
+_MOVED = 1.01
+"""The factor between the value of a parameter elsewhere and its start."""
 
 Values = Sequence[tuple[Variable, Sequence[Any]]]
 """Variables with the values of their elements."""
@@ -40,6 +42,22 @@ def later_values(model: Model) -> Values:
     with model.session() as session:
         lead_away(session.start())
         return [(v, session.get(v)) for v in (*exact, *_inputs(model))]
+
+
+def moved_parameters(model: Model) -> Values:
+    """Values of floating point parameters a hundredth away from their starts, as far as their bounds allow it.
+
+    Raises RefusedError.
+    """
+    found = []
+    with model.session() as session:
+        session.enter()
+        for v in (v for v in model.description.variables if v.causality == "parameter" and v.type in model.floats):
+            least, most = number(v.attribute("min")), number(v.attribute("max"))
+            moved = [_MOVED * x for x in session.get(v)] if v.readable else []
+            if moved and not any(x < least or x > most for x in moved):  # bounds that are not given are no numbers
+                found.append((v, moved))
+    return found
 
 
 def give(session: Session, values: Values) -> None:

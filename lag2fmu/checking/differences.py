@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from lag2fmu.checking.description import Variable
 from lag2fmu.checking.findings import Finding
@@ -14,7 +14,10 @@ _BAR = 1e-3
 """Differences and derivative must agree to this, relative to the greater one and the size of the unknown."""
 
 _ROUNDING = 1e-12
-"""Of the greatest derivative: what may remain where all of it cancels."""
+"""Of the greatest derivative, or of 1 if that is more: what may remain where all of it cancels."""
+
+_PRODUCT_BAR = 1e-9
+"""Products with one Jacobian must agree to this, relative to the sum of the terms' sizes."""
 
 Sides = tuple[float, float]
 """Differences to above and to below."""
@@ -50,3 +53,31 @@ def contradicted(model: Model, mode: str, names: tuple[str, str], own: float, ot
     """The derivative of one by the other of ``names`` that is ``own`` for the FMU and ``other`` by differences."""
     problem = f"in {mode}, d {names[0]} / d {names[1]} = {own:.6g}, but differences give {other:.6g}"
     return Finding("directional", model.kind, problem, "check the derivative and the dependencies")
+
+
+def weights(count: int) -> list[float]:
+    """Numbers of both signs and different sizes: a seed."""
+    return [(-1.0) ** i * (1.0 + 0.25 * (i % 5)) for i in range(count)]
+
+
+def product_findings(
+    model: Model,
+    mode: str,
+    function: str,
+    rows: Sequence[Sequence[float]],
+    seed: Sequence[float],
+    given: Sequence[float],
+) -> Iterator[Finding]:
+    """The first element of what ``function`` has ``given`` that is not the product of its row and the seed.
+
+    ``rows`` (m, k) are the Jacobian, known from calls for one known each, ``seed`` is (k,) and ``given`` (m,).
+    """
+    products = [[a * b for a, b in zip(row, seed, strict=True)] for row in rows]
+    greatest = max((sum(map(abs, terms)) for terms in products), default=0.0)
+    for i, (terms, own) in enumerate(zip(products, given, strict=True)):
+        bar = _PRODUCT_BAR * (sum(map(abs, terms)) + abs(own)) + _ROUNDING * max(greatest, 1.0)
+        if not abs(own - sum(terms)) <= bar:
+            rule = "adjoint" if function == "GetAdjointDerivative" else "directional"
+            problem = f"in {mode}, element {i + 1} of {model.prefix}{function} is {own:.10g}, not {sum(terms):.10g}"
+            yield Finding(rule, model.kind, problem, "both are products with one Jacobian")
+            return

@@ -244,6 +244,14 @@ class Session(ABC):
         """The values of the elements of a variable; strings as bytes. Raises RefusedError."""
 
     @abstractmethod
+    def get_together(self, variables: Sequence[Variable]) -> list[Any]:
+        """The values of the elements of variables of one type, by one call. Raises RefusedError."""
+
+    @abstractmethod
+    def set_together(self, variables: Sequence[Variable], values: Sequence[Any]) -> bool:
+        """Set the elements of variables of one type by one call; whether the FMU takes them."""
+
+    @abstractmethod
     def values(self) -> list[Any]:
         """The values of all variables that can be read, in the order of ``Model.readable``. Raises RefusedError."""
 

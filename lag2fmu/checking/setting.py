@@ -238,19 +238,22 @@ def uneven_steps(model: Model) -> Iterator[Finding]:
         return
     varies = model.kind == "ModelExchange" or model.can("canHandleVariableCommunicationStepSize")
     with model.session() as session:
-        found, right = _times(session.start(), times[0], (1.0, 3.0, 2.0, 1.0) if varies else (1.0, 1.0, 1.0))
-        if math.isclose(found, right, rel_tol=1e-9, abs_tol=1e-9 * model.step):
+        session.start()
+        ends = (_time(session, times[0], part) for part in ((1.0, 3.0, 2.0, 1.0) if varies else (1.0, 1.0, 1.0)))
+        bound = 1e-9 * model.step
+        wrong = [(a, b) for a, b in ends if not math.isclose(a, b, rel_tol=1e-9, abs_tol=bound)]
+        if not wrong:
             return
-        waits = any(math.isclose(*_times(session, times[0], (1.0,)), rel_tol=1e-9) for _ in range(_MOST_STEPS))
+        found, right = wrong[0]
+        waits = any(math.isclose(*_time(session, times[0]), rel_tol=1e-9) for _ in range(_MOST_STEPS))
     problem = f"is {found:.17g} at t = {right:.17g} s"
     remedy = "give the time that was reached"  # an FMU that ``waits`` comes there by longer steps of its own
     yield Finding("time-value", times[0].place, problem, remedy, "warning" if waits else "error")
 
 
-def _times(session: Session, time: Variable, parts: Sequence[float]) -> tuple[float, float]:
-    """What the independent variable says after more steps, and the time of the importer (s)."""
-    for part in parts:
-        session.step(part)
+def _time(session: Session, time: Variable, part: float = 1.0) -> tuple[float, float]:
+    """What the independent variable says after another step, and the time of the importer (s)."""
+    session.step(part)
     (found,) = session.get(time)
     return found, session.time
 

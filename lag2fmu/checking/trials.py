@@ -16,6 +16,7 @@ from lag2fmu.checking.exchange import events_of_exchange, integrator_step, state
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.session import Model, Session
 from lag2fmu.checking.setting import lengths, reading, settings, uneven_steps
+from lag2fmu.checking.together import together
 
 Trial = Callable[[Any], Iterator[Finding]]
 """Takes the Model of its version."""
@@ -165,10 +166,10 @@ def state(model: Model) -> Iterator[Finding]:
     with model.session() as session:
         session.start().steps(2)
         time, saved = session.time, session.instance.saved()
-        expected = session.steps(STEPS)
+        expected = [session.values(), *session.steps(STEPS)]
         session.instance.restore(saved)
         session.time = time
-        if row_bits(session.steps(STEPS)) != row_bits(expected):
+        if row_bits([session.values(), *session.steps(STEPS)]) != row_bits(expected):
             problem = "a run from a restored state differs"
             yield Finding("state", model.kind, problem, "save everything, the solver's memory too")
         session.instance.drop(saved)
@@ -247,6 +248,7 @@ LEGAL: dict[str, Trial] = {
     "lengths of steps": lengths,
     "time": uneven_steps,
     "reading values": reading,
+    "several values at once": together,
     "events of model exchange": events_of_exchange,
     "setting states": states_set,
     "integrator step": integrator_step,

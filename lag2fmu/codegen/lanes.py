@@ -48,7 +48,7 @@ LANES = Dialect(
 )
 
 
-def runs_in_lanes(program: Program, method: Method, motions: int) -> TypeGuard[LaneMethod]:
+def runs_in_lanes(method: Method, program: Program, motions: int) -> TypeGuard[LaneMethod]:
     """Whether the motion is smooth, its accelerations have a formula, and the method is written for lanes.
 
     Variational methods run in lanes if there are no constraints and no prescribed ``motions`` whose velocity may jump.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,12 +12,28 @@ from lag2fmu.errors import MechanismError
 
 MAX_FILE = 10_000_000
 
-HEADING = re.compile(r"(\S.*?)\s+\[(.+)\]")
-"""A name with its unit at the head of a column: 'omega [rpm]'. 'x[1]', without a blank, is the name of an element of an
-array."""
+_BRACKETS = re.compile(r"(|.*?\S)(?:^|\s+|(?=\[[^\]]*[^\d,\s\]]))\[(.+)\]")
+"""A name with its unit at the head of a column: 'omega [rpm]'. 'x[1]', without a blank, is an element of an array."""
+_OTHERS = re.compile(r"(.*?\S)\s+(?:\((.+)\)|(?:/|in)\s+(\S.*))")
+"""Other ways to write it: 'omega (rpm)', 'omega / rpm', 'omega in rpm', as far as a unit stands there."""
 _WORDS = re.compile(r"[^\s\[]+(?:\s+\[[^\]]*\])?")
 """The same where blanks separate the columns."""
 Lines = list[tuple[int, list[str]]]
+IsUnit = Callable[[str], bool]
+"""Whether a text is the name of a unit."""
+
+
+def name_and_unit(cell: str, is_unit: IsUnit) -> tuple[str, str | None]:
+    """The name at the head of a column and its unit, None if none is written there.
+
+    What stands in brackets is meant as a unit, elsewhere only what is one: 'torque (measured)' has none.
+    """
+    bracketed = _BRACKETS.fullmatch(cell)
+    if bracketed is not None:
+        return bracketed[1], bracketed[2].strip()
+    other = _OTHERS.fullmatch(cell)
+    unit = None if other is None else other[2] or other[3]
+    return (cell, None) if other is None or unit is None or not is_unit(unit) else (other[1], unit)
 
 
 class TableFile(NamedTuple):
@@ -31,12 +47,13 @@ class TableFile(NamedTuple):
     lines: tuple[int, ...]
 
 
-def read_table(path: Path, where: str) -> TableFile:
+def read_table(path: Path, where: str, is_unit: IsUnit) -> TableFile:
     """The CSV file ``path``: commas, semicolons, tabs or blanks, a header if there is one, # comments.
 
-    Numbers may stand in quotes. Raises MechanismError for a file that cannot be read or holds something else.
+    A comment right above the numbers is a header too if each of its names has a unit. Numbers may stand in quotes.
+    Raises MechanismError for a file that cannot be read or holds something else.
     """
-    heading, rows = _cells(_text_of(path, where))
+    heading, rows = _cells(_text_of(path, where), is_unit)
     if not rows:
         raise MechanismError(f"{where}.file: '{path}' holds no numbers")
     gridded = len(rows[0][1]) > 3 or not is_finite(rows[0][1][0])
@@ -44,25 +61,25 @@ def read_table(path: Path, where: str) -> TableFile:
         fault = _fault(cells[int(gridded and i == 0) :], len(rows[0][1]) - int(gridded and i == 0))
         if fault:
             raise MechanismError(f"{where}.file: line {n} of '{path}' {fault}")
-    units = _units(heading, len(rows[0][1]), gridded, f"{where}.file: the heading of '{path}'")
+    named = [name_and_unit(cell, is_unit) for cell in heading]
+    units = _units(named, len(rows[0][1]), gridded, f"{where}.file: the heading of '{path}'")
     columns = _gridded(rows) if gridded else tuple(zip(*([*map(float, cells)] for _, cells in rows), strict=True))
     return TableFile(columns, units, tuple(n for n, _ in rows))
 
 
-def _units(heading: Sequence[str], count: int, gridded: bool, where: str) -> tuple[str, ...]:
+def _units(heading: Sequence[tuple[str, str | None]], count: int, gridded: bool, where: str) -> tuple[str, ...]:
     """The units in the ``heading`` of ``count`` columns, () if there are none; ``where`` begins messages."""
-    matches = [HEADING.fullmatch(cell) for cell in heading]
-    if not any(matches):
+    if not any(unit for _, unit in heading):
         return ()
     if gridded:
         raise MechanismError(
             f"{where} has units, which belong to no column of a grid; give 'units', and leave them out"
         )
-    bare = next((cell for cell, match in zip(heading, matches, strict=True) if match is None), None)
+    bare = next((name for name, unit in heading if unit is None), None)
     if bare is not None or len(heading) != count:
         found = f"has no unit for '{bare}'" if bare is not None else f"has {len(heading)} names for {count} columns"
         raise MechanismError(f"{where} {found}; give one unit for each column, [1] for pure numbers")
-    return tuple("1" if match[2].strip() == "-" else match[2] for match in matches if match is not None)
+    return tuple("1" if unit == "-" else unit for _, unit in heading if unit is not None)
 
 
 def _text_of(path: Path, where: str) -> str:
@@ -92,14 +109,29 @@ def _fault(cells: list[str], width: int) -> str:
     return f"holds {wrong[:40]!r}, which is no finite number; {remedy}"
 
 
-def _cells(text: str) -> tuple[list[str], Lines]:
+def _cells(text: str, is_unit: IsUnit) -> tuple[list[str], Lines]:
     """The cells of the header, [] without one, and the lines with numbers, each as its cells, without comments."""
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line.strip()[0] != "#"]
-    mark = next((mark for mark in (";", "\t", ",") if lines and mark in lines[0][1]), None)
+    filled = [(n, line.strip()) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
+    lines = [(n, line) for n, line in filled if line[0] != "#"]
+    if not lines:
+        return [], []
+    mark = next((mark for mark in (";", "\t", ",") if mark in lines[0][1]), None)
     rows = [(n, [cell.strip(' \t"') for cell in (line.split(mark) if mark else line.split())]) for n, line in lines]
-    if not rows or all(map(is_finite, rows[0][1][1:])) or is_finite(rows[0][1][0]):
-        return [], rows
-    return rows[0][1] if mark else [cell.strip('"') for cell in _WORDS.findall(lines[0][1])], rows[1:]
+    if not (all(map(is_finite, rows[0][1][1:])) or is_finite(rows[0][1][0])):
+        return _names(lines[0][1], mark), rows[1:]
+    above = [_names(line.lstrip("# \t"), mark) for n, line in filled if n < rows[0][0]]
+    return _with_units(above[-1] if above else [], len(rows[0][1]), is_unit), rows
+
+
+def _with_units(comment: list[str], count: int, is_unit: IsUnit) -> list[str]:
+    """The cells of a ``comment`` if it is a header of ``count`` columns with units, else []."""
+    units = [name_and_unit(cell, is_unit)[1] for cell in comment]
+    return comment if len(units) == count and None not in units else []
+
+
+def _names(line: str, mark: str | None) -> list[str]:
+    """The cells of a header, which blanks separate if there is no ``mark``."""
+    return [cell.strip(' \t"') for cell in (line.split(mark) if mark else _WORDS.findall(line))]
 
 
 def _gridded(rows: Lines) -> tuple[Any, ...]:

@@ -14,7 +14,7 @@ from lag2fmu.description.keys import key
 from lag2fmu.description.table_files import is_finite, read_table
 from lag2fmu.description.values import require_text
 from lag2fmu.errors import MechanismError, UnitError
-from lag2fmu.language.unit_parser import checked_unit
+from lag2fmu.language.unit_parser import checked_unit, is_unit
 from lag2fmu.language.units import DIMENSIONLESS, Unit
 from lag2fmu.language.vocabulary import table_function
 
@@ -68,7 +68,7 @@ class Table:
         if self.columns is None:
             if self.file is None:
                 raise MechanismError(f"{where}: 'columns' are missing; give them, or a CSV 'file'")
-            read = read_table(self._path(where), where)
+            read = read_table(self._path(where), where, is_unit)
             vars(self).update(columns=read.columns, units=self._agreed(read.units, where))
         if isinstance(self.columns, str) or not isinstance(self.columns, Iterable):
             raise MechanismError(f"{where}.columns: expected an array of columns, got {self.columns!r}")

@@ -218,5 +218,6 @@ class Composer:
 
 def _entries(vector: object) -> tuple[sp.Expr, ...]:
     """The entries of a quantity that the record has checked to be a vector"""
-    assert isinstance(vector, tuple)
+    if not isinstance(vector, tuple):
+        raise TypeError(f"expected the entries of a vector, got {vector!r}; give a tuple")
     return vector

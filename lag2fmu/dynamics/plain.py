@@ -115,5 +115,6 @@ def _answers(
     if all(node == g.zero for node in missing):
         return missing
     found = solve(g, equations.entries, v.qd, missing, equations.method == "elimination")
-    assert found is not None  # M is the one that gave the accelerations
+    if found is None:  # M is the one that gave the accelerations
+        raise DerivationError(f"mechanism '{equations.mechanism.name}': the mass matrix is singular; give masses")
     return list(found.x)

@@ -77,7 +77,10 @@ class Ensemble:
         }
         self._compiler = compiler
         self.lanes = 0
-        if lanes != 0 and runs_in_lanes(self._program, self._method, len(self.mechanism.motions)):
+        self._lane_method: LaneMethod | None = None
+        method = self._method
+        if lanes != 0 and runs_in_lanes(method, self._program, len(self.mechanism.motions)):
+            self._lane_method = method
             self.lanes = lanes or lanes_here(compiler)
             self._lanes  # noqa: B018 (compiles the library now, so that the first run does not wait)
 
@@ -104,9 +107,9 @@ class Ensemble:
 
     @cached_property
     def _lanes(self) -> KernelLibrary:
-        method = self._method
-        assert isinstance(method, LaneMethod)
-        sources = render_lanes(self._program, self._table.tables, method, self.lanes)
+        if self._lane_method is None:
+            raise SimulationError(f"solver '{self.solver}' runs in no lanes; give lanes = 0")
+        sources = render_lanes(self._program, self._table.tables, self._lane_method, self.lanes)
         return built(sources, "lanes", self._compiler)
 
     @cached_property

@@ -32,15 +32,20 @@ def _plain(letter: str) -> str:
 
 
 def identifiers(names: Iterable[str], where: str, taken: Iterable[str] = ()) -> dict[str, str]:
-    """{name: identifier}; one that is ``taken`` gets underscores behind. Raises LoadError if two are equal."""
+    """{name: identifier}; one that is ``taken`` gets underscores behind, of equal ones all but the first a number.
+
+    Raises LoadError where the same name stands twice.
+    """
     found: dict[str, str] = {}
     plain = [(name, identifier(name)) for name in names]
-    reserved, used = {*taken, WORLD}, {text for _, text in plain}
+    reserved, wanted = {*taken, WORLD}, {text for _, text in plain}
     for name, short in plain:
+        if name in found:
+            raise LoadError(f"{where}: '{name}' stands twice; rename one")
         longer = (short + "_" * k for k in count(1))
-        text = next(x for x in longer if x not in used | reserved) if short in reserved else short
-        other = next((key for key, value in found.items() if value == text), None)
-        if other is not None:
-            raise LoadError(f"{where}: '{other}' and '{name}' would both be called '{text}'; rename one")
+        text = next(x for x in longer if x not in wanted | reserved) if short in reserved else short
+        if text in found.values():
+            numbered = (f"{text}_{k}" for k in count(2))
+            text = next(x for x in numbered if x not in wanted | reserved and x not in found.values())
         found[name] = text
     return found

@@ -43,7 +43,8 @@ class Nodes:
     def value(self, node: Node) -> Number:
         """The number of a constant node."""
         value = self.leaf[node]
-        assert isinstance(value, (Fraction, float))
+        if isinstance(value, str):
+            raise TypeError(f"node {node} is the symbol '{value}'; ask is_constant first")
         return value
 
     def cone(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> list[Node]:

@@ -39,7 +39,9 @@ def _one_apart(a: str, b: str) -> bool:
 def suggestion(word: str, known: Iterable[str]) -> str:
     """The remedy for an unknown ``word``: similar names in ``known``, or else all of ``known``."""
     known = list(known)
-    near = get_close_matches(word[:MAX_NAME], known, n=2) or [name for name in known if _one_apart(word, name)][:2]
+    near = [name for name in known if name.lower() == word.lower()][:2]
+    near = near or get_close_matches(word[:MAX_NAME], known, n=2)
+    near = near or [name for name in known if _one_apart(word, name)][:2]
     if near:
         return f"did you mean {' or '.join(repr(name) for name in near)}?"
     return f"known are {', '.join(known[:30])}{', ...' if len(known) > 30 else ''}" if known else "there are none"

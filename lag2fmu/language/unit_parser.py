@@ -142,7 +142,7 @@ def _remedy(text: str) -> str:
     plain = re.sub(r"(?<=[A-Za-z])([+-]?\d+\.\d+)", r"^\1", plain)
     plain = re.sub(r"(?<=[\w)])\s+(?=[A-Za-z(])|(?<=[A-Za-z])-(?=[A-Za-z])", ".", plain)
     choices = [_FACTOR.sub(partial(_corrected, choice=choice), plain) for choice in (0, 1)]
-    sound = [choice for choice in dict.fromkeys(choices) if choice != text and _is_unit(choice)]
+    sound = [choice for choice in dict.fromkeys(choices) if choice != text and is_unit(choice)]
     return f"did you mean {' or '.join(map(repr, sound))}?" if sound else _GENERAL
 
 
@@ -153,8 +153,8 @@ def _corrected(factor: re.Match[str], choice: int) -> str:
     return f"/({text})" if factor["slash"] and "." in text else (factor["slash"] or "") + text
 
 
-def _is_unit(text: str) -> bool:
-    """Whether ``text`` consists of known units, with nothing left to be remedied."""
+def is_unit(text: str) -> bool:
+    """Whether ``text`` consists of known units, so that ``parse_unit``, which raises UnitError for others, takes it."""
     try:
         return all(name == "1" or _known(name) for name, _ in _factors(text))
     except UnitError:

@@ -20,6 +20,7 @@ from lag2fmu.mechanism.loads import rigid_place
 from lag2fmu.mechanism.name_check import check_names
 from lag2fmu.mechanism.scope import Scope, check_constraints, check_presence, check_symbols
 from lag2fmu.mechanism.unit_check import mismatches, missing
+from lag2fmu.mechanism.velocities import check_velocities
 
 
 def check(m: Description, brought: Container[str] = ()) -> tuple[Scope, tuple[str, ...]]:
@@ -37,11 +38,12 @@ def check(m: Description, brought: Container[str] = ()) -> tuple[Scope, tuple[st
     check_symbols(m, scope)
     check_presence(m, scope)
     check_constraints(m, scope)
-    warnings = check_values(m, scope.names_in)
+    check_velocities(m, scope)
     unfit = tuple(mismatches(m, brought))
     faults = (*unfit, *missing(m, brought)) if m.strict_units else ()
     if faults:
         raise UnitError(faults[0])
+    warnings = check_values(m, scope.names_in)
     return scope, (*unfit, *warnings, *doubts(m, scope.names_in))
 
 

@@ -31,7 +31,7 @@ _TRIALS = 12
 _NEAR, _NEARER = 1e-8, 1e-11
 """Distances from a border, as parts of the size of what moves; a jump is the same at both."""
 _ROUNDING = 1e-9
-_RANGES = (1.0, 10.0, 100.0)
+_RANGES = (1.0, 10.0, 100.0, 1e4)
 """So many nominal values from the start on a border is looked for."""
 _CELLS, _BISECTIONS = 24, 80
 
@@ -43,8 +43,7 @@ def check_energies(m: Description) -> None:
     poses, known = Poses(m), values_of(m)
     sizes = _sizes(m)
     for where, expression in _energies(m, poses):
-        for kink in sorted(expression.atoms(*_JUMPING), key=str):
-            margin = _with_values(kink.args[0])
+        for kink, margin in _borders(expression):
             if not free_names([margin]) & sizes.keys():
                 continue
             found = _jump(_with_values(expression), margin, known, sizes)
@@ -60,6 +59,18 @@ _REMEDY = (
     "model a wall as a contact or stop, what catches or lets go as a constraint with 'while', and what changes quickly "
     "by a smooth function, as (1 + tanh(s/w))/2 with a small width w for heaviside(s)"
 )
+
+
+def _borders(expression: sp.Expr) -> Iterator[tuple[sp.Expr, sp.Expr]]:
+    """(part of ``expression``, what is 0 where it may jump): kinks, and poles as in x/abs(x) and atan(1/x).
+
+    Angles by atan2 and tan are left out: they jump by whole turns, which turns nothing.
+    """
+    margins = {kink: kink.args[0] for kink in expression.atoms(*_JUMPING)}
+    for pole in (e for e in expression.atoms(sp.Pow) if e.exp.could_extract_minus_sign()):
+        margins[pole] = pole.base.args[0] if isinstance(pole.base, sp.Abs) else pole.base
+    for part in sorted(margins, key=str):
+        yield part, _with_values(margins[part])
 
 
 def _energies(m: Description, poses: Poses) -> Iterator[tuple[str, sp.Expr]]:
@@ -104,14 +115,15 @@ def _jump(
     used = sorted(free_names([expression, margin]))
     movers = [name for name in used if name in sizes and symbol(name) in margin.free_symbols]
     generator = random.Random(7)
-    for _ in range(_TRIALS):
+    for trial in range(_TRIALS):
         point = {name: known.get(name, 1.0) for name in used}
         for name in used:
             if name in sizes:
                 start, size = sizes[name]
                 point[name] = start + size * generator.uniform(-1.0, 1.0)
+        shift = generator.random() if trial else 0.0
         for mover in movers:
-            border = _border(margin, point, mover, sizes[mover])
+            border = _border(margin, point, mover, sizes[mover], shift)
             height = None if border is None else _height(expression, point | {mover: border}, mover, sizes[mover][1])
             if border is not None and height is not None:
                 return mover, border, height
@@ -128,11 +140,14 @@ def _along(expression: sp.Expr, point: Numbers, mover: str) -> Callable[[float],
     return value
 
 
-def _border(margin: sp.Expr, point: Numbers, mover: str, of: tuple[float, float]) -> float | None:
-    """Where ``margin`` changes its sign as ``mover`` moves about its start; None if it does not."""
+def _border(margin: sp.Expr, point: Numbers, mover: str, of: tuple[float, float], shift: float) -> float | None:
+    """Where ``margin`` changes its sign as ``mover`` moves about its start; None if it does not.
+
+    It is looked at in steps, whose places are moved by ``shift`` of a step, so that other ones find short intervals.
+    """
     function, (start, size) = _along(margin, point, mover), of
     for part in _RANGES[:1] if mover == "t" else _RANGES:
-        places = [start + size * part * (2.0 * i / _CELLS - 1.0) for i in range(_CELLS + 1)]
+        places = [start + size * part * (2.0 * (i + shift) / _CELLS - 1.0) for i in range(_CELLS + 1)]
         for (low, at_low), (high, at_high) in pairwise((place, function(place)) for place in places):
             if at_low is not None and at_high is not None and (at_low > 0) != (at_high > 0):
                 return _bisected(function, low, high, at_low > 0)
@@ -161,4 +176,4 @@ def _height(expression: sp.Expr, point: Numbers, mover: str, size: float) -> flo
         return None
     far, close = (abs(b - a) for a, b in (near, nearer))  # type: ignore[operator]
     scale = max(abs(x) for x in (*near, *around) if x is not None)
-    return close if close > 0.5 * far and close > _ROUNDING * scale else None
+    return close if 0.5 * far < close < 2.0 * far and close > _ROUNDING * scale else None

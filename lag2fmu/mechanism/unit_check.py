@@ -128,7 +128,7 @@ def uses_of(m: Description, brought: Container[str] = ()) -> tuple[Description, 
     infer = DimensionOf(known, tables)
     for definition in _own_definitions(m):
         known[definition.name] = _inferred(infer, definition.expression)
-    elements = (*_in_contacts(m, infer), *_in_elements(m, infer))
+    elements = (*_lengths(m), *_in_contacts(m, infer), *_in_elements(m, infer))
     expected = [*_expectations(m, infer), *((where, sp.sympify(x), d) for where, x, d in elements if x is not None)]
     known[_RATE_BETWEEN] = _dimension_of(METRE / SECOND)
     expected += [(where, x, _dimension_of(unit)) for where, x, unit in _energies_and_powers(m)]
@@ -238,14 +238,19 @@ def _expected_of_springs(m: Description, infer: DimensionOf) -> Iterator[tuple[s
 
 def _of_events(m: Description, infer: DimensionOf) -> Iterator[str]:
     """Sentences on contacts, stops, frictions, conditions and further states."""
-    for stop in m.stops:
-        yield from _of_length(f"stops.{stop.name}.of", stop.of, infer)
-    for contact in m.contacts:
-        if contact.gap is not None:
-            yield from _of_length(f"contacts.{contact.name}.gap", contact.gap, infer)
+    for where, length, _ in _lengths(m):
+        measure = sp.sympify(length)
+        fits = _inferred(infer, measure) in (None, ONE, _dimension_of(METRE))
+        yield from _mismatch(where, measure, None if fits else _dimension_of(METRE), infer)
     for where, expression, expected in (*_in_contacts(m, infer), *_in_elements(m, infer)):
         if expression is not None:
             yield from _mismatch(where, sp.sympify(expression), expected, infer)
+
+
+def _lengths(m: Description) -> list[tuple[str, object, None]]:
+    """(place, expression, no single dimension) of what is stopped and of gaps: lengths or angles."""
+    gaps = [(f"contacts.{c.name}.gap", c.gap, None) for c in m.contacts if c.gap is not None]
+    return [*((f"stops.{s.name}.of", s.of, None) for s in m.stops), *gaps]
 
 
 def _in_contacts(m: Description, infer: DimensionOf) -> Iterator[tuple[str, object, Dimension | None]]:
@@ -275,13 +280,6 @@ def _in_elements(m: Description, infer: DimensionOf) -> Iterator[tuple[str, obje
         yield f"constraints.{constraint.kind}.{constraint.name}.while", constraint.while_, None
     for state in m.states:
         yield f"states.{state.name}.derivative", state.derivative, _dimension_of(state.rate_unit)
-
-
-def _of_length(where: str, expression: object, infer: DimensionOf) -> Iterator[str]:
-    """A sentence if the dimension of ``expression`` is known and neither a length nor an angle."""
-    measure = sp.sympify(expression)
-    fits = _inferred(infer, measure) in (None, ONE, _dimension_of(METRE))
-    yield from _mismatch(where, measure, None if fits else _dimension_of(METRE), infer)
 
 
 def _rate_of(d: Dimension | None) -> Dimension | None:

@@ -43,11 +43,12 @@ def needed_units(
     tables: Mapping[str, tuple[Dimension | None, ...]],
     expected: Sequence[Expected],
 ) -> Iterator[str]:
-    """One sentence for each parameter, input, coordinate or state without a unit whose use determines its dimension.
+    """One sentence for each parameter, input, coordinate, state or table without units whose use has a dimension.
 
     ``known``: {name: its dimension, None if it is unknown}; ``tables``: of the arguments and the value of each table.
+    Of parameters whose product alone has a dimension the last one needs a unit, as long as the others have none.
     """
-    for part, needed in determined_dimensions(m, known, tables, expected):
+    for part, needed in determined_dimensions(m, known, tables, expected, [p.name for p in m.parameters]):
         if needed == ONE:
             continue
         place = next((where for where, expression, _ in expected if _uses(m, expression, part.name)), "its use")
@@ -58,6 +59,21 @@ def needed_units(
             f"{_TABLES[type(part)]}.{part.name}: {it} has no unit, and {place} needs one with the dimension of {unit}; "
             f'give unit = "{unit}"{remedy}'
         )
+    yield from _bare_tables(m, _equations(m, known, tables, expected), expected)
+
+
+def _bare_tables(m: Description, equations: _Equations, expected: Sequence[Expected]) -> Iterator[str]:
+    """One sentence for each table without units of which a column has a dimension by its use."""
+    for table in (table for table in m.tables if not table.units):
+        places = [where for where, expression, _ in expected if _calls(m, expression, table.name)]
+        keys = [*(_argument(table.name, i) for i in range(table.arity)), _value(table.name)]
+        needed = [equations.solved(key) or ONE for key in keys]
+        if places and any(d != ONE for d in needed):
+            units = ", ".join(f'"{described_in(places[0], d)}"' for d in needed)
+            yield (
+                f"tables.{table.name}: its columns have no units, and {places[0]} needs some with the dimensions of "
+                f"{units}; give units = [{units}], or the units that its numbers are in"
+            )
 
 
 def determined_dimensions(
@@ -75,11 +91,7 @@ def determined_dimensions(
     bare = [part for part in parts if part.unit is None]
     if not bare:
         return
-    equations = _Equations(m, known, tables)
-    for _, expression, wanted in expected:
-        found = equations.of(expression)
-        if wanted is not None and not expression.is_number:
-            equations.demand(found, _exponents(wanted))
+    equations = _equations(m, known, tables, expected)
     for name in plain:
         if equations.solved(name) is None:
             equations.demand({name: Fraction(1)}, {})
@@ -89,6 +101,21 @@ def determined_dimensions(
             yield part, needed
 
 
+def _equations(
+    m: Description,
+    known: Mapping[str, Dimension | None],
+    tables: Mapping[str, tuple[Dimension | None, ...]],
+    expected: Sequence[Expected],
+) -> _Equations:
+    """What the expressions ``expected`` demand; the arguments as ``needed_units``."""
+    equations = _Equations(m, known, tables)
+    for _, expression, wanted in expected:
+        found = equations.of(expression)
+        if wanted is not None and not expression.is_number:
+            equations.demand(found, _exponents(wanted))
+    return equations
+
+
 def described_in(where: str, d: Dimension) -> str:
     """The dimension ``d`` as the name of a unit at the place ``where``: a torque has N.m, an energy J."""
     return _TORQUES.get(d, describe(d)) if where.startswith(_OF_FORCES) else describe(d)
@@ -96,13 +123,33 @@ def described_in(where: str, d: Dimension) -> str:
 
 def _uses(m: Description, expression: sp.Expr, name: str) -> bool:
     """Whether ``expression`` contains ``name``, directly or by definitions."""
+    return any(name in free_names([part]) for part in _with_definitions(m, expression))
+
+
+def _calls(m: Description, expression: sp.Expr, table: str) -> bool:
+    """Whether ``expression`` calls ``table``, directly or by definitions."""
+    calls = (call for part in _with_definitions(m, expression) for call in part.atoms(TableCall))
+    return any(call.table == table for call in calls)
+
+
+def _with_definitions(m: Description, expression: sp.Expr) -> Iterator[sp.Expr]:
+    """``expression``, and the definitions that it needs."""
     meanings = {d.name: d.expression for d in m.definitions}
-    left, seen = [expression], set[str]()
+    left = [expression]
     while left:
-        found = free_names([left.pop()]) - seen
-        seen |= found
-        left += [meanings[other] for other in found & meanings.keys()]
-    return name in seen
+        part = left.pop()
+        yield part
+        left += [meanings.pop(other) for other in free_names([part]) & meanings.keys()]
+
+
+def _argument(table: str, index: int) -> str:
+    """What stands for the unit of an argument of a table without units."""
+    return f"{table}({index})"
+
+
+def _value(table: str) -> str:
+    """What stands for the unit of the value of a table without units."""
+    return f"{table}()"
 
 
 def _exponents(d: Dimension) -> Exponents:
@@ -205,14 +252,12 @@ class _Equations:
         return {}
 
     def _of_table(self, e: TableCall) -> Exponents:
-        columns = self.tables.get(e.table, ())
-        for argument, wanted in zip(e.args, columns, strict=False):
+        *of_arguments, of_value = self.tables.get(e.table, (None,) * (len(e.args) + 1))
+        for i, (argument, wanted) in enumerate(zip(e.args, of_arguments, strict=False)):
             found = self.of(argument)
-            if wanted is not None and not argument.is_number:
-                self.demand(found, _exponents(wanted))
-        if columns and columns[-1] is not None:
-            return _exponents(columns[-1])
-        return {f"{e.table}()": Fraction(1)}
+            if not argument.is_number:
+                self.demand(found, {_argument(e.table, i): Fraction(1)} if wanted is None else _exponents(wanted))
+        return {_value(e.table): Fraction(1)} if of_value is None else _exponents(of_value)
 
     def _alike(self, terms: Iterable[sp.Expr]) -> Exponents:
         """The dimension that all ``terms`` have; the number 0 fits every one."""

@@ -42,7 +42,8 @@ def attach(skeleton: Skeleton, part: Spring | Damper, places: dict[int, Floats])
         a, b = (skeleton.place[str(end)] for end in part.between)
         return Attachment(part, (a, b))
     written = part.elongation if isinstance(part, Spring) else part.rate
-    assert written is not None
+    if written is None:
+        return None
     node = skeleton.put(written)
     slope = skeleton.slopes([node], by_velocity=isinstance(part, Damper))[0]
     if not np.isfinite(slope).all() or not np.any(slope):

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.description.table_files import HEADING
+from lag2fmu.description.table_files import name_and_unit
 from lag2fmu.errors import LoadError, SimulationError, UnitError
-from lag2fmu.language.unit_parser import parse_unit
+from lag2fmu.language.unit_parser import is_unit, parse_unit
 from lag2fmu.language.units import SECOND, Unit
 
 
@@ -91,21 +91,19 @@ def _check_first(header: Sequence[str], first: str, text: str, where: str) -> No
 
 def _headings(cells: Sequence[str], where: str, units: Mapping[str, Unit]) -> tuple[list[str], dict[int, Unit]]:
     """The names in the first line, and the units that stand there: {column: unit}."""
-    matches = [HEADING.fullmatch(cell.strip()) for cell in cells]
-    header = [cell.strip() if m is None else m[1] for cell, m in zip(cells, matches, strict=True)]
+    named = [name_and_unit(cell.strip(), is_unit) for cell in cells]
     own: dict[int, Unit] = {}
-    for column, match in enumerate(matches):
-        if match is None:
+    for column, (name, written) in enumerate(named):
+        if written is None:
             continue
-        name = match[1]
         try:
-            own[column] = unit = parse_unit(match[2])
+            own[column] = unit = parse_unit(written)
         except UnitError as error:
             raise LoadError(f"{where}, column '{name}': {error}") from error
         known = SECOND if name == "time" else units.get(name)
         if known is not None and known.dimension != unit.dimension:
             raise LoadError(f"{where}, column '{name}': '{unit.name}' is no unit of it; it is in {known.name or '1'}")
-    return header, own
+    return [name for name, _ in named], own
 
 
 def _numbers(row: Sequence[str], header: Sequence[str], where: str, *, gaps: bool = False) -> list[float]:

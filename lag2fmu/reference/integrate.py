@@ -133,7 +133,8 @@ def _by_the_first_that_can(methods: Sequence[str], runs: _Runs, m: int) -> Refer
             if last:
                 raise
             kept = None
-    assert kept is not None, "the last method either failed or has reached something"
+    if kept is None:
+        raise SimulationError(f"there is no method of integration among {list(methods)}")
     return runs.completed(*kept)
 
 

@@ -9,7 +9,7 @@ import logging
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -34,8 +34,15 @@ BEYOND = 1e-3
 
 Rounding and the width of an event give 1e-8 at most; one that is decided wrongly exceeds its limit by half or more.
 """
+FAINT = 1e-6
+"""A friction beyond its limit by less than this part of the forces on what it acts on is rounding.
+
+A contact that bears a normal force of 1e-8 N beside a weight of 10 N has a limit that is as small.
+"""
 OPEN = 100.0
 """A residual, a slip or a creep is doubtful beyond so many tolerances of its size; errors of runs are below 10."""
+HARDLY = 1e-3
+"""A row hardly moves a coordinate that has less than this part of the motion of the one that it moves most."""
 STILL = 3
 """So many points at rest in a row tell that something creeps."""
 PATIENCE = 5.0
@@ -58,11 +65,17 @@ class DoubtWatch:
         self._nodes = [*laws, *(x for row in (*rows.jacobian, *c.jacobian) for x in row)]
         self._symbols = self.equations.graph.symbols(self._nodes) - {"t"} - self._values.keys()
         q = [x.name for x in m.coordinates]
-        of_rows = [str(self.equations.graph.leaf[node]) for node in self.equations.variables.forces]
         elements = [*(u.name for u in m.unilaterals), *(f.name for f in m.frictions)]
-        shown = [*q, *map(names.velocity, q), *of_rows, *map(names.mode, elements)]
+        shown = [*q, *map(names.velocity, q), *self.equations.forces, *map(names.mode, elements)]
         shown += [names.residual(item.name) for item in m.constraints]
         self.outputs = list(dict.fromkeys([*shown, *sorted(self._symbols)])) if len(rows) or len(c) else []
+
+    @cached_property
+    def _owners(self) -> list[str]:
+        """The contacts and frictions of the rows that rub, in the order of the rows."""
+        unilaterals = zip(self.mechanism.unilaterals, self.equations.rows.slips, strict=True)
+        contacts = (u.name for u, slips in unilaterals for _ in range(slips))
+        return [*contacts, *(f.name for f in self.mechanism.frictions)]
 
     def doubts(
         self, run: Trajectory, tolerance: float | None, values: Mapping[str, float] | None = None
@@ -81,14 +94,15 @@ class DoubtWatch:
 
     def _numbers(self, run: Trajectory, nodes: Sequence[Node]) -> Floats:
         """The values of ``nodes`` (k,) along the run, (k, m)."""
-        values: dict[str, float | Floats] = {**self._values, **{name: run[name] for name in self._symbols}}
-        values["t"] = run.time
-        return evaluate(self.equations.graph, nodes, values)
+        graph, recorded = self.equations.graph, set(run.names)
+        moving = graph.symbols(nodes) - self._values.keys()
+        values: dict[str, float | Floats] = {name: run[name] if name in recorded else 0.0 for name in moving}
+        return evaluate(graph, nodes, {**self._values, **values, "t": run.time})
 
     def _frictions(self, run: Trajectory) -> Iterator[str]:
         """The friction that is farthest beyond its limit."""
         m, rows = self.mechanism, self.equations.rows
-        found = []
+        found, faint = [], self._faint(run) if len(rows) else {}
         limits = zip(m.frictions, self._numbers(run, rows.sliding), self._numbers(run, rows.holding), strict=True)
         for f, sliding, holding in limits:
             limit = np.where(run[names.mode(f.name)] == Mode.STICKS, holding, sliding)
@@ -103,11 +117,29 @@ class DoubtWatch:
             limit = _around(own)
             over = size - limit
             at = int(np.argmax(over))
-            if over[at] > BEYOND * max(float(np.abs(limit).max()), 1e-300):
+            if over[at] > BEYOND * float(np.abs(limit).max()) + faint[name]:
                 yield (
                     f"the friction of {name} is {size[at]:.4g} where {limit[at]:.4g} is its limit, "
                     f"at t = {run.time[at]:.4g} s"
                 )
+
+    def _faint(self, run: Trajectory) -> dict[str, float]:
+        """{owner of a row that rubs: a force that is rounding beside the forces in the run}, in units of the force.
+
+        The forces on each coordinate are compared with what a force in the row is there. Coordinates that the row
+        hardly moves do not count.
+        """
+        rows, first = self.equations.rows, len(self.mechanism.unilaterals)
+        levers = np.abs([self._numbers(run, row) for row in rows.jacobian])
+        forces = np.abs([run[name] for name in self.equations.forces])
+        acting = np.abs(self._numbers(run, self.equations.forcing)) + np.einsum("rnm,rm->nm", levers, forces)
+        nominal = np.array([q.nominal for q in self.mechanism.coordinates])
+        found: dict[str, float] = {}
+        for name, arms in zip(self._owners, levers[first:].max(axis=2), strict=False):
+            moved = arms * nominal > HARDLY * float((arms * nominal).max())
+            sizes = acting.max(axis=1)[moved] / arms[moved]
+            found[name] = max(found.get(name, 0.0), FAINT * float(sizes.max(initial=0.0)))
+        return found
 
     def _residuals(self, run: Trajectory, tolerance: float) -> Iterator[str]:
         """The constraints that are not met."""
@@ -122,11 +154,9 @@ class DoubtWatch:
     def _creeps(self, run: Trajectory, tolerance: float) -> Iterator[str]:
         """The friction that slips while it sticks, and the coordinate that moves at rest."""
         rows, start = self.equations.rows, len(self.mechanism.unilaterals)
-        owners = [u.name for u, slips in zip(self.mechanism.unilaterals, rows.slips, strict=True) for _ in range(slips)]
-        owners += [f.name for f in self.mechanism.frictions]
         stuck = np.zeros(len(run.time), dtype=bool)
-        slips = rows.velocities[start : start + len(owners)]
-        for k, (name, slip) in enumerate(zip(owners, self._numbers(run, slips), strict=True), start):
+        slips = rows.velocities[start : start + len(self._owners)]
+        for k, (name, slip) in enumerate(zip(self._owners, self._numbers(run, slips), strict=True), start):
             sticks = run[names.mode(name)] == Mode.STICKS
             stuck |= sticks
             off = np.where(sticks, np.abs(slip), 0.0)

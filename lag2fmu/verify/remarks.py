@@ -1,4 +1,4 @@
-"""Remarks on a run that succeeded: guesses that were moved, inputs that end early."""
+"""Remarks on a run that succeeded: guesses that were moved, inputs that begin late or end early."""
 
 from __future__ import annotations
 
@@ -9,20 +9,25 @@ from lag2fmu.verify.run import Floats, Plan, Run
 MOVED = 1e-6
 """A guess that constraints move by less than this part of it, or of 1 in SI units, is where it was set."""
 ENDED = 1e-9
-"""Inputs may end before the stop time by this part of the run, which is rounding."""
+"""Inputs may miss the start or the stop time by this part of the run, which is rounding."""
 
 
-def ended_inputs(run: Run, plan: Plan) -> list[str]:
-    """A sentence on inputs whose last time is before the stop time; one time alone is a constant."""
+def short_inputs(run: Run, plan: Plan) -> list[str]:
+    """Sentences on inputs whose times do not cover the run; one time alone is a constant."""
     if run.inputs is None or len(run.inputs.time) < 2:
         return []
-    last, stop = float(run.inputs.time[-1]), float(plan.grid[-1])
-    if last >= stop - ENDED * (stop - float(plan.grid[0])):
-        return []
-    return [
-        f"the inputs {', '.join(run.inputs.names)} end at {last:g} s and keep their last values until {stop:g} s; give "
-        "them to the end, or an earlier stop time"
-    ]
+    first, last = (float(run.inputs.time[i]) for i in (0, -1))
+    start, stop = (float(plan.grid[i]) for i in (0, -1))
+    names, rounding = f"the inputs {', '.join(run.inputs.names)}", ENDED * (stop - start)
+    found = []
+    if first > start + rounding:
+        found.append(f"{names} begin at {first:g} s and have their first values before; give them from {start:g} s on")
+    if last < stop - rounding:
+        found.append(
+            f"{names} end at {last:g} s and keep their last values until {stop:g} s; give them to the end, or an "
+            "earlier stop time"
+        )
+    return found
 
 
 def moved_guesses(description: Any, run: Run, plan: Plan, start: Floats) -> list[str]:

@@ -19,7 +19,7 @@ from lag2fmu.verify.by_fmpy import FMI_TYPES, by_fmpy, tolerance_of
 from lag2fmu.verify.co_simulation import co_simulation
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
 from lag2fmu.verify.plan import planned
-from lag2fmu.verify.remarks import ended_inputs, moved_guesses
+from lag2fmu.verify.remarks import moved_guesses, short_inputs
 from lag2fmu.verify.run import Floats, Plan, Run, first_inputs, whole
 from lag2fmu.verify.scalars import scalars_of
 
@@ -34,7 +34,7 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     Between communication points inputs are continued by their derivatives in co-simulation, and are functions of time
     in model exchange. An FMU that takes no derivatives gets held inputs. The trajectory is (m, outputs). Raises
     LoadError for unknown names, and SimulationError with the FMU's own words if the run fails. FMUs that are no builds
-    of lag2fmu run in a process of their own, where they may crash.
+    of lag2fmu, and others in their first run, are in a process of their own, where they may crash.
     """
     run = replace(run, warned=run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name))
     return run_apart(path, run, _simulated) if runs_apart(path) else _simulated(path, run)
@@ -53,7 +53,7 @@ def _simulated(path: Path, run: Run) -> Trajectory:
             time, values = _loop(description, run, plan)(instance, run, plan)
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
-        remarks = (*moved_guesses(description, run, plan, values[0]), *ended_inputs(run, plan))
+        remarks = (*moved_guesses(description, run, plan, values[0]), *short_inputs(run, plan))
         for sentence in (*instance.log.warnings, *remarks):
             warned(sentence)
         reached, stop = float(time[-1]), float(plan.grid[-1])

@@ -189,7 +189,7 @@ EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], si
                     (fault("STALE_RATE_VARIABLE") && vr[i] == RATE0);
         bool unset = vr[i] < N_REALS && m->kept[vr[i]] == 0.0;
         if (vr[i] >= N_REALS) continue;
-        if (!hold || unset || vr[i] == U || vr[i] == K || vr[i] == F) m->kept[vr[i]] = value_of(m, vr[i]);
+        if (!hold || unset || vr[i] == U || vr[i] == K || vr[i] == F) m->kept[vr[i]] = value_of(m, vr[fault("READS_FIRST") ? 0 : i]);
         if (!(fault("UNWRITTEN") && vr[i] == RATE1)) value[i] = m->kept[vr[i]];
         if (fault("READ_DISTURBS") && vr[i] == Y && m->state == STEP) m->x[1] += 1e-3;
     }
@@ -226,6 +226,7 @@ EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], si
     SELF;
     for (size_t i = 0; i < n; i++) {
         if (put(self, vr[i], value[i]) != fmi2OK) return fmi2Error;
+        if (fault("SETS_FIRST")) break;
     }
     if (fault("CHANGES_VALUES") && n) ((fmi2Real *)value)[0] = 0.0;
     return fmi2OK;
@@ -316,7 +317,7 @@ static double slope(const Memory *m, fmi2ValueReference unknown, fmi2ValueRefere
     if (unknown == known) return 1.0;
     switch (unknown) {
     case Y: return known == X0 ? x1 : known == X1 ? x0 : known == U && !fault("NO_FEEDTHROUGH") ? 1.0 : 0.0;
-    case RATE0: return known == X0 ? -(fault("DERIVATIVE_OF_PARAMETER") ? 1.0 : m->k) : known == U ? 1.0 : 0.0;
+    case RATE0: return known == X0 ? -(fault("DERIVATIVE_OF_PARAMETER") ? 2.0 : m->k) : known == U ? 1.0 : 0.0;
     case RATE1: return known == X0 ? m->f : known == X1 ? (fault("SIGN") ? 1.0 : -1.0) : 0.0;
     default: return 0.0;
     }
@@ -331,7 +332,7 @@ EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueR
     for (size_t i = 0; i < m; i++) {
         if (fault("DIRECTIONAL_UNWRITTEN") && i == m - 1) continue;
         du[i] = 0.0;
-        for (size_t j = 0; j < n; j++) du[i] += slope(&self->m, unknown[i], known[j]) * dv[j];
+        for (size_t j = 0; j < (fault("FIRST_KNOWN") && n ? 1 : n); j++) du[i] += slope(&self->m, unknown[i], known[j]) * dv[j];
         if (fault("WRONG_DERIVATIVE")) du[i] += 1.0;
     }
     if (fault("OVERRUN_DIRECTIONAL")) du[m] = CANARY;

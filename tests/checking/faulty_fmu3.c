@@ -3,6 +3,7 @@
 #include "fmi3Functions.h"
 #include <math.h>
 #include <fenv.h>
+#include <locale.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,7 +20,7 @@ enum { TIME, X, RATE, U, K, F, Y, Z, MODE, COUNT, SEVEN, TICK, N_REFERENCES };
 
 typedef struct {
     char token[sizeof TOKEN];
-    double time, start, stop, x[2], u, k, f, kept[2], kept_y;
+    double time, start, stop, x[2], u, k, f, kept[N_REFERENCES][2];
     int64_t mode;
     int32_t count;
     int state;
@@ -34,6 +35,7 @@ typedef struct {
     fmi3IntermediateUpdateCallback update;
 } Instance;
 
+#define CANARY 1e300
 static double shared;
 
 static bool fault(const char *name)
@@ -59,15 +61,15 @@ static fmi3Status fail(Instance *self, const char *sentence)
 static void begin(Instance *self)
 {
     Memory *m = &self->m;
-    double x = m->x[0];
+    double x = m->x[0], time = m->time;
     memset(m, 0, sizeof *m);
     memcpy(m->token, TOKEN, sizeof TOKEN);
     m->x[0] = fault("HALF_RESET") && x != 0.0 ? x : 1.0;
-    m->x[1] = 2.0;
+    m->x[1] = fault("RESET_TIME") ? 2.0 + 1e-6 * time : 2.0;
     m->u = 0.5;
     m->k = fault("OTHER_START") ? 2.5 : 2.0;
-    m->f = 3.0;
-    m->mode = 1;
+    m->f = fault("ROUNDED_START") ? 3.0000000001 : 3.0;
+    m->mode = fault("RESET_MODE_VALUE") && x != 0.0 ? 2 : 1;
     m->stop = INFINITY;
     m->state = INSTANTIATED;
 }
@@ -85,12 +87,14 @@ static fmi3Instance make(fmi3String name, fmi3String token, fmi3Boolean logging,
                          fmi3LogMessageCallback log)
 {
     if (fault("CHDIR") && chdir("/")) return NULL;
+    if (fault("LOCALE")) setlocale(LC_NUMERIC, strcmp(setlocale(LC_NUMERIC, NULL), "C") ? "C" : "C.UTF-8");
     fesetround(fault("ROUNDING") ? FE_TOWARDZERO : FE_TONEAREST);
     Instance *self = calloc(1, sizeof *self);
     self->environment = environment;
     self->log = log;
     self->logging = logging;
     begin(self);
+    if (fault("SHARED_START")) self->m.x[0] += 1e-9 * shared++;
     if (((!name || !*name) && !fault("NO_NAME")) || (!token && !fault("NO_TOKEN")) || fault("NO_INSTANCE") ||
         (token && strcmp(token, TOKEN) && !fault("ANY_TOKEN"))) {
         fail(self, "there is no licence");
@@ -107,7 +111,7 @@ EXPORT fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String tok
                                                  fmi3LogMessageCallback log)
 {
     (void)path, (void)visible;
-    Instance *self = make(name, token, logging, environment, log);
+    Instance *self = fault("NO_EXCHANGE") ? NULL : make(name, token, logging, environment, log);
     if (self) self->exchange = true;
     return self;
 }
@@ -161,6 +165,7 @@ EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean
     self->m.time = self->m.start = start;
     self->m.stop = stop_defined ? stop : INFINITY;
     if (fault("EARLY_DROPPED")) self->m.k = 2.0;
+    if (fault("EARLY_INPUT_DROPPED")) self->m.u = 0.5;
     return go(self, INSTANTIATED, INITIALIZATION);
 }
 
@@ -201,6 +206,7 @@ EXPORT fmi3Status fmi3Terminate(fmi3Instance instance)
 EXPORT fmi3Status fmi3Reset(fmi3Instance instance)
 {
     SELF;
+    DEMAND(!fault("RESET_REFUSED"), "no reset today");
     DEMAND(!(fault("RESET_MODE") && self->m.state == EVENT), "no reset in Event Mode");
     begin(self);
     return fmi3OK;
@@ -234,7 +240,7 @@ static void value_of(const Instance *self, fmi3ValueReference vr, double out[])
     case U: out[0] = m->u; break;
     case K: out[0] = m->k; break;
     case F: out[0] = m->f; break;
-    case Y: out[0] = fault("NOT_A_NUMBER") ? NAN : m->x[0] * m->x[1] + (fault("IGNORED_INPUT") ? 0.5 : m->u); break;
+    case Y: out[0] = fault("NOT_A_NUMBER") || (fault("LATE_NAN") && m->time > m->start + 0.5) ? NAN : m->x[0] * m->x[1] + (fault("IGNORED_INPUT") ? 0.5 : m->u); break;
     case Z: out[0] = m->x[0] - 0.5; break;
     case SEVEN: out[0] = 7.0; break;
     }
@@ -258,8 +264,11 @@ EXPORT fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference
         if (fault("CRASH") && !is_float(vr[i])) abort();
         DEMAND(is_float(vr[i]), "no Float64 has this value reference");
         if (fault("REFUSE") && vr[i] == Y) return fail(self, "y is not computed");
-        value_of(self, vr[i], found);
-        if (fault("STALE_OUTPUT") && vr[i] == Y) found[0] = self->m.kept_y = self->m.kept_y ? self->m.kept_y : found[0];
+        value_of(self, vr[fault("READS_FIRST") ? 0 : i], found);
+        bool hold = (fault("STALE") && self->m.state == INITIALIZATION && vr[i] != U && vr[i] != K && vr[i] != F) ||
+                    (fault("STALE_OUTPUT") && vr[i] == Y) || (fault("STALE_RATE_VARIABLE") && vr[i] == RATE);
+        if (!hold || self->m.kept[vr[i]][0] == 0.0) memcpy(self->m.kept[vr[i]], found, sizeof found);
+        if (hold) memcpy(found, self->m.kept[vr[i]], sizeof found);
         if (fault("READ_DISTURBS") && vr[i] == Y && self->m.state == STEP) self->m.x[1] += 1e-3;
         if (fault("UNWRITTEN") && vr[i] == Z) done++;
         else for (size_t j = 0; j < size_of(vr[i]); j++, done++) {
@@ -267,8 +276,9 @@ EXPORT fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference
         }
     }
     DEMAND(done == count || fault("ANY_COUNT"), "the number of values is not that of the elements");
-    if (fault("OVERRUN")) value[count] = 1e300;
-    if (fault("UNDERRUN")) value[-1] = 1e300;
+    if (fault("OVERRUN")) value[count] = CANARY;
+    if (fault("UNDERRUN")) value[-1] = CANARY;
+    if (fault("CHANGES_REFERENCES") && n > 1) ((fmi3ValueReference *)vr)[0] = vr[1];
     return fmi3OK;
 }
 
@@ -278,19 +288,20 @@ static fmi3Status put(Instance *self, fmi3ValueReference vr, const double in[])
     int early = INSTANTIATED | INITIALIZATION;
     DEMAND(vr < N_REFERENCES || fault("ANY_REFERENCE"), "no variable has this value reference");
     switch (vr) {
-    case X: ALLOW(early | CONTINUOUS | (self->exchange ? EVENT : 0)); m->x[0] = in[0], m->x[1] = in[1]; break;
+    case X: ALLOW(early | CONTINUOUS | (self->exchange ? EVENT : 0)); m->x[0] = in[0], m->x[1] = fault("STATE_DROPPED") ? m->x[1] : in[1]; break;
     case U:
         ALLOW(early | EVENT | CONTINUOUS | STEP);
         if (!fault("HALF_SET")) m->u = in[0];
         break;
     case K:
         ALLOW(early | EVENT | STEP);
-        m->k = fault("DROPPED_PARAMETER") ? m->k : in[0];
-        if (fault("CROSS")) m->f = in[0];
+        m->k = fault("DROPPED_PARAMETER") || fault("SWAPPED") ? m->k : in[0];
+        if (fault("CROSS") || fault("SWAPPED")) m->f = in[0];
         break;
     case F:
         DEMAND((m->state & early) || fault("SET_FIXED") || fault("ANY_STATE"), "a fixed parameter");
-        m->f = in[0];
+        m->f = fault("HALF_VALUE") ? (float)in[0] : in[0];
+        if (fault("CROSS_INPUT")) m->u = in[0];
         break;
     case TIME: DEMAND(fault("SET_TIME"), "the independent variable cannot be set"); break;
     case SEVEN: DEMAND(fault("SET_CONSTANT"), "a constant cannot be set"); break;
@@ -310,6 +321,7 @@ EXPORT fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference
     done = 0;
     for (size_t i = 0; i < n; done += size_of(vr[i]), i++) {
         if (put(self, vr[i], value + done) != fmi3OK) return fmi3Error;
+        if (fault("SETS_FIRST")) break;
     }
     if (fault("CHANGES_VALUES") && count) ((fmi3Float64 *)value)[0] = 0.0;
     return fmi3OK;
@@ -335,6 +347,7 @@ EXPORT fmi3Status fmi3GetInt32(fmi3Instance instance, const fmi3ValueReference v
         DEMAND((vr[i] == COUNT && count == n) || fault("ANY_TYPE"), "no Int32 has this value reference");
         value[i] = self->m.count;
     }
+    if (fault("OVERRUN_COUNTS")) value[n] = 1 << 30;
     return fmi3OK;
 }
 
@@ -414,6 +427,8 @@ EXPORT fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state)
     memcpy(&self->m, state, sizeof(Memory));
     if (fault("STATE_MODE")) self->m.state = before.state;
     if (fault("STATE_VALUES")) self->m.x[0] = before.x[0];
+    if (fault("STATE_TIME")) self->m.time = before.time;
+    if (fault("STATE_COUNT")) self->m.count = before.count + 1;
     return fmi3OK;
 }
 
@@ -428,14 +443,14 @@ EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *state)
 EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t *size)
 {
     (void)instance, (void)state;
-    *size = sizeof(Memory);
+    *size = sizeof(Memory) - (fault("SHORT_BLOCK") ? 64 : 0);
     return fmi3OK;
 }
 
 EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
     (void)instance;
-    memcpy(bytes, state, size);
+    memcpy(bytes, state, fault("SHORT_BLOCK") ? sizeof(Memory) : size);
     if (fault("HALF_BLOCK")) ((Memory *)(void *)bytes)->x[1] = 2.0;
     return fmi3OK;
 }
@@ -470,10 +485,12 @@ static bool row(const Instance *self, fmi3ValueReference vr, size_t e, double ou
     switch (vr) {
     case X: out[1 + e] = 1.0; return true;
     case Z: out[1] = 1.0; return true;
-    case Y: out[1] = m->x[1], out[2] = fault("DERIVATIVE_OF_START") ? 1.0 : m->x[0], out[3] = 1.0; break;
+    case Y: out[1] = m->x[1], out[2] = fault("DERIVATIVE_OF_START") ? 1.0 : m->x[0];
+        out[3] = fault("NO_FEEDTHROUGH") ? 0.0 : 1.0;
+        break;
     case RATE:
-        if (e == 0) out[1] = -m->k, out[3] = 1.0, out[4] = fault("NO_PARAMETERS") ? 0.0 : -m->x[0];
-        else out[1] = m->f, out[2] = -1.0, out[5] = fault("NO_PARAMETERS") || fault("NO_FIXED") ? 0.0 : m->x[0];
+        if (e == 0) out[1] = fault("DERIVATIVE_OF_PARAMETER") ? -2.0 : -m->k, out[3] = 1.0, out[4] = fault("NO_PARAMETERS") ? 0.0 : -m->x[0];
+        else out[1] = m->f, out[2] = fault("SIGN") ? 1.0 : -1.0, out[5] = fault("NO_PARAMETERS") || fault("NO_FIXED") ? 0.0 : m->x[0];
         break;
     default: return false;
     }
@@ -503,19 +520,22 @@ static fmi3Status product(Instance *self, bool adjoint, const fmi3ValueReference
     size_t in = adjoint ? all_unknown : all_known, result = adjoint ? all_known : all_unknown;
     DEMAND((n_seed == in && n_out == result) || fault("ANY_SIZE"), "the sizes are not those of the elements");
     if (n_seed != in || n_out != result) return fmi3OK;
+    double unwritten = n_out ? out[n_out - 1] : 0.0;
     memset(out, 0, n_out * sizeof *out);
+    if (fault(adjoint ? "OVERRUN_ADJOINT" : "OVERRUN_DIRECTIONAL")) out[n_out] = CANARY;
     for (size_t i = 0; i < m; i++) {
         for (size_t e = 0; e < size_of(unknown[i]); e++, r++) {
             double values[6];
             size_t c = 0;
             row(self, unknown[i], e, values);
+            if (fault("DIRECTIONAL_UNWRITTEN") && !adjoint && r + 1 == n_out) out[r] = unwritten;
             for (size_t j = 0; j < n; j++) {
                 size_t at[2], width = columns(known[j], at);
                 if (fault("FIRST_KNOWN") && j > 0) break;
                 for (size_t k = 0; k < width; k++, c++) {
                     double slope = values[k == 0 ? at[0] : at[1]];
                     if (adjoint) out[c] += slope * seed[r] * (fault("WRONG_ADJOINT") ? 2.0 : 1.0);
-                    else out[r] += slope * seed[c];
+                    else if (!(fault("DIRECTIONAL_UNWRITTEN") && r + 1 == n_out)) out[r] += slope * seed[c];
                 }
             }
         }
@@ -583,11 +603,11 @@ EXPORT fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *a
     m->count += mode != m->mode;
     m->mode = mode;
     *end = *nominals = false;
-    *values = fault("VALUES_CHANGED");
+    *values = fault("VALUES_CHANGED") || (fault("VALUES_CHANGED_LATER") && m->time > m->start);
     *defined = fault("PAST_EVENT") || (fault("PAST_EVENT_LATER") && m->time > m->start + 0.125);
     *next = m->start - 1.0;
     if (fault("LATE_LOOP") && m->time > m->start + 0.25) *again = true;
-    if (fault("SILENT_CHANGE")) m->x[1] += 0.125;
+    if (fault("SILENT_CHANGE") || (fault("SILENT_CHANGE_LATER") && m->time > m->start)) m->x[1] += 0.125;
     if (fault("OTHER_EVENT") && !self->exchange && *again) m->x[1] += 0.125;
     return fmi3OK;
 }
@@ -599,7 +619,7 @@ EXPORT fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)
     SELF;
     DEMAND(self->exchange || fault("ANY_KIND"), "this is no model exchange");
     ALLOW(CONTINUOUS | STEP);
-    self->m.time = time;
+    if (!fault("TIME_DROPPED")) self->m.time = time;
     return fmi3OK;
 }
 
@@ -615,19 +635,25 @@ EXPORT fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean
     return fmi3OK;
 }
 
-static fmi3Status vector(Instance *self, double out[], size_t n, size_t own, const double values[])
+static fmi3Status vector(Instance *self, double out[], size_t n, size_t own, const double values[], const char *what)
 {
+    char unwritten[32], overrun[32], swapped[32];
+    snprintf(unwritten, sizeof unwritten, "UNWRITTEN_%s", what);
+    snprintf(overrun, sizeof overrun, "OVERRUN_%s", what);
+    snprintf(swapped, sizeof swapped, "%s_ORDER", what);
     DEMAND(self->exchange || fault("ANY_KIND"), "this is no model exchange");
     DEMAND(n == own || fault("ANY_LENGTH"), "the vector has another length");
-    for (size_t i = 0; i < (n < own ? n : own); i++) out[i] = values[fault("ORDER") ? own - 1 - i : i];
-    if (fault("OVERRUN_VECTORS")) out[n] = 1e300;
+    for (size_t i = 0; i < (n < own ? n : own); i++) {
+        if (!(fault(unwritten) && i + 1 == own)) out[i] = values[fault("ORDER") || fault(swapped) ? own - 1 - i : i];
+    }
+    if (fault("OVERRUN_VECTORS") || fault(overrun)) out[n] = CANARY;
     return fmi3OK;
 }
 
 EXPORT fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 out[], size_t n)
 {
     SELF;
-    return vector(self, out, n, 2, self->m.x);
+    return vector(self, out, n, 2, self->m.x, "STATES");
 }
 
 EXPORT fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 in[], size_t n)
@@ -635,7 +661,8 @@ EXPORT fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float
     SELF;
     DEMAND(n == 2 || fault("ANY_LENGTH"), "the vector has another length");
     ALLOW(CONTINUOUS);
-    for (size_t i = 0; i < 2; i++) self->m.x[fault("ORDER") || fault("SET_ORDER") ? 1 - i : i] = in[i];
+    for (size_t i = 0; i < 2; i++) self->m.x[fault("ORDER") || fault("STATES_ORDER") || fault("SET_ORDER") ? 1 - i : i] = in[i];
+    if (fault("STATES_LIMITED")) self->m.x[0] = fmin(self->m.x[0], 1.0);
     return fmi3OK;
 }
 
@@ -644,25 +671,27 @@ EXPORT fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3F
     SELF;
     double dx[2];
     rates(&self->m, dx);
-    if (fault("STALE_RATES") && self->m.stale) memcpy(dx, self->m.kept, sizeof dx);
-    memcpy(self->m.kept, dx, sizeof dx);
+    if (fault("STALE_RATES") && self->m.stale) memcpy(dx, self->m.kept[RATE], sizeof dx);
+    if (fault("STALE_RATES")) memcpy(self->m.kept[RATE], dx, sizeof dx);
     self->m.stale = fault("STALE_RATES");
+    if (fault("OTHER_RATES")) dx[1] *= 1.01;
+    if (fault("ONE_RATE")) dx[1] = dx[0];
     if (fault("RATES_LATER") && self->m.time > self->m.start) dx[1] *= 1.01;
-    return vector(self, out, n, 2, dx);
+    return vector(self, out, n, 2, dx, "RATES");
 }
 
 EXPORT fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 out[], size_t n)
 {
     SELF;
-    double nominals[] = {1.0, fault("NOMINAL") ? 0.0 : 1.0};
-    return vector(self, out, n, 2, nominals);
+    double nominals[] = {1.0, fault("NOMINAL") ? 0.0 : fault("NEGATIVE_NOMINAL") ? -1.0 : 1.0};
+    return vector(self, out, n, 2, nominals, "NOMINALS");
 }
 
 EXPORT fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 out[], size_t n)
 {
     SELF;
-    double z = self->m.x[0] - (fault("INDICATOR") ? 0.25 : 0.5);
-    return vector(self, out, n, 1, &z);
+    double z = fault("INDICATOR_NAN") ? NAN : self->m.x[0] - (fault("INDICATOR") ? 0.25 : 0.5);
+    return vector(self, out, n, 1, &z, "INDICATORS");
 }
 
 EXPORT fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *n)
@@ -702,16 +731,19 @@ EXPORT fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float6
     DEMAND(!self->exchange || fault("ANY_KIND"), "this is no co-simulation");
     ALLOW(STEP);
     DEMAND(h > 0.0 || fault("STEP_LENGTH"), "a step has a length");
-    DEMAND(fabs(time - m->time) < 1e-9 || fault("STEP_ELSEWHERE") || h <= 0.0, "the step begins elsewhere");
+    DEMAND(fabs(time - m->time) < 1e-9 || fault("STEP_ELSEWHERE") || fault("OWN_TIME") || fault("FIXED_CLOCK") || h <= 0.0, "the step begins elsewhere");
     DEMAND(time + h <= m->stop + 1e-9 || fault("STEP_PAST"), "the step goes past the stop time");
+    DEMAND(!fault("STEP_REFUSED") || m->time < m->start + 0.5, "enough");
     *event = *end = *early = false;
     double length = fault("FIXED_STEP") ? 0.125 : h;
     for (int i = 1; i <= 8 && !*early; i++) {
-        double dx[2], size = fault("SHARED_STATE") ? (shared += h) : 0.0;
+        double dx[2], size = fault("SHARED_STATE") ? (shared += h) : fault("RANDOM") ? 1e-9 * rand() : 0.0;
         rates(m, dx);
         m->x[0] += length / 8 * dx[0] + size;
         m->x[1] += length / 8 * dx[1];
         m->time = i == 8 ? time + h : time + i * h / 8;
+        if (fault("OWN_TIME")) m->time = time + 0.125 * i / 8;
+        if (fault("FIXED_CLOCK")) m->time = m->start + 0.125 * round((time + h - m->start) / 0.125 / 8.0);
         bool asked = updated(self), crossed = (m->x[0] > 0.5 ? 1 : 2) != m->mode;
         if (crossed && !self->events) m->mode = 3 - m->mode, m->count++;
         *event = (crossed && self->events) || fault("EVENT_ANYWAY");
@@ -739,5 +771,6 @@ EXPORT fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3Valu
         if (vr[i] == X) value[done++] = fault("OUTPUT_RATE") ? 0.0 : dx[0], value[done++] = dx[1];
         else value[done++] = fault("OUTPUT_NAN") ? NAN : dx[0] * m->x[1] + m->x[0] * dx[1];
     }
+    if (fault("OVERRUN_OUTPUTS")) value[done] = CANARY;
     return fmi3OK;
 }

@@ -78,7 +78,7 @@ RULES = {
     "wrong-guid": "ANY_TOKEN",
     "environment": "CHDIR LOCALE ROUNDING",
     "start-value": "OTHER_START ROUNDED_START",
-    "value-finite": "NOT_A_NUMBER RATE_NAN INDICATOR_NAN",
+    "value-finite": "NOT_A_NUMBER LATE_NAN RATE_NAN INDICATOR_NAN",
     "enumeration-value": "ENUM_VALUE",
     "time-value": "TIME_STANDS TIME_DROPPED OWN_TIME FIXED_CLOCK",
     "read-back": "DROPPED_INPUT DROPPED_PARAMETER EARLY_DROPPED EARLY_INPUT_DROPPED HALF_VALUE SWAPPED STATES_LIMITED "
@@ -96,14 +96,16 @@ RULES = {
     "values-changed": "VALUES_CHANGED VALUES_CHANGED_LATER SILENT_CHANGE SILENT_CHANGE_LATER",
     "integrator-step": "STEP_MOVES",
     "step-size": "FIXED_STEP",
-    "directional": "WRONG_DERIVATIVE DERIVATIVE_OF_START DERIVATIVE_OF_PARAMETER SIGN NO_FEEDTHROUGH "
+    "directional": "WRONG_DERIVATIVE DERIVATIVE_OF_START DERIVATIVE_OF_PARAMETER SIGN NO_FEEDTHROUGH FIRST_KNOWN "
+    "STATE_DROPPED "
     "DIRECTIONAL_REFUSED",
     "output-derivatives": "OUTPUT_NAN",
     "instances": "SHARED_STATE",
     "repeat": "RANDOM SHARED_START",
     "reset": "HALF_RESET RESET_MODE RESET_TIME RESET_REFUSED",
     "read-disturbs": "READ_DISTURBS",
-    "state": "STATE_VALUES STATE_COUNT",
+    "state": "STATE_VALUES STATE_COUNT STATE_TIME",
+    "together": "READS_FIRST SETS_FIRST",
     "serialize": "HALF_BLOCK",
     "state-free": "DANGLING",
     "log-category": "CATEGORY",
@@ -180,6 +182,10 @@ def tried(library: Path, monkeypatch: pytest.MonkeyPatch) -> Tried:
         return found
 
     return run
+
+
+def test_a_hundred_faults_are_planted() -> None:
+    assert len({fault for faults in RULES.values() for fault in faults.split()} | ACCEPTED.keys()) >= 100
 
 
 def test_nothing_is_found_in_what_is_right(tried: Tried) -> None:

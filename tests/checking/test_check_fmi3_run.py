@@ -76,17 +76,18 @@ CLOCKED = XML.replace(
 
 RULES = {
     "version": "VERSION",
-    "refused": "NO_INSTANCE REFUSE NOTHING RESET_MODE STATE_MODE",
+    "refused": "NO_INSTANCE REFUSE NOTHING RESET_MODE STATE_MODE NO_EXCHANGE RESET_REFUSED STEP_REFUSED",
     "wrong-guid": "ANY_TOKEN",
-    "start-value": "OTHER_START",
+    "start-value": "OTHER_START ROUNDED_START",
     "start-instantiated": "LATE_STARTS",
-    "read-back": "HALF_SET DROPPED_PARAMETER EARLY_DROPPED SET_ORDER",
-    "value-finite": "NOT_A_NUMBER RATE_NAN",
+    "read-back": "HALF_SET DROPPED_PARAMETER EARLY_DROPPED SET_ORDER EARLY_INPUT_DROPPED HALF_VALUE "
+    "STATES_LIMITED SWAPPED",
+    "value-finite": "NOT_A_NUMBER RATE_NAN INDICATOR_NAN LATE_NAN",
     "enumeration-value": "ENUM_VALUE",
-    "time-value": "TIME_STANDS",
+    "time-value": "TIME_STANDS TIME_DROPPED OWN_TIME FIXED_CLOCK",
     "instances": "SHARED_STATE",
-    "reset": "HALF_RESET",
-    "state": "STATE_VALUES",
+    "reset": "HALF_RESET RESET_TIME RESET_MODE_VALUE",
+    "state": "STATE_VALUES STATE_TIME STATE_COUNT",
     "serialize": "HALF_BLOCK",
     "state-free": "DANGLING",
     "terminated": "FORGETS",
@@ -96,7 +97,7 @@ RULES = {
     "log-off": "CHATTER",
     "log-category": "CATEGORY",
     "events": "EVENT_LOOP LATE_LOOP",
-    "values-changed": "VALUES_CHANGED SILENT_CHANGE",
+    "values-changed": "VALUES_CHANGED SILENT_CHANGE VALUES_CHANGED_LATER SILENT_CHANGE_LATER",
     "next-event": "PAST_EVENT PAST_EVENT_LATER",
     "event-run": "OTHER_EVENT",
     "early-return": "EARLY_ANYWAY UPDATE_OFFERS GOES_ON",
@@ -106,20 +107,26 @@ RULES = {
     "intermediate-time": "UPDATE_TIME",
     "output-derivatives": "OUTPUT_RATE OUTPUT_NAN",
     "counts": "STATES_BY_REFERENCE NO_INDICATORS",
-    "vector-order": "ORDER INDICATOR RATES_LATER",
-    "nominal": "NOMINAL",
+    "vector-order": "ORDER INDICATOR RATES_LATER STATES_ORDER RATES_ORDER OTHER_RATES ONE_RATE",
+    "nominal": "NOMINAL NEGATIVE_NOMINAL",
     "integrator-step": "STEP_MOVES",
     "dependencies-differ": "DEPENDENCIES",
     "dependencies-element": "ELEMENTS",
-    "directional": "WRONG_DERIVATIVE NO_PARAMETERS NO_FIXED DIRECTIONAL_REFUSED FIRST_KNOWN DERIVATIVE_OF_START",
+    "directional": "WRONG_DERIVATIVE NO_PARAMETERS NO_FIXED DIRECTIONAL_REFUSED FIRST_KNOWN DERIVATIVE_OF_START "
+    "DERIVATIVE_OF_PARAMETER NO_FEEDTHROUGH SIGN STATE_DROPPED",
     "adjoint": "WRONG_ADJOINT ADJOINT_REFUSED",
-    "array": "OVERRUN UNDERRUN UNWRITTEN CHANGES_VALUES OVERRUN_INTEGERS OVERRUN_VECTORS",
-    "environment": "CHDIR ROUNDING",
+    "array": "OVERRUN UNDERRUN UNWRITTEN CHANGES_VALUES OVERRUN_INTEGERS OVERRUN_VECTORS OVERRUN_STATES "
+    "OVERRUN_RATES OVERRUN_INDICATORS OVERRUN_NOMINALS OVERRUN_DIRECTIONAL OVERRUN_ADJOINT "
+    "OVERRUN_OUTPUTS OVERRUN_COUNTS SHORT_BLOCK UNWRITTEN_STATES UNWRITTEN_RATES "
+    "UNWRITTEN_INDICATORS UNWRITTEN_NOMINALS DIRECTIONAL_UNWRITTEN CHANGES_REFERENCES",
+    "environment": "CHDIR ROUNDING LOCALE",
     "no-effect": "IGNORED_INPUT IGNORED_PARAMETER IGNORED_FIXED",
-    "stale": "STALE_OUTPUT STALE_RATES",
-    "set-other": "CROSS",
+    "stale": "STALE_OUTPUT STALE_RATES STALE STALE_RATE_VARIABLE",
+    "set-other": "CROSS CROSS_INPUT",
     "read-disturbs": "READ_DISTURBS",
     "step-size": "FIXED_STEP",
+    "repeat": "RANDOM SHARED_START",
+    "together": "READS_FIRST SETS_FIRST",
 }
 """Rule -> the faults that break it."""
 
@@ -199,6 +206,10 @@ def tried(library: Path, monkeypatch: pytest.MonkeyPatch) -> Tried:
         return found
 
     return run
+
+
+def test_a_hundred_faults_are_planted() -> None:
+    assert len({fault for faults in RULES.values() for fault in faults.split()} | ACCEPTED.keys()) >= 100
 
 
 def test_nothing_is_found_in_what_is_right(tried: Tried) -> None:

@@ -82,7 +82,7 @@ CASES: dict[str, tuple[str, dict[str, object], str]] = {
     "a constant called as a coordinate": (
         "made = LagrangesMethod(sp.Symbol('x')*x.diff(T)**2, [x])",
         {"x": 2},
-        "would both be called 'x'; rename one",
+        "'x' stands twice; rename one",
     ),
     "loads without a frame": (
         "P = Point('P'); P.set_vel(N, x.diff(T)*N.x)\nmade = LagrangesMethod(V, [x], forcelist=[(P, k*N.x)])",

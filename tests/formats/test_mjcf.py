@@ -323,7 +323,6 @@ def test_few_copies_are_taken(robot: Robot) -> None:
 
 
 NAN = '<mujoco><option gravity="0 0 nan"/><worldbody><body><joint/><geom size="1"/></body></worldbody></mujoco>'
-TWO = '<body name="a b"><joint name="x y"/><geom size="1"/><body name="a_b"><joint/><geom size="1"/></body></body>'
 HEAVY = '<body><joint/><inertial pos="0 0 0" mass="{}" diaginertia="{}"/></body>'
 REFUSED = "MuJoCo refuses it: .*"
 
@@ -357,7 +356,6 @@ def world(inside: str) -> str:
         (world(HEAVY.format("-1", "1 1 1")), REFUSED + "mass"),
         (world(HEAVY.format("1", "1 1 3")), REFUSED + "inertia"),
         (world('<body><geom size="1"/></body>'), "nothing moves in this robot"),
-        (world(TWO), "would both be called 'a_b'; rename one"),
         ("<mujoco", "no well-formed XML"),
         ("<robot/>", r"its top element is <robot>; a MJCF file has <mujoco>"),
         ("<mujoco><worldbody><body><joint/></body></worldbody></mujoco>", "MuJoCo refuses it: .*mass and inertia"),

@@ -23,7 +23,7 @@ _WORDS = (
     "friction_of_j_force stop_of_j stop_of_j_lower stop_of_j_lower_gap damper_j_x spring_of_j "
     "place_of_u_k k_site_1 force_of_u_k joint_1 joint_2 tendon_0 actuator_0 fixed_a a_at_j world_ rate "
     "damping_j_turn kinetic_energy solver_step external_power time pi sin k_x k_c0 k_c1 equality_0 "
-    "dissipated_energy "
+    "dissipated_energy j-dot j.dot"
 )
 TAKEN = _WORDS.split()
 """Names that an import makes, or that what it makes brings."""
@@ -107,3 +107,18 @@ def test_no_name_that_is_made_gets_in_the_way(kind: str, seed: int, tmp_path: Pa
     assert read(write(found[1]), "text") == found[1]
     ours, theirs = (accelerations(mechanism) for mechanism in found)
     assert theirs == pytest.approx(ours, rel=1e-9, abs=1e-9)
+
+
+ALIKE = ["wrist", "wrist 1", "wrist-1", "wrist_1", "wrist.1", "wrist_1_2", "wrist/1", "handgelenk ä"]
+
+
+@pytest.mark.parametrize("kind", ["urdf", "xml"])
+def test_names_that_come_out_alike_are_numbered(kind: str, tmp_path: Path) -> None:
+    if kind == "xml":
+        pytest.importorskip("mujoco", reason="the optional package mujoco is not installed; 'make test-all' does so")
+    found = []
+    for names in ([*"abcdefgh"], ALIKE):
+        path = tmp_path / f"robot.{kind}"
+        path.write_text({"urdf": urdf, "xml": mjcf}[kind](1, [*names, *(f"{name}'" for name in names)]), "utf-8")
+        found.append(load(path))
+    assert accelerations(found[1]) == pytest.approx(accelerations(found[0]), rel=1e-9, abs=1e-9)

@@ -24,6 +24,11 @@ def test_one_wrong_letter_is_forgiven(seed: int) -> None:
         assert suggestion(word, KNOWN) == f"did you mean '{name}'?"
 
 
+def test_capitals_are_told_before_what_is_similar() -> None:
+    assert suggestion("j", KNOWN) == "did you mean 'J'?"
+    assert suggestion("KW", [*KNOWN, "KV"]) == "did you mean 'kw'?"
+
+
 def test_what_is_like_nothing_gets_all_names() -> None:
     assert suggestion("vx", KNOWN) == f"known are {', '.join(KNOWN)}"
     assert suggestion("a", KNOWN).startswith("known are")

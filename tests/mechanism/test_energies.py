@@ -23,6 +23,11 @@ CONTINUOUS = (
     "if({s}**2 + 1 > 0, 2, 3)",
     "if(c > 1, 2, 3)",
     "f({s}) + if({s} > 0, f({s}) - f(0), 0)",
+    "{s}**2/abs({s})",
+    "1/(2 + {s}**2)",
+    "{s}*atan(c/{s})",
+    "1/{s}",
+    "log(abs({s}))",
 )
 JUMPING = (
     "if({s} > 0, 0.3, 0)",
@@ -33,6 +38,12 @@ JUMPING = (
     "smooth(sign({s}))",
     "exp(sign({s}))",
     "if({s} > 0, f({s}), f({s}) + c)",
+    "c*abs({s})/{s}",
+    "{s}/sqrt({s}**2)",
+    "atan(c/{s})",
+    "tanh(1/{s})**3",
+    "if(sin(50*{s}) > 0.995, c, 0)",
+    "if({s} > 3000, c, 0)",
 )
 MOVING = ("x - {a}", "{a} - 2*x", "t - {b}", "sin(x) - {b}", "x*t - {b}", "x**3 - {a}", "shifted - {a}", "x - d")
 """What comes to 0 somewhere near the start; ``shifted`` is a definition, d a parameter."""

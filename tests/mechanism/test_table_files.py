@@ -34,6 +34,25 @@ def test_units_of_the_heading_are_honoured(tmp_path: Path, seed: int) -> None:
     assert Table("motor", file=file, units=[of_x, of_y]).grid == table.grid
 
 
+WAYS = ("{0} [{1}]", "{0}[{1}]", "[{1}]", "{0} ({1})", "{0} / {1}", "{0} in {1}", "{0} [ {1} ]", '"{0} [{1}]"')
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("before", ["", "# ", "# measured\n\n#"])
+def test_units_are_found_however_they_are_written(tmp_path: Path, way: str, before: str) -> None:
+    """In brackets or after a sign, in a heading or, as NumPy writes it, in a comment above the numbers."""
+    heading = before + ",".join([way.format("omega", "rpm"), way.format("torque", "N.mm")])
+    file = written(tmp_path / "motor.csv", f"{heading}\n0,5\n100,4\n")
+    assert Table("motor", file=file).grid == Table("motor", columns=[[0, 100], [5, 4]], units=["rpm", "N.mm"]).grid
+
+
+@pytest.mark.parametrize(
+    "heading", ["x (measured),y (2)", "x[1],x[2]", "rpm,m", "# x,y", "# [rpm] to [N]", "y(0),y / x0"]
+)
+def test_what_is_no_unit_is_none(tmp_path: Path, heading: str) -> None:
+    assert Table("motor", file=written(tmp_path / "motor.csv", f"{heading}\n0,5\n100,4\n")).units == ()
+
+
 def test_two_arguments_have_units_too(tmp_path: Path) -> None:
     file = written(tmp_path / "map.csv", "s [rpm],p [mm],F [kN]\n0,0,1\n0,1,2\n60,0,3\n60,1,4\n")
     assert (

@@ -41,6 +41,9 @@ USES = {
     '[frictions.f]\non = "x_dot"\nforce = "p"': "N",
     '[states]\nz = { unit = "m", derivative = "(x - z)/p" }': "s",
     '[stops.end]\nof = "x"\nupper = "p"': "m",
+    '[stops.end]\nof = "x - p"\nlower = 0': "m",
+    '[contacts.floor]\ngap = "x - p"': "m",
+    '[forces]\nx = "a*p*x"\n[parameters.a]\nvalue = 2\nunit = "N"': "1/m",
 }
 
 
@@ -111,3 +114,48 @@ def _refusal(description: Description) -> str:
     except UnitError as error:
         return str(error)
     return ""
+
+
+def test_of_a_product_one_factor_needs_a_unit() -> None:
+    """Nothing says which one; with a unit for it the other one is a number."""
+    product = '[forces]\nx = "p*b*x"\n[parameters.b]\nvalue = 2\n'
+    assert "parameters.b: 2 has no unit" in faults(product)
+    assert faults(product + 'unit = "N/m"') == ""
+    assert faults(product.replace('x = "p*b*x"', 'x = "p*b*x*c"') + '[parameters.c]\nvalue = 1\nunit = "N/m"') == ""
+
+
+def test_tables_need_units_too() -> None:
+    """Numbers of a table are in SI units by default, which strict_units does not believe."""
+    table = '[forces]\nx = "f(x_dot)"\n[tables.f]\ncolumns = [[0, 1], [0, 2]]\n'
+    message = faults(table)
+    assert (
+        'tables.f: its columns have no units, and forces.x.expression needs some with the dimensions of "m/s", '
+        in message
+    )
+    assert 'give units = ["m/s", "N"], or the units' in message
+    assert faults(table + 'units = ["rpm.mm", "N"]') == ""
+    assert (
+        faults('[outputs]\ny = { expression = "sin(f(x/x))", unit = "1" }\n[tables.f]\ncolumns = [[0, 1], [0, 2]]\n')
+        == ""
+    )
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        '[frictions.f]\non = "x"\nforce = "p"',
+        '[dampers.d]\nrate = "x"\ndamping = "p"',
+        '[contacts.c]\ngap = "x"\nfriction = 0.1\nslip = "x"',
+    ],
+)
+def test_a_coordinate_in_place_of_a_velocity_is_told_before_units(table: str) -> None:
+    """Units would be a riddle: a force times a length is no power."""
+    assert "'x' is a coordinate, not a velocity; write x_dot" in faults(table)
+
+
+def test_a_missing_unit_is_told_before_what_follows_from_the_value() -> None:
+    """40 mm without their unit, 40 m, make a gap negative, and a start that no constraint can meet."""
+    for table in ('[contacts.floor]\ngap = "p - x"', '[stops.end]\nof = "x - p"\nlower = 0'):
+        assert "parameters.p: 40 has no unit" in faults(table)
+    loop = '[coordinates.y]\nunit = "m"\n[bodies.c]\nmass = "m"\nposition = ["y", "0"]\n'
+    assert "parameters.p: 40 has no unit" in faults(loop + '[constraints.holonomic]\nk = "y**2 + x**2 + p**2"')

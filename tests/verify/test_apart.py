@@ -84,20 +84,35 @@ def test_a_crash_is_a_sentence(
     assert "while it is simulated" in done.output
 
 
-@pytest.mark.parametrize("share", [0.05, 0.2, 0.5])
-def test_a_library_that_lacks_its_end(share: float, exported, other: Path, tmp_path: Path) -> None:
-    """Of our own build, which else runs in this process, and of another tool."""
-    own = exported("pendulum").path
-    assert not apart.runs_apart(own)
-    for whole in (own, other):
+DAMAGED = {
+    "cut": lambda data, share: data[: int(share * len(data))],
+    "empty from there": lambda data, share: data[: int(share * len(data))].ljust(len(data), b"\0"),
+    "breakpoints from there": lambda data, share: data[: int(share * len(data))].ljust(len(data), b"\xcc"),
+}
+
+
+@pytest.mark.parametrize("share", [0.02, 0.2, 0.5])
+@pytest.mark.parametrize("how", DAMAGED)
+def test_a_damaged_library_is_a_sentence(how: str, share: float, exported, other: Path, tmp_path: Path) -> None:
+    """Of our own build, and of another tool; whatever is damaged, this process lives."""
+    for whole in (exported("pendulum").path, other):
         path = tmp_path / whole.name
-        with zipfile.ZipFile(whole) as archive, zipfile.ZipFile(path, "w") as cut:
+        with zipfile.ZipFile(whole) as archive, zipfile.ZipFile(path, "w") as damaged:
             for name in archive.namelist():
                 data = archive.read(name)
-                is_library = name.endswith(host_platform().suffix)
-                cut.writestr(name, data[: int(share * len(data))] if is_library else data)
-        with pytest.raises(SimulationError, match=r"it crashes \(SIG(BUS|SEGV)\)|cannot be instantiated"):
+                damaged.writestr(name, DAMAGED[how](data, share) if name.endswith(host_platform().suffix) else data)
+        with pytest.raises(SimulationError, match=r"it crashes \(SIG|cannot be instantiated|it ends the process"):
             lag2fmu.simulate(path)
+
+
+def test_our_builds_run_in_this_process_after_a_first_run(exported, other: Path) -> None:
+    own = exported("cart_pole").path
+    apart._proven.clear()
+    for path in (own, other):
+        assert apart.runs_apart(path)
+        lag2fmu.simulate(path)
+    assert not apart.runs_apart(own)
+    assert apart.runs_apart(other)
 
 
 def test_whoever_stops_waiting_leaves_no_process(other: Path) -> None:

@@ -104,6 +104,23 @@ def test_what_obeys_is_silent(share: float) -> None:
     assert told(at_rest(block(), **falling, floor_force=gone, x_dot=gone + 3, a_dot=gone + 6, **_sliding())) == ""
 
 
+@pytest.mark.parametrize(("weight", "normal", "over", "silent"), [
+    (20.0, 1e-8, 1e-8, True),
+    (20.0, 0.0, 1e-6, True),
+    (20.0, 20.0, 1e-2, False),
+    (20.0, 0.1, 1e-3, False),
+    (0.0, 1e-8, 1e-8, False),
+])  # fmt: skip
+def test_rounding_in_a_corner_is_no_doubt(weight: float, normal: float, over: float, silent: bool) -> None:
+    """A wall that bears a force of rounding limits friction to as little, which means nothing beside the weight."""
+    wall = '[contacts.wall]\ngap = "x + 0.5*y"\nslip = "y_dot - 0.5*x_dot + a_dot"\nfriction = 0.2\n'
+    corner = read(BLOCK.replace("acceleration = 10", f"acceleration = {weight / 2}") + wall, "block")
+    still = np.full_like(TIMES, Mode.STICKS)
+    forces = {"wall_force": normal + 0 * TIMES, "wall_friction": 0.2 * normal + over * LATER, "wall_mode": still}
+    found = [*DoubtWatch(corner).doubts(at_rest(corner, **forces, floor_force=weight + 0 * TIMES), TOLERANCE)]
+    assert (found == []) is silent
+
+
 def test_a_limit_that_jumps_at_a_point_holds_on_both_sides() -> None:
     """At t = 0.5 s the limit falls from 8 to 4; the run may show the force of before there, but not a point later."""
     jumping = read(BLOCK.replace("force = 4", 'force = "if(t < 0.5, 8, 4)"').replace("static = 5\n", ""), "block")

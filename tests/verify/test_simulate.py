@@ -163,6 +163,15 @@ def test_inputs_that_end_early_keep_their_last_value_and_it_is_said(kind, export
     )
 
 
+def test_inputs_that_begin_late_have_their_first_value_and_it_is_said(exported, caplog) -> None:
+    inputs = Trajectory.of([0.5, 1.0], {"F": [2.0, 5.0]})
+    run = lag2fmu.simulate(exported("cart_pole"), stop_time=1.0, step=0.25, tolerance=1e-9, inputs=inputs)
+    whole = Trajectory.of([0.0, 0.5, 1.0], {"F": [2.0, 2.0, 5.0]})
+    assert run["x"] == pytest.approx(integrate(load("cart_pole"), run.time, inputs=whole).trajectory["x"], abs=1e-6)
+    (sentence,) = caplog.messages
+    assert sentence.endswith("the inputs F begin at 0.5 s and have their first values before; give them from 0 s on")
+
+
 def test_inputs_to_the_end_and_constants_are_not_remarked_upon(exported, caplog) -> None:
     for times in ([0.0], [0.0, 1.0], [0.0, 1.0 - 1e-12], [0.0, 2.0]):
         inputs = Trajectory.of(times, {"F": np.ones(len(times))})

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
-from lag2fmu.checking.away import Values, give, later_values, lead_away
+from lag2fmu.checking.away import Values, give, later_values, lead_away, moved_parameters
 from lag2fmu.checking.binding import RefusedError, doubles, references, room
-from lag2fmu.checking.differences import STEP, Sides, contradicted, not_listed, to_sides, wanted
+from lag2fmu.checking.differences import (
+    STEP,
+    Sides,
+    contradicted,
+    not_listed,
+    product_findings,
+    to_sides,
+    wanted,
+    weights,
+)
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi2.description import ScalarVariable2
 from lag2fmu.checking.fmi2.session import Model2, Session2
@@ -67,6 +77,8 @@ def directional(model: Model2) -> Iterator[Finding]:
             yield from found
             if any(f.rule == "directional" and "returned" in f.problem for f in found):
                 break
+        else:
+            yield from _summed(model, place)
     if model.kind == "CoSimulation" and model.can("providesDirectionalDerivative"):
         yield from _after_a_step(model)
 
@@ -81,11 +93,9 @@ def _places(model: Model2) -> Iterator[Mode2]:
         for away in (False, True):
             yield Mode2("Continuous-Time Mode", ("Outputs", "Derivatives"), later, away)
         return
-    try:
-        values = later_values(model)
-    except (RefusedError, RecursionError):
-        return
-    yield Mode2("Initialization Mode", initial, first, away=True, values=values)
+    for elsewhere in (later_values, moved_parameters):
+        with suppress(RefusedError, RecursionError):
+            yield Mode2("Initialization Mode", initial, first, away=True, values=elsewhere(model))
 
 
 def _along(model: Model2, place: Mode2, known: ScalarVariable2) -> Iterator[Finding]:
@@ -96,7 +106,7 @@ def _along(model: Model2, place: Mode2, known: ScalarVariable2) -> Iterator[Find
         given = None
         if model.can("providesDirectionalDerivative"):
             try:
-                given = _derivative(session, unknowns, known)
+                given = _derivative(session, unknowns, [known], [1.0])
             except RefusedError as refused:
                 problem = f"for '{known.name}' in {place.mode}, {refused}"
                 remedy = "answer for every unknown and known of ModelStructure"
@@ -111,23 +121,40 @@ def _along(model: Model2, place: Mode2, known: ScalarVariable2) -> Iterator[Find
             # a start that was moved alone: by constraints or into a contact
 
 
+def _summed(model: Model2, place: Mode2) -> Iterator[Finding]:
+    """The answer to one call for several knowns is the sum of the answers for each."""
+    if model.can("providesDirectionalDerivative") and place.unknowns(model) and len(place.knowns) > 1:
+        with suppress(RefusedError, RecursionError), model.session() as session:
+            place.reach(session)
+            yield from _sum_findings(session, place)
+
+
+def _sum_findings(session: Session2, place: Mode2) -> Iterator[Finding]:
+    unknowns, knowns = place.unknowns(session.model), place.knowns
+    columns = [_derivative(session, unknowns, [known], [1.0]) for known in knowns]
+    seed = weights(len(knowns))
+    given = _derivative(session, unknowns, knowns, seed)
+    rows = list(zip(*columns, strict=True))
+    yield from product_findings(session.model, place.mode, "GetDirectionalDerivative", rows, seed, given)
+
+
 def _after_a_step(model: Model2) -> Iterator[Finding]:
     inputs = [v for v in model.description.variables if v.causality == "input" and v.type == "Real"]
     outputs = [v for v in model.description.variables if v.causality == "output" and v.is_continuous]
     if inputs and outputs:
         with model.session() as session:
             if session.start().step():
-                _derivative(session, outputs, inputs[0])
+                _derivative(session, outputs, inputs[:1], [1.0])
     yield from ()
 
 
-def _derivative(session: Session2, unknowns: Sequence[ScalarVariable2], known: ScalarVariable2) -> list[float]:
-    """The derivatives of ``unknowns`` by ``known`` as the FMU gives them: (len(unknowns),)."""
+def _derivative(
+    session: Session2, unknowns: Sequence[ScalarVariable2], knowns: Sequence[ScalarVariable2], seed: Sequence[float]
+) -> list[float]:
+    """The derivatives of ``unknowns`` along the ``seed`` of ``knowns`` as the FMU gives them: (len(unknowns),)."""
     values = room(len(unknowns))
-    which = references([v.reference for v in unknowns])
-    session.instance.do(
-        "GetDirectionalDerivative", which, len(unknowns), references([known.reference]), 1, doubles([1.0]), values
-    )
+    of, by = (references([v.reference for v in variables]) for variables in (unknowns, knowns))
+    session.instance.do("GetDirectionalDerivative", of, len(unknowns), by, len(knowns), doubles(seed), values)
     return list(values)[: len(unknowns)]
 
 

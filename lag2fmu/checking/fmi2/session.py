@@ -151,6 +151,14 @@ class Session2(Session):
         """The value of a variable, a list of one; strings as bytes. Raises RefusedError."""
         return self.instance.get(variable.type, [variable.reference])
 
+    def get_together(self, variables: Sequence[Variable]) -> list[Any]:
+        """The values of variables of one type, by one call. Raises RefusedError."""
+        return self.instance.get(variables[0].type, [v.reference for v in variables])
+
+    def set_together(self, variables: Sequence[Variable], values: Sequence[Any]) -> bool:
+        """Set variables of one type by one call; whether the FMU takes them."""
+        return self.instance.set(variables[0].type, [v.reference for v in variables], values) in (OK, WARNING)
+
     def values(self) -> list[Any]:
         """The values of all variables, in the order of their types. Raises RefusedError."""
         found: list[Any] = []

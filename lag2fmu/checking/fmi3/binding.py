@@ -126,12 +126,14 @@ class Instance3(LibraryInstance):
             made = library("InstantiateCoSimulation", *texts, *flags, *which, ENVIRONMENT, heard, callback)
         super().__init__(library, log, made)
 
-    def get(self, type_: str, reference: int, size: int) -> list[Any]:
-        """The values of the ``size`` elements of one variable; strings and binaries as bytes.
+    def get(self, type_: str, variables: Sequence[int], size: int) -> list[Any]:
+        """The values of ``size`` elements of ``variables`` (value references) of one type; bytes of text and binaries.
+
+        A clock or a binary variable is asked for alone.
 
         Raises RefusedError as ``do`` does.
         """
-        which = references([reference])
+        which, count = references(variables), len(variables)
         if type_ == "Clock":
             ticks = (c_bool * 1)()
             self.do("GetClock", which, 1, ticks)
@@ -142,14 +144,14 @@ class Instance3(LibraryInstance):
             return [ctypes.string_at(p, n) if p else b"" for p, n in zip(pointers, sizes, strict=True)]
         name = "Int64" if type_ == "Enumeration" else type_
         values = room(size) if name == "Float64" else (ELEMENTS[name][1] * max(size, 1))()
-        self.do(f"Get{name}", which, 1, values, size)
+        self.do(f"Get{name}", which, count, values, size)
         return list(values)[:size]
 
-    def set(self, type_: str, reference: int, values: Sequence[Any]) -> int:
-        """Set the elements of one variable of a type in ELEMENTS or an Enumeration, and return the status."""
+    def set(self, type_: str, variables: Sequence[int], values: Sequence[Any]) -> int:
+        """Set the elements of ``variables`` of a type in ELEMENTS or an Enumeration, and return the status."""
         name = "Int64" if type_ == "Enumeration" else type_
         array = (ELEMENTS[name][1] * max(len(values), 1))(*values)
-        return self.status(f"Set{name}", references([reference]), 1, array, len(values))
+        return self.status(f"Set{name}", references(variables), len(variables), array, len(values))
 
     def derivative(
         self, function: str, unknowns: Sequence[int], knowns: Sequence[int], seed: Sequence[float], size: int

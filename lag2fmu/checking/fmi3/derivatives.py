@@ -6,18 +6,23 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from lag2fmu.checking.away import Values, give, later_values, lead_away
+from lag2fmu.checking.away import Values, give, later_values, lead_away, moved_parameters
 from lag2fmu.checking.binding import RefusedError
-from lag2fmu.checking.differences import STEP, Sides, contradicted, not_listed, to_sides, wanted
+from lag2fmu.checking.differences import (
+    STEP,
+    Sides,
+    contradicted,
+    not_listed,
+    product_findings,
+    to_sides,
+    wanted,
+    weights,
+)
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import Variable3
 from lag2fmu.checking.fmi3.session import Model3, Session3, size_of
 
 _MOST_KNOWNS, _MOST_UNKNOWNS = 16, 60
-_ADJOINT_BAR = 1e-9
-"""Adjoint and directional derivatives must agree to this, relative to the sum of the products' sizes."""
-_ROUNDING = 1e-12
-"""What cancels in them may remain to this, relative to the greatest of all and to 1."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +76,11 @@ def _places(model: Model3) -> Iterator[Mode3]:
 
 
 def _middle(model: Model3, unknowns: Sequence[Variable3], knowns: Sequence[Variable3]) -> Iterator[Mode3]:
-    """Initialization Mode with the values of the middle of a run, if the FMU comes there."""
-    with suppress(RefusedError, RecursionError):
-        yield Mode3("Initialization Mode", unknowns, knowns, compared=True, away=True, values=later_values(model))
+    """Initialization Mode with the values of the middle of a run, or other parameters, if the FMU comes there."""
+    for elsewhere in (later_values, moved_parameters):
+        with suppress(RefusedError, RecursionError):
+            values = elsewhere(model)
+            yield Mode3("Initialization Mode", unknowns, knowns, compared=True, away=True, values=values)
 
 
 def _numbers(variables: Sequence[Variable3]) -> list[Variable3]:
@@ -211,11 +218,6 @@ def _columns(session: Session3, place: Mode3) -> list[list[float]]:
     return [_column(session, place.unknowns, known, i) for known in place.knowns for i in range(known.size)]
 
 
-def _weights(count: int) -> list[float]:
-    """Numbers of both signs and different sizes."""
-    return [(-1.0) ** i * (1.0 + 0.25 * (i % 5)) for i in range(count)]
-
-
 def _summed(model: Model3, place: Mode3) -> Iterator[Finding]:
     """All knowns in one call."""
     if not place.unknowns or len(place.knowns) < 2:
@@ -226,11 +228,11 @@ def _summed(model: Model3, place: Mode3) -> Iterator[Finding]:
             columns = _columns(session, place)
         except RefusedError:  # said already
             return
-        seed, which = _weights(size_of(place.knowns)), [v.reference for v in place.unknowns]
+        seed, which = weights(size_of(place.knowns)), [v.reference for v in place.unknowns]
         knowns = [v.reference for v in place.knowns]
         given = session.instance.derivative("GetDirectionalDerivative", which, knowns, seed, size_of(place.unknowns))
     rows = list(zip(*columns, strict=True))
-    yield from _products(model, place, "GetDirectionalDerivative", rows, seed, given)
+    yield from product_findings(model, place.mode, "GetDirectionalDerivative", rows, seed, given)
 
 
 def adjoint(model: Model3) -> Iterator[Finding]:
@@ -245,7 +247,7 @@ def adjoint(model: Model3) -> Iterator[Finding]:
             continue
         with model.session() as session:
             place.reach(session)
-            seed = _weights(size_of(place.unknowns))
+            seed = weights(size_of(place.unknowns))
             which, knowns = ([v.reference for v in some] for some in (place.unknowns, place.knowns))
             try:
                 columns = _columns(session, place)
@@ -254,24 +256,4 @@ def adjoint(model: Model3) -> Iterator[Finding]:
                 problem = f"in {place.mode}, {refused}"
                 yield Finding("adjoint", model.kind, problem, "answer for every unknown and known")
                 continue
-        yield from _products(model, place, "GetAdjointDerivative", columns, seed, given)
-
-
-def _products(
-    model: Model3,
-    place: Mode3,
-    function: str,
-    rows: Sequence[Sequence[float]],
-    seed: Sequence[float],
-    given: Sequence[float],
-) -> Iterator[Finding]:
-    """The first element of ``given`` that is not the product of its row and the seed."""
-    products = [[a * b for a, b in zip(row, seed, strict=True)] for row in rows]
-    greatest = max((sum(map(abs, terms)) for terms in products), default=0.0)
-    for i, (terms, own) in enumerate(zip(products, given, strict=True)):
-        bar = _ADJOINT_BAR * (sum(map(abs, terms)) + abs(own)) + _ROUNDING * max(greatest, 1.0)
-        if not abs(own - sum(terms)) <= bar:
-            rule = "adjoint" if function == "GetAdjointDerivative" else "directional"
-            problem = f"in {place.mode}, element {i + 1} of fmi3{function} is {own:.10g}, not {sum(terms):.10g}"
-            yield Finding(rule, model.kind, problem, "both are products with one Jacobian")
-            return
+        yield from product_findings(model, place.mode, "GetAdjointDerivative", columns, seed, given)

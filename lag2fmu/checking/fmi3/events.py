@@ -87,7 +87,7 @@ def event_mode(model: Model3) -> Iterator[Finding]:
         yield from _second_iteration(session, entered)
         for v in model.of("input"):
             if v.type == "Float64":
-                session.instance.set(v.type, v.reference, session.get(v))
+                session.instance.set(v.type, [v.reference], session.get(v))
         session.go_on()
         session.steps(1)
 

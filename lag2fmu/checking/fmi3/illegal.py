@@ -75,12 +75,12 @@ def _set(place: str, causality: str, variability: str, session: Session3) -> int
     if v is None:
         return None
     at_place(session, place)
-    return session.instance.set(v.type, v.reference, session.get(v))
+    return session.instance.set(v.type, [v.reference], session.get(v))
 
 
 def _set_constant(session: Session3) -> int | None:
     v = first(session, "local", "constant") or first(session, "output", "constant")
-    return None if v is None else session.instance.set(v.type, v.reference, [1.0] * v.size)
+    return None if v is None else session.instance.set(v.type, [v.reference], [1.0] * v.size)
 
 
 def _wrong_count(verb: str, less: int, session: Session3) -> int | None:

@@ -196,11 +196,20 @@ class Session3(Session):
 
     def set(self, variable: Variable, values: Sequence[Any]) -> bool:
         """Set the elements of a variable; whether the FMU takes them."""
-        return self.instance.set(variable.type, variable.reference, values) in (OK, WARNING)
+        return self.instance.set(variable.type, [variable.reference], values) in (OK, WARNING)
 
     def get(self, variable: Variable) -> list[Any]:
         """The values of the elements of a variable; strings and binaries as bytes. Raises RefusedError."""
-        return self.instance.get(variable.type, variable.reference, variable.size)
+        return self.instance.get(variable.type, [variable.reference], variable.size)
+
+    def get_together(self, variables: Sequence[Variable]) -> list[Any]:
+        """The values of the elements of variables of one type, by one call. Raises RefusedError."""
+        which = [v.reference for v in variables]
+        return self.instance.get(variables[0].type, which, sum(v.size for v in variables))
+
+    def set_together(self, variables: Sequence[Variable], values: Sequence[Any]) -> bool:
+        """Set the elements of variables of one type by one call; whether the FMU takes them."""
+        return self.instance.set(variables[0].type, [v.reference for v in variables], values) in (OK, WARNING)
 
     def values(self) -> list[Any]:
         """The values of all variables that can be read, in the order of the description. Raises RefusedError."""

@@ -56,7 +56,7 @@ def _read_back(session: Session3, v: Variable3) -> Iterator[Finding]:
     values = session.get(v)
     if v.type == "Float64" and v.causality == "input":
         values = [x + 0.1 for x in values]
-    status = session.instance.set(v.type, v.reference, values)
+    status = session.instance.set(v.type, [v.reference], values)
     if status not in (OK, WARNING):
         problem = f"cannot be set in the state Instantiated: {session.model.log.last()}"
         yield Finding("settable", v.place, problem, "take start values before initialization")
@@ -141,7 +141,7 @@ def configuration(model: Model3) -> Iterator[Finding]:
             session.instance.do("EnterConfigurationMode")
             for v in structural:
                 values = session.get(v)
-                if session.instance.set(v.type, v.reference, values) not in (OK, WARNING):
+                if session.instance.set(v.type, [v.reference], values) not in (OK, WARNING):
                     problem = f"cannot be set in Configuration Mode: {model.log.last()}"
                     yield Finding("settable", v.place, problem, "take structural parameters there")
             session.instance.do("ExitConfigurationMode")

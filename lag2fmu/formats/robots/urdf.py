@@ -1,7 +1,8 @@
 """Reading URDF, the XML in which ROS describes robots: http://wiki.ros.org/urdf/XML.
 
 Links with their inertia, and joints with origin, axis, limit, dynamics and mimic are read. Elements for pictures
-(visual, collision, material, sensor) and drives (transmission, gazebo) are left out.
+(visual, collision, material, sensor), drives (transmission) and the simulator Gazebo are left out. What acts on the
+motion in Gazebo is listed: http://sdformat.org/tutorials?tut=sdformat_urdf_extensions.
 """
 
 from __future__ import annotations
@@ -32,8 +33,12 @@ _DUST = 1e-15
 """Moments of a unit mass (m2) below this are rounding errors of the tool that wrote the file; they may be negative."""
 _READ = {"link", "joint"}
 _SEEN = {"material", "transmission", "gazebo", "sensor", "visual", "collision"}
-_OF_LINK = {"inertial", "visual", "collision", "sensor", "gazebo"}
-_OF_JOINT = {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"}
+_CHILDREN = {
+    "link": {"inertial", "visual", "collision", "sensor", "gazebo"},
+    "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"},
+}
+_OF_GAZEBO = {"gravity", "turnGravityOff", "springStiffness", "dampingFactor", "fluid_density"}
+"""The children of <gazebo> that act on the motion."""
 _ATTRIBUTES = {
     "dynamics": {"damping", "friction"},
     "limit": {"lower", "upper", "effort", "velocity"},
@@ -234,15 +239,15 @@ class _UrdfReader:
         """What is neither read nor known to be without meaning for the motion."""
         others = {e.tag for e in self._root.children} - _READ - _SEEN
         yield from (f"<{tag}>" for tag in sorted(others))
-        for element in self._root.children:
-            known = {"link": _OF_LINK, "joint": _OF_JOINT}.get(element.tag)
+        for element in (e for e in self._root.children if e.tag in _CHILDREN):
             owner = f"of the {element.tag} {element.get('name')}"
-            for child in element.children if known is not None else ():
-                if known is not None and child.tag not in known:
+            for child in element.children:
+                if child.tag not in _CHILDREN[element.tag]:
                     yield f"<{child.tag}> {owner}"
                 for attribute in child.attributes.keys() - _ATTRIBUTES.get(child.tag, child.attributes.keys()):
                     yield f"{attribute} in the <{child.tag}> {owner}"
         yield from (text for e in self._root.all("joint") for text in self._not_of_its_kind(e))
+        yield from (text for e in self._root.all("gazebo") for text in _acting(e))
 
     def _not_of_its_kind(self, joint: XmlElement) -> Iterator[str]:
         """What is read of other kinds of joints, but not of this one."""
@@ -287,3 +292,9 @@ class _UrdfReader:
         if not math.isfinite(number):
             raise self._error(element, f"{name} = '{text}' is not finite")
         return number
+
+
+def _acting(gazebo: XmlElement) -> Iterator[str]:
+    """What acts on the motion of the link or joint that an element ``gazebo`` is about."""
+    for child in (child for child in gazebo.children if child.tag in _OF_GAZEBO):
+        yield f"<{child.tag}> of {gazebo.get('reference')} in <gazebo>"

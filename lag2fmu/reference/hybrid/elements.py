@@ -59,11 +59,10 @@ class _Rows:
 
 
 class Elements:
-    """Contacts, frictions and latches of a mechanism as functions; ``energies`` are composed with frozen kinks."""
+    """Contacts, frictions and latches of a mechanism as functions; ``energies`` are made of the ``composition``."""
 
-    def __init__(self, energies: EnergyFunctions) -> None:
-        composition, mechanism = energies.composition, energies.mechanism
-        assert isinstance(composition, FrozenComposition)
+    def __init__(self, energies: EnergyFunctions, composition: FrozenComposition) -> None:
+        mechanism = energies.mechanism
         self._constants, self.n = energies.constants, energies.n
         self.contacts = [c.name for c in mechanism.unilaterals]
         self.frictions = [f.name for f in mechanism.frictions]

@@ -34,9 +34,10 @@ class HybridSystem:
 
     def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
         self.mechanism = mechanism
-        self.equations = Equations(mechanism, parameters, FrozenComposition(mechanism))
+        composition = FrozenComposition(mechanism)
+        self.equations = Equations(mechanism, parameters, composition)
         self.energies, self.n = self.equations.energies, self.equations.n
-        self.elements = Elements(self.energies)
+        self.elements = Elements(self.energies, composition)
         self.constraints = self.energies.constraints
         self.size = 2 * self.n + len(mechanism.states)  # of the states: q, qd, further ones
         self.nominal = np.array([c.nominal for c in mechanism.coordinates])
