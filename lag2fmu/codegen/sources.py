@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from lag2fmu.codegen.c import INTERVALS
+from lag2fmu.codegen.reached import defined, reached
 from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Function, Program
@@ -15,7 +17,17 @@ from lag2fmu.graph.operations import CODE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
 
-GENERATED = ("mechanism.h", "mechanism.c", "tables.c")
+GENERATED = ("mechanism.h", "tables.c")
+"""The files whose templates have their names."""
+DERIVATIVES = "derivatives.c"
+"""The generated file with the functions for directional derivatives and second time derivatives."""
+_SUBJECTS = {
+    "mechanism.c": "the equations of this mechanism, M(q, t) qdd = f",
+    DERIVATIVES: "derivatives of the equations of this mechanism, M(q, t) qdd = f",
+}
+_DERIVATIVES = ("_tangent", "_second", "_adjoint")
+"""The ends of the names of functions that stand in DERIVATIVES."""
+
 PORTS = ("ports_size.h", "ports.c")
 """The generated files that map value references to slots, for mechanisms whose ports differ from the slots."""
 
@@ -26,9 +38,9 @@ _LOOKUP = ("lookup.c", "lookup.h")
 _INTERVAL_LOOKUP = ("interval_lookup.c", "interval_lookup.h")
 
 _HELPERS = {
-    "sign": "static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }",
-    "heaviside": "static double heaviside(double x) { return 0.5 * (1.0 + (double)((x > 0.0) - (x < 0.0))); }",
-    "power_or_zero": "static double power_or_zero(double x, double exponent) "
+    "sign": "double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }",
+    "heaviside": "double heaviside(double x) { return 0.5 * (1.0 + (double)((x > 0.0) - (x < 0.0))); }",
+    "power_or_zero": "double power_or_zero(double x, double exponent) "
     "{ return (x > 0.0 || x < 0.0) ? pow(x, exponent) : x * x; }",
 }
 
@@ -54,8 +66,6 @@ def render_sources(
         "tables": tables,
         "method": method,
         "guid": guid,
-        "lookups": lookups_of(program),
-        "helpers": helpers_of(program),
         "intervals": INTERVALS,
         "timed_lookups": lookups_of(program, [program.timed_bounds]) if program.timed_bounds else [],
     }
@@ -68,12 +78,26 @@ def render_sources(
         "further": bool(tables.further),
         "tables": bool(program.arguments),
     }
-    needed = [*(_LOOKUP if context["lookups"] else ()), *(_INTERVAL_LOOKUP if context["timed_lookups"] else ())]
+    needed = [*(_LOOKUP if lookups_of(program) else ()), *(_INTERVAL_LOOKUP if context["timed_lookups"] else ())]
     files = engine_files(method, kind, needed, gate, program.has_adjoints)
     generated = (*GENERATED, *(PORTS if tables.ports else ()), *method.generated_files)
     generated += TIMED if program.timed_bounds else ()
+    called = "".join(files.values())
+    program = replace(program, functions=tuple(f for f in program.functions if f"{f.name}(" in called))
+    context["program"] = program
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
+    for name, subject in _SUBJECTS.items():
+        functions = tuple(f for f in program.functions if f.name.endswith(_DERIVATIVES) == (name == DERIVATIVES))
+        files[name] = render(
+            "mechanism/mechanism.c.jinja", context | {"subject": subject, **_printed(program, functions)}
+        )
     return dict(sorted(files.items()))
+
+
+def _printed(program: Program, functions: tuple[Function, ...]) -> dict[str, object]:
+    """The context of templates that print ``functions`` of ``program``, with the tables and helpers that they use."""
+    part = replace(program, functions=functions)
+    return {"functions": functions, "lookups": lookups_of(part), "helpers": helpers_of(part)}
 
 
 def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -> Mapping[str, str]:
@@ -85,10 +109,13 @@ def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -
     gates = {path.name for folder in ("gate", "fmi2", "fmi3", "adjoints") for path in _paths(f"drivers/{folder}")}
     kept = {name: text for name, text in sources.items() if name not in {*gates, *PORTS}}
     files = kept | _texts("drivers/page")
+    engine = {name: text for name, text in files.items() if name not in _SUBJECTS}
+    if not reached(engine, public_names(["page.c"])) & defined(files[DERIVATIVES]):
+        del files[DERIVATIVES]  # the linker leaves out what calls them, which nothing does
     for name, program in functions.items():
         (function,) = program.functions
         context = {"name": name, "program": program, "function": function, "size": max(1, len(function.results))}
-        context |= {"lookups": lookups_of(program), "helpers": helpers_of(program)}
+        context |= _printed(program, program.functions)
         if context["lookups"]:
             files |= {name: text for name, text in _texts("base").items() if name.startswith("lookup.")}
         files |= {f"{name}.{end}": render(f"mechanism/page_function.{end}.jinja", context) for end in "hc"}
@@ -96,11 +123,15 @@ def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -
 
 
 def helpers_of(program: Program) -> list[str]:
-    """The functions that C does not have, as far as ``program`` uses them."""
+    """The functions that C does not have, as far as ``program`` uses them; files with them may be joined."""
     used = {
         program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)
     }
-    return [text for name, text in _HELPERS.items() if CODE[name] in used]
+    return [
+        f"#ifndef HAS_{name.upper()}\n#define HAS_{name.upper()}\nstatic {text}\n#endif"
+        for name, text in _HELPERS.items()
+        if CODE[name] in used
+    ]
 
 
 ROOMS = ("base", "laws", "system", "events", "integrate")
