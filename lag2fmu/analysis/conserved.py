@@ -246,9 +246,8 @@ def _drifts(equations: EquationsOfMotion, nodes: list[Node]) -> list[float]:
     worst, states = np.zeros(len(nodes)), 0
     for state in random_states(equations, _STATES):
         state |= {name: float(generator.uniform(-1, 1)) for name in free}
-        qdd, multipliers = accelerations(state)
         labels = [str(g.leaf[node]) for node in v.unknowns]
-        values = {**state, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
+        values = {**state, **dict(zip(labels, np.concatenate(accelerations(state)), strict=True))}
         terms = slopes(values).reshape(len(nodes), len(rates)) * moving(values)
         if not np.isfinite(terms).all():
             continue

@@ -19,14 +19,13 @@ from lag2fmu.solvers.methods import Method
 
 GENERATED = ("mechanism.h", "tables.c")
 """The files whose templates have their names."""
-DERIVATIVES = "derivatives.c"
-"""The generated file with the functions for directional derivatives and second time derivatives."""
-_SUBJECTS = {
-    "mechanism.c": "the equations of this mechanism, M(q, t) qdd = f",
-    DERIVATIVES: "derivatives of the equations of this mechanism, M(q, t) qdd = f",
+FUNCTIONS = {
+    "mechanism.c": ("", "the equations of this mechanism, M(q, t) qdd = f"),
+    "derivatives.c": ("_tangent", "directional derivatives of its equations, M(q, t) qdd = f"),
+    "second_derivatives.c": ("_second", "second time derivatives of its equations, M(q, t) qdd = f"),
+    "adjoints.c": ("_adjoint", "adjoint derivatives of its equations, M(q, t) qdd = f"),
 }
-_DERIVATIVES = ("_tangent", "_second", "_adjoint")
-"""The ends of the names of functions that stand in DERIVATIVES."""
+"""{generated file: (end of the names of its functions, its subject)}. Compilers work on several of them at once."""
 
 PORTS = ("ports_size.h", "ports.c")
 """The generated files that map value references to slots, for mechanisms whose ports differ from the slots."""
@@ -86,17 +85,24 @@ def render_sources(
     program = replace(program, functions=tuple(f for f in program.functions if f"{f.name}(" in called))
     context["program"] = program
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
-    for name, subject in _SUBJECTS.items():
-        functions = tuple(f for f in program.functions if f.name.endswith(_DERIVATIVES) == (name == DERIVATIVES))
-        files[name] = render(
-            "mechanism/mechanism.c.jinja", context | {"subject": subject, **_printed(program, functions)}
-        )
+    for name, functions in _by_file(program).items():
+        printed = context | {"subject": FUNCTIONS[name][1]} | _printed(program, functions)
+        files[name] = render("mechanism/mechanism.c.jinja", printed)
     return dict(sorted(files.items()))
 
 
-def _printed(program: Program, functions: tuple[Function, ...]) -> dict[str, object]:
+def _by_file(program: Program) -> dict[str, list[Function]]:
+    """{file of FUNCTIONS: the functions of ``program`` in it}, without empty files."""
+    files: dict[str, list[Function]] = {}
+    for function in program.functions:
+        chosen = [name for name, (ending, _) in FUNCTIONS.items() if function.name.endswith(ending)]
+        files.setdefault(chosen[-1], []).append(function)  # each ends with nothing
+    return files
+
+
+def _printed(program: Program, functions: Sequence[Function]) -> dict[str, object]:
     """The context of templates that print ``functions`` of ``program``, with the tables and helpers that they use."""
-    part = replace(program, functions=functions)
+    part = replace(program, functions=tuple(functions))
     return {"functions": functions, "lookups": lookups_of(part), "helpers": helpers_of(part)}
 
 
@@ -109,9 +115,10 @@ def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -
     gates = {path.name for folder in ("gate", "fmi2", "fmi3", "adjoints") for path in _paths(f"drivers/{folder}")}
     kept = {name: text for name, text in sources.items() if name not in {*gates, *PORTS}}
     files = kept | _texts("drivers/page")
-    engine = {name: text for name, text in files.items() if name not in _SUBJECTS}
-    if not reached(engine, public_names(["page.c"])) & defined(files[DERIVATIVES]):
-        del files[DERIVATIVES]  # the linker leaves out what calls them, which nothing does
+    called = reached({name: text for name, text in files.items() if name not in FUNCTIONS}, public_names(["page.c"]))
+    for name in FUNCTIONS.keys() & files.keys():
+        if called.isdisjoint(defined(files[name])):
+            del files[name]  # the linker leaves out what calls them, which nothing does
     for name, program in functions.items():
         (function,) = program.functions
         context = {"name": name, "program": program, "function": function, "size": max(1, len(function.results))}
