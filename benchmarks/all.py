@@ -24,6 +24,7 @@ OUT = ROOT / "docs" / "benchmarks.md"
 PICTURES = OUT.parent / "assets" / "benchmarks"
 BENCHMARKS: dict[str, bool] = {
     "export": False,
+    "waiting": False,
     "stepping": False,
     "adjoints": False,
     "robots": False,

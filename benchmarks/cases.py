@@ -1,6 +1,7 @@
 """The mechanisms that the derivation is measured on: as a user writes them, and as rows that the peers are built from.
 
-P(n): planar chain of n uniform rods with relative angles, P(n)a with absolute ones; C(n): a cart that carries n rods;
+P(n): planar chain of n uniform rods with relative angles, P(n)a with absolute ones; B(n): P(n)a with springs between
+the rods, a beam, which only its energies are known of; C(n): a cart that carries n rods;
 T14: planar humanoid, a tree of 14 coordinates; S(n): spatial arm, revolute joints about x, y, z in turn, full inertia
 tensors. Parameters are seeded, the same for all, and stay variables at run time.
 """
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sympy import Integer, cos, sin
 
-from lag2fmu.mechanism import Body, Frame, Mechanism, coordinate, parameter
+from lag2fmu.mechanism import Body, Frame, Mechanism, Spring, coordinate, parameter
 
 Floats = NDArray[np.float64]
 Scalar = Any
@@ -102,9 +103,9 @@ class Case:
 
 def case(name: str) -> Case:
     """The case ``name``; raises ValueError for a name of none."""
-    found = re.fullmatch(r"(?:([PCS])([1-9]\d?)(a?)|T14)", name)
+    found = re.fullmatch(r"(?:([PCSB])([1-9]\d?)(a?)|T14)", name)
     if found is None or (found[3] and found[1] != "P"):
-        raise ValueError(f"unknown case '{name}'; known are P<n>, P<n>a, C<n>, S<n> and T14")
+        raise ValueError(f"unknown case '{name}'; known are P<n>, P<n>a, B<n>, C<n>, S<n> and T14")
     rng = np.random.default_rng(7)
     if name == "T14":
         return Case(name, 14, "free", False, HUMANOID, _rod_values(rng, len(HUMANOID)))
@@ -114,7 +115,8 @@ def case(name: str) -> Case:
     chain = tuple((i - 1, True, 0.5) for i in range(links))
     if found[1] == "C":
         return Case(name, links + 1, "cart", False, chain, {"mc": 1.7, **_rod_values(rng, links)})
-    return Case(name, links, "fixed", bool(found[3]), chain, _rod_values(rng, links))
+    stiffness = {"k": 50.0} if found[1] == "B" else {}
+    return Case(name, links, "fixed", bool(found[3] or stiffness), chain, stiffness | _rod_values(rng, links))
 
 
 HUMANOID = (
@@ -167,7 +169,10 @@ def _planar(case: Case) -> Mechanism:
         start.append((x, y))
         end.append((x + along[0], y + along[1]))
         total.append(phi)
-    return Mechanism(case.name, coordinates=[*base, *angles], parameters=p.values(), bodies=bodies, gravity=p["g"])
+    bent = [b - a for a, b in zip([0, *angles], angles, strict=False)] if "k" in p else []
+    springs = [Spring(f"s{i}", p["k"], angle) for i, angle in enumerate(bent)]
+    unknown, given = [*base, *angles], p.values()
+    return Mechanism(case.name, coordinates=unknown, parameters=given, bodies=bodies, springs=springs, gravity=p["g"])
 
 
 def _spatial(case: Case) -> Mechanism:

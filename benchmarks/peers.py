@@ -68,7 +68,7 @@ def _casadi_given(ca: Any, case: Case) -> tuple[Any, Any, Any, Given]:
 
 def _casadi_lagrange(ca: Any, case: Case, generated_solve: bool) -> tuple[float, Source, int]:
     start = time.process_time()
-    arguments, results = _of_lagrangian(ca, case, generated_solve)
+    arguments, results = of_lagrangian(ca, case, generated_solve)
     function = ca.Function("f", arguments, results, {"cse": True})
     text = casadi_text(ca, function)
     kernel = "casadi.c" if generated_solve else "casadi_mass.c"
@@ -77,11 +77,11 @@ def _casadi_lagrange(ca: Any, case: Case, generated_solve: bool) -> tuple[float,
 
 def casadi_function(ca: Any, case: Case, name: str) -> Any:
     """CasADi's function of x, Q and p called ``name``: dx/dt by its own LDL^T."""
-    (x, Q, p), (qdd,) = _of_lagrangian(ca, case, True)
+    (x, Q, p), (qdd,) = of_lagrangian(ca, case, True)
     return ca.Function(name, [x, Q, p], [ca.densify(ca.vertcat(x[case.n :], qdd))], {"cse": True})
 
 
-def _of_lagrangian(ca: Any, case: Case, generated_solve: bool) -> tuple[list[Any], list[Any]]:
+def of_lagrangian(ca: Any, case: Case, generated_solve: bool) -> tuple[list[Any], list[Any]]:
     """x, Q, p, and the accelerations, or without ``generated_solve`` M and h."""
     n = case.n
     q, qd, Q, p = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("Q", n), ca.SX.sym("p", len(case.values))

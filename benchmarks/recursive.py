@@ -84,7 +84,8 @@ def _planar_energies(case: Case, k: Given) -> tuple[Scalar, Scalar]:
         cx, cy = vx - t.omega * t.h[1], vy + t.omega * t.h[0]
         twice_T = twice_T + rod.mass * (cx * cx + cy * cy) + rod.inertia * t.omega * t.omega
         V = V + rod.mass * k.p["g"] * (y + t.h[1])
-    return twice_T / 2, V
+    bent = [b - a for a, b in zip([0, *k.q], k.q, strict=False)] if "k" in k.p else []
+    return twice_T / 2, V + sum(k.p["k"] * angle * angle / 2 for angle in bent)
 
 
 def _planar_mass(case: Case, k: Given) -> tuple[list[list[Scalar]], list[Scalar]]:

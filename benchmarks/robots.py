@@ -41,7 +41,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"default: {' '.join(ROBOTS)}")
     table = Table("robot", "base", "coordinates", "read s", "equations s", "program s", "operations", box=None)
-    files = {Path(str(f)).stem: Path(str(f.locate())) for f in importlib.metadata.files("example-robot-data") or ()}
+    files = robot_files()
     for name in parser.parse_args().names or ROBOTS:
         base = ROBOTS.get(name, "fixed")
         read, mechanism = timed(partial(load, files[name], {"base": base}))
@@ -50,6 +50,12 @@ def main() -> None:
         cells = (f"{read:.3f}", f"{deriving:.2f}", f"{lowering:.2f}", str(equations.operations))
         table.add_row(name, base, str(len(mechanism.coordinates)), *cells)
     Console(width=120).print(table)
+
+
+def robot_files() -> dict[str, Path]:
+    """{name: file} of the package example-robot-data."""
+    found = importlib.metadata.files("example-robot-data") or ()
+    return {Path(str(file)).stem: Path(str(file.locate())) for file in found if file.suffix == ".urdf"}
 
 
 def timed(action: Callable[[], Result]) -> tuple[float, Result]:

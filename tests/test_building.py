@@ -167,6 +167,7 @@ def test_the_verb_shows_and_empties(monkeypatch, folder, tmp_path) -> None:
     (folder / "thesis.txt").write_text("mine")
     (tmp_path / "cache" / "compiler").mkdir(parents=True)
     (tmp_path / "cache" / "compiler" / "part").write_bytes(bytes(2 * 10**6))
+    (tmp_path / "cache" / "compiler" / "gone").symlink_to("nowhere")  # as what a compiler removes meanwhile
     assert "libraries: 1, 1.0 MB of at most 536.9 MB" in CliRunner().invoke(main, ["cache"]).output
     output = CliRunner().invoke(main, ["cache", "--empty"]).output
     assert "libraries: 0, 0.0 MB" in output
@@ -259,6 +260,9 @@ def test_folders_of_old_weeks_and_of_removed_installations_go(monkeypatch, tmp_p
     monkeypatch.delenv(process.CACHE, raising=False)
     monkeypatch.setattr(process, "cache_folder", lambda: tmp_path)
     gone = tmp_path / "compiler" / "0.1-gone"
+    leaving = tmp_path / "compiler" / "0.1-leaving" / "place.txt"
+    leaving.parent.mkdir(parents=True)
+    leaving.symlink_to("nowhere")  # as where another process has just removed it
     kept_folder = process.compiler_folder()
     for place in (gone, kept_folder / "objects-12", tmp_path / "work"):
         place.mkdir(parents=True)

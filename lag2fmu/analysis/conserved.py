@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from lag2fmu.analysis.evaluation import resting_inputs, unknowns
+from lag2fmu.analysis.evaluation import Unknowns, resting_inputs
 from lag2fmu.analysis.flat_functions import freed_of_flat_functions
 from lag2fmu.description import names
 from lag2fmu.description.symbols import Coordinate
@@ -27,7 +27,7 @@ from lag2fmu.dynamics.silence import without_inputs
 from lag2fmu.dynamics.variables import translator
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
-from lag2fmu.graph.batches import Floats, evaluate
+from lag2fmu.graph.batches import Evaluator, Floats
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.graph.vectors import Vector, apply, cross, plus, times
@@ -240,15 +240,15 @@ def _drifts(equations: EquationsOfMotion, nodes: list[Node]) -> list[float]:
     gradients = [reverse(g, {node: g.one}, variables) for node in nodes]
     equations = replace(equations, forcing=tuple(_silent(equations, node) for node in equations.forcing))
     freed, gradients, free = freed_of_flat_functions(equations, gradients)
+    moving, slopes = Evaluator(g, rates), Evaluator(g, [x for row in gradients for x in row])
+    accelerations = Unknowns(freed)
     generator = np.random.default_rng(43)
     worst, states = np.zeros(len(nodes)), 0
     for state in random_states(equations, _STATES):
         state |= {name: float(generator.uniform(-1, 1)) for name in free}
-        qdd, multipliers = unknowns(freed, state)
         labels = [str(g.leaf[node]) for node in v.unknowns]
-        values = {**state, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
-        along = evaluate(g, rates, values)
-        terms = evaluate(g, [x for row in gradients for x in row], values).reshape(len(nodes), len(rates)) * along
+        values = {**state, **dict(zip(labels, np.concatenate(accelerations(state)), strict=True))}
+        terms = slopes(values).reshape(len(nodes), len(rates)) * moving(values)
         if not np.isfinite(terms).all():
             continue
         size = np.abs(terms).sum(axis=1)

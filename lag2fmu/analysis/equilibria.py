@@ -17,7 +17,7 @@ from lag2fmu.analysis.evaluation import at, operating_inputs
 from lag2fmu.deadline import LIMIT, OutOfTimeError, check_time, within
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
-from lag2fmu.graph.batches import Floats, Values, evaluate
+from lag2fmu.graph.batches import Evaluator, Floats, Values, evaluate
 
 _SEEDS, _ITERATIONS, _HALVINGS, _RETURNS = 12, 40, 6, 4
 _MANY = 6
@@ -95,7 +95,7 @@ class _EquilibriumSearch:
         self.rows = g.substitute(rows, resting)
         self.variables = (*v.q, *v.further, *v.multipliers)
         self.seeds_of = {x: g.symbol(f"d {g.leaf[x]}") for x in self.variables}
-        self.slopes = forward(g, self.rows, self.seeds_of)
+        self.measured = Evaluator(g, [*self.rows, *forward(g, self.rows, self.seeds_of)])
         self.values = values
         coordinates, further = equations.mechanism.coordinates, equations.mechanism.states
         self.nominal = np.array([*(q.nominal for q in coordinates), *(z.nominal for z in further)])
@@ -229,7 +229,7 @@ class _EquilibriumSearch:
         g, units = self.equations.graph, np.eye(len(x))
         values |= {str(g.leaf[node]): value for node, value in zip(self.variables[n:], x[n:], strict=True)}
         values |= {str(g.leaf[s]): unit for s, unit in zip(self.seeds_of.values(), units, strict=True)}
-        found = evaluate(g, [*self.rows, *self.slopes], values)
+        found = self.measured(values)
         return found[: len(self.rows), 0], found[len(self.rows) :]
 
     def _step(self, slopes: Floats, r: Floats) -> Floats:

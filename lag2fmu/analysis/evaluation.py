@@ -13,7 +13,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.starts import start_values
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
-from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
+from lag2fmu.graph.batches import Evaluator, Floats, Values
 
 Found = TypeVar("Found")
 Otherwise = TypeVar("Otherwise")
@@ -78,17 +78,30 @@ def driven_by_time(equations: EquationsOfMotion) -> bool:
 
 
 def unknowns(equations: EquationsOfMotion, values: Values) -> tuple[Floats, Floats]:
-    """Accelerations (n,) and multipliers (m,) at the state ``values``, in SI units.
+    """Accelerations (n,) and multipliers (m,) at the state ``values``, in SI units; see ``Unknowns``."""
+    return Unknowns(equations)(values)
+
+
+class Unknowns:
+    """Accelerations (n,) and multipliers (m,) at states, in SI units, planned once for many states.
 
     Multipliers are of least norm where constraints are redundant. M and G are scaled by the coordinates' nominal
     values, so that the rank does not depend on units. Source: F. Udwadia, R. Kalaba, Analytical Dynamics, Cambridge
     1996, chapters 2 and 3.
     """
-    g, c, n = equations.graph, equations.constraints, len(equations.forcing)
-    M, G = matrix(g, equations.mass_matrix, values, n), matrix(g, c.jacobian, values, n)
-    right = np.concatenate([evaluate(g, equations.forcing, values), -evaluate(g, c.accelerations, values)])
-    solution = saddle(equations, M, G) @ right
-    return solution[:n], solution[n:]
+
+    def __init__(self, equations: EquationsOfMotion) -> None:
+        g, c, n = equations.graph, equations.constraints, len(equations.forcing)
+        self._equations, self._sizes = equations, (n * n, n * len(c), n)
+        rows = (*equations.mass_matrix, *c.jacobian)
+        self._evaluator = Evaluator(g, [x for row in rows for x in row] + [*equations.forcing, *c.accelerations])
+
+    def __call__(self, values: Values) -> tuple[Floats, Floats]:
+        """At the state ``values`` {variable: SI value}."""
+        M, G, forcing, gamma = np.split(self._evaluator(values), np.cumsum(self._sizes))
+        n = len(forcing)
+        solution = saddle(self._equations, M.reshape(n, n), G.reshape(-1, n)) @ np.concatenate([forcing, -gamma])
+        return solution[:n], solution[n:]
 
 
 def saddle(equations: EquationsOfMotion, M: Floats, G: Floats, pull: Floats | None = None) -> Floats:

@@ -52,6 +52,10 @@ class Linearizer:
                 remedy = suggestion(name, [*self.variables, *self.nodes])
                 raise DerivationError(f"mechanism '{equations.mechanism.name}': '{name}' is no output; {remedy}")
 
+    def at_rest(self, q: Floats, further: Floats) -> Linearization:
+        """The linearization about rest at q (n,) with ``further`` states (f,), inputs having their start values."""
+        return self(_state(self.equations, q, np.zeros_like(q), further=further))
+
     @np.errstate(all="ignore")  # values that are not finite raise errors below
     def __call__(self, values: Values) -> Linearization:
         """The linearization about the state ``values`` {variable: SI value}, which has to meet the constraints.
@@ -224,10 +228,22 @@ def linearize(
     for an unknown name. Source: J. G. de Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994,
     section 5.3.
     """
-    coordinates = equations.mechanism.coordinates
-    place = np.array([c.start for c in coordinates]) if q is None else np.asarray(q, dtype=np.float64)
-    rate = np.array([c.velocity for c in coordinates]) if qd is None else np.asarray(qd, dtype=np.float64)
-    values = at(equations, operating_inputs(equations, inputs) | {"t": t}, place, rate, further)
+    values = _state(equations, q, qd, t, inputs, further)
     if within and equations.mechanism.hybrid:
         equations = within_modes(equations, values)
     return Linearizer(equations, outputs)(values)
+
+
+def _state(
+    equations: EquationsOfMotion,
+    q: Floats | None,
+    qd: Floats | None,
+    t: float = 0.0,
+    inputs: Mapping[str, float] | None = None,
+    further: Floats | None = None,
+) -> dict[str, float | Floats]:
+    """{variable: SI value} for the arguments of ``linearize``."""
+    coordinates = equations.mechanism.coordinates
+    place = np.array([c.start for c in coordinates]) if q is None else np.asarray(q, dtype=np.float64)
+    rate = np.array([c.velocity for c in coordinates]) if qd is None else np.asarray(qd, dtype=np.float64)
+    return at(equations, operating_inputs(equations, inputs) | {"t": t}, place, rate, further)

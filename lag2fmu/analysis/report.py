@@ -16,7 +16,7 @@ from lag2fmu.analysis.conserved import conserved, while_smooth, why_energy_chang
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.evaluation import attempted, driven_by_time
 from lag2fmu.analysis.floquet import floquet
-from lag2fmu.analysis.linearization import linearize
+from lag2fmu.analysis.linearization import Linearizer, linearize
 from lag2fmu.analysis.modes import NaturalMode, normal_modes
 from lag2fmu.analysis.sections import Line, Section
 from lag2fmu.analysis.state_space import Linearization
@@ -56,10 +56,11 @@ def analysis_sections(
     With ``coupled`` there are the communication steps that go with other FMUs. All may take ``limit`` (s) of CPU time.
     """
     found = attempted(lambda: equilibria(equations, limit=limit / 3), ())
-    first = cache(lambda: _about(equations, found[0]))
+    linearizer = cache(lambda: Linearizer(equations))
+    first = cache(lambda: linearizer().at_rest(found[0].q, found[0].further))
     sections: list[tuple[str, Callable[[], Iterator[Line]]]] = [
         ("Conserved quantities", lambda: _conserved(equations)),
-        ("Equilibria", lambda: _equilibria(equations, found)),
+        ("Equilibria", lambda: _equilibria(equations, found, linearizer)),
         ("Small motions about the equilibrium", lambda: _small_motions(equations, found, first)),
     ]
     if coupled:
@@ -68,7 +69,7 @@ def analysis_sections(
         )
     if closed_forms:
         sections += [
-            ("Linearization dz/dt = A z + B u, y = C z + D u", lambda: _matrices(equations, found)),
+            ("Linearization dz/dt = A z + B u, y = C z + D u", lambda: _matrices(equations, found, first)),
             ("Hamiltonian", lambda: _hamiltonian(equations)),
             ("Routhian", lambda: _routhian(equations)),
         ]
@@ -116,7 +117,9 @@ def with_inputs(equations: EquationsOfMotion) -> str:
     return f" with the inputs at their start values, {', '.join([*values, *more])}" if inputs else ""
 
 
-def _equilibria(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
+def _equilibria(
+    equations: EquationsOfMotion, found: Sequence[Equilibrium], linearizer: Callable[[], Linearizer]
+) -> Iterator[Line]:
     if with_inputs(equations):
         yield Line(f"Rest{with_inputs(equations)}:")
     if equations.mechanism.hybrid:
@@ -126,15 +129,14 @@ def _equilibria(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> I
         )
     if not found:
         yield Line("None was found, neither from the start nor from places around it.")
+    driven = driven_by_time(equations)
     for item in found:
-        yield Line(f"{_place(equations, item)}{_stability(equations, item)}.")
+        yield Line(f"{_place(equations, item)}{'' if driven else _stability(linearizer, item)}.")
 
 
-def _stability(equations: EquationsOfMotion, item: Equilibrium) -> str:
+def _stability(linearizer: Callable[[], Linearizer], item: Equilibrium) -> str:
     """The end of a sentence that says whether small motions are stable; "" where that is not known."""
-    if driven_by_time(equations):
-        return ""
-    about = attempted(lambda: _about(equations, item), None)
+    about = attempted(lambda: linearizer().at_rest(item.q, item.further), None)
     if about is None:
         return ""
     if not about.states:
@@ -164,14 +166,11 @@ def _quantity(x: float, unit: Unit | None, size: float = 0.0) -> str:
     return f"{_number(unit.from_si(0.0 if rounding else x))} {unit.name}".rstrip()
 
 
-def _about(equations: EquationsOfMotion, item: Equilibrium, outputs: Sequence[str] | None = None) -> Linearization:
-    return linearize(equations, item.q, np.zeros_like(item.q), further=item.further, outputs=outputs)
-
-
 def _with_drives(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Linearization:
     """The linearization about the equilibrium or the start, with the forces that carry motions as outputs."""
     outputs = [names.drive(motion.name) for motion in equations.mechanism.motions]
-    return _about(equations, found[0], outputs) if found else linearize(equations, outputs=outputs)
+    linearizer = Linearizer(equations, outputs)
+    return linearizer.at_rest(found[0].q, found[0].further) if found else linearize(equations, outputs=outputs)
 
 
 def _small_motions(
@@ -233,14 +232,15 @@ def _shape(equations: EquationsOfMotion, mode: NaturalMode) -> str:
     return ", ".join(entries)
 
 
-def _matrices(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
+def _matrices(
+    equations: EquationsOfMotion, found: Sequence[Equilibrium], first: Callable[[], Linearization]
+) -> Iterator[Line]:
     """A, B, C, D about the first equilibrium, at the start without one."""
+    about = first() if found else linearize(equations)
     if found:
-        about = _about(equations, found[0])
         time = ", at the time 0" if driven_by_time(equations) else ""
         yield Line(f"About {_place(equations, found[0])}{time}{with_inputs(equations)}:")
     else:
-        about = linearize(equations)
         yield Line(f"About the start, there being no equilibrium{with_inputs(equations)}:")
     vectors = {"z": about.states, "u": about.inputs, "y": about.outputs}
     yield Line(", ".join(f"{name} = ({', '.join(entries)})" for name, entries in vectors.items()) + ", in SI units")

@@ -183,8 +183,15 @@ def _objects(kept: Path) -> Path:
         new.mkdir(mode=0o700, exist_ok=True)
         last = {new.name, f"objects-{week - 1}"}
         old = [place for place in kept.glob("objects-*") if place.name not in last]
-        places = kept.parent.glob("*/place.txt")
-        gone = [place.parent for place in places if not Path(place.read_text("utf-8")).exists()]
+        gone = [place.parent for place in kept.parent.glob("*/place.txt") if _is_left_behind(place)]
         for place in old + gone:
             shutil.rmtree(place, ignore_errors=True)
     return new
+
+
+def _is_left_behind(place: Path) -> bool:
+    """Whether the compiler whose path is in the file ``place`` is no longer there."""
+    try:
+        return not Path(place.read_text("utf-8")).exists()
+    except OSError:  # another process has just removed the folder
+        return False

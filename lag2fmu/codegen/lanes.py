@@ -197,13 +197,13 @@ def _pattern(rows: int, columns: int, places: Sequence[tuple[int, int]]) -> list
 
 
 def _sizes(functions: PlainFunctions) -> dict[str, object]:
-    derivative, jacobian = functions.program.functions
+    derivative = functions.program.functions[0]
     return {
         "states": len(derivative.arguments[1].entries),
         "signals": len(derivative.arguments[2].entries),
         "parameters": len(derivative.arguments[3].entries),
         "pivots": sum(array == "pivots" for array, *_ in derivative.results),
-        "entries": sum(array == "J" for array, *_ in jacobian.results),
+        "entries": sum(map(len, functions.sparsity.values())),
     }
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from lag2fmu.codegen.c import INTERVALS
+from lag2fmu.codegen.reached import defined, reached
 from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Function, Program
@@ -16,7 +18,16 @@ from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
 from lag2fmu.solvers.step_control import step_control
 
-GENERATED = ("mechanism.h", "mechanism.c", "tables.c", "step_control.h")
+GENERATED = ("mechanism.h", "tables.c", "step_control.h")
+"""The files whose templates have their names."""
+FUNCTIONS = {
+    "mechanism.c": ("", "the equations of this mechanism, M(q, t) qdd = f"),
+    "derivatives.c": ("_tangent", "directional derivatives of its equations, M(q, t) qdd = f"),
+    "second_derivatives.c": ("_second", "second time derivatives of its equations, M(q, t) qdd = f"),
+    "adjoints.c": ("_adjoint", "adjoint derivatives of its equations, M(q, t) qdd = f"),
+}
+"""{generated file: (end of the names of its functions, its subject)}. Compilers work on several of them at once."""
+
 PORTS = ("ports_size.h", "ports.c")
 """The generated files that map value references to slots, for mechanisms whose ports differ from the slots."""
 
@@ -27,9 +38,9 @@ _LOOKUP = ("lookup.c", "lookup.h")
 _INTERVAL_LOOKUP = ("interval_lookup.c", "interval_lookup.h")
 
 _HELPERS = {
-    "sign": "static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }",
-    "heaviside": "static double heaviside(double x) { return 0.5 * (1.0 + (double)((x > 0.0) - (x < 0.0))); }",
-    "power_or_zero": "static double power_or_zero(double x, double exponent) "
+    "sign": "double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }",
+    "heaviside": "double heaviside(double x) { return 0.5 * (1.0 + (double)((x > 0.0) - (x < 0.0))); }",
+    "power_or_zero": "double power_or_zero(double x, double exponent) "
     "{ return (x > 0.0 || x < 0.0) ? pow(x, exponent) : x * x; }",
 }
 
@@ -56,8 +67,6 @@ def render_sources(
         "method": method,
         "control": step_control(),
         "guid": guid,
-        "lookups": lookups_of(program),
-        "helpers": helpers_of(program),
         "intervals": INTERVALS,
         "timed_lookups": lookups_of(program, [program.timed_bounds]) if program.timed_bounds else [],
     }
@@ -70,12 +79,33 @@ def render_sources(
         "further": bool(tables.further),
         "tables": bool(program.arguments),
     }
-    needed = [*(_LOOKUP if context["lookups"] else ()), *(_INTERVAL_LOOKUP if context["timed_lookups"] else ())]
+    needed = [*(_LOOKUP if lookups_of(program) else ()), *(_INTERVAL_LOOKUP if context["timed_lookups"] else ())]
     files = engine_files(method, kind, needed, gate, program.has_adjoints)
     generated = (*GENERATED, *(PORTS if tables.ports else ()), *method.generated_files)
     generated += TIMED if program.timed_bounds else ()
+    called = "".join(files.values())
+    program = replace(program, functions=tuple(f for f in program.functions if f"{f.name}(" in called))
+    context["program"] = program
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
+    for name, functions in _by_file(program).items():
+        printed = context | {"subject": FUNCTIONS[name][1]} | _printed(program, functions)
+        files[name] = render("mechanism/mechanism.c.jinja", printed)
     return dict(sorted(files.items()))
+
+
+def _by_file(program: Program) -> dict[str, list[Function]]:
+    """{file of FUNCTIONS: the functions of ``program`` in it}, without empty files."""
+    files: dict[str, list[Function]] = {}
+    for function in program.functions:
+        chosen = [name for name, (ending, _) in FUNCTIONS.items() if function.name.endswith(ending)]
+        files.setdefault(chosen[-1], []).append(function)  # each ends with nothing
+    return files
+
+
+def _printed(program: Program, functions: Sequence[Function]) -> dict[str, object]:
+    """The context of templates that print ``functions`` of ``program``, with the tables and helpers that they use."""
+    part = replace(program, functions=tuple(functions))
+    return {"functions": functions, "lookups": lookups_of(part), "helpers": helpers_of(part)}
 
 
 def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -> Mapping[str, str]:
@@ -87,10 +117,14 @@ def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -
     gates = {path.name for folder in ("gate", "fmi2", "fmi3", "adjoints") for path in _paths(f"drivers/{folder}")}
     kept = {name: text for name, text in sources.items() if name not in {*gates, *PORTS}}
     files = kept | _texts("drivers/page")
+    called = reached({name: text for name, text in files.items() if name not in FUNCTIONS}, public_names(["page.c"]))
+    for name in FUNCTIONS.keys() & files.keys():
+        if called.isdisjoint(defined(files[name])):
+            del files[name]  # the linker leaves out what calls them, which nothing does
     for name, program in functions.items():
         (function,) = program.functions
         context = {"name": name, "program": program, "function": function, "size": max(1, len(function.results))}
-        context |= {"lookups": lookups_of(program), "helpers": helpers_of(program)}
+        context |= _printed(program, program.functions)
         if context["lookups"]:
             files |= {name: text for name, text in _texts("base").items() if name.startswith("lookup.")}
         files |= {f"{name}.{end}": render(f"mechanism/page_function.{end}.jinja", context) for end in "hc"}
@@ -98,11 +132,15 @@ def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -
 
 
 def helpers_of(program: Program) -> list[str]:
-    """The functions that C does not have, as far as ``program`` uses them."""
+    """The functions that C does not have, as far as ``program`` uses them; files with them may be joined."""
     used = {
         program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)
     }
-    return [text for name, text in _HELPERS.items() if CODE[name] in used]
+    return [
+        f"#ifndef HAS_{name.upper()}\n#define HAS_{name.upper()}\nstatic {text}\n#endif"
+        for name, text in _HELPERS.items()
+        if CODE[name] in used
+    ]
 
 
 ROOMS = ("base", "laws", "system", "events", "integrate")

@@ -1,7 +1,7 @@
 """The equations of motion as plain functions: the derivative of the states, and its Jacobians entry by entry.
 
-The columns of the Jacobians follow from M dqdd = -dr, see ``tangent``. All columns use one factorisation, which is that
-of the accelerations. Under constraints the closed formula of the accelerations is differentiated.
+The columns of the Jacobians follow from M dqdd = -dr, see ``tangent``, under constraints from the same with the KKT
+matrix. All columns use one factorisation, which is that of the accelerations.
 Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, section 15.3 (implicit functions).
 """
 
@@ -14,7 +14,7 @@ from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Array, Function, Program
 from lag2fmu.dynamics.program import lower
-from lag2fmu.dynamics.schur_complement import solve_constrained
+from lag2fmu.dynamics.schur_complement import Saddle, factorised
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.nodes import Node
@@ -35,8 +35,10 @@ class PlainFunctions:
     sparsity: Mapping[str, tuple[tuple[int, int], ...]]
 
 
-def plain_functions(equations: EquationsOfMotion) -> PlainFunctions:
+def plain_functions(equations: EquationsOfMotion, *, jacobian: bool = True) -> PlainFunctions:
     """The functions of ``equations``, on a copy of their graph.
+
+    Without ``jacobian`` there is only the function ``derivative``, which takes a tenth of the time.
 
     Raises DerivationError for a mechanism with events or with coordinates without mass, and for one without a closed
     formula of its accelerations. Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, section 15.3.
@@ -48,23 +50,34 @@ def plain_functions(equations: EquationsOfMotion) -> PlainFunctions:
         raise DerivationError(f"'{name}' has {what}: no plain function has that; use an Ensemble, or export an FMU")
     equations = equations.apart()
     g, v = equations.graph, equations.variables
-    unknowns, pivots = _solution(equations)
+    saddle, unknowns, pivots = _solution(equations)
     known = dict(zip(v.unknowns, unknowns, strict=True))
     held = dict.fromkeys(v.rates, g.zero)
     rates = g.substitute((*v.qd, *unknowns[: len(v.q)], *g.substitute(v.further_rates, known)), held)
     arrays = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.inputs), Array("p", v.parameters))
+    doc = "Derivatives f = dx/dt and the pivots of the solution."
+    functions = [_filling("derivative", doc, arrays, "f", rates, pivots)]
+    sparsity: dict[str, tuple[tuple[int, int], ...]] = {}
+    if jacobian:
+        entries, sparsity = _entries(equations, saddle, known, arrays)
+        doc = "Entries J of the Jacobians of f, see PlainFunctions."
+        functions.append(_filling("jacobian", doc, arrays, "J", entries, pivots))
+    checked = tuple(f.check(g) for f in functions)
+    return PlainFunctions(replace(whole, graph=g, signals=len(v.inputs), functions=checked), sparsity)
+
+
+def _entries(
+    equations: EquationsOfMotion, saddle: Saddle | None, known: Mapping[Node, Node], arrays: Sequence[Array]
+) -> tuple[list[Node], dict[str, tuple[tuple[int, int], ...]]]:
+    """The entries of the Jacobians by ``arrays`` that are not always zero, and ``PlainFunctions.sparsity``."""
+    g, held = equations.graph, dict.fromkeys(equations.variables.rates, equations.graph.zero)
     entries, sparsity = [], {}
     for array in arrays:
-        columns = [g.substitute(_column(equations, unknowns, known, node), held) for node in array.entries]
+        columns = [g.substitute(_column(equations, saddle, known, node), held) for node in array.entries]
         places = [(i, j) for j, column in enumerate(columns) for i, entry in enumerate(column) if entry != g.zero]
         sparsity[array.name] = tuple(places)
         entries += [columns[j][i] for i, j in places]
-    functions = (
-        _filling("derivative", "Derivatives f = dx/dt and the pivots of the solution.", arrays, "f", rates, pivots),
-        _filling("jacobian", "Entries J of the Jacobians of f, see PlainFunctions.", arrays, "J", entries, pivots),
-    )
-    checked = tuple(f.check(g) for f in functions)
-    return PlainFunctions(replace(whole, graph=g, signals=len(v.inputs), functions=checked), sparsity)
+    return entries, sparsity
 
 
 def _filling(
@@ -75,45 +88,45 @@ def _filling(
     return Function(name, doc, arguments, (array, "pivots"), tuple(results))
 
 
-def _solution(equations: EquationsOfMotion) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
-    """Accelerations with multipliers behind them, (n + m,), and pivots, which are positive where these are valid."""
-    zeros = (equations.graph.zero,) * len(equations.constraints)
-    if zeros:
-        constrained = solve_constrained(equations, zeros)
-        if constrained is not None:
-            return constrained.unknowns, (*constrained.pivots, *constrained.margins)
+def _solution(equations: EquationsOfMotion) -> tuple[Saddle | None, tuple[Node, ...], tuple[Node, ...]]:
+    """The KKT matrix of constraints, accelerations with multipliers behind them, (n + m,), and pivots.
+
+    The solution is valid where the pivots are positive.
+    """
+    if len(equations.constraints):
+        saddle = factorised(equations)
+        if saddle is not None:
+            found = saddle.accelerations((equations.graph.zero,) * len(equations.constraints))
+            return saddle, found.unknowns, (*found.pivots, *found.margins)
     elif equations.solution is not None:
-        return tuple(equations.solution.x), tuple(equations.solution.pivots)
+        return None, tuple(equations.solution.x), tuple(equations.solution.pivots)
     raise DerivationError(
         f"'{equations.mechanism.name}' has no closed formula for its accelerations; use an Ensemble, or export an FMU"
     )
 
 
 def _column(
-    equations: EquationsOfMotion, unknowns: tuple[Node, ...], known: Mapping[Node, Node], variable: Node
+    equations: EquationsOfMotion, saddle: Saddle | None, known: Mapping[Node, Node], variable: Node
 ) -> tuple[Node, ...]:
     """The derivatives of (dq/dt, dqd/dt, dz/dt) by one variable, (N,) nodes."""
     g, v = equations.graph, equations.variables
     direction = {variable: g.one}
-    answers = _answers(equations, unknowns, known, direction)
+    answers = _answers(equations, saddle, known, direction)
     moving = direction | dict(zip(v.unknowns, answers, strict=True))
     further = g.substitute(forward(g, v.further_rates, moving), known)
     return (*forward(g, v.qd, direction), *answers[: len(v.q)], *further)
 
 
 def _answers(
-    equations: EquationsOfMotion,
-    unknowns: tuple[Node, ...],
-    known: Mapping[Node, Node],
-    direction: Mapping[Node, Node],
-) -> list[Node]:
+    equations: EquationsOfMotion, saddle: Saddle | None, known: Mapping[Node, Node], direction: Mapping[Node, Node]
+) -> Sequence[Node]:
     """The derivatives of accelerations and multipliers, (n + m,)."""
-    g, v = equations.graph, equations.variables
-    if len(equations.constraints):
-        return forward(g, unknowns, direction)
+    g, v, n = equations.graph, equations.variables, len(equations.forcing)
     missing = [g.negate(node) for node in g.substitute(forward(g, equations.residual, direction), known)]
     if all(node == g.zero for node in missing):
         return missing
+    if saddle is not None:
+        return saddle.solve(missing[:n], [g.negate(node) for node in missing[n:]])
     found = solve(g, equations.entries, v.qd, missing, equations.method == "elimination")
     if found is None:  # M is the one that gave the accelerations
         raise DerivationError(f"mechanism '{equations.mechanism.name}': the mass matrix is singular; give masses")

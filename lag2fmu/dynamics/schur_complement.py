@@ -13,13 +13,14 @@ Source: R. Featherstone, Rigid Body Dynamics Algorithms, section 3.6; Golub, Van
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.parts import Solution
 from lag2fmu.dynamics.starts import start_values
 from lag2fmu.graph.batches import Floats
 from lag2fmu.graph.graph import Graph, Node
@@ -53,33 +54,67 @@ class ConstrainedSolution:
 def solve_constrained(equations: EquationsOfMotion, drift: Sequence[Node]) -> ConstrainedSolution | None:
     """The solution with G qdd + gamma + ``drift`` = 0, (m,) nodes.
 
-    None if M is singular everywhere, if a row has nothing to act on at the start, or if the formula is too long.
-    Source: the Schur complement S of the module's head; its rows are ordered by pivoting as in Golub, Van Loan, Matrix
-    Computations, section 4.2 (positive semidefinite systems).
+    None if M is singular everywhere, if a row has nothing to act on at the start, or if the formula has more than
+    MOST_OPERATIONS. Source: see ``Saddle``.
     """
-    graph, velocities, jacobian = equations.graph, equations.variables.qd, equations.constraints.jacobian
-    early = equations.method == "elimination"
+    saddle = factorised(equations)
+    found = saddle and saddle.accelerations(drift)
+    return found if found and equations.graph.operations((*found.unknowns, *found.margins)) <= MOST_OPERATIONS else None
+
+
+def factorised(equations: EquationsOfMotion) -> Saddle | None:
+    """The KKT matrix of ``equations``; None if M is singular everywhere or a row has nothing to act on at the start."""
+    graph, jacobian = equations.graph, equations.constraints.jacobian
     rights = (equations.forcing, *jacobian)
-    solutions = [x for b in rights if (x := solve(graph, equations.entries, velocities, b, early)) is not None]
+    solutions = [x for right in rights if (x := _without_constraints(equations, right)) is not None]
     if len(solutions) < len(rights):
         return None
     free, *responses = solutions
     matrix = [[graph.dot(row, response.x) for response in responses[: i + 1]] for i, row in enumerate(jacobian)]
     values = graph.evaluate([entry for row in matrix for entry in row], start_values(equations.mechanism))
-    ranked = _ranked(np.array(values), len(drift))
-    if ranked is None:
-        return None
-    order, rank = ranked
-    work = _Decomposition(graph, matrix, order, rank)
-    known = zip(drift, equations.constraints.accelerations, jacobian, strict=True)
-    rest = [graph.negate(graph.total([a, gamma, graph.dot(row, free.x)])) for a, gamma, row in known]
-    multipliers = work.solve(rest)
-    qdd = [
-        graph.total([x, *(graph.multiply(multipliers[k], responses[k].x[i]) for k in order[:rank])])
-        for i, x in enumerate(free.x)
-    ]
-    found = ConstrainedSolution((*qdd, *multipliers), free.pivots, work.margins(), work.squares())
-    return found if graph.operations((*found.unknowns, *found.margins)) <= MOST_OPERATIONS else None
+    ranked = _ranked(np.array(values), len(jacobian))
+    return Saddle(equations, free, responses, _Decomposition(graph, matrix, *ranked)) if ranked else None
+
+
+def _without_constraints(equations: EquationsOfMotion, right: Sequence[Node]) -> Solution | None:
+    """x of M x = ``right``, (n,) nodes."""
+    early = equations.method == "elimination"
+    return solve(equations.graph, equations.entries, equations.variables.qd, right, early)
+
+
+class Saddle:
+    """The KKT matrix of M a - G^T b = force, G a + rest = 0, factorised by its Schur complement.
+
+    Source: S of the module's head; its rows are ordered by pivoting as in Golub, Van Loan, Matrix Computations, section
+    4.2 (positive semidefinite systems).
+    """
+
+    def __init__(
+        self, equations: EquationsOfMotion, free: Solution, responses: Sequence[Solution], work: _Decomposition
+    ) -> None:
+        """Keep M^-1 forcing, M^-1 G^T, a solution for each row of G, and S."""
+        self._equations, self._free, self._responses, self._work = equations, free, responses, work
+
+    def accelerations(self, drift: Sequence[Node]) -> ConstrainedSolution:
+        """The solution of the equations with G qdd + gamma + ``drift`` = 0, (m,) nodes."""
+        work = self._work
+        unknowns = self._bound(self._free, zip(drift, self._equations.constraints.accelerations, strict=True))
+        return ConstrainedSolution(unknowns, self._free.pivots, work.margins(), work.squares())
+
+    def solve(self, forces: Sequence[Node], rests: Sequence[Node]) -> tuple[Node, ...]:
+        """a and b, (n + m,), for ``forces`` (n,) and ``rests`` (m,) nodes."""
+        free = _without_constraints(self._equations, forces)
+        assert free is not None  # M is the one that gave the responses
+        return self._bound(free, ((rest,) for rest in rests))
+
+    def _bound(self, free: Solution, rests: Iterable[Sequence[Node]]) -> tuple[Node, ...]:
+        """a and b, (n + m,), from M^-1 force and the terms of each entry of rest."""
+        graph, work = self._equations.graph, self._work
+        rows = zip(rests, self._equations.constraints.jacobian, strict=True)
+        found = work.solve([graph.negate(graph.total([*rest, graph.dot(row, free.x)])) for rest, row in rows])
+        used = [(found[k], self._responses[k].x) for k in work.order[: work.rank]]
+        qdd = (graph.total([x, *(graph.multiply(b, held[i]) for b, held in used)]) for i, x in enumerate(free.x))
+        return (*qdd, *found)
 
 
 def _ranked(triangle: Floats, m: int) -> tuple[list[int], int] | None:

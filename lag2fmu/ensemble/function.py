@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from lag2fmu.codegen.lanes import render_external, render_function
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import derive
-from lag2fmu.dynamics.plain import KNOWNS, plain_functions
+from lag2fmu.dynamics.plain import KNOWNS, PlainFunctions, plain_functions
 from lag2fmu.dynamics.starts import start_values
 from lag2fmu.ensemble.libraries import KernelLibrary, built, in_threads, lanes_here
 from lag2fmu.errors import ExportError, LoadError
@@ -40,20 +40,20 @@ class StateFunction:
     def __init__(self, model: Mechanism | str | Path, *, lanes: int | None = None, compiler: str = "zig") -> None:
         """Derive ``model``, a mechanism or what ``load`` takes; the first call compiles it.
 
-        So does the first call of ``jacobians``, which takes the compiler longer.
+        So does the first call of ``jacobians``, which derives them as well and takes longer.
 
         ``lanes`` and ``compiler`` are as for ``Ensemble``. Raises LoadError, and DerivationError for mechanisms with
         events or coordinates without mass.
         """
         mechanism = as_mechanism(model)
-        equations = derive(mechanism)
-        self._functions = plain_functions(equations)
+        self._equations = equations = derive(mechanism)
+        self._rates = plain_functions(equations, jacobian=False)
         self._lane_count, self._compiler = lanes, compiler
         self.mechanism = equations.mechanism
         q = [c.name for c in self.mechanism.coordinates]
         self.names = {
             "x": (*q, *map(names.velocity, q), *(z.name for z in self.mechanism.states)),
-            "u": self._functions.program.inputs,
+            "u": self._rates.program.inputs,
             "p": tuple(p.name for p in self.mechanism.parameters if p.value is not None),
         }
         values = start_values(self.mechanism)
@@ -138,6 +138,10 @@ class StateFunction:
         return 1 if known == "t" else len(self.names[known])
 
     @cached_property
+    def _functions(self) -> PlainFunctions:
+        return plain_functions(self._equations)
+
+    @cached_property
     def _derivative(self) -> KernelLibrary:
         return self._built(jacobian=False)
 
@@ -147,7 +151,8 @@ class StateFunction:
 
     def _built(self, *, jacobian: bool) -> KernelLibrary:
         lanes = self._lane_count or lanes_here(self._compiler)
-        sources = render_function(self._functions, self.mechanism.name, lanes, jacobian=jacobian)
+        functions = self._functions if jacobian else self._rates
+        sources = render_function(functions, self.mechanism.name, lanes, jacobian=jacobian)
         return built(sources, "function", self._compiler)
 
     def _evaluate(

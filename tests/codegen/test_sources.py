@@ -35,6 +35,7 @@ from sympy import (
 )
 
 from lag2fmu.codegen import DEFAULT_SOLVER, METHODS, SMOOTH_METHODS, takes
+from lag2fmu.codegen.reached import defined, reached
 from lag2fmu.codegen.sources import GENERATED
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics import Program, derive, lower
@@ -50,7 +51,7 @@ from lag2fmu.resources import resource_folder
 SIZE = 512
 """Longer than any array of these mechanisms."""
 ENGINE = resource_folder("templates") / "engine"
-GOLDEN = Path(__file__).parent / "golden" / "pendulum_mechanism.c"
+GOLDEN = Path(__file__).parent / "golden"
 
 
 def every_function() -> Mechanism:
@@ -157,7 +158,7 @@ def test_the_files_of_the_engine_are_those_that_are_needed(model: str, solver: s
     assert set(sources) & optional == expected
 
 
-@pytest.mark.parametrize("name", GENERATED)
+@pytest.mark.parametrize("name", [*GENERATED, "mechanism.c"])
 def test_an_undefined_name_in_a_template_is_an_error(name: str) -> None:
     with pytest.raises(UndefinedError, match="is undefined"):
         render(f"mechanism/{name}.jinja", {})
@@ -205,7 +206,7 @@ def test_compilers_have_nothing_to_say(compiler: str, solver: str, tmp_path) -> 
 def test_the_compiled_functions_compute_what_the_graph_computes(model: str, compiler: str, tmp_path) -> None:
     mechanism = every_function() if model == "every_function" else load(model)
     program, sources = sources_of(mechanism)
-    library = compiled(tmp_path, sources, compiler, units=("mechanism.c",))
+    library = compiled(tmp_path, sources, compiler, units=("mechanism.c", "derivatives.c", "second_derivatives.c"))
     generator, graph = random.Random(6), program.graph
     for function in program.functions:
         called = getattr(library, function.name)
@@ -276,17 +277,53 @@ def test_solvers_leave_out_what_events_alone_change() -> None:
         assert ("i < N_STATES" in sources["tableau.c"].partition("case 1:")[2].partition("}")[0]) == (resting == 0)
 
 
+def test_functions_that_the_engine_does_not_call_are_not_emitted() -> None:
+    """Under constraints ``mechanism_constrained`` gives what ``mechanism_factor`` gives otherwise."""
+    for model, called in (("pendulum", "mechanism_factor"), ("four_bar_linkage", "mechanism_constrained")):
+        _, sources = sources_of(load(model))
+        names = {"mechanism_factor", "mechanism_constrained"}
+        assert {name for name in names if f"void {name}(" in sources["mechanism.c"]} == {called}
+
+
+def test_what_calls_reach_in_c() -> None:
+    text = """/* c(); is a word of a comment */
+static int c(int x);
+static const Table TABLE = {.call = d};
+
+static int a(int x) {
+    return b(x) + c(x);
+}
+
+int b(int x)
+{
+    return a(x);
+}
+
+static void far(double x[],
+                int n) {
+    b(n);
+}
+
+static int c(int x) {
+    return x;
+}
+"""
+    assert defined(text) == {"a", "b", "c", "far"}
+    assert {"a", "b", "c", "d", "TABLE"} < reached({"x.c": text}, ["a"])
+    assert "far" not in reached({"x.c": text}, ["a"])
+    assert "a" not in reached({"x.c": text}, ["c"])
+
+
 # ------------------------------------------------------------------------------------------------------ golden text
 
 
-def test_golden_text(request) -> None:
-    """The emitted mechanism.c of the pendulum; ``pytest tests/codegen --update`` writes it anew."""
-    text = sources_of(load("pendulum"))[1]["mechanism.c"]
+@pytest.mark.parametrize("name", ["mechanism.c", "derivatives.c", "second_derivatives.c"])
+def test_golden_text(name: str, request) -> None:
+    """What is emitted for the pendulum; ``pytest tests/codegen --update`` writes it anew."""
+    path, text = GOLDEN / f"pendulum_{name}", sources_of(load("pendulum"))[1][name]
     if request.config.getoption("--update"):
-        GOLDEN.write_text(text, "utf-8")
-    golden = GOLDEN.read_text("utf-8")
+        path.write_text(text, "utf-8")
+    golden = path.read_text("utf-8")
     if text != golden:
-        difference = difflib.unified_diff(
-            golden.splitlines(), text.splitlines(), str(GOLDEN), "emitted now", lineterm=""
-        )
+        difference = difflib.unified_diff(golden.splitlines(), text.splitlines(), str(path), "emitted now", lineterm="")
         pytest.fail("\n".join(difference) + "\nif this is meant, run pytest tests/codegen --update")

@@ -50,7 +50,7 @@ def test_accelerations_with_any_leading_dimensions() -> None:
     assert np.array_equal(f(np.tile(x, (2000, 1, 1)), u)[-7:], f(x, u))
 
 
-@pytest.mark.parametrize("model", ["double_pendulum", "four_bar_linkage"])
+@pytest.mark.parametrize("model", ["double_pendulum", "four_bar_linkage", "bricard"])
 def test_jacobians_are_differences_of_the_function(model: str) -> None:
     f = function(model)
     known = {"t": np.zeros(()), "x": points(f, 4) if model == "double_pendulum" else f.start["x"][None]}
@@ -64,6 +64,14 @@ def test_jacobians_are_differences_of_the_function(model: str) -> None:
             up, down = (f(**(known | {name: known[name] + sign * shift})) for sign in (1.0, -1.0))
             assert np.allclose(jacobian[..., j], (up - down) / (2.0 * step[j]), rtol=1e-6, atol=1e-5)
         assert not jacobian[..., ~f.sparsity[name]].any()
+
+
+def test_long_formulas_under_constraints_are_functions_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The engine has loops where a formula is long; plain functions have nothing else."""
+    f = function("four_bar_linkage")
+    monkeypatch.setattr("lag2fmu.dynamics.schur_complement.MOST_OPERATIONS", 10)
+    longer = StateFunction("four_bar_linkage")
+    assert np.array_equal(longer(f.start["x"]), f(f.start["x"]))
 
 
 def test_the_external_function_of_casadi(tmp_path: Path) -> None:

@@ -12,10 +12,12 @@ from pathlib import Path
 
 import elf
 import macho
+import numpy as np
 import pe
 import pytest
 from archives import functions_of_fmi
 
+from lag2fmu import simulate
 from lag2fmu.checking.binaries import read_libraries
 from lag2fmu.cli import main
 from lag2fmu.errors import BuildError
@@ -46,6 +48,19 @@ def everywhere(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """The libraries of an FMU for all platforms; the first time a machine does it, this takes minutes."""
     path = tmp_path_factory.mktemp("all") / "double_pendulum.fmu"
     return binaries(export(load("double_pendulum"), path, platform="all").path)
+
+
+@pytest.mark.fmu
+def test_long_files_compile_without_vectors_of_scalars_to_the_same_bits(tmp_path, monkeypatch) -> None:
+    """The library is another one, the motion the same."""
+    runs, libraries = [], []
+    for number, longest in enumerate((10**9, 0)):
+        monkeypatch.setattr("lag2fmu.fmu.compilers.LONG", longest)
+        fmu = export(load("six_axis_arm"), tmp_path / f"{number}.fmu", page="static")
+        libraries.append(binaries(fmu.path))
+        runs.append(simulate(fmu, stop_time=0.1).values)
+    assert libraries[0] != libraries[1]
+    assert np.array_equal(*runs)
 
 
 class TestAll:

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from compiling import COMPILERS, compiled
 
-from lag2fmu.codegen.sources import page_sources
+from lag2fmu.codegen.sources import FUNCTIONS, page_sources, public_names
 from lag2fmu.dynamics.derivation import derive
 from lag2fmu.dynamics.program import lower
 from lag2fmu.fmu.backends.native import describe
+from lag2fmu.fmu.compilers import compile_module
 from lag2fmu.fmu.live.drawing import drawing
+from lag2fmu.fmu.live.spots import no_spots
 from lag2fmu.fmu.live.work import work
 from lag2fmu.formats.loading import load
 from lag2fmu.reference.integrate import integrate
@@ -29,6 +31,7 @@ def test_the_gate_runs_an_experiment_and_goes_back(tmp_path: Path) -> None:
     description, sources = describe(equations.mechanism, equations, program, "dopri5")
     references = {v.name: v.value_reference for v in description.variables if v.derivative_of is None}
     files = page_sources(sources, {"picture": found.spots.program(program), "work": work(equations, references)})
+    files = {**files, **{name: sources[name] for name in FUNCTIONS if name in sources}}  # the linker here keeps all
     library = compiled(tmp_path, files, "gcc" if "gcc" in COMPILERS else "zig")
     for name, kind in (
         ("page_point", ctypes.c_double),
@@ -59,3 +62,17 @@ def test_the_gate_runs_an_experiment_and_goes_back(tmp_path: Path) -> None:
     reference = integrate(equations.mechanism, np.array([0.0, 0.1, 0.2])).trajectory
     names = [c.name for c in equations.mechanism.coordinates]
     assert ends[0] == pytest.approx(reference.columns([*names, *(f"{q}_dot" for q in names)])[-1], abs=1e-6)
+
+
+@pytest.mark.parametrize(("solver", "needed"), [("dopri5", ()), ("radau5", ("derivatives.c",))])
+def test_the_module_has_derivatives_where_the_solver_calls_them(solver: str, needed: tuple[str, ...]) -> None:
+    """What the text says is not called the linker would leave out: the module is as large with it."""
+    equations = derive(load("four_bar_linkage"))
+    program = lower(equations)
+    description, sources = describe(equations.mechanism, equations, program, solver)
+    references = {v.name: v.value_reference for v in description.variables if v.derivative_of is None}
+    files = page_sources(sources, {"picture": no_spots(), "work": work(equations, references)})
+    assert FUNCTIONS.keys() & files.keys() == {"mechanism.c", *needed}
+    names = public_names(["page.c"])
+    whole = compile_module({**files, **{name: sources[name] for name in FUNCTIONS if name in sources}}, names)
+    assert len(compile_module(files, names)) == pytest.approx(len(whole), rel=0.01)

@@ -1,0 +1,36 @@
+"""Which functions of C files the calls from some of them reach, as the text tells: that of the engine is regular.
+
+A definition begins in the first column and ends with a brace there. What stands outside of functions, such as a table
+of functions, counts as reached.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+
+_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+_DEFINITION = re.compile(r"^\w[^;{}=]*?(\w+)\([^;{}]*\)\s*(\{\n.*?^\})", re.MULTILINE | re.DOTALL)
+_PROTOTYPE = re.compile(r"^\w[^;{}=]*?\w+\([^;{}]*\);", re.MULTILINE)
+_NAME = re.compile(r"[A-Za-z_]\w*")
+
+
+def reached(files: Mapping[str, str], roots: Iterable[str]) -> set[str]:
+    """All names in the functions that ``roots`` call in the C ``files`` {name: text}, directly or through others."""
+    bodies: dict[str, str] = {}
+    waiting = set(roots)
+    for text in files.values():
+        code = _COMMENT.sub("", text)
+        bodies |= _DEFINITION.findall(code)
+        waiting |= set(_NAME.findall(_PROTOTYPE.sub("", _DEFINITION.sub("", code))))
+    found: set[str] = set()
+    while waiting:
+        name = waiting.pop()
+        found.add(name)
+        waiting |= set(_NAME.findall(bodies.get(name, ""))) - found
+    return found
+
+
+def defined(text: str) -> set[str]:
+    """The functions that a C file defines."""
+    return {name for name, _ in _DEFINITION.findall(_COMMENT.sub("", text))}
