@@ -241,7 +241,7 @@ def test_hostile_texts_are_refused_at_once(text: str, message: str) -> None:
     began = time.process_time()
     with pytest.raises(ExpressionError, match=message) as caught:
         parse(text, where="energy.potential")
-    assert time.process_time() - began < 1.0
+    assert time.process_time() - began < 5.0  # a hostile text would take hours; collecting garbage takes a second
     assert str(caught.value).startswith("energy.potential: ")
 
 
