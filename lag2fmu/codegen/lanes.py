@@ -10,6 +10,7 @@ from typing import TypeGuard
 
 from lag2fmu.codegen.c import Dialect, c_function, c_prototype
 from lag2fmu.codegen.sources import helpers_of, lookups_of, render_sources
+from lag2fmu.codegen.step_control import step_control
 from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Array, Function, Program, filling
@@ -19,7 +20,6 @@ from lag2fmu.graph.operations import COSINE, SINE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.collocation import Collocation
 from lag2fmu.solvers.methods import Method
-from lag2fmu.solvers.step_control import step_control
 from lag2fmu.solvers.tableaus import Tableau
 
 LaneMethod = Tableau | Collocation

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from lag2fmu.codegen.c import INTERVALS
 from lag2fmu.codegen.reached import defined, reached
+from lag2fmu.codegen.step_control import step_control
 from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Function, Program
@@ -16,7 +17,6 @@ from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.operations import CODE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
-from lag2fmu.solvers.step_control import step_control
 
 GENERATED = ("mechanism.h", "tables.c", "step_control.h")
 """The files whose templates have their names."""

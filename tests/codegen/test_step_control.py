@@ -9,10 +9,10 @@ import pytest
 from lag2fmu.codegen.lanes import render_lanes
 from lag2fmu.codegen.python_sources import runtime_files
 from lag2fmu.codegen.sources import render_sources
+from lag2fmu.codegen.step_control import step_control
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.formats.loading import load
-from lag2fmu.solvers.step_control import step_control
 from lag2fmu.solvers.tableaus import TABLEAUS
 
 NUMBER = re.compile(r"^static const double (\w+) = ([^;]+);$", re.MULTILINE)
