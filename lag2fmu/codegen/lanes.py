@@ -10,7 +10,7 @@ from typing import TypeGuard
 
 from lag2fmu.codegen.c import Dialect, c_function, c_prototype
 from lag2fmu.codegen.sources import helpers_of, lookups_of, render_sources
-from lag2fmu.codegen.step_control import step_control
+from lag2fmu.codegen.step_control import step_control_header
 from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Array, Function, Program, filling
@@ -64,7 +64,6 @@ def render_lanes(program: Program, tables: RuntimeTables, method: LaneMethod, la
     context = {
         "name": tables.model_name,
         "method": method,
-        "control": step_control(),
         "lanes": lanes,
         "coordinates": len(tables.coordinate_names),
         "further": tables.further,
@@ -86,7 +85,7 @@ def render_lanes(program: Program, tables: RuntimeTables, method: LaneMethod, la
     files |= _lookup_files(replace(program, functions=functions))
     generated = ("lane_sizes.h", "lane_equations.h", "lane_equations.c")
     files |= {name: render(f"ensemble/{name}.jinja", context) for name in generated}
-    files["step_control.h"] = render("mechanism/step_control.h.jinja", context)
+    files["step_control.h"] = step_control_header()
     files["lane_tableau.h"] = render(f"ensemble/lane_{'tableau' if explicit else 'collocation'}.h.jinja", context)
     return dict(sorted(files.items()))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from lag2fmu.codegen.c import INTERVALS
 from lag2fmu.codegen.reached import defined, reached
-from lag2fmu.codegen.step_control import step_control
+from lag2fmu.codegen.step_control import step_control_header
 from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Function, Program
@@ -18,7 +18,7 @@ from lag2fmu.graph.operations import CODE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
 
-GENERATED = ("mechanism.h", "tables.c", "step_control.h")
+GENERATED = ("mechanism.h", "tables.c")
 """The files whose templates have their names."""
 FUNCTIONS = {
     "mechanism.c": ("", "the equations of this mechanism, M(q, t) qdd = f"),
@@ -65,7 +65,6 @@ def render_sources(
         "program": program,
         "tables": tables,
         "method": method,
-        "control": step_control(),
         "guid": guid,
         "intervals": INTERVALS,
         "timed_lookups": lookups_of(program, [program.timed_bounds]) if program.timed_bounds else [],
@@ -176,6 +175,7 @@ def engine_files(
     chosen = [f"drivers/{gate}", f"{_METHODS}/{method.family}", *(("drivers/adjoints",) if adjoints else ())]
     wanted = set(texts := _texts(*chosen, *(f"{room}/{name}" for room in (*ROOMS, *chosen) for name in variants)))
     texts |= _texts(*ROOMS, "drivers", "drivers/gate", f"drivers/{gate.partition('/')[0]}", f"{_METHODS}/common")
+    texts["step_control.h"] = step_control_header()
     wanted |= set(further)
     needed: dict[str, str] = {}
     while wanted:

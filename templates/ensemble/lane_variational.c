@@ -8,7 +8,7 @@
 enum { S = STAGES, MOST_ITERATIONS = 100 };
 
 static const double CONVERGED = 1e-9; /* relative changes below this may stay as they are, by rounding */
-static const double RESTING_PART = 16.0 * 2.220446049250313e-16 / 1e-9;
+static const double RESTING_REACH = 16.0 * 2.220446049250313e-16 / 1e-9;
 
 /* The velocities at the stages, and what follows from them: states, momenta dL/dqd, forces F. */
 typedef struct {
@@ -104,7 +104,7 @@ static Lanes correct_velocities(const Group *group, Mask mask, const Lanes facto
         for (int k = 0; k < N; k++) {
             const Lanes velocity = stages->velocities[i][k] + changes[i][k];
             const Lanes reach = (lanes_abs(stages->states[i][k]) + nominals[k]) / group->length;
-            const Lanes size = lanes_abs(velocity) + nominals[N + k] + RESTING_PART * reach;
+            const Lanes size = lanes_abs(velocity) + nominals[N + k] + RESTING_REACH * reach;
             greatest = greater(greatest, lanes_abs(changes[i][k]) / size);
             lanes_put(&stages->velocities[i][k], mask, velocity);
         }
