@@ -43,9 +43,7 @@ SEEN_LATE = {
 AGREE, AGREE_LATE = 1e-5, 0.15
 """Parts of a coordinate, and of 1 in SI units, by which two ways may differ: 100 tolerances, and of late hosts."""
 TIPPING = 129
-AGREE_CVODE = {("box", 103): 2e-5, ("box", TIPPING): 2e-4}
-"""The same for CVode and two machines: a foot rebounds down to heights at which the hysteresis of an indicator, 1e-9,
-counts. With the seed TIPPING such rebounds decide whether the foot sticks or slips."""
+"""The seed of a box whose lowest rebounds decide whether a foot sticks or slips."""
 HYSTERESIS = 1e-8
 """What an indicator may be beside its slip: its hysteresis, and what an event in the last step has left of it."""
 QUICK = ("chain", "loop", "clutch", "disc", "puck")
@@ -96,7 +94,6 @@ def _faults(family: str, seed: int, fmus: dict[str, Fmu]) -> Iterator[str]:
     for way, end in ends.items():
         other = ends.get("co-simulation at 0.1 s", end)
         bar = AGREE if way in LOCATED else np.inf if flies else AGREE_LATE
-        bar = AGREE_CVODE.get((family, seed), bar) if way == "CVode" else bar
         if (np.abs(end - other) > bar * np.maximum(1.0, np.abs(other))).any():
             yield f"{family} {seed}, {way}: ends at {end}, and not at {other}"
 

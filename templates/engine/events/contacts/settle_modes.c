@@ -16,14 +16,14 @@ static bool stays_near(const Settling *settling, int contact) {
 
 /* Impacts of these contacts, which have just rebounded or stay near, accumulate: what is left of them is lower than the
    tolerance. They close at the top of this rebound, where they are at rest, and stay so as long as the other impacts
-   would last: from rest to rest the normal impulse is weight times time, and friction takes its part of that. Contacts
-   that the impact of another one lifts less than is seen, as the edges of a rocking block at last lift each other
-   without end, close at once. */
+   would last: from rest to rest the normal impulse is weight times time, and friction takes its part of that. So do
+   contacts that the impact of another one lifts less than is seen, as the edges of a rocking block at last lift each
+   other without end: closed at once they would be pulled back, and friction does not know of a pull. */
 static void begin_cascades(Settling *settling) {
     State *state = &settling->instance->state;
-    /* A gap that opens no more than its rounding is not seen to open. In model exchange each impact is found inside by
-       the hysteresis of its indicator, and this fall lifts the next one again: ten times as much is not seen there. */
-    const double unseen = settling->instance->policy->stabilise ? 10.0 * HYSTERESIS : DBL_EPSILON;
+    /* A gap that opens no more than its rounding is not seen to open, and closes at once. In model exchange each impact
+       is found inside by the hysteresis of its indicator: a lift of that height is not seen there. */
+    const double unseen = settling->instance->policy->stabilise ? 2.0 * HYSTERESIS : DBL_EPSILON;
     bool struck = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         struck = struck || settling->rebounds[i];
@@ -35,10 +35,11 @@ static void begin_cascades(Settling *settling) {
         const double seen = bounces ? settling_least_rebound(settling, i) : unseen * row_size(&settling->rows, i);
         const double lowest = bounces ? fmax(seen, -settling->rows.positions[i]) : seen;
         const bool lifted = struck && settling->touching[i];
+        const bool rises = bounces || v * v > -2.0 * a * DBL_EPSILON * row_size(&settling->rows, i);
         if ((bounces || lifted) && settling->row[k].law == ROW_FREE && a < 0.0 && e < 1.0 &&
             v * v <= -2.0 * a * lowest) {
-            state->cascading[i] = bounces ? CASCADE_RISES : CASCADE_RESTS;
-            state->states[DISSIPATED] += bounces ? 0.0 : 0.5 * v * v / settling->delassus[k * K + k];
+            state->cascading[i] = rises ? CASCADE_RISES : CASCADE_RESTS;
+            state->states[DISSIPATED] += rises ? 0.0 : 0.5 * v * v / settling->delassus[k * K + k];
             state->top_time[i] = state->time + v / -a;
             state->rest_time[i] = state->time + 2.0 * v / (-a * (1.0 - e));
         }
