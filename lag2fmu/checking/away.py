@@ -47,7 +47,7 @@ def later_values(model: Model) -> Values:
 def moved_parameters(model: Model) -> Values:
     """Values of floating point parameters a hundredth away from their starts, as far as their bounds allow it.
 
-    Raises RefusedError.
+    Raises RefusedError, also where no motion begins with them: bodies may overlap, or a chain may be too short.
     """
     found = []
     with model.session() as session:
@@ -57,6 +57,9 @@ def moved_parameters(model: Model) -> Values:
             moved = [_MOVED * x for x in session.get(v)] if v.readable else []
             if moved and not any(x < least or x > most for x in moved):  # bounds that are not given are no numbers
                 found.append((v, moved))
+    with model.session() as session:
+        give(session.enter(), found)
+        session.instance.do("ExitInitializationMode")
     return found
 
 

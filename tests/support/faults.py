@@ -38,9 +38,9 @@ _CAPACITY = ("contact_events.c", "const double capacity = fmax(point->force[fric
 _RESTITUTION = ("settle_impacts.c", ".restitution = settling->restitution[i],")
 _LATCH = ("contact_settle.c", "row_activate(state, row, holds);")
 _IMPULSE = ("settle_impacts.c", "state->impulses[which[i]] = impulse;")
-_LOST = ("settle_impacts.c", "states[DISSIPATED] += result.lost;")
+_LOST = ("settle_impacts.c", "states[DISSIPATED] += result->lost;")
 _MOVE = ("settle_impacts.c", "change += settling->response[k * N + i] * impulses[k];")
-_DUST = ("sliding.c", "unknowns[i] = fabs(unknowns[i]) <= NOISE * greatest ? 0.0 : unknowns[i];")
+_DUST = ("sliding.c", "unknowns[i] = fabs(unknowns[i]) <= NOISE * greatest[i] ? 0.0 : unknowns[i];")
 
 FAULTS = (
     Fault("friction has the wrong sign", "braked_wheel", *_SLIDING, "rest[k] = z + s["),
@@ -60,7 +60,7 @@ FAULTS = (
         "state->impulses[which[i]] = 2.0 * impulse;",
     ),
     Fault(
-        "energy of impacts is not dissipated", "pendulum_with_stop", *_LOST, "states[DISSIPATED] += 0.0 * result.lost;"
+        "energy of impacts is not dissipated", "pendulum_with_stop", *_LOST, "states[DISSIPATED] += 0.0 * result->lost;"
     ),
     Fault(
         "an impact changes velocities by less than its impulse",
@@ -99,7 +99,7 @@ FAULTS = (
         "a stick creeps",
         "block_on_belt",
         *_DUST,
-        "unknowns[i] = fabs(unknowns[i]) <= NOISE * greatest ? 1e-3 : unknowns[i];",
+        "unknowns[i] = fabs(unknowns[i]) <= NOISE * greatest[i] ? 1e-3 : unknowns[i];",
     ),
     Fault("a latch does not hold", "gripper", *_LATCH, "row_activate(state, row, false);"),
     Fault("a latch does not let go", "gripper", *_LATCH, "row_activate(state, row, holds || row_active(state, row));"),
@@ -128,8 +128,8 @@ FAULTS = (
         "an impact acts twice",
         "impact_oscillator",
         "settle_impacts.c",
-        "    move(settling, result.impulses);",
-        "    move(settling, result.impulses), move(settling, result.impulses);",
+        "    move(settling, result->impulses);",
+        "    move(settling, result->impulses), move(settling, result->impulses);",
     ),
 )
 
