@@ -137,7 +137,7 @@ def test_stack_of_studies(tmp_path: Path) -> None:
     check(tmp_path, render_sources(found.program, tables, METHODS["dopri5"], "", "study"))
 
 
-@pytest.mark.parametrize(("count", "fmi"), [(30, "2.0"), (100, "3.0")])
+@pytest.mark.parametrize(("count", "fmi"), [(100, "2.0"), (30, "3.0")])
 def test_stack_of_many_spheres(count: int, fmi: str, tmp_path: Path) -> None:
     """Located events and model exchange with 399 rows and 500 coordinates, 38 MB on the stack once."""
     equations = derive(spheres(count))
