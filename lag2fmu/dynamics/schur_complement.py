@@ -22,6 +22,7 @@ from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.parts import Solution
 from lag2fmu.dynamics.starts import start_values
+from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats
 from lag2fmu.graph.graph import Graph, Node
 
@@ -102,9 +103,14 @@ class Saddle:
         return ConstrainedSolution(unknowns, self._free.pivots, work.margins(), work.squares())
 
     def solve(self, forces: Sequence[Node], rests: Sequence[Node]) -> tuple[Node, ...]:
-        """a and b, (n + m,), for ``forces`` (n,) and ``rests`` (m,) nodes."""
+        """a and b, (n + m,), for ``forces`` (n,) and ``rests`` (m,) nodes.
+
+        Raises DerivationError where the mass matrix is singular.
+        """
         free = _without_constraints(self._equations, forces)
-        assert free is not None  # M is the one that gave the responses
+        if free is None:  # M is the one that gave the responses
+            name = self._equations.mechanism.name
+            raise DerivationError(f"mechanism '{name}': the mass matrix is singular; give masses")
         return self._bound(free, ((rest,) for rest in rests))
 
     def _bound(self, free: Solution, rests: Iterable[Sequence[Node]]) -> tuple[Node, ...]:
