@@ -126,7 +126,7 @@ def _answers(
     if all(node == g.zero for node in missing):
         return missing
     if saddle is not None:
-        return saddle.solve(missing[:n], [g.negate(node) for node in missing[n:]])
+        return saddle.unknowns(missing[:n], [g.negate(node) for node in missing[n:]])
     found = solve(g, equations.entries, v.qd, missing, equations.method == "elimination")
     if found is None:  # M is the one that gave the accelerations
         raise DerivationError(f"mechanism '{equations.mechanism.name}': the mass matrix is singular; give masses")

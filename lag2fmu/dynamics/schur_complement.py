@@ -102,7 +102,7 @@ class Saddle:
         unknowns = self._bound(self._free, zip(drift, self._equations.constraints.accelerations, strict=True))
         return ConstrainedSolution(unknowns, self._free.pivots, work.margins(), work.squares())
 
-    def solve(self, forces: Sequence[Node], rests: Sequence[Node]) -> tuple[Node, ...]:
+    def unknowns(self, forces: Sequence[Node], rests: Sequence[Node]) -> tuple[Node, ...]:
         """a and b, (n + m,), for ``forces`` (n,) and ``rests`` (m,) nodes.
 
         Raises DerivationError where the mass matrix is singular.
