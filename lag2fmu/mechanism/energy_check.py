@@ -40,19 +40,43 @@ Numbers = dict[str, float]
 
 def check_energies(m: Description) -> None:
     """Raise MechanismError for the first mass, potential, energy or place of ``m`` that jumps during a motion."""
+    for where, kink, (mover, place, height) in _jumps(m, _borders):
+        raise MechanismError(
+            f"{where}: '{to_text(kink)}' makes it jump by {height:.3g} (SI) where {mover} = {place:.6g}, and "
+            f"no force makes the energy jump; {_REMEDY}"
+        )
+
+
+def cut_angles(m: Description) -> Iterator[str]:
+    """Warnings of potentials and energies of ``m`` that jump where an angle by atan2 passes from pi to -pi.
+
+    They are no errors: the spring of a joint that never turns so far is right.
+    """
+    for where, angle, (mover, place, height) in _jumps(m, _cuts):
+        if where.startswith(("energy.", "springs.")):
+            yield (
+                f"{where}: jumps by {height:.3g} (SI) where '{to_text(angle)}' passes from pi to -pi, as at {mover} = "
+                f"{place:.6g}; no force does that work: let the motion stay on one side, or measure the angle by a "
+                "coordinate of its own, which counts whole turns"
+            )
+
+
+Borders = Iterator[tuple[sp.Expr, sp.Expr]]
+"""(part of an expression, what is 0 where it may jump)"""
+
+
+def _jumps(
+    m: Description, borders: Callable[[sp.Expr], Borders]
+) -> Iterator[tuple[str, sp.Expr, tuple[str, float, float]]]:
+    """(place of an energy, part of it that jumps, (what moves, where, height of the jump)), in SI units."""
     poses, known = Poses(m), values_of(m)
     sizes = _sizes(m)
     for where, expression in _energies(m, poses):
-        for kink, margin in _borders(expression):
-            if not free_names([margin]) & sizes.keys():
-                continue
-            found = _jump(_with_values(expression), margin, known, sizes)
+        for part, margin in borders(expression):
+            moves = bool(free_names([margin]) & sizes.keys())
+            found = _jump(_with_values(expression), margin, known, sizes) if moves else None
             if found is not None:
-                mover, place, height = found
-                raise MechanismError(
-                    f"{where}: '{to_text(kink)}' makes it jump by {height:.3g} (SI) where {mover} = {place:.6g}, and "
-                    f"no force makes the energy jump; {_REMEDY}"
-                )
+                yield where, part, found
 
 
 _REMEDY = (
@@ -61,8 +85,8 @@ _REMEDY = (
 )
 
 
-def _borders(expression: sp.Expr) -> Iterator[tuple[sp.Expr, sp.Expr]]:
-    """(part of ``expression``, what is 0 where it may jump): kinks, and poles as in x/abs(x) and atan(1/x).
+def _borders(expression: sp.Expr) -> Borders:
+    """Kinks of ``expression``, and poles as in x/abs(x) and atan(1/x).
 
     Angles by atan2 and tan are left out: they jump by whole turns, which turns nothing.
     """
@@ -71,6 +95,13 @@ def _borders(expression: sp.Expr) -> Iterator[tuple[sp.Expr, sp.Expr]]:
         margins[pole] = pole.base.args[0] if isinstance(pole.base, sp.Abs) else pole.base
     for part in sorted(margins, key=str):
         yield part, _with_values(margins[part])
+
+
+def _cuts(expression: sp.Expr) -> Borders:
+    """Angles by atan2(y, x) in ``expression``: y, which has a value only where x < 0."""
+    for angle in sorted(expression.atoms(sp.atan2), key=str):
+        y, x = (_with_values(e) for e in angle.args)
+        yield angle, y * sp.sqrt(-x)
 
 
 def _energies(m: Description, poses: Poses) -> Iterator[tuple[str, sp.Expr]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 
 import pytest
 
@@ -111,6 +112,21 @@ def test_places_and_springs() -> None:
     moved = text().replace('["x", "0"]', '["x + heaviside(x - 1)", "0"]')
     with pytest.raises(MechanismError, match=r"bodies\.block\.position\[0\]: .* makes it jump"):
         read(moved, "jumping.toml")
+
+
+@pytest.mark.parametrize("angle", ["atan2(sin(x), cos(x))", "atan2(x, d - 1)", "atan2(x*y, 0.2 - y**2)"])
+def test_an_angle_that_jumps_by_a_whole_turn_is_told(angle: str) -> None:
+    """A spring about an angle is allowed, and warned of if it is not as long on both sides of the cut."""
+    more = "[coordinates.y]\nstart = 0.3"
+    even = read(text(f"y**2 + d*{angle}**2 + cos({angle})", more=more), "turning.toml")
+    odd = read(text(f"y**2 + d*({angle} - 0.2)**2", more=more), "turning.toml")
+    assert even.warnings == ()
+    (told,) = odd.warnings
+    assert re.match(r"energy\.potential: jumps by 1\.0\d* \(SI\) where 'atan2\(.*passes from pi to -pi", told)
+
+
+def test_an_angle_that_stays_on_one_side_is_not_told() -> None:
+    assert read(text("d*(atan2(x, 1 + x**2) - 0.2)**2 + atan2(sqrt(1 + x**2), x)"), "turning.toml").warnings == ()
 
 
 def test_forces_may_jump() -> None:
