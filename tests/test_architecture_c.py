@@ -28,7 +28,7 @@ FUNCTION = re.compile(r"^\w[^;{}=]*\) \{\n.*?^\}\n", re.MULTILINE | re.DOTALL)
 SMALL = re.compile(r"(?<![\w.])[\d.]+e-\d+")
 STEERING = {
     "instance.c": {"1e-4"},
-    "integrator.c": {"1e-5"},
+    "adaptive_steps.c": {"1e-5"},
     "ros2.c": {"3e-6"},
     "jumps.c": {"1e-3", "1e-4", "1e-5"},
     "event_steps.c": {"1e-3"},

@@ -42,9 +42,9 @@ void study_seed(void *study, int direction, int reference, double change, double
 }
 
 /* The start and how it answers to the directions; then the modes that hold there. */
-static bool begin_run(Variations *variations, const Request *request) {
+static bool begin_run(Variations *variations) {
     Study *study = &variations->study;
-    if (!study_solve_start(study, request)) {
+    if (!study_solve_start(study, variations->request)) {
         return false;
     }
     variations->probe.policy = study->instance.policy;
@@ -52,9 +52,27 @@ static bool begin_run(Variations *variations, const Request *request) {
     return directions_start(variations);
 }
 
-/* Stretches between knots up to the last time; *next is the sample that comes. */
-static bool run(Variations *variations, const Request *request, int *next) {
+/* Samples at the present point. */
+static bool sample_here(Variations *variations) {
+    const State *state = &variations->study.instance.state;
+    const Request *request = variations->request;
+    while (variations->next < request->n_times && request->times[variations->next] <= state->time) {
+        for (int d = 0; d < variations->count; d++) {
+            Direction *direction = &variations->directions[d];
+            memcpy(direction->seed.states, direction->states, sizeof direction->states);
+        }
+        if (!directions_sample(variations, state->time, state->states)) {
+            return false;
+        }
+        variations->next++;
+    }
+    return true;
+}
+
+/* Stretches between knots up to the last time. */
+static bool run(Variations *variations) {
     Instance *instance = &variations->study.instance;
+    const Request *request = variations->request;
     const double stop = request->times[request->n_times - 1];
     double end = instance->state.time;
     bool first = true;
@@ -64,17 +82,8 @@ static bool run(Variations *variations, const Request *request, int *next) {
         }
         end = first ? end : study_next_knot(instance, request, stop);
         first = false;
-        if (!directions_integrate(variations, request, end, next)) {
+        if (!directions_integrate(variations, end) || !sample_here(variations)) {
             return false;
-        }
-        for (; *next < request->n_times && request->times[*next] <= end; (*next)++) {
-            for (int d = 0; d < variations->count; d++) {
-                Direction *direction = &variations->directions[d];
-                memcpy(direction->seed.states, direction->states, sizeof direction->states);
-            }
-            if (!directions_sample(variations, request, *next, end, instance->state.states)) {
-                return false;
-            }
         }
     }
     return true;
@@ -82,9 +91,10 @@ static bool run(Variations *variations, const Request *request, int *next) {
 
 int study_run(void *handle, const Request *request) {
     Variations *variations = handle;
-    int next = 0;
-    if (begin_run(variations, request) && !run(variations, request, &next) && variations->study.message[0] == '\0') {
+    variations->request = request;
+    variations->next = 0;
+    if (begin_run(variations) && !run(variations) && variations->study.message[0] == '\0') {
         study_explain(&variations->study);
     }
-    return next;
+    return variations->next;
 }

@@ -1,8 +1,8 @@
 /* Steps of the motion and its derivatives by the explicit Runge-Kutta method, with one control of both errors. */
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
+#include "adaptive_steps.h"
 #include "directions.h"
 #include "event_steps.h"
 #include "inputs.h"
@@ -10,7 +10,6 @@
 #include "projection.h"
 #include "settings.h"
 #include "solver_steps.h"
-#include "step_control.h"
 #include "step_size.h"
 #include "tableau.h"
 
@@ -85,33 +84,27 @@ static double direction_error(Arena *arena, const Direction *direction, Step ste
     return second > 0.0 && error > 0.0 ? error / sqrt(1.0 + ratio * ratio) : error;
 }
 
-/* The greater error of the motion and of its derivatives, HUGE_VAL where a trial step cannot be computed. */
-static double try_directed_step(Variations *variations, Step step) {
+/* The derivatives through the trial step of the motion; *error: the greatest of theirs. */
+static bool follow_motion(void *of, Step step, double *error) {
+    Variations *variations = of;
     Instance *instance = &variations->study.instance;
-    const double tolerance = solver_tolerance(&instance->state);
-    int worst;
-    begin_trial(instance, step);
-    if (!solver_step(instance, step)) {
-        return HUGE_VAL;
+    *error = 0.0;
+    if (!step_directions(variations, step)) {
+        return false;
     }
-    double error = solver_error(instance, step, tolerance, &worst);
-    if (error <= 1.0 && !step_directions(variations, step)) {
-        return HUGE_VAL;
+    for (int d = 0; d < variations->count && *error <= 1.0; d++) {
+        const double own = direction_error(instance->arena, &variations->directions[d], step,
+                                           solver_tolerance(&instance->state));
+        *error = larger(*error, own);
     }
-    for (int d = 0; d < variations->count && error <= 1.0; d++) {
-        error = larger(error, direction_error(instance->arena, &variations->directions[d], step, tolerance));
-    }
-    if (!(error <= 1.0)) {
-        instance->failure = (Failure){.kind = FAILURE_ACCURACY, .time = instance->state.time, .state = worst,
-                                      .amount = error, .step = step.length};
-    }
-    return isfinite(error) ? error : HUGE_VAL;
+    return true;
 }
 
 /* The derivatives at the end of a good step: on the constraints, with their slopes. */
-static bool finish_directions(Variations *variations, Step step, bool repeated) {
+static bool finish_directions(void *of, Step tried, Step step) {
+    Variations *variations = of;
     const double *states = variations->study.instance.scratch.new_states;
-    if (repeated && !step_directions(variations, step)) {
+    if (step.end != tried.end && !step_directions(variations, step)) {
         return false;
     }
     if ((N_CONSTRAINTS == 0 && TABLEAU.first_same_as_last) || !(step.length > 0.0)) {
@@ -148,12 +141,13 @@ static void begin_dense(Direction *direction, const Dense *motion, Step step) {
 }
 
 /* Samples at the times within the step, which is about to be accepted. */
-static bool sample_within(Variations *variations, const Request *request, Step step, int *next) {
+static bool sample_within(Variations *variations, Step step) {
     const ArenaMark mark = arena_mark(variations->study.instance.arena);
     WORK(mark, double, states, N_STATES);
     Instance *instance = &variations->study.instance;
+    const Request *request = variations->request;
     const Dense *dense = &instance->state.dense;
-    if (*next >= request->n_times || !(request->times[*next] < step.end)) {
+    if (variations->next >= request->n_times || !(request->times[variations->next] < step.end)) {
         return arena_leave(mark, true);
     }
     if (!dense_begin(instance, step) || !take_stages(variations, step, TABLEAU.stages, STAGES)) {
@@ -162,27 +156,34 @@ static bool sample_within(Variations *variations, const Request *request, Step s
     for (int d = 0; d < variations->count; d++) {
         begin_dense(&variations->directions[d], dense, step);
     }
-    for (; *next < request->n_times && request->times[*next] < step.end; (*next)++) {
-        const double time = request->times[*next];
+    for (; variations->next < request->n_times && request->times[variations->next] < step.end; variations->next++) {
+        const double time = request->times[variations->next];
         dense_states(dense, time, states);
         for (int d = 0; d < variations->count; d++) {
             dense_states(&variations->directions[d].dense, time, variations->directions[d].seed.states);
         }
-        if (!directions_sample(variations, request, *next, time, states)) {
+        if (!directions_sample(variations, time, states)) {
             return arena_leave(mark, false);
         }
     }
     return arena_leave(mark, true);
 }
 
-static bool accept(Variations *variations, Step step) {
-    accept_step(&variations->study.instance, step);
+static bool accept_directions(void *of, Step step) {
+    Variations *variations = of;
+    if (!sample_within(variations, step)) {
+        return false;
+    }
     for (int d = 0; d < variations->count; d++) {
         Direction *direction = &variations->directions[d];
         memcpy(direction->states, direction->new_states, sizeof direction->states);
         memcpy(direction->slope, direction->new_slope, sizeof direction->slope);
     }
-    return !variations->study.instance.state.event_pending || directions_pass(variations);
+    return true;
+}
+
+static bool pass_with_motion(void *of) {
+    return directions_pass(of);
 }
 
 /* At the beginning of a stretch of smooth inputs. */
@@ -201,37 +202,12 @@ static bool begin_stretch(Variations *variations, double end) {
            directions_settle(variations);
 }
 
-bool directions_integrate(Variations *variations, const Request *request, double end, int *next) {
-    Instance *instance = &variations->study.instance;
-    State *state = &instance->state;
-    bool rejected = false;
-    if (!begin_stretch(variations, end)) {
+bool directions_integrate(Variations *variations, double end) {
+    const Companion derivatives = {variations, follow_motion, finish_directions, accept_directions,
+                                   pass_with_motion};
+    if (!begin_stretch(variations, end) || !adaptive_steps(&variations->study.instance, end, &derivatives)) {
         return false;
     }
-    if (!(state->next_step > 0.0)) {
-        state->next_step = state->settings[SETTING_STEP] > 0.0 ? state->settings[SETTING_STEP] : first_step(instance);
-    }
-    while (state->time < end) {
-        const double shortest = SHORTEST_ROUNDINGS * DBL_EPSILON * larger(fabs(state->time), fabs(end));
-        state->next_step = larger(state->next_step, shortest);
-        const Step tried = choose_step(instance, end, end);
-        Step step = tried;
-        const double error = try_directed_step(variations, step);
-        if (error <= 1.0 && bring_back_result(instance, step) && end_at_event(instance, &step) &&
-            finish_directions(variations, step, step.end != tried.end)) {
-            propose(state, tried, error, rejected);
-            rejected = false;
-            if (!sample_within(variations, request, step, next) || !accept(variations, step)) {
-                return false;
-            }
-        } else {
-            rejected = true;
-            propose_shorter(state, tried, error);
-            if (state->next_step < shortest) {
-                return false;
-            }
-        }
-    }
-    inputs_end(instance);
+    inputs_end(&variations->study.instance);
     return true;
 }

@@ -111,10 +111,10 @@ static bool sample_slopes(Variations *variations, const Request *request, int d,
     return arena_leave(mark, true);
 }
 
-bool directions_sample(Variations *variations, const Request *request, int sample, double time,
-                       const double states[]) {
+bool directions_sample(Variations *variations, double time, const double states[]) {
     Instance *instance = &variations->study.instance, *probe = &variations->probe;
-    const size_t place = (size_t)sample * (size_t)request->n_outputs;
+    const Request *request = variations->request;
+    const size_t place = (size_t)variations->next * (size_t)request->n_outputs;
     bool moved;
     probe->state = instance->state;
     probe->state.time = time;

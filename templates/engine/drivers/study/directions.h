@@ -27,6 +27,8 @@ typedef struct {
 typedef struct {
     Study study;
     Instance probe, before; /* for looking at other points: an instance beside the motion, and that before an event */
+    const Request *request;
+    int next; /* the sample that comes */
     int count;
     Direction directions[];
 } Variations;
@@ -49,10 +51,10 @@ bool directions_start(Variations *variations);
 /* Passes the event at the present point: S jumps (jumps.c). */
 bool directions_pass(Variations *variations);
 
-/* Steps to the end (s), with samples at the times asked for from *next on; those at the end are left. */
-bool directions_integrate(Variations *variations, const Request *request, double end, int *next);
+/* Steps to the end (s), with samples at the times asked for; those at the end are left. */
+bool directions_integrate(Variations *variations, double end);
 
-/* Values and derivatives for the sample at a time (s), with the states there and S in the seeds. */
-bool directions_sample(Variations *variations, const Request *request, int sample, double time, const double states[]);
+/* Values and derivatives for the next sample at a time (s), with the states there and S in the seeds. */
+bool directions_sample(Variations *variations, double time, const double states[]);
 
 #endif
