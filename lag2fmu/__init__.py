@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from lag2fmu.studies.calibration import calibrate as calibrate
     from lag2fmu.studies.sensitivities import sensitivities as sensitivities
     from lag2fmu.studies.sweeping import sweep as sweep
+    from lag2fmu.systems.simulating import simulate as simulate
     from lag2fmu.systems.ssp import ssp as ssp
     from lag2fmu.verify import Report as Report
     from lag2fmu.verify import linearize as linearize
-    from lag2fmu.verify import simulate as simulate
     from lag2fmu.verify import validate as validate
     from lag2fmu.verify.plots.animation import animate as animate
 

@@ -18,6 +18,8 @@ Every message names what is wrong, where, the value found and the remedy.
 
 from __future__ import annotations
 
+from typing import Any
+
 
 class Lag2FmuError(Exception):
     """Base of all errors a user can cause; the command line prints it and exits with 2."""
@@ -56,4 +58,9 @@ class ExportError(Lag2FmuError):
 
 
 class SimulationError(Lag2FmuError):
-    """A simulation or a direct integration could not be done."""
+    """A simulation or a direct integration could not be done.
+
+    ``reached`` is the trajectory until then, where the run of a system of FMUs ended early; else None.
+    """
+
+    reached: Any = None

@@ -53,8 +53,8 @@ class Document:
     encoding: str
 
 
-def parse(data: bytes, place: str) -> Document:
-    """The XML in ``data``; ``place`` names it in errors.
+def parse(data: bytes, place: str, *, plain: bool = False) -> Document:
+    """The XML in ``data``; ``place`` names it in errors. With ``plain``, tags have no prefix of their namespace.
 
     Raises LoadError if it is malformed, has a document type, or holds more than a description does.
     """
@@ -67,7 +67,8 @@ def parse(data: bytes, place: str) -> Document:
         count += 1
         if count > MOST_ELEMENTS:
             raise LoadError(f"'{place}' has more than {MOST_ELEMENTS} elements, which are not read")
-        element = XmlElement(tag, attributes, parser.CurrentLineNumber)
+        name = tag.rpartition(":")[2] if plain else tag
+        element = XmlElement(name, attributes, parser.CurrentLineNumber)
         open_elements[-1].children.append(element)
         open_elements.append(element)
 

@@ -88,7 +88,11 @@ ROOMS = {
         {"numpy", "scipy", "xarray", "pyarrow", "matplotlib"},
     ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
-    "systems": ({"errors", "xml_tree", "version", "language", "description", "fmu", "checking"}, set()),
+    "systems": (
+        {"errors", "progress", "xml_tree", "version", "language", "description", "mechanism", "reference", "fmu"}
+        | {"verify", "checking"},
+        {"numpy"},
+    ),
     "cli": (
         {
             "deadline",

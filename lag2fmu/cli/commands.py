@@ -220,8 +220,13 @@ def linearize(**choices: Any) -> None:
 )
 @loading
 def simulate(**choices: Any) -> None:
-    """Run MODEL or an FMU by fmpy."""
-    from lag2fmu.cli.simulating import simulate_model
+    """Run MODEL, an FMU, or a system of FMUs (.ssp, .ssd) by fmpy."""
+    from lag2fmu.systems.source import is_system
+
+    if is_system(choices["model"]):
+        from lag2fmu.cli.systems import run_system as simulate_model
+    else:
+        from lag2fmu.cli.simulating import simulate_model
 
     simulate_model(**choices)
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
 
 import click
-from rich.markup import escape
-from rich.table import Table
 
+from lag2fmu.cli.motions import write_motion
 from lag2fmu.cli.options import ANIMATIONS, CSV, check_ending, check_picture
 from lag2fmu.cli.settings import echo_settings, load_mechanism
-from lag2fmu.cli.terminal import console
 from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.elements import element_variables
@@ -20,7 +17,7 @@ from lag2fmu.fmu.exported import Model, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
-from lag2fmu.mechanism.display import display_units, named
+from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import progress_bar
 from lag2fmu.reference.trajectory import Trajectory, read_csv
@@ -68,7 +65,7 @@ def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
             beside=beside,
             progress=progress,
         )
-    _write(trajectory.without(beside), out, units)
+    write_motion(trajectory.without(beside), out, units)
     if animation is not None:
         _animate(mechanism, trajectory, animation)
     if plot is not None:
@@ -146,26 +143,3 @@ def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, di
     texts, units = pairs_of(of_solver), display_units(mechanism)
     echo_settings(texts, units)
     return mechanism, values_of(texts, units), units
-
-
-def _write(trajectory: Trajectory, out: str | None, units: Mapping[str, Unit]) -> None:
-    """Write the trajectory in ``units`` as CSV to the file ``out``, or "-" for standard output; None: a summary."""
-    if out == "-":
-        click.echo(trajectory.to_csv(units), nl=False)
-    elif out is not None:
-        trajectory.write_csv(out, units)
-        click.echo(f"wrote {out}", err=True)
-    else:
-        _print_summary(trajectory, units)
-
-
-def _print_summary(trajectory: Trajectory, units: Mapping[str, Unit]) -> None:
-    """Print start, extremes and end of every output, in ``units`` where they are known."""
-    table = Table(title=f"0 to {trajectory.time[-1]:g} s, {len(trajectory)} points", title_justify="left")
-    for heading in ("output", "start", "least", "greatest", "end"):
-        table.add_column(heading, justify="left" if heading == "output" else "right", overflow="fold")
-    for name in trajectory.names:
-        column = units[name].from_si(trajectory[name]) if name in units else trajectory[name]
-        numbers = (column[0], column.min(), column.max(), column[-1])
-        table.add_row(escape(named(name, units)), *(f"{x + 0.0:.9g}" for x in numbers))
-    console().print(table)

@@ -1,4 +1,4 @@
-"""The work of the verb ``ssp``."""
+"""The work of the verb ``ssp``, and of ``simulate`` for systems."""
 
 from __future__ import annotations
 
@@ -7,11 +7,17 @@ from pathlib import Path
 
 import click
 
-from lag2fmu.cli.options import check_ending
-from lag2fmu.errors import ExportError, LoadError
+from lag2fmu.cli.motions import write_motion
+from lag2fmu.cli.options import CSV, check_ending, check_picture
+from lag2fmu.cli.settings import echo_settings
+from lag2fmu.errors import ExportError, LoadError, SimulationError
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
+from lag2fmu.progress import progress_bar
+from lag2fmu.reference.trajectory import read_csv
+from lag2fmu.systems.network import network_of
+from lag2fmu.systems.running import simulate_system
 from lag2fmu.systems.ssp import ssp
 from lag2fmu.verify.entry_points import mechanism_of
 
@@ -43,6 +49,66 @@ def write_system(
     ssp(named, path, connect=connect, values=values, stop_time=stop_time)
     told = f"{len(named)} FMUs, {len(connect)} connections" + (f", {len(values)} values" if values else "")
     click.echo(f"wrote {path}: {told}")
+
+
+def run_system(  # noqa: PLR0913, PLR0917 (an option each)
+    model: str,
+    stop_time: float | None,
+    step: float | None,
+    tolerance: float | None,
+    inputs: Path | None,
+    hold: bool,
+    wanted: tuple[str, ...],
+    out: str | None,
+    plot: Path | None,
+    animation: Path | None,
+    settings: tuple[str, ...],
+) -> None:
+    """Run the system ``model`` and write, draw or sum up its motion.
+
+    Raises Lag2FmuError for input that does not fit; what a run that fails has recorded until then is written.
+    """
+    check_picture(plot)
+    if animation is not None:
+        raise LoadError(f"--animate {animation}: a system has no picture; animate its FMUs one by one")
+    if out not in (None, "-"):
+        check_ending(Path(str(out)), CSV)
+    texts, units = pairs_of(settings), units_of_system(Path(model))
+    echo_settings(texts, units)
+    try:
+        with progress_bar("simulating", 1.0) as progress:
+            trajectory = simulate_system(
+                Path(model),
+                stop_time=stop_time,
+                step=step,
+                tolerance=tolerance,
+                values=values_of(texts, units),
+                inputs=None if inputs is None else read_csv(inputs),
+                hold=hold,
+                beside=wanted,
+                share=progress,
+            )
+    except SimulationError as error:
+        if error.reached is not None and out is not None:
+            write_motion(error.reached, out, units)
+        raise
+    write_motion(trajectory, out, units)
+    if plot is not None:
+        from lag2fmu.verify.plots.figures import save
+        from lag2fmu.verify.plots.motion import motion_figure
+
+        save(motion_figure(Path(model).stem, trajectory), plot)
+
+
+def units_of_system(path: Path) -> dict[str, Unit]:
+    """{COMPONENT.VARIABLE: unit that the user declared} of the FMUs of a system that contain their mechanism."""
+    found: dict[str, Unit] = {}
+    with network_of(path) as network:
+        for name, component in network.components.items():
+            mechanism = mechanism_of(component.path)
+            if mechanism is not None:
+                found |= {f"{name}.{variable}": unit for variable, unit in display_units(mechanism).items()}
+    return found
 
 
 def _units(named: dict[str, str], wanted: Iterable[str]) -> dict[str, Unit]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import shutil
 import stat
 import tempfile
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from lag2fmu.errors import ExportError, LoadError
 
@@ -83,6 +84,24 @@ def opened(path: Path) -> Iterator[zipfile.ZipFile]:
             yield archive
     except _UNREADABLE as error:
         raise LoadError(f"'{path}': is no archive (zip) that can be read, so no FMU: {error}") from error
+
+
+def unpack(path: Path, folder: Path) -> None:
+    """Write all entries of the archive ``path``, of any origin, into ``folder``.
+
+    Raises LoadError as ``opened`` does, and for an entry that would lie outside of the folder.
+    """
+    with opened(path) as archive:
+        for entry in archive.infolist():
+            place = PurePosixPath(entry.filename.replace("\\", "/"))
+            if place.is_absolute() or ".." in place.parts or any(":" in part for part in place.parts):
+                raise LoadError(f"'{path}': the entry '{entry.filename}' leads out of the archive; it is not unpacked")
+            if entry.is_dir():
+                continue
+            target = folder / place
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with archive.open(entry) as content, target.open("wb") as file:
+                shutil.copyfileobj(content, file)
 
 
 def _refuse_other_than_file(path: Path) -> None:

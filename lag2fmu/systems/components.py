@@ -72,6 +72,7 @@ class Component:
 
     - ``kind``: CoSimulation, or ModelExchange if the FMU has no co-simulation.
     - ``stop_time`` (s): that of its experiment, None if it has none.
+    - ``texts``: the names of its variables that are texts.
     """
 
     name: str
@@ -81,6 +82,7 @@ class Component:
     connectors: Mapping[str, Connector]
     terminals: Mapping[str, ComponentTerminal]
     stop_time: float | None
+    texts: frozenset[str] = frozenset()
 
 
 def read_component(name: str, path: Path) -> Component:
@@ -93,7 +95,7 @@ def read_component(name: str, path: Path) -> Component:
     description = described(document)
     if not {"CoSimulation", "ModelExchange"} & {*description.kinds}:
         raise LoadError(f"'{path}': offers neither co-simulation nor model exchange; no system can hold it")
-    units = {unit_name: _unit(element) for unit_name, element in description.units.items()}
+    units = {unit_name: linear_unit(element) for unit_name, element in description.units.items()}
     found = (_connector(v, units) for v in description.variables if v.type not in _UNTYPED)
     stop = number(_experiment(description).get("stopTime"))
     return Component(
@@ -104,6 +106,7 @@ def read_component(name: str, path: Path) -> Component:
         {connector.name: connector for connector in found},
         {} if grouped is None else {t.get("name"): _terminal(t) for t in grouped.all("Terminals", "Terminal")},
         stop if stop > 0 else None,
+        frozenset(v.name for v in description.variables if v.type == "String"),
     )
 
 
@@ -111,7 +114,8 @@ def _experiment(description: FmuDescription) -> XmlElement:
     return description.root.child("DefaultExperiment") or XmlElement("DefaultExperiment", {}, 0)
 
 
-def _unit(element: XmlElement) -> LinearUnit:
+def linear_unit(element: XmlElement) -> LinearUnit:
+    """The unit that ``element`` defines, in FMI and in SSP alike."""
     base = element.child("BaseUnit") or XmlElement("BaseUnit", {}, 0)
     exponents = tuple(int(base.get(symbol, "0")) for symbol in BASE_UNITS)
     return LinearUnit(element.get("name"), exponents, float(base.get("factor", "1")), float(base.get("offset", "0")))

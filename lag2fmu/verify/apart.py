@@ -37,10 +37,18 @@ def runs_apart(path: Path) -> bool:
     return FORKS and state_of(path) not in _proven
 
 
-def run_apart(path: Path, run: Run, here: Callable[[Path, Run], Trajectory]) -> Trajectory:
+def came_through(path: Path) -> None:
+    """The FMU ``path`` has come through a run in a process of its own."""
+    if is_ours(description_of(path)):
+        _proven.add(state_of(path))
+
+
+def run_apart(
+    path: Path, run: Run, here: Callable[[Path, Run], Trajectory], called: Callable[[], str] = lambda: ""
+) -> Trajectory:
     """What ``here``(path, run) gives in a process of its own.
 
-    Raises what it raises, and SimulationError if the FMU takes the process down.
+    Raises what it raises, and SimulationError if the FMU takes the process down; ``called`` tells which one of several.
     """
     from multiprocessing import get_context
 
@@ -59,13 +67,11 @@ def run_apart(path: Path, run: Run, here: Callable[[Path, Run], Trajectory]) -> 
             process.kill()
             process.join()
     if isinstance(found, Trajectory):
-        if is_ours(description_of(path)):
-            _proven.add(state_of(path))
         return found
     if found is None:
+        ended = end_of(process.exitcode or 0) or "it ends the process"
         raise SimulationError(
-            f"'{path}': while it is simulated, {end_of(process.exitcode or 0) or 'it ends the process'}; "
-            "'lag2fmu check' tells in which call"
+            f"'{path}': while {called() or 'it'} is simulated, {ended}; 'lag2fmu check' tells in which call"
         )
     raise found
 

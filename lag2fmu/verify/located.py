@@ -22,7 +22,7 @@ from lag2fmu.verify.instances import Instance, description_of, instance_of, is_f
 from lag2fmu.verify.plan import planned
 from lag2fmu.verify.run import Floats, Plan, Run
 from lag2fmu.verify.scalars import scalars_of
-from lag2fmu.verify.simulate import followed, initialize, initialize3, recorder, setter
+from lag2fmu.verify.simulate import followed, initialize, recorder, setter
 
 MOST_EVENTS = 200
 """So many events of a run are seen from both sides; an event takes some 30 short steps."""
@@ -85,7 +85,7 @@ def _of_fmi2(instance: Instance, run: Run, plan: Plan) -> _Stepper:
 
 
 def _of_fmi3(instance: Instance, run: Run, plan: Plan) -> _Stepper:
-    initialize3(instance, run, plan)
+    initialize(instance, run, plan)
 
     def step(t: float, length: float) -> None:
         instance.fmu.doStep(t, length, noSetFMUStatePriorToCurrentPoint=False)

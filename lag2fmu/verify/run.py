@@ -96,9 +96,14 @@ def size_of(variable: Any) -> int:
 
 
 def whole(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> dict[str, float | list[float]]:
-    """``values`` of scalars by variable: those of an array as a list, in which other elements have their starts."""
-    found: dict[str, float | list[float]] = {}
+    """``values`` of scalars by variable: those of an array as a list, in which other elements have their starts.
+
+    What is no scalar, as a text, stays as it is.
+    """
+    found: dict[str, float | list[float]] = {name: value for name, value in values.items() if name not in scalars}
     for name, value in values.items():
+        if name in found:
+            continue
         variable = scalars[name].variable
         is_array = bool(getattr(variable, "shape", ()))
         found[variable.name if is_array else name] = elements_of(variable, scalars, values) if is_array else value

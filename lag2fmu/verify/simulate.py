@@ -14,7 +14,7 @@ import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.apart import run_apart, runs_apart
+from lag2fmu.verify.apart import came_through, run_apart, runs_apart
 from lag2fmu.verify.by_fmpy import FMI_TYPES, by_fmpy, tolerance_of
 from lag2fmu.verify.co_simulation import co_simulation
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
@@ -37,7 +37,11 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     of lag2fmu, and others in their first run, are in a process of their own, where they may crash.
     """
     run = replace(run, warned=run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name))
-    return run_apart(path, run, _simulated) if runs_apart(path) else _simulated(path, run)
+    if not runs_apart(path):
+        return _simulated(path, run)
+    found = run_apart(path, run, _simulated)
+    came_through(path)
+    return found
 
 
 def _simulated(path: Path, run: Run) -> Trajectory:
@@ -82,7 +86,8 @@ def _loop(description: Any, run: Run, plan: Plan) -> Callable[[Instance, Run, Pl
 def _steps(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     """Make all communication steps; returns the grid (k,), in s, and the values recorded there, (k, outputs)."""
     fmu, component = instance.fmu, instance.fmu.component
-    initialize(instance, run, plan)
+    begin(instance, run, plan)
+    fmu.exitInitializationMode()
     references = {v.name: v.valueReference for v in instance.description.modelVariables}
     set_inputs = setter(instance, plan, references)
     recorded, points = recorder(instance, plan, references), plan.points
@@ -102,20 +107,32 @@ def _steps(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
 
 def _steps3(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     """The grid (k,), in s, and the values recorded there, (k, outputs), by FMI 3.0."""
-    initialize3(instance, run, plan)
+    begin(instance, run, plan)
+    instance.fmu.exitInitializationMode()
     return co_simulation(instance, run, plan)
 
 
-def initialize3(instance: Instance, run: Run, plan: Plan) -> None:
-    """Set start values and initialize an FMU of FMI 3.0."""
-    from fmpy.simulation import apply_start_values, settable_in_instantiated
+def initialize(instance: Instance, run: Run, plan: Plan) -> None:
+    """Set start values and initialize the FMU."""
+    begin(instance, run, plan)
+    instance.fmu.exitInitializationMode()
+
+
+def begin(instance: Instance, run: Run, plan: Plan) -> None:
+    """Set start values and enter initialization mode; in FMI 2.0 some are set after that."""
+    from fmpy.simulation import apply_start_values, settable_in_initialization_mode, settable_in_instantiated
 
     fmu, description = instance.fmu, instance.description
+    tolerance, start, stop = tolerance_of(instance, run), float(plan.grid[0]), float(plan.grid[-1])
     values = whole({**(run.values or {}), **first_inputs(plan)}, plan.scalars)
-    apply_start_values(fmu, description, values, settable=settable_in_instantiated)
-    tolerance = tolerance_of(instance, run)
-    fmu.enterInitializationMode(tolerance=tolerance, startTime=float(plan.grid[0]), stopTime=float(plan.grid[-1]))
-    fmu.exitInitializationMode()
+    if is_fmi3(description):
+        apply_start_values(fmu, description, values, settable=settable_in_instantiated)
+        fmu.enterInitializationMode(tolerance=tolerance, startTime=start, stopTime=stop)
+        return
+    fmu.setupExperiment(tolerance=tolerance, startTime=start, stopTime=stop)
+    left = apply_start_values(fmu, description, values, settable=settable_in_instantiated)
+    fmu.enterInitializationMode()
+    apply_start_values(fmu, description, left, settable=settable_in_initialization_mode)
 
 
 def followed(plan: Plan) -> tuple[int, ...]:
@@ -141,21 +158,6 @@ def recorder(instance: Instance, plan: Plan, references: Mapping[str, int]) -> C
             row[columns] = buffer
 
     return record
-
-
-def initialize(instance: Instance, run: Run, plan: Plan) -> None:
-    """Set start values, the ones before initialization mode first, and initialize the FMU."""
-    from fmpy.simulation import apply_start_values, settable_in_initialization_mode, settable_in_instantiated
-
-    fmu, description = instance.fmu, instance.description
-    fmu.setupExperiment(
-        tolerance=tolerance_of(instance, run), startTime=float(plan.grid[0]), stopTime=float(plan.grid[-1])
-    )
-    values = {**(run.values or {}), **first_inputs(plan)}
-    values = apply_start_values(fmu, description, values, settable=settable_in_instantiated)
-    fmu.enterInitializationMode()
-    apply_start_values(fmu, description, values, settable=settable_in_initialization_mode)
-    fmu.exitInitializationMode()
 
 
 def setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Callable[[float], None]:

@@ -1,0 +1,90 @@
+"""Numbers of one FMU that are read, set and differentiated together, whatever their types, by FMI 2.0 and 3.0."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from lag2fmu.verify.instances import Instance, is_fmi3
+from lag2fmu.verify.run import Floats, Scalar, size_of
+
+_CALLS = {False: {"Enumeration": "Integer"}, True: {"Enumeration": "Int64"}}
+"""{whether of FMI 3.0: {type of a variable: type of the call that reads it, where the two differ}}"""
+_FLOATS = ("Real", "Float64", "Float32")
+
+
+class _Part:
+    """The scalars of one type: where their variables' elements lie among the values of a call."""
+
+    def __init__(self, instance: Instance, kind: str, scalars: Sequence[Scalar], columns: Sequence[int]) -> None:
+        self.kind, self.columns, self.sized = kind, list(columns), is_fmi3(instance.description)
+        self._get, self._set = (getattr(instance.fmu, f"{verb}{kind}") for verb in ("get", "set"))
+        offsets: dict[int, int] = {}
+        self.size = 0
+        for i in columns:
+            if scalars[i].reference not in offsets:
+                offsets[scalars[i].reference] = self.size
+                self.size += size_of(scalars[i].variable)
+        self.references = [*offsets]
+        self.rows = [offsets[scalars[i].reference] + scalars[i].element for i in columns]
+
+    def read(self) -> list[Any]:
+        """The values of the variables, all elements of arrays among them."""
+        found: list[Any] = self._get(self.references, self.size) if self.sized else self._get(self.references)
+        return found
+
+    def write(self, values: Floats) -> None:
+        """Set the scalars to ``values`` (columns,); other elements of arrays keep theirs."""
+        whole = [0.0] * self.size if len(self.rows) == self.size else self.read()
+        for row, value in zip(self.rows, values, strict=True):
+            whole[row] = self._typed(float(value))
+        self._set(self.references, whole)
+
+    def _typed(self, value: float) -> Any:
+        if self.kind in _FLOATS:
+            return value
+        return value != 0 if self.kind == "Boolean" else round(value)
+
+
+class Channel:
+    """The ``scalars`` (k,) of an ``instance``, in their order."""
+
+    def __init__(self, instance: Instance, scalars: Sequence[Scalar], begin: Callable[[], None]) -> None:
+        """Look up how they are read and set; ``begin`` is called before each call of the FMU."""
+        self.scalars, self._begin = scalars, begin
+        calls = _CALLS[is_fmi3(instance.description)]
+        kinds = [calls.get(s.variable.type, s.variable.type) for s in scalars]
+        self._parts = [
+            _Part(instance, kind, scalars, [i for i, k in enumerate(kinds) if k == kind]) for kind in sorted(set(kinds))
+        ]
+
+    def __len__(self) -> int:
+        """How many numbers there are."""
+        return len(self.scalars)
+
+    def read(self) -> Floats:
+        """The present values (k,)."""
+        self._begin()
+        values = np.empty(len(self.scalars))
+        for part in self._parts:
+            found = part.read()
+            values[part.columns] = [found[row] for row in part.rows]
+        return values
+
+    def write(self, values: Floats) -> None:
+        """Set the numbers to ``values`` (k,); those that are no floating point numbers are rounded."""
+        self._begin()
+        for part in self._parts:
+            part.write(values[part.columns])
+
+    @property
+    def references(self) -> list[int]:
+        """The value references (k,)."""
+        return [s.reference for s in self.scalars]
+
+    @property
+    def are_floats(self) -> bool:
+        """Whether all are scalar variables that are floating point numbers, as derivatives need it."""
+        return all(s.variable.type in _FLOATS and size_of(s.variable) == 1 for s in self.scalars)

@@ -1,0 +1,185 @@
+"""What the inputs of a system's FMUs are at one time: outputs go round until all inputs are what they hear.
+
+Where outputs depend on inputs at once and these on outputs of other FMUs, values that agree are the solution of
+equations, by Newton's method. Source: R. Kuebler, W. Schiehlen, Two methods of simulator coupling, Mathematical and
+Computer Modelling of Dynamical Systems 6 (2000).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.systems.channels import Channel
+from lag2fmu.systems.connections import End
+from lag2fmu.systems.member import Member
+from lag2fmu.systems.wires import Wire
+from lag2fmu.verify.run import Floats
+
+_AGREE = 1e-12
+"""Inputs agree with what they hear up to this part of the largest one of their FMU: rounding of some operations."""
+_NEWTON = 20
+"""The most steps of Newton's method. Linear loops take one or two, others some more."""
+
+
+@dataclass(frozen=True)
+class _Cable:
+    """The wires from one FMU to another: the source's ``outputs``, and which of the target's inputs hear them."""
+
+    source: Member
+    outputs: Channel
+    target: str
+    places: Sequence[int]
+    factor: Floats
+    offset: Floats
+
+
+@dataclass
+class _Inputs:
+    """The connected inputs of an FMU: their ``channel``, and their ``values`` and ``derivatives`` at present."""
+
+    channel: Channel
+    names: tuple[str, ...]
+    values: Floats
+    derivatives: Floats
+
+
+class Circuit:
+    """The connected inputs of all ``members`` and what they hear by the ``wires``."""
+
+    def __init__(self, members: Mapping[str, Member], wires: Sequence[Wire]) -> None:
+        """Look up who hears whom; raises LoadError for wires between variables of different sizes."""
+        self.members = members
+        pairs = [(wire, *pair) for wire in wires for pair in _elements(wire, members)]
+        self._inputs: dict[str, _Inputs] = {}
+        for name, member in members.items():
+            names = tuple(t for wire, _, t in pairs if wire.target.component == name)
+            if names:
+                channel = member.channel(names)
+                self._inputs[name] = _Inputs(channel, names, channel.read(), np.zeros((2, len(names))))
+        self._cables = [
+            cable for source in members for target in self._inputs for cable in self._between(source, target, pairs)
+        ]
+        self._outer = [
+            (wire.source.connector, wire.target.component, self._inputs[wire.target.component].names.index(t), wire.map)
+            for wire, _, t in pairs
+            if not wire.source.component
+        ]
+
+    def _between(self, source: str, target: str, pairs: Sequence[tuple[Wire, str, str]]) -> list[_Cable]:
+        found = [(w, s, t) for w, s, t in pairs if (w.source.component, w.target.component) == (source, target)]
+        if not found:
+            return []
+        places = [self._inputs[target].names.index(t) for _, _, t in found]
+        outputs = self.members[source].channel([s for _, s, _ in found])
+        factor, offset = (np.array(list(column)) for column in zip(*(w.map for w, _, _ in found), strict=True))
+        return [_Cable(self.members[source], outputs, target, places, factor, offset)]
+
+    def hear(self, outer: Mapping[str, float]) -> None:
+        """Set the inputs that hear inputs of the system to the values ``outer``."""
+        for name, target, place, map_ in self._outer:
+            self._inputs[target].values[place] = map_(outer[name])
+        for inputs in self._inputs.values():
+            if self._outer:
+                inputs.channel.write(inputs.values)
+
+    def settle(self, time: float) -> None:
+        """Bring all inputs to what they hear at the ``time`` (s).
+
+        As many rounds as there are FMUs pass on what goes along chains. What does not agree then is a loop. Raises
+        SimulationError that names an input for which there is no value.
+        """
+        for _ in range(len(self.members) + 1):
+            if not self._round():
+                return
+        self._solve(time)
+
+    def _round(self) -> bool:
+        """Let each FMU in turn hear what the others say now; whether an input has changed."""
+        changed = False
+        for name, inputs in self._inputs.items():
+            before = inputs.values.copy()
+            for cable in self._cables:
+                if cable.target == name:
+                    inputs.values[cable.places] = cable.factor * cable.outputs.read() + cable.offset
+            if not np.array_equal(before, inputs.values):
+                inputs.channel.write(inputs.values)
+                changed = changed or _differ(before, inputs.values)
+        return changed
+
+    def _solve(self, time: float) -> None:
+        """Newton's method for all inputs at once."""
+        for _ in range(_NEWTON):
+            missing = self._missing()
+            if all(not _differ(i.values, i.values + m) for i, m in zip(self._inputs.values(), missing, strict=True)):
+                return
+            change = np.linalg.lstsq(
+                np.eye(sum(map(len, missing))) - self._gains(), np.concatenate(missing), rcond=None
+            )[0]
+            at = 0
+            for inputs in self._inputs.values():
+                inputs.values += change[at : at + len(inputs.values)]
+                inputs.channel.write(inputs.values)
+                at += len(inputs.values)
+        worst = max(
+            ((abs(x), End(name, i.names[k])) for (name, i), m in zip(self._inputs.items(), missing, strict=True)
+             for k, x in enumerate(m)),
+        )  # fmt: skip
+        raise SimulationError(
+            f"at t = {time:g} s no values of the inputs agree with the outputs that they hear: {worst[1]} misses by "
+            f"{worst[0]:.3g}; outputs and inputs depend on each other at once, and that loop has no solution near"
+        )
+
+    def _missing(self) -> list[Floats]:
+        """What each FMU's inputs would hear, less what they are."""
+        heard = {name: inputs.values.copy() for name, inputs in self._inputs.items()}
+        for cable in self._cables:
+            heard[cable.target][cable.places] = cable.factor * cable.outputs.read() + cable.offset
+        return [heard[name] - inputs.values for name, inputs in self._inputs.items()]
+
+    def _gains(self) -> Floats:
+        """The derivatives (m, m) of what all inputs hear by all inputs."""
+        starts = dict(zip(self._inputs, np.cumsum([0, *(len(i.values) for i in self._inputs.values())]), strict=False))
+        size = sum(len(i.values) for i in self._inputs.values())
+        found = np.zeros((size, size))
+        for cable in self._cables:
+            source = self._inputs.get(cable.source.name)
+            if source is not None:
+                rows = starts[cable.target] + np.array(cable.places)
+                first = starts[cable.source.name]
+                slopes = cable.source.slopes(cable.outputs, source.channel)
+                found[rows, first : first + len(source.values)] = cable.factor[:, None] * slopes
+        return found
+
+    def drive(self) -> None:
+        """Tell each FMU that takes them how its inputs go on: by the derivatives of the outputs that they hear.
+
+        The derivative of an output that follows an input at once contains that of the input. So they go round twice.
+        """
+        for _ in range(2):
+            for name, inputs in self._inputs.items():
+                member = self.members[name]
+                if not (member.takes_derivatives and inputs.channel.are_floats):
+                    continue
+                inputs.derivatives[:] = 0.0
+                for cable in self._cables:
+                    if cable.target == name:
+                        inputs.derivatives[:, cable.places] = cable.factor * cable.source.derivatives(cable.outputs)
+                member.drive(inputs.channel, inputs.values.copy(), inputs.derivatives.copy())
+
+
+def _elements(wire: Wire, members: Mapping[str, Member]) -> list[tuple[str, str]]:
+    """(element of the source, element of the target) of the variables that the ``wire`` connects."""
+    targets = members[wire.target.component].elements(wire.target.connector)
+    if not wire.source.component:
+        return [(wire.source.connector, t.name) for t in targets]
+    sources = members[wire.source.component].elements(wire.source.connector)
+    return [(s.name, t.name) for s, t in zip(sources, targets, strict=True)]
+
+
+def _differ(a: Floats, b: Floats) -> bool:
+    """Whether inputs of one FMU differ by more than rounding."""
+    return bool((np.abs(b - a) > _AGREE * max(float(np.abs(a).max()), float(np.abs(b).max()))).any())

@@ -1,0 +1,198 @@
+"""What stands in the description of a system, and in those that it refers to: connectors, connections, parameters.
+
+Source: System Structure and Parameterization 2.0, Modelica Association 2024, section 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+
+from lag2fmu.errors import LoadError
+from lag2fmu.language.identifiers import suggestion
+from lag2fmu.systems.components import Component, LinearUnit, read_component
+from lag2fmu.systems.parameters import Given, given_by, linear_map, units_of
+from lag2fmu.systems.source import Source, source_of
+from lag2fmu.systems.wires import SAME, Affine, conversion
+from lag2fmu.xml_tree import XmlElement
+
+VERSIONS = ("1.0", "2.0")
+_FMU = "application/x-fmu-sharedlibrary"
+_SYSTEMS = ("application/x-ssp-definition", "application/x-ssp-package")
+_DEEPEST = 20
+"""The most systems within each other; a description that refers to itself ends there."""
+
+
+Place = tuple[str, ...]
+"""The names of the elements from the outermost system to an element."""
+Node = tuple[Place, str]
+"""A connector of the element at a place."""
+
+
+def root_of(source: Source) -> XmlElement:
+    """The root of a description; raises LoadError for what is none, or is of another version."""
+    root = source.root()
+    if root.tag != "SystemStructureDescription":
+        raise LoadError(f"{source.label}: begins with <{root.tag}>; it is no system of SSP")
+    if root.get("version") not in VERSIONS:
+        raise LoadError(f"{source.label}: is of SSP {root.get('version')!r}; {' and '.join(VERSIONS)} are read")
+    return root
+
+
+def whole_of(root: XmlElement, source: Source) -> XmlElement:
+    """The outermost system below ``root``; raises LoadError if there is none."""
+    system = root.child("System")
+    if system is None:
+        raise LoadError(f"{source.label}: there is no System in it")
+    return system
+
+
+@dataclass
+class Reading:
+    """What stands in a description and in those that it refers to, by place."""
+
+    opened: ExitStack
+    components: dict[Place, Component] = field(default_factory=dict)
+    systems: set[Place] = field(default_factory=set)
+    kinds: dict[Node, str] = field(default_factory=dict)
+    units: dict[Node, LinearUnit | None] = field(default_factory=dict)
+    heard: dict[Node, list[tuple[Node, Affine]]] = field(default_factory=dict)
+    dictionaries: dict[Place, Place] = field(default_factory=dict)
+    given: dict[Node, Given] = field(default_factory=dict)
+
+    def read(
+        self,
+        system: XmlElement,
+        place: Place,
+        source: Source,
+        units: Mapping[str, LinearUnit],
+        known: Mapping[str, Place],
+    ) -> None:
+        """Read the ``system`` at ``place`` and what is in it; ``known`` {signal dictionary: its place}.
+
+        What a system gives its elements counts more than what these give themselves, so that it comes later. Raises
+        LoadError for what does not fit.
+        """
+        if len(place) > _DEEPEST:
+            raise LoadError(f"{source.label}: there are more than {_DEEPEST} systems within each other")
+        self.systems.add(place)
+        known = {**known, **self._dictionaries(system, place, source, units)}
+        self._connectors(system, place, units)
+        for element in (e for group in system.all("Elements") for e in group.children):
+            self._element(element, (*place, element.get("name")), source, units, known)
+        self._bindings(system, place, source)
+        for connection in system.all("Connections", "Connection"):
+            self._connection(connection, place, source)
+
+    def _element(
+        self,
+        element: XmlElement,
+        place: Place,
+        source: Source,
+        units: Mapping[str, LinearUnit],
+        known: Mapping[str, Place],
+    ) -> None:
+        if element.tag == "System":
+            self.read(element, place, source, units, known)
+        elif element.tag == "SignalDictionaryReference":
+            name = element.get("dictionary")
+            if name not in known:
+                raise LoadError(f"{source.label}: there is no signal dictionary '{name}'; {suggestion(name, known)}")
+            self.dictionaries[place] = known[name]
+        elif element.tag == "Component":
+            self._component(element, place, source, units)
+
+    def _component(self, element: XmlElement, place: Place, source: Source, units: Mapping[str, LinearUnit]) -> None:
+        kind, reference = element.get("type", _FMU), element.get("source")
+        if kind in _SYSTEMS:
+            inner = Source(source.file(reference), f"{source.label}:{reference}", source.within)
+            if kind == _SYSTEMS[1] or inner.ssd.suffix == ".ssp":
+                inner = self.opened.enter_context(source_of(inner.ssd))
+            root = root_of(inner)
+            self.read(whole_of(root, inner), place, inner, units_of(root), {})
+        elif kind == _FMU:
+            self.components[place] = read_component(".".join(place), source.file(reference))
+            self._connectors(element, place, units)
+        else:
+            raise LoadError(f"{source.label}: the component '{'.'.join(place)}' is of type '{kind}', which is not run")
+        self._bindings(element, place, source)
+
+    def _connectors(self, element: XmlElement, place: Place, units: Mapping[str, LinearUnit]) -> None:
+        for connector in element.all("Connectors", "Connector"):
+            node = place, connector.get("name")
+            self.kinds[node] = connector.get("kind")
+            named = [child.get("unit") for child in connector.children if child.get("unit")]
+            self.units[node] = units.get(named[0]) if named else None
+
+    def _dictionaries(
+        self, system: XmlElement, place: Place, source: Source, units: Mapping[str, LinearUnit]
+    ) -> dict[str, Place]:
+        """{name: place} of the signal dictionaries of the ``system``; their entries become nodes."""
+        found = {}
+        for dictionary in system.all("SignalDictionaries", "SignalDictionary"):
+            name = dictionary.get("name")
+            found[name] = (*place, f"dictionary {name}")
+            reference = dictionary.get("source")
+            written = source.xml(reference) if reference else dictionary.child("SignalDictionary") or dictionary
+            own = {**units, **units_of(written)}
+            for entry in written.all("DictionaryEntry"):
+                named = [child.get("unit") for child in entry.children if child.get("unit")]
+                self.units[found[name], entry.get("name")] = own.get(named[0]) if named else None
+                self.kinds[found[name], entry.get("name")] = "inout"
+        return found
+
+    def _bindings(self, element: XmlElement, place: Place, source: Source) -> None:
+        for binding in element.all("ParameterBindings", "ParameterBinding"):
+            for name, given in given_by(binding, source):
+                node = self._target(name, place)
+                if node is None:
+                    raise LoadError(f"{given.where} fits nothing in '{'.'.join(place) or 'the system'}'")
+                self.given[node] = given
+
+    def _target(self, name: str, place: Place) -> Node | None:
+        """The node that the ``name`` of a parameter means at ``place``; None if there is none."""
+        if place in self.components:
+            component = self.components[place]
+            return (place, name) if name in component.connectors or name in component.texts else None
+        if (place, name) in self.kinds:
+            return place, name
+        head, _, rest = name.partition(".")
+        inner = (*place, head)
+        return self._target(rest, inner) if rest and (inner in self.components or inner in self.systems) else None
+
+    def node(self, place: Place, connector: str, source: Source) -> Node:
+        """The node of a connector; raises LoadError if there is none."""
+        node = self.dictionaries.get(place, place), connector
+        component = self.components.get(place)
+        if node not in self.kinds and (component is None or connector not in component.connectors):
+            named = ".".join((*place, connector))
+            known = [".".join((*p, c)) for p, c in self.kinds]
+            raise LoadError(f"{source.label}: there is no connector '{named}'; {suggestion(named, known)}")
+        return node
+
+    def _connection(self, connection: XmlElement, place: Place, source: Source) -> None:
+        ends = []
+        for side in ("start", "end"):
+            element = connection.get(f"{side}Element")
+            at = (*place, element) if element else place
+            ends.append(self.node(at, connection.get(f"{side}Connector"), source))
+        where = f"{source.label}: the connection of {said(ends[0])} with {said(ends[1])}"
+        own = linear_map(connection, where)
+        keeps = connection.get("suppressUnitConversion") in ("true", "1")
+        converted = SAME if keeps else conversion(where, self.unit(ends[0]), self.unit(ends[1]))
+        self.heard.setdefault(ends[1], []).append((ends[0], own.after(converted)))
+
+    def unit(self, node: Node) -> LinearUnit | None:
+        """The unit of a connector: the one that the description says, else that of the FMU's variable."""
+        return self.units.get(node) or self.unit_inside(node)
+
+    def unit_inside(self, node: Node) -> LinearUnit | None:
+        """The unit of the FMU's variable; None for a connector of a system."""
+        component = self.components.get(node[0])
+        return component.connectors[node[1]].unit if component and node[1] in component.connectors else None
+
+
+def said(node: Node) -> str:
+    """The name of a connector in messages."""
+    return f"'{'.'.join((*node[0], node[1]))}'"
