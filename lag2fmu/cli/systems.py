@@ -27,6 +27,7 @@ def write_system(
     path: Path,
     connect: tuple[str, ...],
     stop_time: float | None,
+    version: str,
     force: bool,
     settings: tuple[str, ...],
 ) -> None:
@@ -46,7 +47,7 @@ def write_system(
         named[name] = file
     texts = pairs_of(settings)
     values = values_of(texts, _units(named, {name.partition(".")[0] for name in texts}))
-    ssp(named, path, connect=connect, values=values, stop_time=stop_time)
+    ssp(named, path, connect=connect, values=values, stop_time=stop_time, version=version)
     told = f"{len(named)} FMUs, {len(connect)} connections" + (f", {len(values)} values" if values else "")
     click.echo(f"wrote {path}: {told}")
 

@@ -14,10 +14,10 @@ from lag2fmu.language.identifiers import suggestion
 from lag2fmu.systems.components import Component, LinearUnit, read_component
 from lag2fmu.systems.parameters import Given, given_by, linear_map, units_of
 from lag2fmu.systems.source import Source, source_of
+from lag2fmu.systems.structure import VERSIONS
 from lag2fmu.systems.wires import SAME, Affine, conversion
 from lag2fmu.xml_tree import XmlElement
 
-VERSIONS = ("1.0", "2.0")
 _FMU = "application/x-fmu-sharedlibrary"
 _SYSTEMS = ("application/x-ssp-definition", "application/x-ssp-package")
 _DEEPEST = 20

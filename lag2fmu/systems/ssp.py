@@ -1,4 +1,4 @@
-"""``ssp``: FMUs and their connections as one archive, System Structure and Parameterization 2.0."""
+"""``ssp``: FMUs and their connections as one archive, System Structure and Parameterization."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lag2fmu.fmu.pack import pack
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.systems.components import Component, read_component
 from lag2fmu.systems.connections import Components, End, connected
-from lag2fmu.systems.structure import PARAMETERS, SSD, System, ssd, ssv
+from lag2fmu.systems.structure import PARAMETERS, SSD, VERSIONS, System, ssd, ssv
 
 Source = Fmu | str | os.PathLike[str]
 """An exported FMU, or the path of an FMU of any tool."""
@@ -26,6 +26,7 @@ def ssp(
     connect: Iterable[str] = (),
     values: Mapping[str, float] | None = None,
     stop_time: float | None = None,
+    version: str = VERSIONS[0],
 ) -> Path:
     """Write the system of ``fmus`` to ``path``, which ends in .ssp, and return it.
 
@@ -34,13 +35,16 @@ def ssp(
     - ``values`` {'a.m': value}: parameters and start values in the units of the FMU (SI units for those of lag2fmu),
       which become a parameter set.
     - ``stop_time`` (s): by default the longest of the FMUs.
+    - ``version``: "1.0", or "2.0", which knows arrays and all types of FMI 3.0, and which fewer tools read.
 
     Raises LoadError for FMUs, connections and values that do not fit, ExportError for a ``path`` that cannot be
-    written.
+    written, and for what the version does not know.
     """
     target = Path(path)
     if target.suffix != ".ssp" or not target.parent.is_dir():
         raise ExportError(f"the system '{target}' has to be a file that ends in .ssp in a folder that exists")
+    if version not in VERSIONS:
+        raise ExportError(f"SSP {version!r} is not written here; {' and '.join(VERSIONS)} are")
     components = read_components(fmus)
     sources: dict[Path, str] = {}
     for component in components.values():
@@ -52,6 +56,7 @@ def ssp(
         connected(connect, components),
         settings_of(values or {}, components),
         _stop_time(stop_time, components),
+        version,
     )
     files = {inside: file.read_bytes() for file, inside in sources.items()}
     pack({SSD: ssd(system), **files, **({PARAMETERS: ssv(system)} if system.values else {})}, target)

@@ -1,6 +1,6 @@
 """SystemStructure.ssd and parameter sets as XML.
 
-Source: System Structure and Parameterization 2.0, Modelica Association 2024.
+Sources: System Structure and Parameterization 1.0, Modelica Association 2019, and 2.0, 2024.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, count
 
+from lag2fmu.errors import ExportError
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.language.units import BASE_UNITS
 from lag2fmu.systems.components import Component, Connector, LinearUnit
@@ -17,7 +18,10 @@ from lag2fmu.systems.connections import Connection, End
 from lag2fmu.version import VERSION
 
 SSD, PARAMETERS = "SystemStructure.ssd", "resources/parameters.ssv"
-SSP = "2.0"
+VERSIONS = ("1.0", "2.0")
+"""The versions of SSP that are written; importers such as fmpy read 1.0 alone."""
+_SINCE_2 = frozenset({"Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "Int64", "UInt64"})
+"""Types of connectors that version 1.0 does not know."""
 _SPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
     "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
@@ -35,7 +39,7 @@ class System:
 
     - ``sources``: {component: the path of its FMU in the archive}.
     - ``values``: {connector: value}, in the units of the connectors.
-    - ``stop_time``: in s.
+    - ``stop_time``: in s; ``version``: that of SSP.
     """
 
     name: str
@@ -44,6 +48,7 @@ class System:
     connections: Sequence[Connection]
     values: Mapping[End, float]
     stop_time: float
+    version: str = VERSIONS[0]
 
 
 class _Units:
@@ -74,8 +79,9 @@ class _Units:
 
 
 def ssd(system: System) -> bytes:
-    """The content of SystemStructure.ssd."""
-    root, units = _root("ssd:SystemStructureDescription", system.name), _Units()
+    """The content of SystemStructure.ssd. Raises ExportError for connectors that its version does not know."""
+    _check_version(system)
+    root, units = _root("ssd:SystemStructureDescription", system.name, system.version), _Units()
     whole = ET.SubElement(root, "ssd:System", {"name": system.name})
     if system.values:
         bindings = ET.SubElement(whole, "ssd:ParameterBindings")
@@ -100,7 +106,7 @@ def ssd(system: System) -> bytes:
 
 def ssv(system: System) -> bytes:
     """The content of the parameter set; its names are COMPONENT.VARIABLE."""
-    root, units = _root("ssv:ParameterSet", "parameters"), _Units()
+    root, units = _root("ssv:ParameterSet", "parameters", system.version), _Units()
     parent = ET.SubElement(root, "ssv:Parameters")
     for end, value in system.values.items():
         connector = system.components[end.component].connectors[end.connector]
@@ -112,9 +118,9 @@ def ssv(system: System) -> bytes:
     return document(root)
 
 
-def _root(tag: str, name: str) -> ET.Element:
+def _root(tag: str, name: str, version: str) -> ET.Element:
     spaces = {f"xmlns:{prefix}": uri for prefix, uri in _SPACES.items() if prefix in (tag[:3], "ssc")}
-    return ET.Element(tag, {**spaces, "version": SSP, "name": name, "generationTool": f"lag2fmu {VERSION}"})
+    return ET.Element(tag, {**spaces, "version": version, "name": name, "generationTool": f"lag2fmu {VERSION}"})
 
 
 def _component(
@@ -142,6 +148,20 @@ def _component(
     top = _ROW * (1 + max(map(len, sides.values())))
     box = {"x1": left, "y1": 0.0, "x2": left + _WIDTH, "y2": top}
     ET.SubElement(element, "ssd:ElementGeometry", {key: repr(x) for key, x in box.items()})
+
+
+def _check_version(system: System) -> None:
+    """Raise ExportError for a connector that is new in version 2.0 where an earlier one is written."""
+    if system.version != VERSIONS[0]:
+        return
+    for name, component in system.components.items():
+        for c in component.connectors.values():
+            used = any(End(name, c.name) in connection[:2] for connection in system.connections)
+            if (c.sizes or _type(c) in _SINCE_2) and (used or c.causality == "output"):
+                what = "an array" if c.sizes else f"of type {c.type}"
+                raise ExportError(
+                    f"{name}.{c.name} is {what}, which SSP {VERSIONS[0]} does not know; write version {VERSIONS[1]}"
+                )
 
 
 def _type(connector: Connector) -> str:

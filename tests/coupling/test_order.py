@@ -7,34 +7,18 @@ Model Exchange and Co-Simulation v2.0, Archive of Mechanical Engineering 60 (201
 from __future__ import annotations
 
 import re
-from functools import cache
 from math import log10
 from pathlib import Path
 
 import numpy as np
 import pytest
 from master import Wire, run
-from scipy.linalg import expm
 from stepping import Stepping
-from train import CAR, WAGON_ALONE, K, M, W, X, Y, in_one_piece
-
-from lag2fmu import derive
-from lag2fmu.analysis import linearize
+from train import CAR, WAGON_ALONE, K, M, W, X, Y, wagon_in_one_piece
 
 pytestmark = pytest.mark.fmu
 
 STEPS = (0.01, 0.001)
-
-
-@cache
-def wagon_in_one_piece() -> np.ndarray:
-    """The position of the wagon every millisecond of a second: the equations of cart, spring and wagon are linear."""
-    about = linearize(derive(in_one_piece()), q=np.zeros(2))
-    step, z = expm(about.A * 1e-3), np.array([{"x": X, "y": Y}.get(name, 0.0) for name in about.states])
-    found = [z]
-    for _ in range(1000):
-        found.append(step @ found[-1])
-    return np.array(found)[:, about.states.index("y")]
 
 
 def error(exported, degree: int, step: float) -> float:

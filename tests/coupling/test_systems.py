@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from by_hand import SOURCE, by_hand
 from click.testing import CliRunner
-from test_order import wagon_in_one_piece
-from train import CAR, WAGON_ALONE
+from train import CAR, WAGON_ALONE, wagon_in_one_piece
 
 import lag2fmu
 from lag2fmu.cli import main
