@@ -48,6 +48,9 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
 ) -> Trajectory:
     """Run ``model`` as an FMU by fmpy and return its ``outputs`` every ``step`` (s) until ``stop_time`` (s).
 
+    ``lag2fmu.simulate`` also takes a system of FMUs, the path of an .ssp or .ssd, whose variables are called
+    COMPONENT.VARIABLE.
+
     The trajectory has m times and k columns in SI units, (m, k); behind the outputs stand those variables of ``beside``
     that the FMU has. ``values`` are start values and parameters in SI units; ``kind`` is 'co-simulation' or
     'model-exchange' (fmpy's CVode). ``inputs`` are signals over time: a Trajectory, the path of a CSV file, a mapping
