@@ -81,6 +81,10 @@ def _times(network: Network, stop: float | None, step: float | None) -> tuple[fl
         experiments = [description_of(c.path).defaultExperiment for c in network.components.values()]
         steps = [float(e.stepSize) for e in experiments if e is not None and e.stepSize]
         step = min([(stop - start) / POINTS, *steps])
+    if not stop > start:
+        raise LoadError(
+            f"the stop time {stop:g} s is not after the start time {start:g} s of the system; give a later one"
+        )
     check_times(stop - start, step)
     return start, stop, step
 
@@ -95,7 +99,10 @@ def _run(network: Network, run: Run, begin: Callable[[str], None]) -> Trajectory
         members: dict[str, Member] = {}
         for name, component in network.components.items():
             driven = [w.target.connector for w in network.wires if w.target.component == name and not run.hold]
-            members[name] = opened.enter_context(member_of(component, driven, partial(begin, name)))
+            try:
+                members[name] = opened.enter_context(member_of(component, driven, partial(begin, name)))
+            except SimulationError as error:
+                raise SimulationError(f"the component '{name}': {error}") from error
         recorder = _Recorder(network, members, run)
         _initialize(network, members, values, outer, run)
         circuit = Circuit(members, network.wires)

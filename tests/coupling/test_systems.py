@@ -198,6 +198,10 @@ def test_a_chain_needs_no_loop(exported, tmp_path) -> None:
 BROKEN = {
     "version": (described("", "3.0"), "is of SSP '3.0'; 1.0 and 2.0 are read"),
     "no XML": ("<ssd", "is no well-formed XML"),
+    "start": (
+        described(f"<ssd:Elements>{CART}</ssd:Elements>").replace('startTime="0"', 'startTime="5"'),
+        "the stop time 1 s is not after the start time 5 s of the system; give a later one",
+    ),
     "missing FMU": (
         described(f"<ssd:Elements>{component('a', source='b.fmu')}</ssd:Elements>"),
         "there is no file 'b.fmu', which the system refers to",
