@@ -39,12 +39,16 @@ class _Cable:
 
 @dataclass
 class _Inputs:
-    """The connected inputs of an FMU: their ``channel``, and their ``values`` and ``derivatives`` at present."""
+    """The connected inputs of an FMU: their ``channel``, and their ``values`` and ``derivatives`` at present.
+
+    ``sizes`` are their greatest magnitudes so far.
+    """
 
     channel: Channel
     names: tuple[str, ...]
     values: Floats
     derivatives: Floats
+    sizes: Floats
 
 
 class Circuit:
@@ -59,7 +63,9 @@ class Circuit:
             names = tuple(t for wire, _, t in pairs if wire.target.component == name)
             if names:
                 channel = member.channel(names)
-                self._inputs[name] = _Inputs(channel, names, channel.read(), np.zeros((2, len(names))))
+                self._inputs[name] = _Inputs(
+                    channel, names, channel.read(), np.zeros((2, len(names))), np.zeros(len(names))
+                )
         self._cables = [
             cable for source in members for target in self._inputs for cable in self._between(source, target, pairs)
         ]
@@ -85,6 +91,37 @@ class Circuit:
         for inputs in self._inputs.values():
             if self._outer:
                 inputs.channel.write(inputs.values)
+
+    @property
+    def order(self) -> int:
+        """The order of the derivatives by which all connected inputs go on within steps; 0 if some are held."""
+        members = self.members
+        driven = all(members[name].takes_derivatives and x.channel.are_floats for name, x in self._inputs.items())
+        orders = [cable.source.gives_orders if cable.outputs.are_floats else 0 for cable in self._cables]
+        return min(orders, default=0) if driven and not self._outer else 0
+
+    def expected(self, h: float) -> list[Floats]:
+        """What the inputs are taken to be after a step ``h`` (s)."""
+        return [x.values + h * x.derivatives[0] + h**2 / 2 * x.derivatives[1] for x in self._inputs.values()]
+
+    def missed(self, expected: Sequence[Floats]) -> float:
+        """The greatest error of what was ``expected``, relative to what the input has been at most."""
+        greatest = 0.0
+        for inputs, values in zip(self._inputs.values(), expected, strict=True):
+            sizes = np.maximum(inputs.sizes, np.abs(inputs.values))
+            inputs.sizes = sizes
+            errors = np.abs(values - inputs.values)[sizes > 0] / sizes[sizes > 0]
+            greatest = max(greatest, float(errors.max(initial=0.0)))
+        return greatest
+
+    def saved(self) -> list[Floats]:
+        """The present values of the inputs, for ``restore``."""
+        return [inputs.values.copy() for inputs in self._inputs.values()]
+
+    def restore(self, values: Sequence[Floats]) -> None:
+        """The inputs are what they were when the ``values`` were ``saved``."""
+        for inputs, before in zip(self._inputs.values(), values, strict=True):
+            inputs.values[:] = before
 
     def settle(self, time: float) -> None:
         """Bring all inputs to what they hear at the ``time`` (s).

@@ -109,16 +109,46 @@ class Member:
         inputs.write(values)
         return found
 
-    def step(self, t: float, h: float) -> None:
-        """A communication step from ``t`` of length ``h`` (s). Raises SimulationError if the FMU ends the run."""
+    @property
+    def repeats(self) -> bool:
+        """Whether the FMU can go back to a state before."""
+        return bool(self.instance.description.coSimulation.canGetAndSetFMUstate)
+
+    def save(self) -> Any:
+        """The present state, to go back to; it is to be given to ``forget``."""
+        return self.fmu.getFMUState()
+
+    def restore(self, state: Any) -> None:
+        """Go back to a ``state``."""
+        self.fmu.setFMUState(state)
+
+    def forget(self, state: Any) -> None:
+        """Free the memory of a ``state``."""
+        self.fmu.freeFMUState(state)
+
+    @contextmanager
+    def telling(self, doing: str) -> Iterator[None]:
+        """A context that raises SimulationError, with the name of the component and its words, for what goes wrong."""
+        self.begin()
+        try:
+            yield
+        except Exception as error:  # fmpy raises bare exceptions
+            words = f"the component '{self.name}', {doing}: {error}; {self.instance.log.tail()}"
+            raise SimulationError(words) from error
+
+    def step(self, t: float, h: float, *, last: bool) -> None:
+        """A communication step from ``t`` of length ``h`` (s); ``last``: it is not repeated.
+
+        Raises SimulationError if the FMU ends the run.
+        """
         if not is_fmi3(self.instance.description):
-            self.fmu.doStep(t, h)
+            self.fmu.doStep(t, h, int(last))
             return
         if self._polynomials is not None:
             self._polynomials = (*self._polynomials[:2], t)
         now, end = t, t + h
         for _ in range(_PATIENCE):
-            _, terminate, early, reached = self.fmu.doStep(now, end - now)
+            _, terminate, early, reached = self.fmu.doStep(now, end - now, last)
             if terminate:
                 raise SimulationError(f"the FMU ended the simulation at t = {reached:.9g} s")
             if not early or reached >= end:

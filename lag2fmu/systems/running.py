@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from functools import partial
 from multiprocessing.sharedctypes import RawValue
 from pathlib import Path
@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from lag2fmu.errors import Lag2FmuError, LoadError, SimulationError
+from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.progress import reached, telling
 from lag2fmu.reference.trajectory import Trajectory
@@ -28,6 +28,7 @@ from lag2fmu.systems.circuit import Circuit
 from lag2fmu.systems.connections import End
 from lag2fmu.systems.member import Member, member_of
 from lag2fmu.systems.network import Network, network_of
+from lag2fmu.systems.steps import ControlledSteps, FixedSteps
 from lag2fmu.systems.wires import SAME, Affine
 from lag2fmu.verify.apart import FORKS, run_apart
 from lag2fmu.verify.inputs import trajectory_of
@@ -36,6 +37,8 @@ from lag2fmu.verify.plan import POINTS, check_times, check_tolerance
 from lag2fmu.verify.run import Floats, Run
 
 _LOGGER = logging.getLogger("lag2fmu")
+_TOLERANCE = 1e-6
+"""The relative tolerance of the coupling, where none is given: that of the FMUs of lag2fmu."""
 
 
 @telling("simulating")
@@ -52,6 +55,7 @@ def simulate_system(path: Path, **choices: Any) -> Trajectory:
         raise LoadError(f"'{path}': a system runs by co-simulation alone; leave the kind out")
     stop, step, inputs = (choices.pop(name, None) for name in ("stop_time", "step", "inputs"))
     told, share = choices.pop("progress", None), choices.pop("share", None) or reached
+    controlled = step is None
     with network_of(path) as network:
         start, stop, step = _times(network, stop, step)
         run = Run(
@@ -63,7 +67,7 @@ def simulate_system(path: Path, **choices: Any) -> Trajectory:
         called = RawValue("i", -1)  # the number of the component that is called, which a crash leaves behind
 
         def here(_: Path, asked: Run) -> Trajectory:
-            return _run(network, asked, lambda name: setattr(called, "value", names.index(name)))
+            return _run(network, asked, lambda name: setattr(called, "value", names.index(name)), controlled=controlled)
 
         def last() -> str:
             return f"the component '{names[called.value]}'" if called.value >= 0 else ""
@@ -89,8 +93,11 @@ def _times(network: Network, stop: float | None, step: float | None) -> tuple[fl
     return start, stop, step
 
 
-def _run(network: Network, run: Run, begin: Callable[[str], None]) -> Trajectory:
-    """The run of the ``network`` in this process; ``begin`` gets the name of each component before it is called."""
+def _run(network: Network, run: Run, begin: Callable[[str], None], *, controlled: bool) -> Trajectory:
+    """The run of the ``network`` in this process; ``begin`` gets the name of each component before it is called.
+
+    With ``controlled`` the error of the coupling chooses the steps, if the FMUs offer what that takes.
+    """
     if run.tolerance is not None:
         check_tolerance(run.tolerance)
     values = _values(network, run.values or {})
@@ -106,7 +113,12 @@ def _run(network: Network, run: Run, begin: Callable[[str], None]) -> Trajectory
         recorder = _Recorder(network, members, run)
         _initialize(network, members, values, outer, run)
         circuit = Circuit(members, network.wires)
-        return _steps(members, circuit, outer, recorder, run)
+        if controlled and circuit.order > 0 and not run.hold and all(m.repeats for m in members.values()):
+            tolerance = _TOLERANCE if run.tolerance is None else run.tolerance
+            steps: FixedSteps = ControlledSteps(members, circuit, outer.at, tolerance, float(run.step or 0.0))
+        else:
+            steps = FixedSteps(members, circuit, outer.at, hold=run.hold)
+        return _steps(steps, members, recorder, run)
 
 
 def _values(network: Network, given: Mapping[str, float]) -> dict[str, dict[str, float | str]]:
@@ -189,22 +201,6 @@ def _recorded(network: Network) -> list[str]:
     return [*network.outputs, *own]
 
 
-@contextmanager
-def _telling_of(member: Member, doing: str) -> Iterator[None]:
-    """What goes wrong is a SimulationError with the name of the component and its words."""
-    member.begin()
-    try:
-        yield
-    except Lag2FmuError as error:
-        raise SimulationError(
-            f"the component '{member.name}', {doing}: {error}; {member.instance.log.tail()}"
-        ) from error
-    except Exception as error:  # fmpy raises bare exceptions
-        raise SimulationError(
-            f"the component '{member.name}', {doing}: {error}; {member.instance.log.tail()}"
-        ) from error
-
-
 def _initialize(
     network: Network,
     members: Mapping[str, Member],
@@ -215,31 +211,30 @@ def _initialize(
     """Initialize all FMUs, their inputs in agreement with what they hear."""
     span = run.start_time, float(run.stop_time or 0.0)
     for name, member in members.items():
-        with _telling_of(member, "while it is initialized"):
+        with member.telling("while it is initialized"):
             member.initialize(values[name], run.tolerance, span)
     circuit = Circuit(members, network.wires)
     circuit.hear(outer.at(span[0]))
     circuit.settle(span[0])
     for member in members.values():
-        with _telling_of(member, "while it is initialized"):
+        with member.telling("while it is initialized"):
             member.fmu.exitInitializationMode()
 
 
-def _steps(members: Mapping[str, Member], circuit: Circuit, outer: _Outer, recorder: _Recorder, run: Run) -> Trajectory:
-    """All communication steps."""
+def _steps(steps: FixedSteps, members: Mapping[str, Member], recorder: _Recorder, run: Run) -> Trajectory:
+    """The run from one point that is recorded to the next."""
     start, stop, step = run.start_time, float(run.stop_time or 0.0), float(run.step or 0.0)
     count = math.ceil((stop - start) / step * (1 - 1e-9))
     times = start + np.minimum(step * np.arange(count + 1), stop - start)
     values, done = np.empty((count + 1, len(recorder.names))), 0
     try:
+        steps.begin(start)
         for i, t in enumerate(times.tolist()):
-            circuit.hear(outer.at(t))
-            circuit.settle(t)
             values[i], done = recorder.row(), i + 1
             if run.progress is not None:
                 run.progress(t)
             if i < count:
-                _step(members, circuit, t, float(times[i + 1]), run.hold)
+                steps.advance(t, float(times[i + 1]))
     except SimulationError as error:
         if done:
             error.reached = Trajectory(times[:done], tuple(recorder.names), values[:done])
@@ -249,12 +244,3 @@ def _steps(members: Mapping[str, Member], circuit: Circuit, outer: _Outer, recor
             if run.warned is not None:
                 run.warned(f"the component '{member.name}': {sentence}")
     return Trajectory(times, tuple(recorder.names), values)
-
-
-def _step(members: Mapping[str, Member], circuit: Circuit, t: float, end: float, hold: bool) -> None:
-    """One communication step of all FMUs, from ``t`` to the ``end`` (s)."""
-    if not hold:
-        circuit.drive()
-    for member in members.values():
-        with _telling_of(member, f"in the step from t = {t:g} s"):
-            member.step(t, end - t)

@@ -63,6 +63,32 @@ def test_the_order_of_the_coupling(fmi: str, hold: bool, bar: float, exported, t
     assert np.log10(errors[0] / errors[1]) == pytest.approx(1 if hold else 3, abs=0.1)
 
 
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_the_error_of_the_coupling_chooses_the_steps(fmi: str, exported, tmp_path) -> None:
+    """Nobody gives a step: the error follows the tolerance, 1 m being the size of the motion."""
+    car = exported(CAR, fmi=fmi)
+    path = lag2fmu.ssp(
+        {"cart": car, "wagon": car}, tmp_path / "train.ssp", connect=CONNECT, values=VALUES, stop_time=1.0
+    )
+    exact = wagon_in_one_piece()[::2]
+    errors = {}
+    for tolerance in (1e-6, 1e-8):
+        run = lag2fmu.simulate(path, tolerance=tolerance)
+        errors[tolerance] = float(np.abs(run["wagon.x"] - exact).max())
+        assert errors[tolerance] < 3 * tolerance
+    assert errors[1e-8] < errors[1e-6] / 20
+
+
+def test_steps_end_where_an_input_jumps(exported, tmp_path) -> None:
+    """The rate of a ball's height jumps at each impact: the steps pass it, and the ball bounces as it does alone."""
+    ball, one = exported("bouncing_ball"), exported(AMPLIFIER)
+    path = lag2fmu.ssp({"amp": one, "ball": ball}, tmp_path / "b.ssp", connect=["ball.y:amp.u"])
+    run = lag2fmu.simulate(path, stop_time=1.0)
+    alone = lag2fmu.simulate(ball, stop_time=1.0, step=float(run.time[1]))
+    assert run["ball.y"] == pytest.approx(alone["y"], abs=1e-5)
+    assert run["amp.y"] == pytest.approx(run["ball.y"], abs=1e-12)
+
+
 SSC = 'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"'
 UNITS = """<{p}:Units>
 <ssc:Unit name="mm"><ssc:BaseUnit m="1" factor="1e-3"/></ssc:Unit><ssc:Unit name="m"><ssc:BaseUnit m="1"/></ssc:Unit>
