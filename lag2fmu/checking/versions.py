@@ -18,7 +18,7 @@ def version_of(document: Document) -> str:
     major = version.split(".")[0] if "." in version else ""
     if major not in DESCRIPTIONS:
         known = " and ".join(f"{known}.0" for known in DESCRIPTIONS)
-        raise LoadError(f"the FMU is of FMI {version or '(no fmiVersion)'}; 'check' reads FMI {known}")
+        raise LoadError(f"the FMU is of FMI {version or '(no fmiVersion)'}; {known} are read")
     return major
 
 

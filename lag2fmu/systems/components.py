@@ -92,7 +92,10 @@ def read_component(name: str, path: Path) -> Component:
             raise LoadError(f"'{path}': there is no {DESCRIPTION} in it; it is no FMU")
         document = read_document(archive.read(DESCRIPTION))
         grouped = parse(archive.read(_TERMINALS), _TERMINALS).root if _TERMINALS in archive.namelist() else None
-    description = described(document)
+    try:
+        description = described(document)
+    except LoadError as error:
+        raise LoadError(f"'{path}': {error}") from None
     if not {"CoSimulation", "ModelExchange"} & {*description.kinds}:
         raise LoadError(f"'{path}': offers neither co-simulation nor model exchange; no system can hold it")
     units = {unit_name: linear_unit(element) for unit_name, element in description.units.items()}
