@@ -23,10 +23,14 @@ GENERATED = ("mechanism.h", "tables.c")
 FUNCTIONS = {
     "mechanism.c": ("", "the equations of this mechanism, M(q, t) qdd = f"),
     "derivatives.c": ("_tangent", "directional derivatives of its equations, M(q, t) qdd = f"),
+    "locals_derivatives.c": ("_locals_tangent", "directional derivatives of what is calculated from its motion"),
     "second_derivatives.c": ("_second", "second time derivatives of its equations, M(q, t) qdd = f"),
     "adjoints.c": ("_adjoint", "adjoint derivatives of its equations, M(q, t) qdd = f"),
 }
-"""{generated file: (end of the names of its functions, its subject)}. Compilers work on several of them at once."""
+"""{generated file: (end of the names of its functions, its subject)}; the last ending that fits decides.
+
+Compilers work on several files at once, and a page leaves out those of which it calls nothing.
+"""
 
 PORTS = ("ports_size.h", "ports.c")
 """The generated files that map value references to slots, for mechanisms whose ports differ from the slots."""
