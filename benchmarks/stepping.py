@@ -8,6 +8,7 @@ short rounds, in turn, for what else runs on a machine only adds; medians stand 
 
 from __future__ import annotations
 
+import os
 import statistics
 import subprocess
 import sys
@@ -43,7 +44,8 @@ def build(model: str, solver: str, folder: Path) -> Path:
     flags = [flag for flag in FLAGS if flag != "-fPIC"]
     zig = [sys.executable, "-m", "ziglang", "cc", "-target", host_platform().targets[0]]
     command = [*zig, *flags, "-I.", f"-I{fmi_headers()}", "-o", "host"]
-    subprocess.run([*command, *joined, str(KERNELS / "stepping.c"), "-lm"], cwd=folder, check=True)
+    objects = os.environ | {"ZIG_LOCAL_CACHE_DIR": str(folder)}  # the host's object depends on headers of this folder
+    subprocess.run([*command, *joined, str(KERNELS / "stepping.c"), "-lm"], cwd=folder, check=True, env=objects)
     return folder / "host"
 
 
@@ -67,7 +69,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             columns = measure(build(model, solver, Path(folder)))
         table.add_row(model, solver, *columns, "20%" if model == "double_pendulum" else "")
-    Console().print(table)
+    Console(width=120).print(table)
 
 
 if __name__ == "__main__":

@@ -170,6 +170,7 @@ def _run(*arguments: str, kept: Path | None = None) -> float:
     """The seconds of CPU that Python takes with ``arguments``; libraries are kept in a folder, if one is given."""
     with _cold():
         environment = os.environ | ({"LAG2FMU_LIBRARIES": str(kept)} if kept else {})
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)  # an installed package has its bytecode
         begun = _seconds()
         subprocess.run([sys.executable, *arguments], check=True, capture_output=True, env=environment)
         return _seconds() - begun

@@ -43,7 +43,7 @@ ROOMS = {
         {"sympy", "numpy"},
     ),
     "solvers": (set(), set()),
-    "codegen": ({"resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
+    "codegen": ({"building", "resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
     "fmu": (
         {"errors", "progress", "lazy", "building", "resources", "version", "xml_tree", "language", "description"}
         | {"mechanism", "formats", "dynamics", "analysis", "graph", "picture", "procedure", "solvers", "codegen"},
@@ -305,6 +305,17 @@ def test_what_needs_no_algebra_imports_nothing_heavy(arguments: list[str], tmp_p
     code = (
         "import sys; from lag2fmu.cli import main; "
         f"main({arguments}, standalone_mode=False); print([m for m in {heavy} if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert done.stdout.endswith("[]\n")
+
+
+def test_an_export_reads_no_module_that_runs_or_integrates(tmp_path: Path) -> None:
+    """They take as long as SymPy, and a mechanism without contacts and constraints needs none of them."""
+    heavy = ["scipy", "fmpy", "matplotlib", "rich", "lag2fmu.verify", "lag2fmu.formats.robots.tree"]
+    code = (
+        "import sys; from lag2fmu.cli import main; main(['export', 'double_pendulum', '--backend', 'python'], "
+        f"standalone_mode=False); print([m for m in {heavy} if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
     assert done.stdout.endswith("[]\n")

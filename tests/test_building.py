@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from lag2fmu.building import build_cache, folders, process
 from lag2fmu.building.build_cache import kept, kept_files
 from lag2fmu.cli import main
+from lag2fmu.codegen import templates
 from lag2fmu.fmu import compilers
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import compile_library, host_platform
@@ -53,6 +54,18 @@ def test_the_same_sources_are_compiled_once(commands, folder) -> None:
     made = [compiled("1"), compiled("2"), compiled("1"), compiled("1", "y")]
     assert made == [b"library 1", b"library 2", b"library 1", b"library 3"]
     assert len(commands) == len(kept_files(folder)) == 3
+
+
+def test_templates_are_kept_too(folder, monkeypatch) -> None:
+    """The second environment compiles none, and prints the same."""
+    texts = []
+    for _ in range(2):
+        templates._environment.cache_clear()
+        texts.append(templates.render("mechanism/step_control.h.jinja", {"control": {"SAFETY": 0.9}}))
+        monkeypatch.setattr(templates.Environment, "compile", None)
+    templates._environment.cache_clear()
+    assert texts[0] == texts[1]
+    assert len(kept_files(folder)) == 1
 
 
 @pytest.mark.parametrize("off", ["", "off"])

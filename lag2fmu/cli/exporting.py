@@ -14,11 +14,9 @@ from lag2fmu.cli.terminal import build_progress
 from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.fmu.contents import name_inside
 from lag2fmu.fmu.exporting import export
+from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import progress_bar
-from lag2fmu.verify.doubts import doubts_of
-from lag2fmu.verify.page_samples import page_samples
-from lag2fmu.verify.reference_files import SHORT, reference_files, reference_of, shortened
 
 
 @dataclass(frozen=True)
@@ -55,13 +53,7 @@ def export_model(asked: ExportOptions) -> None:
     path = Path(f"{Path(asked.model).stem}.fmu") if asked.path is None else asked.path
     if not asked.force:
         _refuse_to_overwrite(path, mechanism)
-    extra, samples = {}, None
-    if asked.reference:
-        with progress_bar("integrating directly", 1.0) as share:
-            integrated = reference_of(mechanism, share, asked.limit)
-        click.echo(shortened(mechanism, integrated, SHORT), nl=False, err=True)
-        extra = reference_files(mechanism, integrated, arrays=asked.arrays)
-        samples = page_samples(mechanism, integrated)
+    extra, samples = _integrated(mechanism, asked) if asked.reference else ({}, None)
     with build_progress() as progress:
         fmu = export(
             mechanism,
@@ -82,8 +74,31 @@ def export_model(asked: ExportOptions) -> None:
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
     if fmu.moved_starts:
         click.echo(fmu.moved_starts)
-    for doubt in doubts_of(mechanism, fmu.path) if asked.platform in ("host", "all") else ():
+    for doubt in _doubts(mechanism, fmu.path) if asked.platform in ("host", "all") else ():
         click.echo(f"warning: {doubt}", err=True)
+
+
+def _integrated(mechanism: Mechanism, asked: ExportOptions) -> tuple[dict[str, bytes], Samples | None]:
+    """{name in the archive: content} and the samples of the live page, of a direct integration of ``mechanism``."""
+    from lag2fmu.verify.page_samples import page_samples
+    from lag2fmu.verify.reference_files import SHORT, reference_files, reference_of, shortened
+
+    with progress_bar("integrating directly", 1.0) as share:
+        integrated = reference_of(mechanism, share, asked.limit)
+    click.echo(shortened(mechanism, integrated, SHORT), nl=False, err=True)
+    return reference_files(mechanism, integrated, arrays=asked.arrays), page_samples(mechanism, integrated)
+
+
+def _doubts(mechanism: Mechanism, path: Path) -> list[str]:
+    """What is doubtful in the default run of the FMU ``path``.
+
+    Only laws of contacts and constraints can be. Without them the modules that run FMUs need not be read.
+    """
+    if not (mechanism.hybrid or mechanism.constraints):
+        return []
+    from lag2fmu.verify.doubts import doubts_of
+
+    return doubts_of(mechanism, path)
 
 
 def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:

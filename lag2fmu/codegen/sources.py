@@ -23,10 +23,14 @@ GENERATED = ("mechanism.h", "tables.c")
 FUNCTIONS = {
     "mechanism.c": ("", "the equations of this mechanism, M(q, t) qdd = f"),
     "derivatives.c": ("_tangent", "directional derivatives of its equations, M(q, t) qdd = f"),
+    "locals_derivatives.c": ("_locals_tangent", "directional derivatives of what is calculated from its motion"),
     "second_derivatives.c": ("_second", "second time derivatives of its equations, M(q, t) qdd = f"),
     "adjoints.c": ("_adjoint", "adjoint derivatives of its equations, M(q, t) qdd = f"),
 }
-"""{generated file: (end of the names of its functions, its subject)}. Compilers work on several of them at once."""
+"""{generated file: (end of the names of its functions, its subject)}; the last ending that fits decides.
+
+Compilers work on several files at once, and a page leaves out those of which it calls nothing.
+"""
 
 PORTS = ("ports_size.h", "ports.c")
 """The generated files that map value references to slots, for mechanisms whose ports differ from the slots."""
@@ -48,6 +52,8 @@ _HELPERS = {
 def lookups_of(program: Program, functions: Sequence[Function] | None = None) -> list[tuple[int, Interpolant]]:
     """The tables that ``functions``, by default all of ``program``, look something up in, with their numbers."""
     graph = program.graph
+    if not graph.tables:
+        return []
     nodes = graph.cone(node for f in functions or program.functions for *_, node in f.results)
     used = [table for table, *_ in lookups(graph, nodes)]
     return [(number, table) for number, table in enumerate(graph.tables) if table in used]
@@ -132,9 +138,10 @@ def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -
 
 def helpers_of(program: Program) -> list[str]:
     """The functions that C does not have, as far as ``program`` uses them; files with them may be joined."""
-    used = {
-        program.graph.code[node] for f in program.functions for node in program.graph.cone(n for *_, n in f.results)
-    }
+    graph = program.graph
+    if {CODE[name] for name in _HELPERS}.isdisjoint(graph.code):  # in no function
+        return []
+    used = {graph.code[node] for f in program.functions for node in graph.cone(n for *_, n in f.results)}
     return [
         f"#ifndef HAS_{name.upper()}\n#define HAS_{name.upper()}\nstatic {text}\n#endif"
         for name, text in _HELPERS.items()

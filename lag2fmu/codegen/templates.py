@@ -2,19 +2,36 @@
 
 from __future__ import annotations
 
+import marshal
 from functools import lru_cache
+from importlib.util import MAGIC_NUMBER
+from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+import jinja2
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
+from lag2fmu.building.build_cache import kept
 from lag2fmu.codegen.c import c_combination, c_function, c_number, c_prototype, c_string, c_table
 from lag2fmu.codegen.python import python_text
 from lag2fmu.resources import resource_folder
 
 
+class _Loader(FileSystemLoader):
+    """Reads templates from files, and keeps their bytecode as libraries are kept: to compile them takes longer."""
+
+    def load(self, environment: Environment, name: str, globals: Any = None) -> Template:
+        """The template called ``name``; raises TemplateNotFound."""
+        text, path, _ = self.get_source(environment, name)
+        made_of = ("template", jinja2.__version__, MAGIC_NUMBER, path, text)
+        code = kept(made_of, lambda: marshal.dumps(environment.compile(text, name, path)))
+        return Template.from_code(environment, marshal.loads(code), globals or {})  # noqa: S302 (of this user alone)
+
+
 @lru_cache(maxsize=1)
 def _environment() -> Environment:
     environment = Environment(
-        loader=FileSystemLoader(resource_folder("templates")),
+        loader=_Loader(resource_folder("templates")),
+        optimized=False,  # filters that are folded into a template would be kept with it
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -29,8 +29,8 @@ from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.parts import Constraints, Entries, Variables
 from lag2fmu.dynamics.samples import mass_matrices
 from lag2fmu.dynamics.starts import start_values
-from lag2fmu.graph.autodiff import Forward
-from lag2fmu.graph.batches import Floats, matrix
+from lag2fmu.graph.autodiff import forward
+from lag2fmu.graph.batches import Floats, evaluate, matrix
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism.record import Mechanism
@@ -150,8 +150,9 @@ def _reach(
     """
     n, values = len(v.q), start_values(mechanism) | {names.velocity(q.name): 0.0 for q in mechanism.coordinates}
     work = graph.copy()
-    columns = [Forward(work, {q: work.one})(forcing) for q in v.q]
-    stiffness = -matrix(work, columns, values, n).T
+    seeds = {q: work.symbol(f"rate {i}") for i, q in enumerate(v.q)}
+    directions = {f"rate {i}": row for i, row in enumerate(np.eye(n))}
+    stiffness = -evaluate(work, forward(work, forcing, seeds), {**values, **directions})
     (mass,) = mass_matrices(graph, entries, v.qd, [values])
     jacobian = matrix(graph, constraints.jacobian, values, n)
     times = np.linspace(0.0, mechanism.experiment.stop_time, _TIMES)

@@ -67,6 +67,8 @@ def watched_arguments(
     graph: Graph, functions: Iterable[Function], state: tuple[Array, ...]
 ) -> list[tuple[Node, TableArgument]]:
     """The arguments of tables that have no value outside their data, as functions of the ``state``."""
+    if not graph.tables:
+        return []
     given = {entry for array in state for entry in array.entries}
     nodes = graph.cone(node for f in functions for *_, node in f.results)
     found: dict[tuple[Node, str], TableArgument] = {}
@@ -92,7 +94,7 @@ def in_pieces(
     and whose arguments contain ``moving`` variables. A linear table with an error outside its data stays as it is,
     because a piece has no end at which to report.
     """
-    chosen = {node for node in graph.cone(effective) if _has_pieces(graph, node, {*moving})}
+    chosen = {node for node in graph.cone(effective) if _has_pieces(graph, node, {*moving})} if graph.tables else set()
     if not chosen:
         return tuple(functions)
     new: dict[Node, Node] = {}

@@ -37,7 +37,7 @@ BACKENDS: Mapping[str, Backend] = {backend.name: backend for backend in (NATIVE,
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 STARTS = ("given", "equilibrium")
-_NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_NOT_IN_XML = re.compile("[\0-\b\v\f\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 """Characters that no XML document can hold (XML 1.0, production 2)."""
 
 

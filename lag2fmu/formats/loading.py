@@ -14,7 +14,7 @@ from lag2fmu.description.description import Description
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.programs import arguments_of, convert, function_of_mechanics, guarded, is_mechanics, model_function
-from lag2fmu.formats.robots import READERS, robot
+from lag2fmu.formats.robots import ENDINGS, robot
 from lag2fmu.formats.text import read_file
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import Unit
@@ -89,7 +89,7 @@ def find(model: str | Path) -> Path:
         exists = path.is_file()
     except (OSError, ValueError) as error:
         raise LoadError(f"{str(model)[:60]!r} is no model: {error}") from None
-    if path.suffix not in (*MODEL_SUFFIXES, *READERS):
+    if path.suffix not in (*MODEL_SUFFIXES, *ENDINGS):
         raise LoadError(_what_else(str(model), path))
     if not exists:
         raise LoadError(f"model file '{path}' {'is not a file' if path.exists() else 'does not exist'}")
@@ -98,7 +98,7 @@ def find(model: str | Path) -> Path:
 
 def _what_else(model: str, path: Path) -> str:
     """A sentence on a ``model`` whose ending is none of a model's: what it is, and what it may have meant."""
-    known = (*MODEL_SUFFIXES, *READERS)
+    known = (*MODEL_SUFFIXES, *ENDINGS)
     if path.suffix == ".fmu":
         return f"'{model}' is an FMU; give the model it is exported from ({', '.join(known)})"
     beside = next((f for suffix in known if (f := Path(f"{model}{suffix}")).is_file()), None)
@@ -137,7 +137,7 @@ def _function_of(model: object) -> _ModelSource:
         got = type(model).__name__
         raise LoadError(f"expected a Mechanism, a model's name or path, or an object of SymPy's mechanics, got {got}")
     path = find(model)
-    if path.suffix not in READERS:
+    if path.suffix not in ENDINGS:
         return _ModelSource(path, model_function(path, _split(model)[1]))
 
     def read(base: str = "fixed", stops: bool = False) -> Mechanism:

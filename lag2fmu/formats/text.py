@@ -21,7 +21,7 @@ from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, start_or_guess
 from lag2fmu.errors import LoadError, MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
-from lag2fmu.formats.robots import READERS, robot
+from lag2fmu.formats.robots import ENDINGS, robot
 from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import DIMENSIONLESS, SECOND, Unit
@@ -279,8 +279,8 @@ def _setting(settings: TomlTable, name: str, of: Settable | None) -> Any:
 def _mechanism_in(file: Path, table: TomlTable) -> Description:
     """The mechanism in the ``file`` of the part that ``table`` describes; raises TextError with both places."""
     place, files = table.place("file"), (*table.around.files, file.absolute())
-    if file.suffix not in (".toml", *READERS):
-        known = f".toml, {' or '.join(READERS)}"
+    if file.suffix not in (".toml", *ENDINGS):
+        known = f".toml, {' or '.join(ENDINGS)}"
         raise TextError(f"{place}: '{file.name}' is no {known} file; in Python any mechanism can be a part")
     if file.absolute() in table.around.files or len(files) > MAX_FILES:
         listed = " -> ".join(path.name for path in files)
@@ -290,7 +290,7 @@ def _mechanism_in(file: Path, table: TomlTable) -> Description:
     try:
         if file not in around.known:
             around.known[file] = (
-                robot(file) if file.suffix in READERS else _description(_parse_toml(_text_in(file)), around)
+                robot(file) if file.suffix in ENDINGS else _description(_parse_toml(_text_in(file)), around)
             )
         return around.known[file]
     except (MechanismError, LoadError) as error:

@@ -93,7 +93,7 @@ def _links(canvas: Canvas, layout: Layout, flat: Floats) -> None:
         ends = flat[list(link.ends)]
         key = tuple(sorted((round(float(x), 3), round(float(y), 3)) for x, y in ends))
         if key[0] != key[1] and key not in seen and set(link.ends) not in sprung:
-            canvas.stroke(f"links.{link.part}", "link" if layout.skeleton.rigid(link) else "guide", [ends])
+            canvas.stroke(f"links.{link.part}", "link" if link in layout.skeleton.rigid else "guide", [ends])
         seen.add(key)
 
 

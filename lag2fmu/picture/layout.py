@@ -105,8 +105,10 @@ class Layout:
 
         Coordinates seem so if the bodies start close to each other, or if the difference of two is an elongation.
         """
-        s, spots = self.skeleton, self._moving()
-        if s.links or s.origins or len(spots) < 2 or not set(spots) <= set(self.rails):
+        if self.skeleton.links or self.skeleton.origins:
+            return False
+        spots = self._moving()
+        if len(spots) < 2 or not set(spots) <= set(self.rails):
             return False
         if any(a is not None and len(a.ends) == 2 and part.between is None for part, a in self.attached):
             return True
@@ -145,8 +147,10 @@ class Layout:
 
     def _pulley(self) -> Pulley | None:
         """The fixed pulley, if bodies that go up and down move as if they hung on ropes."""
+        if not self._crowded() or self.attached:
+            return None
         spots = list(dict.fromkeys(self._moving()))
-        if not self._crowded() or self.attached or not all(self.upright(i) for i in spots):
+        if not all(self.upright(i) for i in spots):
             return None
         down = self.view.down
         return hung({i: np.asarray(down) @ self.skeleton.spot_slopes[i][:, :, 0] for i in spots})
@@ -231,7 +235,7 @@ def supports(layout: Layout) -> tuple[list[int], list[int]]:
     s = layout.skeleton
     still = s.still()
     turning = set(s.hinges.values()) & set(s.origins.values())
-    starts = {link.ends[0] for link in s.links if s.rigid(link)} | turning
+    starts = {link.ends[0] for link in s.links if link in s.rigid} | turning
     held = {i for _, a in layout.attached if a is not None for i in a.ends if i in s.place.values()}
     pivots = ((starts | held) & still) - set(s.sliders.values())
     return sorted(pivots), sorted({link.ends[0] for link in s.links} & still - pivots)

@@ -33,7 +33,7 @@ def _add_loop(skeleton: Skeleton, pair: Sequence[Constraint]) -> None:
     s = skeleton
     turning = [x for x in steps(tuple(s.written(c.expression) for c in pair), s.order) if x.kind == ARM]
     vectors = [s.put.vector(_vector(step)) for step in turning]
-    if len(turning) < 2 or not all(map(s.keeps_length, vectors)):
+    if len(turning) < 2 or not all(s.keep_length(vectors)):
         return
     alike = {link.angles: link for link in reversed(s.links)}
     _add_arms(s, pair, [(alike[x.angles], v) for x, v in zip(turning, vectors, strict=True) if x.angles in alike])

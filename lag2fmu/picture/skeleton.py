@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import chain, compress
 
 import numpy as np
 import sympy as sp
@@ -221,18 +222,18 @@ class Skeleton:
 
     def number(self, expression: object, values: Values) -> float:
         """The value of an expression in SI units."""
-        return float(self._numbers([self.put(sp.sympify(expression))], values)[0])
+        return float(evaluate(self.graph, [self.put(sp.sympify(expression))], values)[0])
 
     @cached_property
     def masses(self) -> dict[str, float]:
         """{body: kg}, at the start."""
         nodes = [self.put(sp.sympify(body.mass)) for body in self.mechanism.placed_bodies]
-        found = self._numbers(nodes, self.start())
+        found = evaluate(self.graph, nodes, self.start())
         return {body.name: float(mass) for body, mass in zip(self.mechanism.placed_bodies, found, strict=True)}
 
     def vector(self, expressions: Sequence[sp.Expr], values: Values) -> Floats:
         """The values of (k,) expressions."""
-        return self._numbers(self.put.vector(tuple(expressions)), values)
+        return evaluate(self.graph, self.put.vector(tuple(expressions)), values)
 
     def slopes(self, nodes: Sequence[Node], by_velocity: bool = False) -> Floats:
         """The derivatives (k, n, samples) of ``nodes`` (k,) by the coordinates, or velocities, at the samples.
@@ -266,19 +267,18 @@ class Skeleton:
         """The nodes (3,) of a spot."""
         return self._nodes[spot]
 
-    def rigid(self, link: SkeletonLine) -> bool:
-        """Whether the ends of ``link`` keep their distance whatever the coordinates are."""
-        a, b = (self._nodes[i] for i in link.ends)
-        return self.keeps_length([self.graph.subtract(y, x) for x, y in zip(a, b, strict=True)])
+    @cached_property
+    def rigid(self) -> frozenset[SkeletonLine]:
+        """The links whose ends keep their distance whatever the coordinates are."""
+        ends = ((self._nodes[i] for i in link.ends) for link in self.links)
+        kept = self.keep_length([[*map(self.graph.subtract, b, a)] for a, b in ends])
+        return frozenset(compress(self.links, kept))
 
-    def keeps_length(self, vector: Sequence[Node]) -> bool:
-        """Whether a vector of nodes has one length at all samples."""
-        found = evaluate(self.graph, vector, self.samples)
-        length = np.linalg.norm(found, axis=0)
-        return bool(np.ptp(length) <= 1e-9 * max(float(np.abs(length).max()), 1e-300))
-
-    def _numbers(self, nodes: Sequence[Node], values: Values) -> Floats:
-        return evaluate(self.graph, list(nodes), values)
+    def keep_length(self, vectors: Sequence[Sequence[Node]]) -> list[bool]:
+        """Whether each of ``vectors``, which have as many nodes each, has one length at all samples."""
+        found = np.array_split(evaluate(self.graph, list(chain(*vectors)), self.samples), max(1, len(vectors)))
+        lengths = [np.linalg.norm(x, axis=0) for x in found[: len(vectors)]]
+        return [bool(np.ptp(x) <= 1e-9 * max(float(np.abs(x).max()), 1e-300)) for x in lengths]
 
     def written(self, expression: object) -> sp.Expr:
         """``expression`` with definitions written out."""

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from functools import cache
 from itertools import count
+from operator import mul
 
 Row = Sequence[Fraction]
 Tree = tuple["Tree", ...]
@@ -137,7 +138,8 @@ class _Stages:
 
 
 def _dot(x: Sequence[int], y: Sequence[int]) -> int:
-    return sum(p * q for p, q in zip(x, y, strict=True) if p) // UNIT
+    total: int = sum(map(mul, x, y))
+    return total // UNIT
 
 
 def _fixed(row: Row) -> Fixed:

@@ -18,7 +18,7 @@ from lag2fmu.dynamics.lagrange import with_derived
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.integrate import integrate
+from lag2fmu.reference.direct_integration import integrate
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plan import check_limit

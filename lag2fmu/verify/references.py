@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from lag2fmu.deadline import Budget, OutOfTimeError, check_time
-from lag2fmu.reference.integrate import integrate
+from lag2fmu.reference.direct_integration import integrate
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.verify.task import Floats, Task
 

@@ -24,8 +24,8 @@ from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import reached, telling
+from lag2fmu.reference.direct_integration import remedy_of_jumps
 from lag2fmu.reference.initial_value_problem import prepare
-from lag2fmu.reference.integrate import remedy_of_jumps
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.solvers.methods import METHODS

@@ -113,7 +113,7 @@ def _links(layout: Layout, spots: Spots) -> Iterator[Item]:
     sprung = [set(a.ends) for _, a in layout.attached if a is not None]
     for link in s.links:
         if set(link.ends) not in sprung:
-            style = "link" if s.rigid(link) else "guide"
+            style = "link" if link in s.rigid else "guide"
             yield {"k": "link", "ends": [spots(i) for i in link.ends], "style": style}
 
 

@@ -1,4 +1,7 @@
-"""Robots as descriptions of mechanisms: a tree of links that joints carry."""
+"""Robots as descriptions of mechanisms: a tree of links that joints carry.
+
+Their modules are imported when a robot is read, because most mechanisms are none.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,9 @@ from pathlib import Path
 
 from lag2fmu.description.description import Description
 from lag2fmu.errors import LoadError
-from lag2fmu.formats.robots.assembly import description_of
-from lag2fmu.formats.robots.mjcf import read_mjcf
-from lag2fmu.formats.robots.urdf import read_urdf
 
-READERS = {".urdf": read_urdf, ".xml": read_mjcf}
-"""{ending of a file: the function that reads it}."""
+ENDINGS = (".urdf", ".xml")
+"""The endings of the files that ``robot`` reads."""
 
 
 def robot(path: Path, *, base: str = "fixed", stops: bool = False) -> Description:
@@ -23,4 +23,9 @@ def robot(path: Path, *, base: str = "fixed", stops: bool = False) -> Descriptio
     """
     if path.suffix == ".xml" and base != "fixed":
         raise LoadError(f"{path}: a MJCF file says itself what moves freely; leave base = {base} out")
-    return description_of(READERS[path.suffix](path), path.name, base=base, stops=stops)
+    from lag2fmu.formats.robots.assembly import description_of
+    from lag2fmu.formats.robots.mjcf import read_mjcf
+    from lag2fmu.formats.robots.urdf import read_urdf
+
+    read = read_mjcf if path.suffix == ".xml" else read_urdf
+    return description_of(read(path), path.name, base=base, stops=stops)

@@ -25,7 +25,7 @@ from lag2fmu.picture.drawing import draw, posture
 from lag2fmu.picture.labels import pretty
 from lag2fmu.picture.layout import Layout, drawable, layout_of
 from lag2fmu.picture.scene import STYLES, Scene, Stroke
-from lag2fmu.reference.integrate import integrate
+from lag2fmu.reference.direct_integration import integrate
 from lag2fmu.verify.plots.figures import LETTERS, LINE, dressed, labelled, say
 from lag2fmu.verify.plots.marks import draw_marks
 

@@ -147,7 +147,7 @@ static bool accept_trial(Instance *instance, const Companion *with, Step step) {
 bool adaptive_steps(Instance *instance, double horizon, const Companion *with) {
     State *state = &instance->state;
     const double end = instance->scratch.step_end;
-    bool rejected = false;
+    bool rejected = false, cut_short;
     int pole = -1;
     int64_t trials = 0;
     double mark = state->time;
@@ -160,12 +160,12 @@ bool adaptive_steps(Instance *instance, double horizon, const Companion *with) {
         if (!count_trial(instance, &trials, &mark)) {
             return false;
         }
-        const Step tried = choose_step(instance, instance->scratch.step_end, horizon);
+        const Step tried = choose_step(instance, instance->scratch.step_end, horizon, &cut_short);
         Step step = tried;
         const double error = try_step(instance, with, step);
         if (error <= 1.0 && bring_back_result(instance, step) && end_at_event(instance, &step) &&
             finish_trial(instance, with, tried, step)) {
-            propose(state, tried, error, rejected);
+            propose(state, tried, cut_short, error, rejected);
             rejected = false;
             pole = -1;
             if (!accept_trial(instance, with, step)) {

@@ -118,10 +118,10 @@ static bool take_step(Instance *instance, Step step) {
 static bool step_to(Instance *instance, double next, double length) {
     const Scratch *scratch = &instance->scratch;
     State *state = &instance->state;
-    Step step = {length, next, false};
+    Step step = {length, next};
     do { /* until the step is no more than rounding */
         if (scratch->step_end < step.end) {
-            step = (Step){scratch->step_end - state->time, scratch->step_end, false};
+            step = (Step){scratch->step_end - state->time, scratch->step_end};
         }
         const double begun = state->time;
         if (!take_step(instance, step)) {

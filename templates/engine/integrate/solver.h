@@ -20,11 +20,10 @@ typedef struct {
 
 extern const Method METHOD;
 
-/* One trial step from the present point. */
+/* One trial step from the present point. Calls hand on two numbers in registers, and a larger record in memory. */
 typedef struct {
-    double length;  /* s */
-    double end;     /* the time where it ends, s */
-    bool cut_short; /* shorter than proposed, because the communication step ends there */
+    double length; /* s */
+    double end;    /* the time where it ends, s */
 } Step;
 
 /* One trial step from the present point and its state->first_stage. Fills scratch new_states and new_derivatives. The

@@ -66,26 +66,28 @@ static double stable_step(Instance *instance) {
     return decay > 0.0 ? larger(METHOD.safety * METHOD.stability / decay, shortest) : HUGE_VAL;
 }
 
-Step choose_step(Instance *instance, double end, double horizon) {
+Step choose_step(Instance *instance, double end, double horizon, bool *cut_short) {
     const State *state = &instance->state;
     const double longest = smaller(longest_step(state), stable_step(instance));
     const double proposed = smaller(state->next_step, longest);
     const double near = end < horizon && end - state->time < proposed / WORTHWHILE ? horizon : end;
     const double remaining = near - state->time;
     if (remaining <= STRETCH * proposed && remaining <= MAX_STEP_SLACK * longest) {
-        return (Step){remaining, near, remaining < proposed};
+        *cut_short = remaining < proposed;
+        return (Step){remaining, near};
     }
     const double next = state->time + proposed;
-    return (Step){next - state->time, next, false};
+    *cut_short = false;
+    return (Step){next - state->time, next};
 }
 
 /* The PI controller of [HW]: h (1/error)^alpha previous_error^beta, bounded. */
-void propose(State *state, Step step, double error, bool after_rejection) {
+void propose(State *state, Step step, bool cut_short, double error, bool after_rejection) {
     const double beta = REMEMBERED_EXPONENT / error_power();
     const double alpha = 1.0 / error_power() - REMEMBERED_SHARE * beta;
     double factor = METHOD.safety * exp(beta * state->previous_log_error - alpha * log(error)); /* error 0: infinite */
     factor = smaller(larger(factor, LARGEST_REDUCTION), after_rejection ? 1.0 : LARGEST_GROWTH);
-    if (step.cut_short) {
+    if (cut_short) {
         state->next_step = larger(state->next_step, factor * step.length);
     } else {
         state->next_step = factor * step.length;

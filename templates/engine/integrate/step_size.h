@@ -20,12 +20,13 @@ double longest_step(const State *state);
 /* The length of the very first step, s. */
 double first_step(Instance *instance);
 
-/* The next trial step: as proposed, or to the end or the horizon if that is about as near. */
-Step choose_step(Instance *instance, double end, double horizon);
+/* The next trial step: as proposed, or to the end or the horizon if that is about as near. *cut_short: it is shorter
+   than proposed, because the communication step ends there. */
+Step choose_step(Instance *instance, double end, double horizon, bool *cut_short);
 
-/* Proposes the next step after an accepted one with this error, in units of the tolerance. A step that was cut short by
-   the end of the communication step says little and does not reduce the proposal. */
-void propose(State *state, Step step, double error, bool after_rejection);
+/* Proposes the next step after an accepted one with this error, in units of the tolerance. A step that was cut short
+   says little and does not reduce the proposal. */
+void propose(State *state, Step step, bool cut_short, double error, bool after_rejection);
 
 /* Proposes a shorter step after one that was rejected: for its error, if that is finite and more than 1. */
 void propose_shorter(State *state, Step step, double error);

@@ -28,11 +28,15 @@ static bool evaluate_further(Instance *instance, double time, const double state
 
 bool derivative_at(Instance *instance, double time, const double states[], double derivatives[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, unknowns, N_UNKNOWNS);
+    WORK(mark, double, solution, N_UNKNOWNS);
+    double *accelerations = derivatives + N_COORDINATES;
+    double *unknowns = N_UNKNOWNS > N_COORDINATES ? solution : accelerations; /* in place without multipliers */
     const double *inputs = inputs_at(instance, time);
     const bool known = accelerations_at(instance, time, states, inputs, unknowns);
     memcpy(derivatives, states + N_COORDINATES, N_COORDINATES * sizeof(double));
-    memcpy(derivatives + N_COORDINATES, unknowns, N_COORDINATES * sizeof(double));
+    if (unknowns == solution) {
+        memcpy(accelerations, solution, N_COORDINATES * sizeof(double));
+    }
     if (!known || !evaluate_further(instance, time, states, inputs, unknowns, derivatives + 2 * N_COORDINATES)) {
         tables_explain(instance, time, states, inputs);
         return arena_leave(mark, false);

@@ -18,7 +18,7 @@ from lag2fmu.fmu.live.drawing import drawing
 from lag2fmu.fmu.live.spots import no_spots
 from lag2fmu.fmu.live.work import work
 from lag2fmu.formats.loading import load
-from lag2fmu.reference.integrate import integrate
+from lag2fmu.reference.direct_integration import integrate
 
 pytestmark = pytest.mark.fmu
 
