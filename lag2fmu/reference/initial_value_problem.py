@@ -102,12 +102,11 @@ class InitialValueProblem:
         """z (m, s + 1) at ``times`` (m,), in s, moved onto the constraints; unchanged without constraints."""
         if not self.equations.energies.constraints.m:
             return z
-        found: Floats = z.copy()
-        for row, t in zip(found, times, strict=True):
-            inputs = {**self.signals.at(float(t)), **{k: x[0] for k, x in self.further_of(row[None]).items()}}
-            q, qd = self.equations.energies.consistent(row[: self.n], row[self.n : 2 * self.n], float(t), inputs)
-            row[: 2 * self.n] = [*q, *qd]
-        return found
+        at = [self.signals.at(float(t)) for t in times]
+        inputs = {name: np.array([values[name] for values in at]) for name in at[0]} | self.further_of(z)
+        n = self.n
+        q, qd = self.equations.energies.all_consistent(times, z[:, :n], z[:, n : 2 * n], inputs)
+        return np.concatenate([q, qd, z[:, 2 * n :]], axis=1)
 
     def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
         """z at the times, (m, copies, s + 1), from ``start`` (copies, s + 1), and the evaluations it took.

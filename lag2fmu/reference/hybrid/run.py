@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.constraints import newton
 from lag2fmu.reference.energies import declared_starts
 from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
 from lag2fmu.reference.hybrid.system import HybridSystem
+from lag2fmu.reference.newton import newton
 from lag2fmu.reference.signals import Signals
 from lag2fmu.reference.state import Floats, StateBatch
 
