@@ -19,7 +19,7 @@ from lag2fmu.reference.single import SingleState, single_state
 from lag2fmu.reference.state import Floats, StateBatch
 
 PERTURBATION = 1e-8
-DAMPING = 0.1
+PULL_BACK = 0.1
 SCIPY_METHODS = ("DOP853", "Radau")
 COMPILED_AFTER = 1000
 """Up to so many evaluations of a small mechanism NumPy is quicker than a compiler and its library."""
@@ -50,7 +50,7 @@ class InitialValueProblem:
         self.further = [state.name for state in equations.mechanism.states]
         self.size = 2 * self.n + len(self.further)  # s
         # the rate (1/s) that pulls the motion back onto the constraints, by the step of the experiment
-        self.damping = DAMPING / equations.mechanism.experiment.step if equations.energies.constraints.m else 0.0
+        self.damping = PULL_BACK / equations.mechanism.experiment.step if equations.energies.constraints.m else 0.0
         nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
         self.nominal = np.concatenate([nominal, nominal, [z.nominal for z in equations.mechanism.states]])
         self.evaluations, self.end, self._before_end = 0, np.inf, np.inf
