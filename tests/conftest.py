@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable
@@ -13,7 +14,8 @@ import pytest
 from lag2fmu import progress
 from lag2fmu.building import build_cache, process
 from lag2fmu.codegen import DEFAULT_SOLVER
-from lag2fmu.fmu import Fmu, compilers, export
+from lag2fmu.fmu import Fmu, compilers, export, translation_units
+from lag2fmu.fmu.contents import EQUATIONS
 from lag2fmu.fmu.live import module
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
@@ -92,8 +94,9 @@ def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
 def exported(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config) -> Exported:
     """``exported(name_or_mechanism, solver=..., outputs=..., fmi=..., **arguments)``: an FMU, built once a session.
 
-    Without ``optimised`` the compiler takes a quarter of the time, and the FMU runs a few times as long. That is the
-    default, except with ``--all-models``.
+    Without ``optimised`` the compiler takes a sixth of the time, and the FMU runs a few times as long. That is the
+    default, except with ``--all-models``. Its files are one unit: units beside each other read the same headers anew,
+    and both processors have other tests to run. Only tests of the page ask for its equations, by ``without=()``.
     """
     built: dict[object, Fmu] = {}
     seen: list[str | Mechanism] = []  # kept, so that no other mechanism gets the id of one that is in use
@@ -101,16 +104,17 @@ def exported(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Conf
     def build(
         model: str | Mechanism,
         *,
-        solver: str = DEFAULT_SOLVER,
+        solver: str | None = DEFAULT_SOLVER,
         outputs: tuple[str, ...] = (),
         fmi: str = "2.0",
         arrays: bool = False,
+        without: tuple[str, ...] = (EQUATIONS,),
         optimised: bool | None = None,
         **arguments: object,
     ) -> Fmu:
         if optimised is None:
             optimised = pytestconfig.getoption("--all-models")
-        chosen = (solver, outputs, fmi, arrays, optimised)
+        chosen = (solver, outputs, fmi, arrays, without, optimised)
         key = (model if isinstance(model, str) else id(model), *chosen, tuple(sorted(arguments.items())))
         if key not in built:
             mechanism = load(model, arguments) if isinstance(model, str) else model
@@ -119,7 +123,9 @@ def exported(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Conf
             with pytest.MonkeyPatch.context() as patch:
                 if not optimised:
                     patch.setattr(compilers, "FLAGS", (*compilers.FLAGS, "-Xclang", "-O0"))
-                built[key] = export(mechanism, path, solver=solver, outputs=outputs, fmi=fmi, arrays=arrays)
+                    patch.setattr(translation_units, "MOST", sys.maxsize)
+                options = {"solver": solver, "outputs": outputs, "fmi": fmi, "arrays": arrays, "without": without}
+                built[key] = export(mechanism, path, **options)
         return built[key]
 
     return build

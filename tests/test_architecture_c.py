@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import lag2fmu
 from lag2fmu.resources import resource_folder
 
 ENGINE = resource_folder("templates") / "engine"
@@ -109,6 +110,17 @@ def test_there_are_few_tolerances() -> None:
     (scale,) = (path for path in FILES if path.name == "scale.h")
     names = re.findall(r"\b([A-Z_]+) = |^#define (\w+) \(", _code(scale), re.MULTILINE)
     assert 20 < len(names) <= 30
+
+
+def test_the_judge_has_no_tolerance_of_the_accused() -> None:
+    """The direct integration has criteria of its own: one that it shared with the engine could hide a fault of it."""
+    (scale,) = (path for path in FILES if path.name == "scale.h")
+    names = set(re.findall(r"\b([A-Z_]+) = ", _code(scale)))
+    assert len(names) > 20
+    judge = sorted((Path(lag2fmu.__file__).parent / "reference").rglob("*.py"))
+    words = {path.name: set(re.findall(r"\b[A-Z_]{2,}\b", path.read_text("utf-8"))) for path in judge}
+    assert len(words) > 30
+    assert {file: shared for file, found in words.items() if (shared := found & names)} == {}
 
 
 def test_the_names_of_files_are_unique() -> None:

@@ -17,6 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from lag2fmu.description.parts import Constraint
 from lag2fmu.errors import SimulationError
@@ -24,6 +25,7 @@ from lag2fmu.language.vocabulary import TIME
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.functions import compiled
+from lag2fmu.reference.newton import TIGHT, newton, newton_together, relative
 from lag2fmu.reference.state import Floats, StateBatch, batch_first, batch_last
 
 RANK = 1e-10
@@ -32,8 +34,7 @@ RANK = 1e-10
 Values = Sequence[Floats]
 """phi or A qd + b, velocities, gamma, (m, *batch) each, and G (m, n, *batch)."""
 
-TIGHT, LOOSE = 1e-12, 1e-6
-_ITERATIONS, _HALVINGS = 60, 12
+LOOSE = 1e-6
 
 
 class ConstraintFunctions:
@@ -143,8 +144,30 @@ class ConstraintFunctions:
             self._refuse(residual, jacobian * pace, bar)
         return q, qd
 
+    def consistent_together(
+        self, state: Callable[[Floats, Floats], StateBatch], q: Floats, qd: Floats, nominal: Floats
+    ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        """q and qd, (b, n) each, of b states moved at once, and which of them meet the constraints then, (b,).
+
+        Full steps are enough near the constraints, as along an integration; ``consistent`` takes the states that are
+        left. ``state`` makes the batch of (q, qd), ``nominal`` (n,) measures the steps.
+        """
+
+        def positions(x: Floats) -> tuple[Floats, Floats]:
+            phi, _, _, jacobian = self(state(x, qd))
+            return phi[: self.h].T, batch_first(jacobian[: self.h], 2) * nominal
+
+        q, near = newton_together(positions, q, nominal)
+
+        def velocities(x: Floats) -> tuple[Floats, Floats]:
+            _, velocity, _, jacobian = self(state(q, x))
+            return velocity.T, batch_first(jacobian, 2) * nominal
+
+        qd, still = newton_together(velocities, qd, nominal)
+        return q, qd, near & still
+
     def _refuse(self, residual: Floats, jacobian: Floats, bar: float) -> None:
-        if not _relative(residual, jacobian) <= bar:
+        if not relative(residual, jacobian) <= bar:
             listed = ", ".join(f"{name} = {r:.3g}" for name, r in zip(self.names, residual, strict=False))
             raise SimulationError(f"the constraints cannot be met from the start values; residuals: {listed}")
 
@@ -185,43 +208,6 @@ def accelerations_without_qdd(composition: Composition, velocities: Sequence[sp.
     moving |= dict(zip(s.motion, s.motion_dot, strict=True)) | dict(zip(s.motion_dot, s.motion_ddot, strict=True))
     moving |= dict(zip(s.further, composition.further, strict=False))  # the rates of filters stand behind
     return [sp.Add(*(w.diff(x) * rate for x, rate in moving.items())) for w in velocities]
-
-
-def newton(function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, free: np.ndarray, nominal: Floats) -> Floats:
-    """x (n,) moved in its ``free`` entries until the residuals vanish, or fall no further.
-
-    ``function`` maps x to residuals (m,) and their Jacobian (m, n); ``nominal`` values (n,) measure the steps. Source:
-    N. Yamashita, M. Fukushima, Computing Suppl. 15 (2001), pp. 239-249.
-    """
-    residual, jacobian = function(x)
-    for _ in range(_ITERATIONS):
-        if not free.any() or not np.isfinite(jacobian).all() or _relative(residual, jacobian) <= 1e-3 * TIGHT:
-            break
-        step = np.zeros_like(x)
-        # with redundant constraints solutions are not isolated; damping by the square of the residual keeps the
-        # convergence quadratic (N. Yamashita, M. Fukushima, Computing 15, 2001)
-        length = np.linalg.norm(jacobian[:, free], axis=1)
-        unit = 1.0 / np.where(length > 0, length, 1.0)
-        rows, r = unit[:, None] * jacobian[:, free], unit * residual
-        damped = rows @ rows.T + min(1.0, float(np.max(np.abs(r))) ** 2) * np.eye(len(r))
-        step[free] = rows.T @ np.linalg.lstsq(damped, -r, rcond=1e-12)[0]
-        for halving in range(_HALVINGS):
-            trial = x + 0.5**halving * step * nominal
-            found = function(trial)
-            if np.linalg.norm(unit * found[0]) < np.linalg.norm(r):  # the norm that falls along a damped step
-                break
-        else:
-            break
-        x, (residual, jacobian) = trial, found
-    return x
-
-
-def _relative(residual: Floats, jacobian: Floats) -> float:
-    """The greatest residual, relative to its change if coordinates change by their nominal values."""
-    if not len(residual):
-        return 0.0
-    size = np.abs(jacobian).max(axis=1)
-    return float(np.max(np.abs(residual) / np.where(size > 0, size, 1.0)))
 
 
 def _least(matrix: Floats, right: Floats) -> Floats:

@@ -95,8 +95,26 @@ class EnergyFunctions:
 
         ``time`` is in s. Raises SimulationError if the constraints cannot be met.
         """
-        nominal = np.array([c.nominal for c in self.mechanism.coordinates])
-        return self.constraints.consistent(lambda a, b: self.state(time, a, b, inputs), q, qd, nominal, free)
+        return self.constraints.consistent(lambda a, b: self.state(time, a, b, inputs), q, qd, self._nominal, free)
+
+    def all_consistent(
+        self, times: Floats, q: Floats, qd: Floats, inputs: Mapping[str, Floats]
+    ) -> tuple[Floats, Floats]:
+        """q and qd, (b, n) each, at ``times`` (b,) in s, moved onto the constraints; ``inputs`` are (b,) each.
+
+        Raises SimulationError if the constraints cannot be met.
+        """
+        new_q, new_qd, met = self.constraints.consistent_together(
+            lambda a, b: self.state(times, a, b, inputs), q, qd, self._nominal
+        )
+        for i in np.flatnonzero(~met).tolist():
+            there = {name: float(values[i]) for name, values in inputs.items()}
+            new_q[i], new_qd[i] = self.consistent(q[i], qd[i], float(times[i]), there)
+        return new_q, new_qd
+
+    @property
+    def _nominal(self) -> Floats:
+        return np.array([c.nominal for c in self.mechanism.coordinates])
 
     def state(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> StateBatch:
         """The state with t in s, q and qd (n,) or (m, n), inputs name -> value or (m,).

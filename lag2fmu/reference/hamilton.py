@@ -19,7 +19,7 @@ from lag2fmu.description.names import velocity
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.equations import Equations
-from lag2fmu.reference.initial_value_problem import DAMPING, SCIPY_METHODS
+from lag2fmu.reference.initial_value_problem import PULL_BACK, SCIPY_METHODS
 from lag2fmu.reference.single import single_state
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
@@ -71,7 +71,7 @@ class _Canonical:
         self.equations = Equations(mechanism)
         self.n, self.nominal = self.equations.n, np.array([c.nominal for c in mechanism.coordinates])
         # the rate (1/s) that pulls the motion back onto the constraints, as in ``initial_value_problem``
-        self.damping = DAMPING / mechanism.experiment.step if self.equations.energies.constraints.m else 0.0
+        self.damping = PULL_BACK / mechanism.experiment.step if self.equations.energies.constraints.m else 0.0
         self.single = None if self.equations.small else single_state(self.equations)
         self.terms = self.equations.terms if self.single is None else self.single.terms
 

@@ -19,7 +19,7 @@ from lag2fmu.reference.single import SingleState, single_state
 from lag2fmu.reference.state import Floats, StateBatch
 
 PERTURBATION = 1e-8
-DAMPING = 0.1
+PULL_BACK = 0.1
 SCIPY_METHODS = ("DOP853", "Radau")
 COMPILED_AFTER = 1000
 """Up to so many evaluations of a small mechanism NumPy is quicker than a compiler and its library."""
@@ -50,7 +50,7 @@ class InitialValueProblem:
         self.further = [state.name for state in equations.mechanism.states]
         self.size = 2 * self.n + len(self.further)  # s
         # the rate (1/s) that pulls the motion back onto the constraints, by the step of the experiment
-        self.damping = DAMPING / equations.mechanism.experiment.step if equations.energies.constraints.m else 0.0
+        self.damping = PULL_BACK / equations.mechanism.experiment.step if equations.energies.constraints.m else 0.0
         nominal = np.array([c.nominal for c in equations.mechanism.coordinates])
         self.nominal = np.concatenate([nominal, nominal, [z.nominal for z in equations.mechanism.states]])
         self.evaluations, self.end, self._before_end = 0, np.inf, np.inf
@@ -102,12 +102,11 @@ class InitialValueProblem:
         """z (m, s + 1) at ``times`` (m,), in s, moved onto the constraints; unchanged without constraints."""
         if not self.equations.energies.constraints.m:
             return z
-        found: Floats = z.copy()
-        for row, t in zip(found, times, strict=True):
-            inputs = {**self.signals.at(float(t)), **{k: x[0] for k, x in self.further_of(row[None]).items()}}
-            q, qd = self.equations.energies.consistent(row[: self.n], row[self.n : 2 * self.n], float(t), inputs)
-            row[: 2 * self.n] = [*q, *qd]
-        return found
+        at = [self.signals.at(float(t)) for t in times]
+        inputs = {name: np.array([values[name] for values in at]) for name in at[0]} | self.further_of(z)
+        n = self.n
+        q, qd = self.equations.energies.all_consistent(times, z[:, :n], z[:, n : 2 * n], inputs)
+        return np.concatenate([q, qd, z[:, 2 * n :]], axis=1)
 
     def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
         """z at the times, (m, copies, s + 1), from ``start`` (copies, s + 1), and the evaluations it took.

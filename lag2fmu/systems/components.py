@@ -87,15 +87,7 @@ class Component:
 
 def read_component(name: str, path: Path) -> Component:
     """The FMU ``path`` as the component ``name``; raises LoadError if it is no FMU of FMI 2.0 or 3.0."""
-    with opened(path) as archive:
-        if DESCRIPTION not in archive.namelist():
-            raise LoadError(f"'{path}': there is no {DESCRIPTION} in it; it is no FMU")
-        document = read_document(archive.read(DESCRIPTION))
-        grouped = parse(archive.read(_TERMINALS), _TERMINALS).root if _TERMINALS in archive.namelist() else None
-    try:
-        description = described(document)
-    except LoadError as error:
-        raise LoadError(f"'{path}': {error}") from None
+    description, terminals = _described(path)
     if not {"CoSimulation", "ModelExchange"} & {*description.kinds}:
         raise LoadError(f"'{path}': offers neither co-simulation nor model exchange; no system can hold it")
     units = {unit_name: linear_unit(element) for unit_name, element in description.units.items()}
@@ -107,10 +99,24 @@ def read_component(name: str, path: Path) -> Component:
         description.root.get("fmiVersion"),
         "CoSimulation" if "CoSimulation" in description.kinds else "ModelExchange",
         {connector.name: connector for connector in found},
-        {} if grouped is None else {t.get("name"): _terminal(t) for t in grouped.all("Terminals", "Terminal")},
+        {t.get("name"): _terminal(t) for t in terminals},
         stop if stop > 0 else None,
         frozenset(v.name for v in description.variables if v.type == "String"),
     )
+
+
+def _described(path: Path) -> tuple[FmuDescription, list[XmlElement]]:
+    """The description of the FMU ``path``, and its terminals."""
+    with opened(path) as archive:
+        if DESCRIPTION not in archive.namelist():
+            raise LoadError(f"'{path}': there is no {DESCRIPTION} in it; it is no FMU")
+        document = read_document(archive.read(DESCRIPTION))
+        grouped = parse(archive.read(_TERMINALS), _TERMINALS).root if _TERMINALS in archive.namelist() else None
+    try:
+        description = described(document)
+    except LoadError as error:
+        raise LoadError(f"'{path}': {error}") from None
+    return description, [] if grouped is None else list(grouped.all("Terminals", "Terminal"))
 
 
 def _experiment(description: FmuDescription) -> XmlElement:

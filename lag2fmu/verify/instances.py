@@ -73,7 +73,7 @@ class Instance:
         self._files = tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True)
         self.folder = self._files.name
         try:
-            fmpy.extract(str(path), self.folder)
+            fmpy.extract(str(path), self.folder, include=_needed)
             self.fmu = instantiate_fmu(
                 self.folder,
                 description,
@@ -119,6 +119,16 @@ class Instance:
         """Free the instance and remove its files."""
         self.fmu.freeInstance()
         self._files.cleanup()
+
+
+def _needed(file: str) -> bool:
+    """Whether an instance needs the ``file`` of an archive: no sources, no pages, no libraries of other platforms."""
+    import fmpy
+
+    folder, _, rest = file.partition("/")
+    if folder == "binaries":
+        return rest.split("/")[0] in (fmpy.platform, fmpy.platform_tuple)
+    return folder not in ("sources", "documentation")
 
 
 _waiting: dict[tuple[object, ...], Instance] = {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import struct
 import zipfile
+from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
@@ -22,6 +23,12 @@ ROOT = Path(__file__).parents[2]
 VOID = {"meta"}
 
 pytestmark = pytest.mark.fmu
+
+
+@pytest.fixture
+def exported(exported):
+    """FMUs with the equations on their pages."""
+    return partial(exported, without=())
 
 
 class Page(HTMLParser):

@@ -6,9 +6,11 @@ import sympy as sp
 from mechanisms import charged_particle, driven_pendulum, falling, loaded, oscillator, pendulum
 
 from lag2fmu.errors import DerivationError, LoadError, SimulationError
+from lag2fmu.formats.loading import load
 from lag2fmu.language.expressions import FUNCTIONS
 from lag2fmu.mechanism import Body, Damper, Energy, Load, Mechanism, Point, Spring, coordinate, parameter
 from lag2fmu.reference import Equations, sympy_accelerations
+from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import FEW, STEP, compiled
 from models.double_pendulum import double_pendulum
 
@@ -256,3 +258,21 @@ def test_refuses_unknown_inputs_and_shapes() -> None:
     four = Mechanism("four", coordinates=names, energy=Energy(kinetic=sum(q.dot**2 for q in names)))
     with pytest.raises(DerivationError, match="has 4 coordinates"):
         sympy_accelerations(four)
+
+
+def test_states_move_onto_the_constraints_together_as_each_alone() -> None:
+    """Near the constraints by full steps; far from them, at the last state, steps are halved for that state alone."""
+    energies = EnergyFunctions(load("four_bar_linkage"))
+    q, qd = (np.tile(x, (30, 1)) for x in energies.start(0.0))
+    random = np.random.default_rng(0)
+    for row in q:
+        row[:] = row * random.uniform(0, 1) + random.normal(size=3) * random.uniform(0.01, 2)
+    before, at = q.copy(), np.zeros(30)
+    batch, nominal = (lambda a, b: energies.state(at, a, b)), np.ones(3)
+    assert energies.constraints.consistent_together(batch, q, qd, nominal)[2].tolist() == [*[True] * 29, False]
+    together = energies.all_consistent(at, q, qd, {})
+    assert (q == before).all()
+    for i in range(30):
+        alone = energies.consistent(q[i], qd[i])
+        np.testing.assert_allclose([x[i] for x in together], alone, rtol=0, atol=1e-9)
+    assert np.abs(energies.constraints(energies.state(at, *together))[1]).max() < 1e-11

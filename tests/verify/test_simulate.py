@@ -16,6 +16,7 @@ from lag2fmu.formats.loading import load
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
 from lag2fmu.reference import Trajectory, held, integrate, read_csv
+from lag2fmu.verify.instances import instance_of
 from lag2fmu.verify.simulate import Run, simulate_fmu
 
 pytestmark = pytest.mark.fmu
@@ -25,6 +26,15 @@ def test_outputs_and_times_by_default(exported) -> None:
     run = lag2fmu.simulate(exported("cart_pole"))
     assert run.names == ("x", "theta", "x_dot", "theta_dot", "x_tip", "y_tip")
     assert run.time == pytest.approx(np.arange(1001) * 0.01, abs=1e-9)
+
+
+def test_what_a_run_needs_of_an_fmu_is_unpacked(exported) -> None:
+    fmu = exported("pendulum")
+    with instance_of(fmu.path, "CoSimulation") as instance:
+        unpacked = {path.relative_to(instance.folder).as_posix() for path in Path(instance.folder).rglob("*")}
+    assert "modelDescription.xml" in unpacked
+    assert len([name for name in unpacked if name.startswith("binaries/")]) == 2  # the library in its folder
+    assert not unpacked & {"sources", "documentation"}
 
 
 @pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])

@@ -28,11 +28,8 @@ from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
 
-LOCATED = 1e3
+SLIP_ENDS = 1e3
 """A slip in space ends with so many times the velocity that counts as zero, or less."""
-YIELDS = 1e-6
-"""A contact whose slip begins bears less friction than the limit by this part."""
-
 THROWN = 1e-9
 """Accelerations of a row below this part of those that all forces make are none."""
 
@@ -134,7 +131,8 @@ class ModeChoice:
     ) -> Item:
         """The item of the contact ``i``, which touches: its present mode comes first, unless this mode has ended.
 
-        It ``gives`` way in this direction, if there is one.
+        It ``gives`` way in this direction, if there is one. Friction has its limit then: the slip goes on by what the
+        loads grow beyond it, and does not turn back by what they are located early.
         """
         rows, slips = point.rows, slips_of(point, i)
         direction = self._going_on(point, i, modes, slips, rests, due) or gives
@@ -144,8 +142,7 @@ class ModeChoice:
         elif ("cone", i) in due:
             closed = tuple(mode for mode in closed if mode is not Mode.STICKS)
         options = (Mode.OPEN, *closed) if ("force", i) in due else (*closed, Mode.OPEN)
-        left = 1.0 - YIELDS if gives else 1.0  # at the limit itself the slip would not begin
-        return Item(options, i, slips, left * float(rows.friction[i]), left * float(rows.static[i]), 0.0, direction)
+        return Item(options, i, slips, float(rows.friction[i]), float(rows.static[i]), 0.0, direction)
 
     def _going_on(
         self, point: MotionPoint, i: int, modes: Modes, slips: tuple[int, ...], rests: Floats, due: Due
@@ -157,7 +154,7 @@ class ModeChoice:
             return modes.directions[i]
         still = rests[list(slips)]
         if turned and len(slips) == 2:  # it is located by a direction that errors may have turned
-            still = np.maximum(2 * BACK * modes.steadied.get(i, 0.0), LOCATED * still)
+            still = np.maximum(2 * BACK * modes.steadied.get(i, 0.0), SLIP_ENDS * still)
         if not slips or (np.abs(slip) <= still).all():
             return None
         return tuple(slip / np.hypot.reduce(slip))

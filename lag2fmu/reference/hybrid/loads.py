@@ -18,7 +18,7 @@ from lag2fmu.reference.state import Floats
 
 FREE = 1e-9
 """Singular values below this belong to loads that no motion feels; the rows have unit length."""
-MET = 1e-11
+WITHIN_CONES = 1e-11
 """Cones are met to this part of the greatest load."""
 CUTS = 60
 FAR = 1e-3
@@ -162,7 +162,7 @@ def _nearest(least: Floats, free: Floats, limits: list[tuple[float, Floats, Floa
     load, found = max(float(np.abs(least).max()), 1e-300), least
     facets: list[tuple[float, Floats]] = []
     for _ in range(CUTS):
-        cuts = [(limit[0], _facet(limit, found)) for limit in limits if _margin(limit, found) < -MET * load]
+        cuts = [(limit[0], _facet(limit, found)) for limit in limits if _margin(limit, found) < -WITHIN_CONES * load]
         beyond = [(offset, facet) for offset, facet in cuts if np.abs(facet @ free).max() > FREE]
         if not beyond:
             return found
@@ -195,7 +195,7 @@ def _farthest(least: Floats, free: Floats, limits: list[tuple[float, Floats, Flo
         if result.x is None:
             return found
         found = least + load * (free @ result.x[:d])
-        if min(_margin(limit, found) for limit in limits) >= load * min(result.x[-1] - MET, FAR):
+        if min(_margin(limit, found) for limit in limits) >= load * min(result.x[-1] - WITHIN_CONES, FAR):
             break
     return found
 

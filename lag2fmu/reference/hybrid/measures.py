@@ -11,7 +11,7 @@ TOUCH = 1e-11
 """Gaps up to this part of their nominal size count as closed."""
 STILL = 1e-10
 """Velocities up to this part of their nominal size count as zero."""
-INSTANT = 1e-12
+TIME_LOCATED = 1e-12
 """Events are located to this time (s) or, beyond 1 s, to this part of their time."""
 SLOW = 1e-3
 """Errors are measured by at least this part of nominal values as accelerations, per s^2: forces may cancel."""
@@ -40,7 +40,7 @@ def rest_speeds(point: MotionPoint) -> Floats:
 
     Where the velocities of a mechanism do not move a row, as at the dead centre of a crank, its size is no measure.
     """
-    instant = INSTANT * max(1.0, abs(float(point.state.t)))
+    instant = TIME_LOCATED * max(1.0, abs(float(point.state.t)))
     found: Floats = np.maximum(STILL * velocity_sizes(point), instant * np.abs(point.rows.gamma))
     return found
 

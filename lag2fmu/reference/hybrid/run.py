@@ -8,16 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.constraints import newton
 from lag2fmu.reference.energies import declared_starts
 from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
 from lag2fmu.reference.hybrid.system import HybridSystem
+from lag2fmu.reference.newton import newton
 from lag2fmu.reference.signals import Signals
 from lag2fmu.reference.state import Floats, StateBatch
 
 LONGEST_PART = 0.05
 """The longest step as a part of the run."""
-DAMPING = 0.1
+PULL_BACK = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class HybridRun:
         self.whole = whole or float(times[-1] - times[0])
         longest = LONGEST_PART * self.whole
         # the rate (1/s) that pulls back onto closed contacts; a greater one would shorten the steps of a motion at rest
-        self.damping = min(DAMPING / system.mechanism.experiment.step, 2 / longest) if needs and longest else 0.0
+        self.damping = min(PULL_BACK / system.mechanism.experiment.step, 2 / longest) if needs and longest else 0.0
         self.progress: Callable[[float], None] | None = None
 
     def inputs(self, t: float) -> Floats:

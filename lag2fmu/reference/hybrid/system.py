@@ -17,12 +17,13 @@ from scipy.linalg import block_diag
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.constraints import newton, scales
+from lag2fmu.reference.constraints import scales
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.hybrid.elements import Elements
 from lag2fmu.reference.hybrid.kinks import FrozenComposition
 from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes, closed_contacts
 from lag2fmu.reference.hybrid.records import Answer, MotionPoint, Rows
+from lag2fmu.reference.newton import newton
 from lag2fmu.reference.state import Floats, StateBatch
 
 RANK = 1e-11
