@@ -85,11 +85,12 @@ class Circuit:
         return [_Cable(self.members[source], outputs, target, places, factor, offset)]
 
     def hear(self, outer: Mapping[str, float]) -> None:
-        """Set the inputs that hear inputs of the system to the values ``outer``."""
+        """Set the inputs that hear inputs of the system to the values ``outer``; those without a value stay."""
         for name, target, place, map_ in self._outer:
-            self._inputs[target].values[place] = map_(outer[name])
+            if name in outer:
+                self._inputs[target].values[place] = map_(outer[name])
         for inputs in self._inputs.values():
-            if self._outer:
+            if outer:
                 inputs.channel.write(inputs.values)
 
     @property

@@ -186,6 +186,7 @@ def test_outputs_and_inputs_of_the_system(exported, tmp_path) -> None:
         path, step=0.001, inputs={"time": [0.0, 1.0], "push": [0.0, 1000.0]}, values={"cart.k": 0.0}, outputs=["place"]
     )
     assert run["place"] == pytest.approx(1 + 2000 * (0.3 + run.time**3 / 6), abs=1.1)  # held: half a step late
+    assert lag2fmu.simulate(path, values={"cart.k": 0.0})["place"] == pytest.approx(601.0), "it keeps its start value"
     with pytest.raises(LoadError, match="the system has no input 'pull'; there are push"):
         lag2fmu.simulate(path, inputs={"time": [0.0, 1.0], "pull": [0.0, 1.0]})
 
