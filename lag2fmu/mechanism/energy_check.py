@@ -101,7 +101,9 @@ def _cuts(expression: sp.Expr) -> Borders:
     """Angles by atan2(y, x) in ``expression``: y, which has a value only where x < 0."""
     for angle in sorted(expression.atoms(sp.atan2), key=str):
         y, x = (_with_values(e) for e in angle.args)
-        yield angle, y * sp.sqrt(-x)
+        side = sp.sqrt(-x)
+        if not side.has(sp.I):  # else x is always positive
+            yield angle, y * side
 
 
 def _energies(m: Description, poses: Poses) -> Iterator[tuple[str, sp.Expr]]:

@@ -78,7 +78,7 @@ static int take_fixed_steps(double tolerance, double stop, int count) {
         return 1;
     }
     for (int i = 1; i <= count; i++) {
-        const Step step = {stop / count, stop * i / count, false};
+        const Step step = {stop / count, stop * i / count};
         if (!solver_step(instance, step)) {
             return 1;
         }

@@ -127,6 +127,7 @@ def test_an_angle_that_jumps_by_a_whole_turn_is_told(angle: str) -> None:
 
 def test_an_angle_that_stays_on_one_side_is_not_told() -> None:
     assert read(text("d*(atan2(x, 1 + x**2) - 0.2)**2 + atan2(sqrt(1 + x**2), x)"), "turning.toml").warnings == ()
+    assert read(text("d*(atan2(x, 3) - 0.2)**2 + d*atan2(x, 2 + sqrt(2))"), "turning.toml").warnings == ()
 
 
 def test_forces_may_jump() -> None:
