@@ -102,8 +102,20 @@ def _cuts(expression: sp.Expr) -> Borders:
     for angle in sorted(expression.atoms(sp.atan2), key=str):
         y, x = (_with_values(e) for e in angle.args)
         side = sp.sqrt(-x)
-        if not side.has(sp.I):  # else x is always positive
+        if not side.has(sp.I) and _differs_by_a_turn(expression, angle):  # with I, x is always positive
             yield angle, y * side
+
+
+def _differs_by_a_turn(expression: sp.Expr, angle: sp.Expr) -> bool:
+    """Whether ``expression`` is another one for ``angle`` = pi and -pi, at random values of all that is in it."""
+    sides = [_with_values(expression.xreplace({angle: side})) for side in (sp.pi, -sp.pi)]
+    generator = random.Random(7)
+    for _ in range(3):
+        point = {name: generator.uniform(0.1, 1.0) for name in sorted(free_names(sides))}
+        one, other = (value_at(side, point) for side in sides)
+        if one is None or other is None or abs(one - other) > _ROUNDING * max(abs(one), abs(other)):
+            return True
+    return False
 
 
 def _energies(m: Description, poses: Poses) -> Iterator[tuple[str, sp.Expr]]:
