@@ -221,14 +221,14 @@ def linearize(**choices: Any) -> None:
 @loading
 def simulate(**choices: Any) -> None:
     """Run MODEL, an FMU, or a system of FMUs (.ssp, .ssd) by fmpy."""
+    from lag2fmu.cli.motions import SimulateOptions
     from lag2fmu.systems.source import is_system
 
     if is_system(choices["model"]):
-        from lag2fmu.cli.systems import run_system as simulate_model
+        from lag2fmu.cli.systems import run_system as run
     else:
-        from lag2fmu.cli.simulating import simulate_model
-
-    simulate_model(**choices)
+        from lag2fmu.cli.simulating import simulate_model as run
+    run(SimulateOptions(**choices))
 
 
 @click.command()

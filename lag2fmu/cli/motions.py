@@ -1,17 +1,44 @@
-"""The motion of a run, written as CSV or summed up in a table."""
+"""What ``simulate`` is asked for, of whatever model; and the motion of a run, as CSV or summed up in a table."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
 
 import click
 from rich.markup import escape
 from rich.table import Table
 
+from lag2fmu.cli.options import CSV, check_ending, check_picture
 from lag2fmu.cli.terminal import console
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import named
 from lag2fmu.reference.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class SimulateOptions:
+    """The options of ``simulate``, by their names."""
+
+    model: str
+    stop_time: float | None
+    step: float | None
+    tolerance: float | None
+    inputs: Path | None
+    hold: bool
+    wanted: tuple[str, ...]
+    out: str | None
+    plot: Path | None
+    animation: Path | None
+    settings: tuple[str, ...]
+
+
+def check_targets(asked: SimulateOptions) -> None:
+    """Raise LoadError, before a long run, for a CSV file or a picture of another kind."""
+    check_picture(asked.plot)
+    if asked.out not in (None, "-"):
+        check_ending(Path(str(asked.out)), CSV)
 
 
 def write_motion(trajectory: Trajectory, out: str | None, units: Mapping[str, Unit]) -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from lag2fmu.cli.motions import write_motion
-from lag2fmu.cli.options import ANIMATIONS, CSV, check_ending, check_picture
+from lag2fmu.cli.motions import SimulateOptions, check_targets, write_motion
+from lag2fmu.cli.options import ANIMATIONS, check_ending
 from lag2fmu.cli.settings import echo_settings, load_mechanism
 from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
@@ -27,64 +27,46 @@ from lag2fmu.verify.plan import times_of
 from lag2fmu.verify.scalars import scalars_of
 
 
-def simulate_model(  # noqa: PLR0913, PLR0917 (an option each)
-    model: str,
-    stop_time: float | None,
-    step: float | None,
-    tolerance: float | None,
-    inputs: Path | None,
-    hold: bool,
-    wanted: tuple[str, ...],
-    out: str | None,
-    plot: Path | None,
-    animation: Path | None,
-    settings: tuple[str, ...],
-) -> None:
-    """Run ``model`` and write, draw, animate or sum up its motion; raises Lag2FmuError for input that does not fit."""
-    _check_files(plot, animation, out)
-    source, values, units = _source_and_values(model, settings)
-    signals = None if inputs is None else read_csv(inputs, units)
+def simulate_model(asked: SimulateOptions) -> None:
+    """Run a model and write, draw, animate or sum up its motion; raises Lag2FmuError for input that does not fit."""
+    check_targets(asked)
+    if asked.animation is not None:
+        from lag2fmu.verify.plots.animation import writer_of
+
+        check_ending(asked.animation, ANIMATIONS)
+        writer_of(asked.animation)
+    source, values, units = _source_and_values(asked.model, asked.settings)
+    signals = None if asked.inputs is None else read_csv(asked.inputs, units)
     of_mechanism = {name: value for name, value in values.items() if name not in SETTINGS}
     mechanism = entry_points.mechanism_of(source, of_mechanism)
-    drawn = mechanism if plot or animation else None
+    drawn = mechanism if asked.plot or asked.animation else None
     with (
-        progress_bar("simulating", _until(source, stop_time)) as progress,
+        progress_bar("simulating", _until(source, asked.stop_time)) as progress,
         as_fmu(source) as path,
     ):
-        outputs = _recorded(path, wanted)
+        outputs = _recorded(path, asked.wanted)
         beside = [name for name in _seen_in_plots(drawn) if name not in outputs]
         trajectory = entry_points.simulate(
             path,
-            stop_time=stop_time,
-            step=step,
-            tolerance=tolerance,
+            stop_time=asked.stop_time,
+            step=asked.step,
+            tolerance=asked.tolerance,
             values=values,
             inputs=signals,
-            hold=hold,
+            hold=asked.hold,
             outputs=outputs,
             beside=beside,
             progress=progress,
         )
-    write_motion(trajectory.without(beside), out, units)
-    if animation is not None:
-        _animate(mechanism, trajectory, animation)
-    if plot is not None:
+    write_motion(trajectory.without(beside), asked.out, units)
+    if asked.animation is not None:
+        _animate(mechanism, trajectory, asked.animation)
+    if asked.plot is not None:
         from lag2fmu.verify.plots.figures import save
         from lag2fmu.verify.plots.motion import motion_figure
 
-        save(motion_figure(getattr(mechanism, "title", Path(model).stem), trajectory, mechanism, signals), plot)
-
-
-def _check_files(plot: Path | None, animation: Path | None, out: str | None) -> None:
-    """Raise before a long run for files of other kinds, and if the program that writes animations is missing."""
-    check_picture(plot)
-    if animation is not None:
-        from lag2fmu.verify.plots.animation import writer_of
-
-        check_ending(animation, ANIMATIONS)
-        writer_of(animation)
-    if out not in (None, "-"):
-        check_ending(Path(str(out)), CSV)
+        title = getattr(mechanism, "title", Path(asked.model).stem)
+        save(motion_figure(title, trajectory, mechanism, signals), asked.plot)
 
 
 def _until(source: Model, stop_time: float | None) -> float | None:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from lag2fmu.cli.motions import write_motion
-from lag2fmu.cli.options import CSV, check_ending, check_picture
+from lag2fmu.cli.motions import SimulateOptions, check_targets, write_motion
+from lag2fmu.cli.options import check_ending
 from lag2fmu.cli.settings import echo_settings
 from lag2fmu.errors import ExportError, LoadError, SimulationError
 from lag2fmu.formats.loading import pairs_of, values_of
@@ -52,53 +52,40 @@ def write_system(
     click.echo(f"wrote {path}: {told}")
 
 
-def run_system(  # noqa: PLR0913, PLR0917 (an option each)
-    model: str,
-    stop_time: float | None,
-    step: float | None,
-    tolerance: float | None,
-    inputs: Path | None,
-    hold: bool,
-    wanted: tuple[str, ...],
-    out: str | None,
-    plot: Path | None,
-    animation: Path | None,
-    settings: tuple[str, ...],
-) -> None:
-    """Run the system ``model`` and write, draw or sum up its motion.
+def run_system(asked: SimulateOptions) -> None:
+    """Run a system and write, draw or sum up its motion.
 
     Raises Lag2FmuError for input that does not fit; what a run that fails has recorded until then is written.
     """
-    check_picture(plot)
-    if animation is not None:
-        raise LoadError(f"--animate {animation}: a system has no picture; animate its FMUs one by one")
-    if out not in (None, "-"):
-        check_ending(Path(str(out)), CSV)
-    texts, units = pairs_of(settings), units_of_system(Path(model))
+    check_targets(asked)
+    if asked.animation is not None:
+        raise LoadError(f"--animate {asked.animation}: a system has no picture; animate its FMUs one by one")
+    path = Path(asked.model)
+    texts, units = pairs_of(asked.settings), units_of_system(path)
     echo_settings(texts, units)
     try:
         with progress_bar("simulating", 1.0) as progress:
             trajectory = simulate_system(
-                Path(model),
-                stop_time=stop_time,
-                step=step,
-                tolerance=tolerance,
+                path,
+                stop_time=asked.stop_time,
+                step=asked.step,
+                tolerance=asked.tolerance,
                 values=values_of(texts, units),
-                inputs=None if inputs is None else read_csv(inputs),
-                hold=hold,
-                beside=wanted,
+                inputs=None if asked.inputs is None else read_csv(asked.inputs),
+                hold=asked.hold,
+                beside=asked.wanted,
                 share=progress,
             )
     except SimulationError as error:
-        if error.reached is not None and out is not None:
-            write_motion(error.reached, out, units)
+        if error.reached is not None and asked.out is not None:
+            write_motion(error.reached, asked.out, units)
         raise
-    write_motion(trajectory, out, units)
-    if plot is not None:
+    write_motion(trajectory, asked.out, units)
+    if asked.plot is not None:
         from lag2fmu.verify.plots.figures import save
         from lag2fmu.verify.plots.motion import motion_figure
 
-        save(motion_figure(Path(model).stem, trajectory), plot)
+        save(motion_figure(path.stem, trajectory), asked.plot)
 
 
 def units_of_system(path: Path) -> dict[str, Unit]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from lag2fmu.verify.instances import Instance, is_fmi3
 from lag2fmu.verify.run import Floats, Scalar, size_of
 
 _CALLS = {False: {"Enumeration": "Integer"}, True: {"Enumeration": "Int64"}}
@@ -18,9 +17,9 @@ _FLOATS = ("Real", "Float64", "Float32")
 class _Part:
     """The scalars of one type: where their variables' elements lie among the values of a call."""
 
-    def __init__(self, instance: Instance, kind: str, scalars: Sequence[Scalar], columns: Sequence[int]) -> None:
-        self.kind, self.columns, self.sized = kind, list(columns), is_fmi3(instance.description)
-        self._get, self._set = (getattr(instance.fmu, f"{verb}{kind}") for verb in ("get", "set"))
+    def __init__(self, fmu: Any, kind: str, scalars: Sequence[Scalar], columns: Sequence[int], *, third: bool) -> None:
+        self.kind, self.columns, self.sized = kind, list(columns), third
+        self._get, self._set = (getattr(fmu, f"{verb}{kind}") for verb in ("get", "set"))
         offsets: dict[int, int] = {}
         self.size = 0
         for i in columns:
@@ -49,15 +48,15 @@ class _Part:
 
 
 class Channel:
-    """The ``scalars`` (k,) of an ``instance``, in their order."""
+    """The ``scalars`` (k,) of an FMU, in their order."""
 
-    def __init__(self, instance: Instance, scalars: Sequence[Scalar], begin: Callable[[], None]) -> None:
-        """Look up how they are read and set; ``begin`` is called before each call of the FMU."""
-        self.scalars, self._begin = scalars, begin
-        calls = _CALLS[is_fmi3(instance.description)]
-        kinds = [calls.get(s.variable.type, s.variable.type) for s in scalars]
+    def __init__(self, fmu: Any, scalars: Sequence[Scalar], *, third: bool) -> None:
+        """Look up how they are read and set by the calls of ``fmu``; ``third``: by FMI 3.0."""
+        self.scalars = scalars
+        kinds = [_CALLS[third].get(s.variable.type, s.variable.type) for s in scalars]
         self._parts = [
-            _Part(instance, kind, scalars, [i for i, k in enumerate(kinds) if k == kind]) for kind in sorted(set(kinds))
+            _Part(fmu, kind, scalars, [i for i, k in enumerate(kinds) if k == kind], third=third)
+            for kind in sorted(set(kinds))
         ]
 
     def __len__(self) -> int:
@@ -66,7 +65,6 @@ class Channel:
 
     def read(self) -> Floats:
         """The present values (k,)."""
-        self._begin()
         values = np.empty(len(self.scalars))
         for part in self._parts:
             found = part.read()
@@ -75,7 +73,6 @@ class Channel:
 
     def write(self, values: Floats) -> None:
         """Set the numbers to ``values`` (k,); those that are no floating point numbers are rounded."""
-        self._begin()
         for part in self._parts:
             part.write(values[part.columns])
 

@@ -88,9 +88,8 @@ class Circuit:
         """Set the inputs that hear inputs of the system to the values ``outer``; those without a value stay."""
         for name, target, place, map_ in self._outer:
             if name in outer:
-                self._inputs[target].values[place] = map_(outer[name])
-        for inputs in self._inputs.values():
-            if outer:
+                inputs = self._inputs[target]
+                inputs.values[place] = map_(outer[name])
                 inputs.channel.write(inputs.values)
 
     @property
@@ -154,9 +153,10 @@ class Circuit:
             missing = self._missing()
             if all(not _differ(i.values, i.values + m) for i, m in zip(self._inputs.values(), missing, strict=True)):
                 return
-            change = np.linalg.lstsq(
-                np.eye(sum(map(len, missing))) - self._gains(), np.concatenate(missing), rcond=None
-            )[0]
+            matrix = np.eye(sum(map(len, missing))) - self._gains()
+            if not np.isfinite(matrix).all():
+                break
+            change = np.linalg.lstsq(matrix, np.concatenate(missing), rcond=None)[0]
             at = 0
             for inputs in self._inputs.values():
                 inputs.values += change[at : at + len(inputs.values)]

@@ -26,8 +26,24 @@ _DIFFERENCE = 1e-7
 """The difference by which outputs are differentiated, in units of an input's size: the root of rounding, about."""
 
 
+class _Told:
+    """The calls of a member's FMU; what goes wrong is a SimulationError that names the component and the call."""
+
+    def __init__(self, member: Member) -> None:
+        self._member = member
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        call = getattr(self._member.instance.fmu, name)
+
+        def told(*args: Any) -> Any:
+            with self._member.telling(f"called by {name}"):
+                return call(*args)
+
+        return told
+
+
 class Member:
-    """A ``component`` as an ``instance`` whose numbers are ``scalars``."""
+    """A ``component`` as an ``instance`` whose numbers are ``scalars``; its calls are those of ``fmu``."""
 
     def __init__(
         self, component: Component, instance: Instance, scalars: Mapping[str, Scalar], begin: Callable[[], None]
@@ -35,20 +51,17 @@ class Member:
         """Look up what the FMU offers; ``begin`` is called before calls of the FMU, which may not come back."""
         self.begin = begin
         self.name, self.instance, self.scalars = component.name, instance, scalars
+        self.fmu = _Told(self)
         description = instance.description
         self.takes_derivatives = takes_derivatives(description)
         self.gives_orders = min(int(description.coSimulation.maxOutputDerivativeOrder or 0), _ORDERS)
         self._differentiates = bool(description.coSimulation.providesDirectionalDerivative)
         self._polynomials: tuple[Channel, Floats, float] | None = None
 
-    @property
-    def fmu(self) -> Any:
-        """The instance of fmpy."""
-        return self.instance.fmu
-
     def channel(self, names: Sequence[str]) -> Channel:
         """The numbers in the variables ``names``, of an array its elements; raises LoadError as ``elements``."""
-        return Channel(self.instance, [s for name in names for s in self.elements(name)], self.begin)
+        found = [s for name in names for s in self.elements(name)]
+        return Channel(self.fmu, found, third=is_fmi3(self.instance.description))
 
     def elements(self, name: str) -> list[Scalar]:
         """The scalars of the variable or element ``name``; raises LoadError if there is none that is a number."""
@@ -142,13 +155,13 @@ class Member:
         Raises SimulationError if the FMU ends the run.
         """
         if not is_fmi3(self.instance.description):
-            self.fmu.doStep(t, h, int(last))
+            self.instance.fmu.doStep(t, h, int(last))
             return
         if self._polynomials is not None:
             self._polynomials = (*self._polynomials[:2], t)
         now, end = t, t + h
         for _ in range(_PATIENCE):
-            _, terminate, early, reached = self.fmu.doStep(now, end - now, last)
+            _, terminate, early, reached = self.instance.fmu.doStep(now, end - now, last)
             if terminate:
                 raise SimulationError(f"the FMU ended the simulation at t = {reached:.9g} s")
             if not early or reached >= end:

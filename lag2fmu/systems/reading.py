@@ -122,8 +122,7 @@ class Reading:
         for connector in element.all("Connectors", "Connector"):
             node = place, connector.get("name")
             self.kinds[node] = connector.get("kind")
-            named = [child.get("unit") for child in connector.children if child.get("unit")]
-            self.units[node] = units.get(named[0]) if named else None
+            self.units[node] = _unit_of(connector, units)
 
     def _dictionaries(
         self, system: XmlElement, place: Place, source: Source, units: Mapping[str, LinearUnit]
@@ -137,8 +136,7 @@ class Reading:
             written = source.xml(reference) if reference else dictionary.child("SignalDictionary") or dictionary
             own = {**units, **units_of(written)}
             for entry in written.all("DictionaryEntry"):
-                named = [child.get("unit") for child in entry.children if child.get("unit")]
-                self.units[found[name], entry.get("name")] = own.get(named[0]) if named else None
+                self.units[found[name], entry.get("name")] = _unit_of(entry, own)
                 self.kinds[found[name], entry.get("name")] = "inout"
         return found
 
@@ -191,6 +189,12 @@ class Reading:
         """The unit of the FMU's variable; None for a connector of a system."""
         component = self.components.get(node[0])
         return component.connectors[node[1]].unit if component and node[1] in component.connectors else None
+
+
+def _unit_of(element: XmlElement, units: Mapping[str, LinearUnit]) -> LinearUnit | None:
+    """The unit in the type of a connector or of an entry of a dictionary; None if it has none."""
+    named = [child.get("unit") for child in element.children if child.get("unit")]
+    return units.get(named[0]) if named else None
 
 
 def said(node: Node) -> str:

@@ -217,8 +217,7 @@ def _initialize(
     circuit.hear(outer.at(span[0]))
     circuit.settle(span[0])
     for member in members.values():
-        with member.telling("while it is initialized"):
-            member.fmu.exitInitializationMode()
+        member.fmu.exitInitializationMode()
 
 
 def _steps(steps: FixedSteps, members: Mapping[str, Member], recorder: _Recorder, run: Run) -> Trajectory:

@@ -297,6 +297,19 @@ FAILS = """    (void)no_set;
 """
 
 
+def test_a_component_whose_values_cannot_be_read_is_named(tmp_path) -> None:
+    """The error of a call between steps names the component and the call, and keeps what was recorded."""
+    get = "EXPORT fmi2Status fmi2GetReal("
+    assert get in SOURCE
+    broken = SOURCE.replace(get, "static int reads = 0;\n" + get, 1)
+    i = broken.index("SELF;", broken.index(get)) + len("SELF;")
+    other = by_hand(tmp_path / "other.fmu", broken[:i] + "\n    if (++reads > 9) return fmi2Error;" + broken[i:])
+    path = lag2fmu.ssp({"a": other}, tmp_path / "s.ssp")
+    with pytest.raises(SimulationError, match=r"the component 'a', called by getReal: ") as caught:
+        lag2fmu.simulate(path, stop_time=1.0, step=0.01)
+    assert 1 < len(caught.value.reached.time) < 20
+
+
 @pytest.mark.skipif(not apart.FORKS, reason="no process is a fork of another one here")
 @pytest.mark.parametrize(("k", "message"), [(-1.0, "the component 'b' is simulated, it crashes (SIGSEGV)"),
                                             (-5.0, "the component 'b', in the step from t = 0.5 s")])  # fmt: skip
