@@ -1,7 +1,9 @@
 """Trajectories against closed forms, drives by time and by inputs, and failures."""
 
+import itertools
 import re
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from mechanisms import charged_particle, driven_pendulum, falling, loaded, oscil
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipj, ellipk
 
+from lag2fmu import deadline
 from lag2fmu.deadline import OutOfTimeError, within
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.formats.loading import load
@@ -251,12 +254,19 @@ def test_a_run_that_is_too_long_says_which_stop_time_is_within_reach(monkeypatch
     integrate(oscillator(), [0, float(found[1])], rtol=1e-8, whole=5.0)
 
 
+@pytest.fixture
+def ticks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A clock that goes on by a second each time it is read, so that no test depends on the machine's speed."""
+    read = itertools.count().__next__
+    monkeypatch.setattr(deadline, "time", SimpleNamespace(thread_time=read, perf_counter=read))
+
+
+@pytest.mark.usefixtures("ticks")
 def test_a_run_whose_time_is_over_ends_where_it_came() -> None:
-    """A second of swinging at a million radians takes longer than a tenth of a second."""
     x = coordinate("x", start=1.0)
     fast = Mechanism("fast", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2, potential=1e10 * x**2 / 2))
     times = np.linspace(0.0, 1.0, 20001)
-    with within(0.2):
+    with within(10_000.0):
         found = integrate(fast, times, rtol=1e-9)
     reached = len(found.trajectory)
     assert 1 < reached < len(times)
@@ -271,9 +281,10 @@ def test_a_bound_in_time_reaches_the_laws_of_contact_at_the_start() -> None:
         integrate(load("stack_of_blocks"), [0.0, 0.1])
 
 
+@pytest.mark.usefixtures("ticks")
 def test_a_hybrid_run_whose_time_is_over_ends_where_it_came() -> None:
     times = np.linspace(0.0, 1000.0, 20001)
-    with within(0.5):
+    with within(2_000.0):
         found = integrate(load("bouncing_ball"), times, rtol=1e-9)
     assert 0 < len(found.trajectory) < len(times)
     assert found.comparable is not None
