@@ -28,10 +28,10 @@ from lag2fmu.cli.commands import (
     page_command,
     show,
     simulate,
-    ssp,
     validate,
 )
 from lag2fmu.cli.study_commands import calibrate, sweep
+from lag2fmu.cli.system_commands import ssp
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.version import VERSION
 

@@ -276,25 +276,3 @@ def check(**choices: Any) -> None:
     from lag2fmu.cli.checking import check_archive
 
     check_archive(**choices)
-
-
-@click.command()
-@click.argument("fmus", nargs=-1, required=True, metavar="[NAME=]FMU...")
-@click.option("-o", "--out", "path", type=PATH, required=True, metavar="FILE", help="The .ssp.")
-@click.option(
-    "--connect",
-    multiple=True,
-    metavar="A.X:B.Y",
-    help="An output of the component A and an input of B, or two terminals; repeatable.",
-)
-@STOP_TIME
-@click.option("--version", default="1.0", show_default=True, metavar="N", help="Of SSP: 1.0 or 2.0.")
-@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
-@click.option(
-    "--set", "settings", multiple=True, metavar="A.NAME=VALUE", help="A parameter or start value; repeatable."
-)
-def ssp(**choices: Any) -> None:
-    """Write a system of FMUs, of any tool, with their connections and parameters as an archive (SSP)."""
-    from lag2fmu.cli.systems import write_system
-
-    write_system(**choices)

@@ -26,6 +26,7 @@ def write_system(
     fmus: tuple[str, ...],
     path: Path,
     connect: tuple[str, ...],
+    join: tuple[str, ...],
     stop_time: float | None,
     version: str,
     force: bool,
@@ -47,8 +48,9 @@ def write_system(
         named[name] = file
     texts = pairs_of(settings)
     values = values_of(texts, _units(named, {name.partition(".")[0] for name in texts}))
-    ssp(named, path, connect=connect, values=values, stop_time=stop_time, version=version)
-    told = f"{len(named)} FMUs, {len(connect)} connections" + (f", {len(values)} values" if values else "")
+    ssp(named, path, connect=connect, join=join, values=values, stop_time=stop_time, version=version)
+    told = f"{len(named)} FMUs, {len(connect)} connections"
+    told += (f", {len(join)} joints" if join else "") + (f", {len(values)} values" if values else "")
     click.echo(f"wrote {path}: {told}")
 
 

@@ -55,7 +55,7 @@ class Connector:
 
 @dataclass(frozen=True)
 class ComponentTerminal:
-    """Variables that belong together, {member: variable}.
+    """Variables that belong together, {member: variable}, as a terminal of a ``kind``.
 
     ``rule`` says how the members of two terminals are matched. ``inflows`` are the members whose sum over a connection
     is zero, such as forces in balance.
@@ -64,6 +64,7 @@ class ComponentTerminal:
     rule: str
     members: Mapping[str, str]
     inflows: frozenset[str] = frozenset()
+    kind: str = ""
 
 
 @dataclass(frozen=True)
@@ -141,6 +142,5 @@ def _connector(v: Variable, units: Mapping[str, LinearUnit]) -> Connector:
 def _terminal(element: XmlElement) -> ComponentTerminal:
     variables = {m.get("memberName") or m.get("variableName"): m for m in element.all("TerminalMemberVariable")}
     inflows = frozenset(name for name, m in variables.items() if m.get("variableKind") in ("inflow", "outflow"))
-    return ComponentTerminal(
-        element.get("matchingRule"), {x: m.get("variableName") for x, m in variables.items()}, inflows
-    )
+    members = {x: m.get("variableName") for x, m in variables.items()}
+    return ComponentTerminal(element.get("matchingRule"), members, inflows, element.get("terminalKind"))

@@ -56,7 +56,8 @@ class Member:
         self.takes_derivatives = takes_derivatives(description)
         self.gives_orders = min(int(description.coSimulation.maxOutputDerivativeOrder or 0), _ORDERS)
         self._differentiates = bool(description.coSimulation.providesDirectionalDerivative)
-        self._polynomials: tuple[Channel, Floats, float] | None = None
+        self._polynomials: dict[Channel, Floats] = {}
+        self._begun = 0.0
 
     def channel(self, names: Sequence[str]) -> Channel:
         """The numbers in the variables ``names``, of an array its elements; raises LoadError as ``elements``."""
@@ -81,7 +82,7 @@ class Member:
         """Let the ``inputs`` (k,) go on in the next step from ``values`` (k,) by their ``derivatives`` (orders, k)."""
         orders, k = derivatives.shape
         if is_fmi3(self.instance.description):
-            self._polynomials = inputs, np.vstack([values, derivatives]), 0.0
+            self._polynomials[inputs] = np.vstack([values, derivatives])
             self.instance.asked = self._asked
         elif k and orders:
             numbers = np.repeat(np.arange(1, orders + 1), k).tolist()
@@ -89,9 +90,8 @@ class Member:
 
     def _asked(self, t: float) -> None:
         """The FMU asks for its inputs at ``t`` (s) within a step."""
-        if self._polynomials is not None:
-            inputs, terms, begun = self._polynomials
-            h = t - begun
+        h = t - self._begun
+        for inputs, terms in self._polynomials.items():
             inputs.write(sum(term * h**i / max(i, 1) for i, term in enumerate(terms)))  # of order 2 at most: i! is i
 
     def derivatives(self, outputs: Channel) -> Floats:
@@ -149,6 +149,11 @@ class Member:
             words = f"the component '{self.name}', {doing}: {error}; {self.instance.log.tail()}"
             raise SimulationError(words) from error
 
+    def advance(self, t: float, h: float, *, last: bool = False) -> None:
+        """``step``; raises SimulationError that names the component and the time."""
+        with self.telling(f"in the step from t = {t:g} s"):
+            self.step(t, h, last=last)
+
     def step(self, t: float, h: float, *, last: bool) -> None:
         """A communication step from ``t`` of length ``h`` (s); ``last``: it is not repeated.
 
@@ -157,8 +162,7 @@ class Member:
         if not is_fmi3(self.instance.description):
             self.instance.fmu.doStep(t, h, int(last))
             return
-        if self._polynomials is not None:
-            self._polynomials = (*self._polynomials[:2], t)
+        self._begun = t
         now, end = t, t + h
         for _ in range(_PATIENCE):
             _, terminate, early, reached = self.instance.fmu.doStep(now, end - now, last)

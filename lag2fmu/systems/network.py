@@ -14,6 +14,7 @@ from pathlib import Path
 from lag2fmu.errors import LoadError
 from lag2fmu.systems.components import Component
 from lag2fmu.systems.connections import End
+from lag2fmu.systems.joints import Ends, ends_of
 from lag2fmu.systems.parameters import number, units_of
 from lag2fmu.systems.reading import Node, Reading, root_of, said, whole_of
 from lag2fmu.systems.source import source_of
@@ -28,6 +29,7 @@ class Network:
     - ``components``: {name: FMU}; the name of one within a system in the system is SYSTEM.COMPONENT.
     - ``wires``: what inputs and parameters of components hear.
     - ``outputs``: {output of the system: (source, map)}; ``inputs``: the names of its inputs.
+    - ``joints``: what ideal joints hold together.
     - ``values``: parameters and start values that the description gives, in the units of the FMUs, or texts.
     - ``start_time``, ``stop_time``: of the default experiment, in s; None where it says nothing.
     """
@@ -40,6 +42,7 @@ class Network:
     values: Mapping[End, float | str]
     start_time: float
     stop_time: float | None
+    joints: tuple[Ends, ...] = ()
 
 
 @contextmanager
@@ -73,15 +76,17 @@ class _Follower:
         for node in dict.fromkeys((*self.reader.heard, *self.reader.given)):
             if node[0] in self.reader.components:
                 self._follow(node, wires, values)
+        components = {component.name: component for component in self.reader.components.values()}
         return Network(
             name,
-            {component.name: component for component in self.reader.components.values()},
+            components,
             tuple(wires),
             self._outputs(),
             tuple(dict.fromkeys(wire.source.connector for wire in wires if not wire.source.component)),
             values,
             start,
             stop,
+            tuple(ends_of(joint, components, f"{self.label}: the joint {joint}") for joint in self.reader.joints),
         )
 
     def _follow(self, node: Node, wires: list[Wire], values: dict[End, float | str]) -> None:

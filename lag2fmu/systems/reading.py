@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.systems.components import Component, LinearUnit, read_component
+from lag2fmu.systems.joints import ANNOTATION, IdealJoint, read_joint
 from lag2fmu.systems.parameters import Given, given_by, linear_map, units_of
 from lag2fmu.systems.source import Source, source_of
 from lag2fmu.systems.structure import VERSIONS
@@ -60,6 +61,7 @@ class Reading:
     heard: dict[Node, list[tuple[Node, Affine]]] = field(default_factory=dict)
     dictionaries: dict[Place, Place] = field(default_factory=dict)
     given: dict[Node, Given] = field(default_factory=dict)
+    joints: list[IdealJoint] = field(default_factory=list)
 
     def read(
         self,
@@ -84,6 +86,8 @@ class Reading:
         self._bindings(system, place, source)
         for connection in system.all("Connections", "Connection"):
             self._connection(connection, place, source)
+        notes = (x for x in system.all("Annotations", "Annotation") if x.get("type") == ANNOTATION)
+        self.joints += [read_joint(x, place, source.label) for note in notes for x in note.all("Joints", "Joint")]
 
     def _element(
         self,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from functools import partial
 from multiprocessing.sharedctypes import RawValue
@@ -26,6 +26,8 @@ from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.systems.channels import Channel
 from lag2fmu.systems.circuit import Circuit
 from lag2fmu.systems.connections import End
+from lag2fmu.systems.joint_steps import JoinedSteps
+from lag2fmu.systems.joint_system import JointSystem
 from lag2fmu.systems.member import Member, member_of
 from lag2fmu.systems.network import Network, network_of
 from lag2fmu.systems.steps import ControlledSteps, FixedSteps
@@ -105,20 +107,37 @@ def _run(network: Network, run: Run, begin: Callable[[str], None], *, controlled
     with ExitStack() as opened:
         members: dict[str, Member] = {}
         for name, component in network.components.items():
-            driven = [w.target.connector for w in network.wires if w.target.component == name and not run.hold]
+            driven = [*_driven(network, name, hold=run.hold)]
             try:
                 members[name] = opened.enter_context(member_of(component, driven, partial(begin, name)))
             except SimulationError as error:
                 raise SimulationError(f"the component '{name}': {error}") from error
         recorder = _Recorder(network, members, run)
         _initialize(network, members, values, outer, run)
-        circuit = Circuit(members, network.wires)
-        if controlled and circuit.order > 0 and not run.hold and all(m.repeats for m in members.values()):
-            tolerance = _TOLERANCE if run.tolerance is None else run.tolerance
-            steps: FixedSteps = ControlledSteps(members, circuit, outer.at, tolerance, float(run.step or 0.0))
-        else:
-            steps = FixedSteps(members, circuit, outer.at, hold=run.hold)
+        steps = _steps_of(network, members, outer, run, controlled=controlled)
         return _steps(steps, members, recorder, run)
+
+
+def _driven(network: Network, name: str, *, hold: bool) -> Iterator[str]:
+    """The inputs of a component that change within steps: connected ones, unless they are held, and those of joints."""
+    if not hold:
+        yield from (wire.target.connector for wire in network.wires if wire.target.component == name)
+    for ends in network.joints:
+        yield from ends.inputs(name)
+
+
+def _steps_of(
+    network: Network, members: Mapping[str, Member], outer: _Outer, run: Run, *, controlled: bool
+) -> FixedSteps:
+    """The steps: repeated for joints; else as long as the error allows, if that is known; else of one length."""
+    circuit, step = Circuit(members, network.wires), float(run.step or 0.0)
+    if network.joints:
+        joints = JointSystem(members, network.joints)
+        return JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold)
+    if controlled and circuit.order > 0 and not run.hold and all(m.repeats for m in members.values()):
+        tolerance = _TOLERANCE if run.tolerance is None else run.tolerance
+        return ControlledSteps(members, circuit, outer.at, tolerance, step)
+    return FixedSteps(members, circuit, outer.at, hold=run.hold)
 
 
 def _values(network: Network, given: Mapping[str, float]) -> dict[str, dict[str, float | str]]:

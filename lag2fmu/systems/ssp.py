@@ -13,6 +13,7 @@ from lag2fmu.fmu.pack import pack
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.systems.components import Component, read_component
 from lag2fmu.systems.connections import Components, End, connected
+from lag2fmu.systems.joints import joined
 from lag2fmu.systems.structure import PARAMETERS, SSD, VERSIONS, System, ssd, ssv
 
 Source = Fmu | str | os.PathLike[str]
@@ -27,11 +28,14 @@ def ssp(
     values: Mapping[str, float] | None = None,
     stop_time: float | None = None,
     version: str = VERSIONS[0],
+    join: Iterable[str] = (),
 ) -> Path:
     """Write the system of ``fmus`` to ``path``, which ends in .ssp, and return it.
 
     - ``fmus``: {component: FMU}, or FMUs alone, whose components are then named after their files.
     - ``connect``: words such as 'a.x:b.y0', an output and an input, or two terminals whose members match.
+    - ``join``: words such as 'a.tip:b.base=revolute:z', two places that an ideal joint holds together; such a system
+      runs by ``lag2fmu.simulate`` alone.
     - ``values`` {'a.m': value}: parameters and start values in the units of the FMU (SI units for those of lag2fmu),
       which become a parameter set.
     - ``stop_time`` (s): by default the longest of the FMUs.
@@ -57,6 +61,7 @@ def ssp(
         settings_of(values or {}, components),
         _stop_time(stop_time, components),
         version,
+        joined(join, components),
     )
     files = {inside: file.read_bytes() for file, inside in sources.items()}
     pack({SSD: ssd(system), **files, **({PARAMETERS: ssv(system)} if system.values else {})}, target)

@@ -40,8 +40,7 @@ class FixedSteps:
         if not self._hold:
             self._circuit.drive()
         for member in self._members.values():
-            with member.telling(f"in the step from t = {t:g} s"):
-                member.step(t, end - t, last=True)
+            member.advance(t, end - t, last=True)
         self.begin(end)
 
 
@@ -75,8 +74,7 @@ class ControlledSteps(FixedSteps):
         self._circuit.drive()
         expected = self._circuit.expected(h)
         for member in self._members.values():
-            with member.telling(f"in the step from t = {t:g} s"):
-                member.step(t, h, last=False)
+            member.advance(t, h)
         self.begin(t + h)
         error = self._circuit.missed(expected) / self._tolerance
         if error > 1.0 and h > shortest:

@@ -15,6 +15,7 @@ from lag2fmu.fmu.xml_text import document
 from lag2fmu.language.units import BASE_UNITS
 from lag2fmu.systems.components import Component, Connector, LinearUnit
 from lag2fmu.systems.connections import Connection, End
+from lag2fmu.systems.joints import ANNOTATION, SPACE, IdealJoint, attributes_of
 from lag2fmu.version import VERSION
 
 SSD, PARAMETERS = "SystemStructure.ssd", "resources/parameters.ssv"
@@ -49,6 +50,7 @@ class System:
     values: Mapping[End, float]
     stop_time: float
     version: str = VERSIONS[0]
+    joints: Sequence[IdealJoint] = ()
 
 
 class _Units:
@@ -99,6 +101,11 @@ def ssd(system: System) -> bytes:
             element = ET.SubElement(parent, "ssd:Connection", start | end)
             if factor != 1.0:
                 ET.SubElement(element, "ssc:LinearTransformation", {"factor": repr(factor)})
+    if system.joints:
+        annotation = ET.SubElement(ET.SubElement(whole, "ssd:Annotations"), "ssc:Annotation", {"type": ANNOTATION})
+        parent = ET.SubElement(annotation, "joints:Joints", {"xmlns:joints": SPACE})
+        for joint in system.joints:
+            ET.SubElement(parent, "joints:Joint", attributes_of(joint))
     units.write(root, "ssd")
     ET.SubElement(root, "ssd:DefaultExperiment", {"startTime": "0.0", "stopTime": repr(system.stop_time)})
     return document(root)

@@ -1,0 +1,196 @@
+"""Communication steps of FMUs that ideal joints hold together.
+
+Within a step the forces of all joints are linear in time. They are such that all joints are closed at its end, in
+positions and velocities: as many conditions as unknowns. The step is repeated until that is so. The forces are told by
+their values at the two Gauss points of the step; what they miss of the true forces is then orthogonal to linear
+functions of time, as far as the mechanism does not change within the step.
+
+The repetitions are Newton's method. Its matrix is what an impulse at the joints does to their speeds; it is measured by
+steps that are taken back. Sources: B. Schweizer, P. Li, D. Lu, Stabilized index-2 co-simulation approach for solver
+coupling with algebraic constraints, Multibody System Dynamics 34 (2015), for the conditions; E. Hairer, C. Lubich,
+G. Wanner, Geometric Numerical Integration, section II.1.2, for the Gauss points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
+
+import numpy as np
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.systems.circuit import Circuit
+from lag2fmu.systems.joint_system import JointState, JointSystem, check_closed, least
+from lag2fmu.systems.member import Member
+from lag2fmu.systems.steps import FixedSteps, Outer
+from lag2fmu.verify.run import Floats
+
+_CLOSED = 1e-11
+"""A joint is closed if its gap, and what its speed opens in a step, is this part of the system's size: 1e5 times the
+rounding of positions, and far less than what the FMUs' own tolerances let pass."""
+_OPEN = 1e-6
+"""The most that a joint may be open at the start, as a part of the system's size: the digits that users write."""
+_REPETITIONS = 12
+"""The most runs of one step. Two or three are enough where the motion is smooth; after an impact there are more."""
+_SLOW = 0.3
+"""Newton's matrix is measured anew where a repetition leaves more than this part of the error."""
+_GAUSS = 0.5 + np.array([-1.0, 1.0]) * np.sqrt(3.0) / 6
+_EARLY, _LATE = _GAUSS.tolist()
+"""The Gauss points, as parts of a step."""
+_HISTORY, _TERMS = 3, 4
+"""The forces of a step begin as the polynomial with so many terms that fits those of the last steps, two of each."""
+
+
+Directions = Callable[[float], Floats]
+"""The directions (n, k) of all joints as a function of the part of a step, 0 to 1."""
+
+
+class JoinedSteps(FixedSteps):
+    """One step from each communication point to the next, repeated until all ``joints`` are closed.
+
+    ``runs``: how often each step was run.
+    """
+
+    def __init__(
+        self,
+        members: Mapping[str, Member],
+        circuit: Circuit,
+        outer: Outer,
+        joints: JointSystem,
+        *,
+        step: float,
+        hold: bool,
+    ) -> None:
+        """``step`` (s) is about the length of all steps; ``outer`` and ``hold`` as for FixedSteps."""
+        super().__init__(members, circuit, outer, hold=hold)
+        self._joints, self._step, self._measured = joints, step, False
+        self._past: list[tuple[Floats, Floats]] = []
+        self._last: tuple[Directions, float] | None = None
+        self.runs: list[int] = []
+
+    def begin(self, t: float) -> None:
+        """Bring inputs and forces of joints to what they are at ``t`` (s), the begin of the run.
+
+        A step that is taken back tells the forces. Raises SimulationError for joints that are open.
+        """
+        super().begin(t)
+        check_closed(self._joints, t, _OPEN)
+        with self._taken_back() as back:
+            forces = self._close(t, self._step, back)
+            back()
+        self._past, self._last, self.runs = self._past[-1:], None, []
+        self._arrive(t, forces(0.0))
+
+    def advance(self, t: float, end: float) -> None:
+        """From ``t`` to the ``end`` (s), where all joints are closed. Raises SimulationError where they cannot be."""
+        with self._taken_back() as back:
+            forces = self._close(t, end - t, back)
+        self._arrive(end, forces(end - t))
+
+    def _arrive(self, t: float, wrenches: Floats) -> None:
+        """Bring all inputs to what they are at ``t`` (s)."""
+        self._joints.set(wrenches)
+        super().begin(t)
+
+    @contextmanager
+    def _taken_back(self) -> Iterator[Callable[[], None]]:
+        """A context with a function that brings all FMUs and inputs back to what they are at its begin."""
+        before, states = self._circuit.saved(), [(member, member.save()) for member in self._members.values()]
+
+        def back() -> None:
+            for member, state in states:
+                member.restore(state)
+            self._circuit.restore(before)
+
+        try:
+            yield back
+        finally:
+            for member, state in states:
+                member.forget(state)
+
+    def _close(self, t: float, h: float, back: Callable[[], None]) -> Callable[[float], Floats]:
+        """Run a step from ``t`` of length ``h`` (s) with the forces that close all joints.
+
+        Returns the wrenches on all places as a function of the time (s) in the step. ``back`` takes a run back. Raises
+        SimulationError where no forces are found.
+        """
+        start = self._joints.state()
+        along, forces, left = self._ahead(start, h), self._expected(t, h, len(start.gap)), np.inf
+        for run in range(1, _REPETITIONS + 1):
+            directions = [along(c) for c in _GAUSS]
+            wrenches = _linear(directions, forces, h)
+            self._joints.drive(wrenches(0.0), (wrenches(h) - wrenches(0.0)) / h)
+            self._run(t, h)
+            end = self._joints.state()
+            along = partial(_hermite, start, end, h)
+            miss = float(self._joints.open_by(end, h).max(initial=0.0))
+            if miss <= _CLOSED:
+                self._last = along, h
+                self._past = [*self._past[1 - _HISTORY :], (t + h * _GAUSS, forces)]
+                self.runs.append(run)
+                return wrenches
+            back()
+            if not self._measured or (run > 1 and miss > _SLOW * left):
+                self._joints.measure(t, h)
+                self._measured = True
+            left, forces = miss, forces + self._correction(end, directions, h)
+        raise SimulationError(
+            f"at t = {t + h:g} s no forces close the joints: {self._joints.worst(end)}; give a shorter --step"
+        )
+
+    def _run(self, t: float, h: float) -> None:
+        if not self._hold:
+            self._circuit.drive()
+        for member in self._members.values():
+            member.advance(t, h)
+
+    def _correction(self, end: JointState, directions: Sequence[Floats], h: float) -> Floats:
+        """The change (2, k) of the forces at the Gauss points by which the joints are closed after a step ``h`` (s).
+
+        Forces f1, f2 give the impulse (f1 + f2) h/2, and move what they push by (late f1 + early f2) h^2/2.
+        """
+        first, second = (self._joints.effect(end, x) * h / 2 for x in directions)
+        matrix = np.block([[first, second], [_LATE * first, _EARLY * second]])
+        found: Floats = least(matrix, -np.concatenate([end.speed, end.gap / h])).reshape(2, -1)
+        return found
+
+    def _expected(self, t: float, h: float, count: int) -> Floats:
+        """The forces (2, k) at the Gauss points of the step from ``t``, by those of the last steps."""
+        if not self._past:
+            return np.zeros((2, count))
+        times = np.concatenate([times for times, _ in self._past])
+        values = np.concatenate([values for _, values in self._past])
+        powers = range(min(len(times), _TERMS))
+        known, wanted = (np.array([((x - t) / h) ** i for i in powers]).T for x in (times, t + h * _GAUSS))
+        found: Floats = wanted @ np.linalg.lstsq(known, values, rcond=None)[0]
+        return found
+
+    def _ahead(self, start: JointState, h: float) -> Directions:
+        """The directions in the step ``h`` (s) from ``start`` as far as the last step tells them."""
+        if self._last is None:
+            return partial(_straight, start, h)
+        before, length = self._last
+        return lambda c: before(1.0 + c * h / length)
+
+
+def _linear(directions: Sequence[Floats], forces: Floats, h: float) -> Callable[[float], Floats]:
+    """The wrenches on all places in a step ``h`` (s), linear in time.
+
+    ``forces`` (2, k) and their ``directions`` (n, k) are those at the Gauss points.
+    """
+    early, late = (x @ force for x, force in zip(directions, forces, strict=True))
+    slope = (late - early) / (h * (_LATE - _EARLY))
+    return lambda time: early + slope * (time - h * _EARLY)
+
+
+def _straight(start: JointState, h: float, c: float) -> Floats:
+    """The directions (n, k) of the joints at the part ``c`` of a step of length ``h`` (s), linear in time."""
+    return start.directions + c * h * start.rates
+
+
+def _hermite(start: JointState, end: JointState, h: float, c: float) -> Floats:
+    """The directions (n, k) of the joints at the part ``c`` of a step of length ``h`` (s)."""
+    d = 1.0 - c
+    values = d * d * (1 + 2 * c) * start.directions + c * c * (1 + 2 * d) * end.directions
+    return values + h * c * d * (d * start.rates - c * end.rates)

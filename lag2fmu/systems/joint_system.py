@@ -1,0 +1,185 @@
+"""All joints of a system as one problem: k equations between the places of the FMUs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.systems.components import ComponentTerminal
+from lag2fmu.systems.joint_places import Places
+from lag2fmu.systems.joint_shapes import JointLaw
+from lag2fmu.systems.joints import Ends
+from lag2fmu.systems.member import Member
+from lag2fmu.verify.run import Floats
+
+_REDUNDANT = 1e-4
+"""Equations are redundant below this part of the greatest singular value. The measured matrix has errors of the second
+order in the step, 5e-6 at steps of 10 ms; two hinges of a door would have to be a hundredth of its width apart."""
+_CHANGE = 1e-3
+"""The change of speed (m/s, rad/s) by which the effect of forces is measured: more than the solvers' errors in a step,
+and too little to turn anything in it."""
+
+
+@dataclass(frozen=True)
+class JointState:
+    """The joints at one time, by the forces (k,) of the joints and the wrenches (n,) on all places of all FMUs.
+
+    - ``directions`` (n, k): the wrenches of unit forces; ``rates``: their derivatives.
+    - ``gap`` (k,), in m and rad, and ``speed`` (k,), its rate.
+    - ``turned`` (n, n): from the axes of the places to those of the world.
+    """
+
+    directions: Floats
+    rates: Floats
+    gap: Floats
+    speed: Floats
+    turned: Floats
+
+
+class JointSystem:
+    """The ``joints`` of the ``members``."""
+
+    def __init__(self, members: Mapping[str, Member], joints: Sequence[Ends]) -> None:
+        """Look up the places. Raises LoadError for an FMU that cannot go back or takes no derivatives of inputs."""
+        terminals: dict[str, dict[str, ComponentTerminal]] = {}
+        for ends in joints:
+            for end, terminal in ((ends.joint.first, ends.first), (ends.joint.second, ends.second)):
+                _check(members[end.component], ends)
+                terminals.setdefault(end.component, {})[end.connector] = terminal
+        self._places = [Places(members[name], found) for name, found in terminals.items()]
+        names = [(places.member.name, name) for places in self._places for name in places.names]
+        self._ends = [[6 * names.index(end) for end in (e.joint.first, e.joint.second)] for e in joints]
+        self._names, self._joints, self._laws = names, joints, [JointLaw(ends) for ends in joints]
+        first = np.cumsum([0, *(6 * len(places.names) for places in self._places)]).tolist()
+        self._parts = [slice(a, b) for a, b in pairwise(first)]
+        self._size, self._mobility = 0.0, np.zeros((first[-1], first[-1]))
+
+    def state(self) -> JointState:
+        """The joints at present."""
+        motions = {(x.member.name, name): motion for x in self._places for name, motion in x.motions().items()}
+        self._size = max(self._size, *(float(np.abs(motion.p).max()) for motion in motions.values()))
+        shapes = [
+            law.shape(motions[e.joint.first], motions[e.joint.second])
+            for e, law in zip(self._joints, self._laws, strict=True)
+        ]
+        n, k = 6 * len(self._names), sum(law.count for law in self._laws)
+        directions, rates, column = np.zeros((n, k)), np.zeros((n, k)), 0
+        for at, shape in zip(self._ends, shapes, strict=True):
+            columns = slice(column, column + len(shape.gap))
+            for row, own, change in zip(at, shape.directions, shape.rates, strict=True):
+                directions[row : row + 6, columns] += own
+                rates[row : row + 6, columns] += change
+            column = columns.stop
+        gap, speed = (np.concatenate([getattr(shape, name) for shape in shapes]) for name in ("gap", "speed"))
+        turned = np.zeros((n, n))
+        for place, name in enumerate(self._names):
+            for row in (6 * place, 6 * place + 3):
+                turned[row : row + 3, row : row + 3] = motions[name].R
+        return JointState(directions, rates, gap, speed, turned)
+
+    def open_by(self, state: JointState, h: float) -> Floats:
+        """How far joints are open, with what opens in a time ``h`` (s), (k,), as parts of the system's size."""
+        lengths = np.concatenate([law.lengths(self._size or 1.0) for law in self._laws])
+        found: Floats = np.maximum(np.abs(state.gap), h * np.abs(state.speed)) / lengths
+        return found
+
+    def worst(self, state: JointState) -> str:
+        """The joint that is open most, and how far."""
+        counts = np.repeat(np.arange(len(self._laws)), [law.count for law in self._laws])
+        row = int(np.argmax(self.open_by(state, 1.0)))
+        return (
+            f"the joint {self._joints[counts[row]].joint} is open by {abs(state.gap[row]):.3g}, "
+            f"at {abs(state.speed[row]):.3g} a second"
+        )
+
+    def set(self, wrenches: Floats) -> None:
+        """Set the ``wrenches`` (n,)."""
+        for places, part in zip(self._places, self._parts, strict=True):
+            places.set(wrenches[part])
+
+    def drive(self, wrenches: Floats, slopes: Floats) -> None:
+        """Let the wrenches in the next step grow from ``wrenches`` (n,) by ``slopes`` (n,), in a second."""
+        for places, part in zip(self._places, self._parts, strict=True):
+            places.drive(wrenches[part], slopes[part])
+
+    def measure(self, t: float, h: float) -> None:
+        """Measure the twists of all places by unit wrenches on them, in a step ``h`` (s) from ``t`` that is taken back.
+
+        They are kept in the axes of the places, in which they change little while an FMU turns.
+        """
+        turned = self.state().turned
+        for places, part in zip(self._places, self._parts, strict=True):
+            self._mobility[part, part] = _mobility(places, t, h)
+        self._mobility = turned.T @ self._mobility @ turned
+
+    def effect(self, state: JointState, directions: Floats) -> Floats:
+        """The change (k, k) of the speeds of the joints at ``state`` by unit impulses along ``directions`` (n, k)."""
+        found: Floats = state.directions.T @ state.turned @ self._mobility @ state.turned.T @ directions
+        return found
+
+
+def least(matrix: Floats, values: Floats) -> Floats:
+    """The least x (k,) with ``matrix`` (k, k) x = ``values`` (k,) as well as can be: redundant joints share forces."""
+    scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
+    found: Floats = scale * (np.linalg.pinv(scale[:, None] * matrix * scale, _REDUNDANT) @ (scale * values))
+    return found
+
+
+def _mobility(places: Places, t: float, h: float) -> Floats:
+    """How the twists of all ``places`` of an FMU after a step ``h`` (s) from ``t`` follow unit wrenches, by impulse."""
+    state, size = places.member.save(), 6 * len(places.names)
+    found = np.zeros((size, size))
+
+    def moved(wrenches: Floats) -> Floats:
+        places.drive(wrenches, np.zeros(size))
+        places.member.advance(t, h)
+        twists = places.twists()
+        places.member.restore(state)
+        return twists
+
+    free = moved(np.zeros(size))
+    for column in places.driven:
+        unit = np.eye(size)[column]
+        found[:, column] = _slope(partial(_difference, moved, free, unit)) / h
+    places.member.forget(state)
+    return found
+
+
+def _difference(moved: Callable[[Floats], Floats], free: Floats, unit: Floats, size: float) -> Floats:
+    return moved(size * unit) - free
+
+
+def _slope(change: Callable[[float], Floats]) -> Floats:
+    """The derivative of ``change`` at 0, where it is about linear, by a difference that is neither small nor large."""
+    size = 1.0
+    found = change(size)
+    greatest = float(np.abs(found).max())
+    if greatest > 0.0 and not _CHANGE / 100 < greatest < _CHANGE * 100:
+        size = _CHANGE / greatest
+        found = change(size)
+    return found / size
+
+
+def _check(member: Member, ends: Ends) -> None:
+    """Raise LoadError if the FMU cannot be joined."""
+    if not member.repeats:
+        lacks = "save and restore its state (canGetAndSetFMUstate)"
+    elif not member.takes_derivatives:
+        lacks = "take inputs that change within a step (canInterpolateInputs; of FMI 3.0 intermediate updates)"
+    else:
+        return
+    raise LoadError(f"the joint {ends.joint}: the FMU of '{member.name}' cannot {lacks}, which joints need")
+
+
+def check_closed(system: JointSystem, t: float, most: float) -> None:
+    """Raise SimulationError if a joint is open at ``t`` (s) by more than ``most``, as a part of the system's size."""
+    state = system.state()
+    if system.open_by(state, 1.0).max(initial=0.0) > most:
+        raise SimulationError(
+            f"at t = {t:g} s {system.worst(state)}; give start values with which the places and their speeds agree"
+        )

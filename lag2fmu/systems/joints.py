@@ -1,0 +1,182 @@
+"""Ideal joints between places of FMUs: the record, the words that say one, and its element in a description.
+
+SSP knows no joints. They stand in an annotation of the system, which other tools pass by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from lag2fmu.description.joints import JOINTS
+from lag2fmu.description.places import AXES
+from lag2fmu.errors import LoadError
+from lag2fmu.language.identifiers import suggestion
+from lag2fmu.systems.components import Component, ComponentTerminal
+from lag2fmu.systems.connections import End
+from lag2fmu.xml_tree import XmlElement
+
+ANNOTATION, SPACE = "org.lag2fmu.joints", "urn:lag2fmu:joints"
+"""The type of the annotation, and the namespace of the elements in it."""
+PLACE = "org.lag2fmu.place"
+"""The kind of the terminals that can be joined."""
+_GROUPS = {"point", "line", "plane", "axis", "turn"}
+KINDS = tuple(name for name, kind in JOINTS.items() if {*kind.equations} <= _GROUPS)
+"""The kinds of joints, which are those of the table ``joints`` of a mechanism that hold without a number more."""
+Axis = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class IdealJoint:
+    """The terminals ``first`` and ``second`` of places, joined by a joint of one of the ``KINDS``.
+
+    The ``axis``, a vector in the axes of the first place, is that of the second place too. It means what it means in a
+    mechanism, see ``lag2fmu.description.joints.Joint``.
+    """
+
+    first: End
+    second: End
+    kind: str
+    axis: Axis
+
+    def __str__(self) -> str:
+        return f"{self.first}:{self.second}={self.kind}"
+
+
+@dataclass(frozen=True)
+class Ends:
+    """A joint with the terminals of its two ends, as their components declare them."""
+
+    joint: IdealJoint
+    first: ComponentTerminal
+    second: ComponentTerminal
+
+    def inputs(self, component: str) -> Iterator[str]:
+        """The inputs of the ``component`` that the joint may drive."""
+        for end, terminal in ((self.joint.first, self.first), (self.joint.second, self.second)):
+            if end.component == component:
+                yield from (x for member, x in terminal.members.items() if member.startswith(("force", "torque")))
+
+
+def joined(words: Iterable[str], components: Mapping[str, Component]) -> tuple[IdealJoint, ...]:
+    """The joints in ``words`` such as 'arm.tip:load.hook=revolute:z'; the axis is x, y, z or three numbers.
+
+    Raises LoadError for words that say no joint, and for places that cannot be joined in this way.
+    """
+    found = []
+    for word in words:
+        where = f"--join {word}"
+        places, equals, how = word.rpartition("=")
+        first, colon, second = places.partition(":")
+        if not (equals and colon):
+            raise LoadError(f"{where}: expected COMPONENT.PLACE:COMPONENT.PLACE=KIND, e.g. a.tip:b.hook=revolute:z")
+        kind, _, axis = how.partition(":")
+        one, other = (_end(end.strip(), components, where) for end in (first, second))
+        joint = IdealJoint(one, other, kind.strip(), _axis(axis.strip(), where))
+        ends_of(joint, components, where)
+        found.append(joint)
+    return tuple(found)
+
+
+def _end(word: str, components: Mapping[str, Component], where: str) -> End:
+    """The terminal of the place in COMPONENT.PLACE."""
+    name, point, place = word.partition(".")
+    if not (point and place):
+        raise LoadError(f"{where}: '{word}' is no COMPONENT.PLACE")
+    if name not in components:
+        raise LoadError(f"{where}: there is no component '{name}'; {suggestion(name, components)}")
+    places = {x.removesuffix("_port"): x for x, t in components[name].terminals.items() if t.kind == PLACE}
+    if place not in places:
+        remedy = suggestion(place, places) if places else "export it with --port poses=NAME,forces=NAME"
+        raise LoadError(f"{where}: '{name}' has no terminal of a place '{place}'; {remedy}")
+    return End(name, places[place])
+
+
+def _axis(word: str, where: str) -> Axis:
+    """The vector in ``word``: x, y, z, or three numbers with commas; z if it is empty."""
+    if not word or word in AXES:
+        k = AXES.index(word or "z")
+        return float(k == 0), float(k == 1), float(k == 2)
+    try:
+        x, y, z = (float(entry) for entry in word.split(","))
+    except ValueError:
+        raise LoadError(f"{where}: '{word}' is no axis; give x, y, z or three numbers, e.g. 1,0,0") from None
+    if not 0.0 < x * x + y * y + z * z < float("inf"):
+        raise LoadError(f"{where}: the axis {word} has no direction; give a vector that is not zero")
+    return x, y, z
+
+
+def ends_of(joint: IdealJoint, components: Mapping[str, Component], where: str) -> Ends:
+    """The terminals that the ``joint`` joins; raises LoadError, which begins with ``where``, if they do not fit it."""
+    if joint.kind not in KINDS:
+        raise LoadError(f"{where}: '{joint.kind}' is no joint between FMUs; {suggestion(joint.kind, KINDS)}")
+    if joint.first == joint.second:
+        raise LoadError(f"{where}: both ends are one place; join two places")
+    ends = Ends(joint, *(_terminal(end, components, where) for end in (joint.first, joint.second)))
+    planar = [is_planar(terminal) for terminal in (ends.first, ends.second)]
+    if planar[0] != planar[1]:
+        raise LoadError(f"{where}: one place moves in the plane and the other in space; join two of one kind")
+    if planar[0] and not JOINTS[joint.kind].planar:
+        known = ", ".join(name for name in KINDS if JOINTS[name].planar)
+        raise LoadError(f"{where}: there is no joint '{joint.kind}' in the plane; give one of {known}")
+    for end, terminal in ((joint.first, ends.first), (joint.second, ends.second)):
+        missing = [*_missing(terminal, turning={*groups_of(ends)} != {"point"})]
+        if missing:
+            name = end.connector.removesuffix("_port")
+            options = " ".join(f"--port {key}={name}" for key in missing)
+            raise LoadError(f"{where}: {end} lacks what this joint needs; export that FMU with {options}")
+    return ends
+
+
+def _terminal(end: End, components: Mapping[str, Component], where: str) -> ComponentTerminal:
+    terminal = components[end.component].terminals.get(end.connector) if end.component in components else None
+    if terminal is None or terminal.kind != PLACE:
+        raise LoadError(f"{where}: {end} is no terminal of a place")
+    return terminal
+
+
+def _missing(terminal: ComponentTerminal, *, turning: bool) -> Iterator[str]:
+    """The keys of ports that the FMU would have to be exported with."""
+    planar, members = is_planar(terminal), terminal.members
+    if "position_x" not in members or (turning and not {"angle", "quaternion_0", "rotation_11"} & {*members}):
+        yield "poses"
+    if "velocity_x" not in members or (turning and not {"angular_velocity", "angular_velocity_x"} & {*members}):
+        yield "velocities"
+    if "force_x" not in members:
+        yield "forces"
+    if turning and ("torque" if planar else "torque_x") not in members:
+        yield "torques"
+
+
+def is_planar(terminal: ComponentTerminal) -> bool:
+    """Whether the place moves in the plane."""
+    return not any(member.endswith("_z") for member in terminal.members)
+
+
+def groups_of(ends: Ends) -> tuple[str, ...]:
+    """The groups of equations of the joint, see ``joint_shapes``."""
+    kind = JOINTS[ends.joint.kind]
+    return kind.planar if is_planar(ends.first) else kind.equations
+
+
+def read_joint(element: XmlElement, place: tuple[str, ...], where: str) -> IdealJoint:
+    """The joint in an ``element`` of the annotation of the system at ``place``; raises LoadError for what is none."""
+    try:
+        x, y, z = map(float, element.get("axis").split())
+    except ValueError:
+        raise LoadError(f"{where}: the axis '{element.get('axis')}' of a joint is not three numbers") from None
+    sides = [(element.get(f"{side}Element"), element.get(f"{side}Terminal")) for side in ("first", "second")]
+    first, second = (End(".".join((*place, name)), terminal) for name, terminal in sides)
+    return IdealJoint(first, second, element.get("kind"), (x, y, z))
+
+
+def attributes_of(joint: IdealJoint) -> dict[str, str]:
+    """The attributes of the element of a ``joint``, which ``read_joint`` reads."""
+    sides = {"first": joint.first, "second": joint.second}
+    named = {f"{side}Element": end.component for side, end in sides.items()}
+    return {
+        "kind": joint.kind,
+        **named,
+        **{f"{side}Terminal": end.connector for side, end in sides.items()},
+        "axis": " ".join(map(repr, joint.axis)),
+    }
