@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lag2fmu.systems.joints import Ends, groups_of, is_planar
+from lag2fmu.systems.joints import NUMBERS, Ends, groups_of, is_planar
 from lag2fmu.verify.run import Floats
 
 
@@ -35,6 +35,9 @@ class JointShape:
 
     - ``directions`` (2, 6, k): those of the wrench on the first and the second place; ``rates``: their derivatives.
     - ``gap`` (k,) in m and rad, ``speed`` (k,): its rate.
+
+    If the joint has a force of its own, one direction more, the last one, is that of this force. Its gap is the
+    coordinate q of the joint then.
     """
 
     directions: Floats
@@ -44,7 +47,12 @@ class JointShape:
 
 
 class JointLaw:
-    """What a joint demands, whatever the motion of its ends."""
+    """What a joint demands, whatever the motion of its ends.
+
+    - ``held`` (k,): which of its directions hold something; the joint's own force does not.
+    - ``lengths`` (k,): which gaps are in m; others are in rad.
+    - ``own``: the ``NUMBERS`` of its own force, if it ``acts``.
+    """
 
     def __init__(self, ends: Ends) -> None:
         """Choose the directions of the joint: those of a common point are along the world's axes, others turn along."""
@@ -58,19 +66,18 @@ class JointLaw:
         torques = {"axis": across, "turn": np.eye(3)[2:] if planar else np.eye(3)}
         columns = [(f, np.zeros(3), g == "point") for g in groups for f in forces.get(g, ())]
         columns += [(np.zeros(3), t, False) for g in groups for t in torques.get(g, ())]
+        if ends.joint.acts:
+            turns = ends.joint.kind == "revolute"
+            about = np.array([0.0, 0.0, 1.0]) if planar and turns else axis
+            columns.append((np.zeros(3), about, False) if turns else (axis, np.zeros(3), False))
+        self.acts = ends.joint.acts
+        self.held = np.arange(len(columns)) < len(columns) - self.acts
+        self.own = np.array([getattr(ends.joint, name) for name in NUMBERS])
+        self._normals, self._last = _across(columns[-1][1] + columns[-1][0]), 0.0
         self._forces, self._torques = (np.array([column[i] for column in columns]).T for i in (0, 1))
         self._still = np.array([column[2] for column in columns])
+        self.lengths = self._forces.any(axis=0)
         self._axis, self._turns, self._tilts = axis, "turn" in groups, "axis" in groups
-
-    @property
-    def count(self) -> int:
-        """The number k of its equations."""
-        return len(self._still)
-
-    def lengths(self, size: float) -> Floats:
-        """What the gaps are compared with (k,): ``size`` (m) for those that are lengths, 1 rad for angles."""
-        found: Floats = np.where(self._forces.any(axis=0), size, 1.0)
-        return found
 
     def shape(self, first: PlaceMotion, second: PlaceMotion) -> JointShape:
         """The joint where its ends move like ``first`` and ``second``."""
@@ -85,8 +92,17 @@ class JointLaw:
         rates = np.array([-np.vstack([F_dot, T_dot + arm_dot]), np.vstack([F_dot, T_dot])])
         gap = F.T @ e + T.T @ self._angle(first.R, second.R)
         twists = [np.concatenate([motion.v, motion.omega]) for motion in (first, second)]
+        if self.acts and self._torques[:, -1].any():
+            gap[-1] = self._turned(first.R.T @ second.R)
         speed = directions[0].T @ twists[0] + directions[1].T @ twists[1]
         return JointShape(directions, rates, gap, speed)
+
+    def _turned(self, turn: Floats) -> float:
+        """The angle (rad) by which the matrix ``turn`` (3, 3) turns about the axis, next to that of the last call."""
+        x, y = self._normals
+        angle = float(np.arctan2(y @ turn @ x - x @ turn @ y, x @ turn @ x + y @ turn @ y))
+        self._last = angle + 2 * np.pi * round((self._last - angle) / (2 * np.pi))
+        return self._last
 
     def _angle(self, first: Floats, second: Floats) -> Floats:
         """By how much the second frame, or its axis, is turned in the first one (3,), for small angles, in rad."""

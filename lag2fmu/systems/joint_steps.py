@@ -15,7 +15,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,8 +44,16 @@ _HISTORY, _TERMS = 3, 4
 """The forces of a step begin as the polynomial with so many terms that fits those of the last steps, two of each."""
 
 
-Directions = Callable[[float], Floats]
-"""The directions (n, k) of all joints as a function of the part of a step, 0 to 1."""
+class Passing(NamedTuple):
+    """The joints within a step: their directions (n, k), gaps (k,) and the rates of these."""
+
+    directions: Floats
+    places: Floats
+    rates: Floats
+
+
+Course = Callable[[float], Passing]
+"""The joints by the time (s) in a step."""
 
 
 class JoinedSteps(FixedSteps):
@@ -66,7 +76,7 @@ class JoinedSteps(FixedSteps):
         super().__init__(members, circuit, outer, hold=hold)
         self._joints, self._step, self._measured = joints, step, False
         self._past: list[tuple[Floats, Floats]] = []
-        self._last: tuple[Directions, float] | None = None
+        self._last: tuple[Course, float] | None = None
         self.runs: list[int] = []
 
     def begin(self, t: float) -> None:
@@ -115,18 +125,19 @@ class JoinedSteps(FixedSteps):
         Returns the wrenches on all places as a function of the time (s) in the step. ``back`` takes a run back. Raises
         SimulationError where no forces are found.
         """
-        start = self._joints.state()
-        along, forces, left = self._ahead(start, h), self._expected(t, h, len(start.gap)), np.inf
+        start, left = self._joints.state(), np.inf
+        course, forces = self._ahead(start, h), self._expected(t, h)
         for run in range(1, _REPETITIONS + 1):
-            directions = [along(c) for c in _GAUSS]
-            wrenches = _linear(directions, forces, h)
+            passing = [course(c * h) for c in _GAUSS]
+            own = np.array([self._joints.own_forces(x.places, x.rates) for x in passing])
+            wrenches = _linear([x.directions for x in passing], forces + own, h)
             self._joints.drive(wrenches(0.0), (wrenches(h) - wrenches(0.0)) / h)
             self._run(t, h)
             end = self._joints.state()
-            along = partial(_hermite, start, end, h)
+            course = partial(_passing, start, end, h)
             miss = float(self._joints.open_by(end, h).max(initial=0.0))
             if miss <= _CLOSED:
-                self._last = along, h
+                self._last = course, h
                 self._past = [*self._past[1 - _HISTORY :], (t + h * _GAUSS, forces)]
                 self.runs.append(run)
                 return wrenches
@@ -134,7 +145,7 @@ class JoinedSteps(FixedSteps):
             if not self._measured or (run > 1 and miss > _SLOW * left):
                 self._joints.measure(t, h)
                 self._measured = True
-            left, forces = miss, forces + self._correction(end, directions, h)
+            left, forces = miss, forces + self._correction(end, [x.directions for x in passing], h)
         raise SimulationError(
             f"at t = {t + h:g} s no forces close the joints: {self._joints.worst(end)}; give a shorter --step"
         )
@@ -152,13 +163,14 @@ class JoinedSteps(FixedSteps):
         """
         first, second = (self._joints.effect(end, x) * h / 2 for x in directions)
         matrix = np.block([[first, second], [_LATE * first, _EARLY * second]])
-        found: Floats = least(matrix, -np.concatenate([end.speed, end.gap / h])).reshape(2, -1)
+        found, held = np.zeros((2, len(end.gap))), self._joints.held
+        found[:, held] = least(matrix, -np.concatenate([end.speed[held], end.gap[held] / h])).reshape(2, -1)
         return found
 
-    def _expected(self, t: float, h: float, count: int) -> Floats:
+    def _expected(self, t: float, h: float) -> Floats:
         """The forces (2, k) at the Gauss points of the step from ``t``, by those of the last steps."""
         if not self._past:
-            return np.zeros((2, count))
+            return np.zeros((2, len(self._joints.held)))
         times = np.concatenate([times for times, _ in self._past])
         values = np.concatenate([values for _, values in self._past])
         powers = range(min(len(times), _TERMS))
@@ -166,12 +178,13 @@ class JoinedSteps(FixedSteps):
         found: Floats = wanted @ np.linalg.lstsq(known, values, rcond=None)[0]
         return found
 
-    def _ahead(self, start: JointState, h: float) -> Directions:
-        """The directions in the step ``h`` (s) from ``start`` as far as the last step tells them."""
+    def _ahead(self, start: JointState, h: float) -> Course:
+        """The course of the step ``h`` (s) from ``start`` as far as the last step tells it."""
         if self._last is None:
-            return partial(_straight, start, h)
+            further = start.directions + h * start.rates, start.gap + h * start.speed
+            return partial(_passing, start, replace(start, directions=further[0], gap=further[1]), h)
         before, length = self._last
-        return lambda c: before(1.0 + c * h / length)
+        return lambda time: before(length + time)
 
 
 def _linear(directions: Sequence[Floats], forces: Floats, h: float) -> Callable[[float], Floats]:
@@ -184,13 +197,11 @@ def _linear(directions: Sequence[Floats], forces: Floats, h: float) -> Callable[
     return lambda time: early + slope * (time - h * _EARLY)
 
 
-def _straight(start: JointState, h: float, c: float) -> Floats:
-    """The directions (n, k) of the joints at the part ``c`` of a step of length ``h`` (s), linear in time."""
-    return start.directions + c * h * start.rates
-
-
-def _hermite(start: JointState, end: JointState, h: float, c: float) -> Floats:
-    """The directions (n, k) of the joints at the part ``c`` of a step of length ``h`` (s)."""
-    d = 1.0 - c
-    values = d * d * (1 + 2 * c) * start.directions + c * c * (1 + 2 * d) * end.directions
-    return values + h * c * d * (d * start.rates - c * end.rates)
+def _passing(start: JointState, end: JointState, h: float, time: float) -> Passing:
+    """The joints at a ``time`` (s) of a step of length ``h`` (s): cubic polynomials by ``start``, ``end`` and rates."""
+    c, d = time / h, 1.0 - time / h
+    first, last, leaving, arriving = d * d * (1 + 2 * c), c * c * (1 + 2 * d), h * c * d * d, -h * c * c * d
+    pairs = (start.directions, end.directions, start.rates, end.rates), (start.gap, end.gap, start.speed, end.speed)
+    directions, places = (first * a + last * b + leaving * u + arriving * v for a, b, u, v in pairs)
+    rates = 6 * c * d / h * (end.gap - start.gap) + d * (d - 2 * c) * start.speed + c * (c - 2 * d) * end.speed
+    return Passing(directions, places, rates)

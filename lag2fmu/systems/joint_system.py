@@ -13,7 +13,7 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.systems.components import ComponentTerminal
 from lag2fmu.systems.joint_places import Places
 from lag2fmu.systems.joint_shapes import JointLaw
-from lag2fmu.systems.joints import Ends
+from lag2fmu.systems.joints import NUMBERS, Ends
 from lag2fmu.systems.member import Member
 from lag2fmu.verify.run import Floats
 
@@ -30,7 +30,8 @@ class JointState:
     """The joints at one time, by the forces (k,) of the joints and the wrenches (n,) on all places of all FMUs.
 
     - ``directions`` (n, k): the wrenches of unit forces; ``rates``: their derivatives.
-    - ``gap`` (k,), in m and rad, and ``speed`` (k,), its rate.
+    - ``gap`` (k,), in m and rad, and ``speed`` (k,), its rate. Where a force is the joint's own, and holds nothing, the
+      gap is the joint's coordinate.
     - ``turned`` (n, n): from the axes of the places to those of the world.
     """
 
@@ -57,6 +58,10 @@ class JointSystem:
         self._names, self._joints, self._laws = names, joints, [JointLaw(ends) for ends in joints]
         first = np.cumsum([0, *(6 * len(places.names) for places in self._places)]).tolist()
         self._parts = [slice(a, b) for a, b in pairwise(first)]
+        self.held = np.concatenate([law.held for law in self._laws])
+        own = [law.own for law in self._laws if law.acts]
+        self._damping, self._stiffness, self._rest = np.array(own).reshape(-1, len(NUMBERS)).T
+        self._lengths = np.concatenate([law.lengths for law in self._laws])[self.held]
         self._size, self._mobility = 0.0, np.zeros((first[-1], first[-1]))
 
     def state(self) -> JointState:
@@ -67,7 +72,7 @@ class JointSystem:
             law.shape(motions[e.joint.first], motions[e.joint.second])
             for e, law in zip(self._joints, self._laws, strict=True)
         ]
-        n, k = 6 * len(self._names), sum(law.count for law in self._laws)
+        n, k = 6 * len(self._names), len(self.held)
         directions, rates, column = np.zeros((n, k)), np.zeros((n, k)), 0
         for at, shape in zip(self._ends, shapes, strict=True):
             columns = slice(column, column + len(shape.gap))
@@ -83,17 +88,24 @@ class JointSystem:
         return JointState(directions, rates, gap, speed, turned)
 
     def open_by(self, state: JointState, h: float) -> Floats:
-        """How far joints are open, with what opens in a time ``h`` (s), (k,), as parts of the system's size."""
-        lengths = np.concatenate([law.lengths(self._size or 1.0) for law in self._laws])
-        found: Floats = np.maximum(np.abs(state.gap), h * np.abs(state.speed)) / lengths
+        """How far joints are open, with what opens in a time ``h`` (s), by equation, as parts of the system's size."""
+        scales = np.where(self._lengths, self._size or 1.0, 1.0)
+        found: Floats = np.maximum(np.abs(state.gap[self.held]), h * np.abs(state.speed[self.held])) / scales
+        return found
+
+    def own_forces(self, places: Floats, rates: Floats) -> Floats:
+        """The forces (k,) that the joints have of their own where their gaps (k,) are ``places``, with ``rates``."""
+        found = np.zeros(len(self.held))
+        free = ~self.held
+        found[free] = -self._damping * rates[free] - self._stiffness * (places[free] - self._rest)
         return found
 
     def worst(self, state: JointState) -> str:
         """The joint that is open most, and how far."""
-        counts = np.repeat(np.arange(len(self._laws)), [law.count for law in self._laws])
-        row = int(np.argmax(self.open_by(state, 1.0)))
+        joints = np.repeat(np.arange(len(self._laws)), [len(law.held) for law in self._laws])
+        row = int(np.flatnonzero(self.held)[np.argmax(self.open_by(state, 1.0))])
         return (
-            f"the joint {self._joints[counts[row]].joint} is open by {abs(state.gap[row]):.3g}, "
+            f"the joint {self._joints[joints[row]].joint} is open by {abs(state.gap[row]):.3g}, "
             f"at {abs(state.speed[row]):.3g} a second"
         )
 
@@ -118,8 +130,9 @@ class JointSystem:
         self._mobility = turned.T @ self._mobility @ turned
 
     def effect(self, state: JointState, directions: Floats) -> Floats:
-        """The change (k, k) of the speeds of the joints at ``state`` by unit impulses along ``directions`` (n, k)."""
-        found: Floats = state.directions.T @ state.turned @ self._mobility @ state.turned.T @ directions
+        """The change of the speeds that joints hold at ``state``, by unit impulses along such ``directions`` (n, k)."""
+        mobility = state.turned @ self._mobility @ state.turned.T
+        found: Floats = state.directions[:, self.held].T @ mobility @ directions[:, self.held]
         return found
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from math import isfinite
 
 from lag2fmu.description.joints import JOINTS
 from lag2fmu.description.places import AXES
@@ -24,6 +25,8 @@ _GROUPS = {"point", "line", "plane", "axis", "turn"}
 KINDS = tuple(name for name, kind in JOINTS.items() if {*kind.equations} <= _GROUPS)
 """The kinds of joints, which are those of the table ``joints`` of a mechanism that hold without a number more."""
 Axis = tuple[float, float, float]
+NUMBERS = ("damping", "stiffness", "rest")
+"""The numbers of a joint's own force, in SI units; all are 0 by default."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +34,22 @@ class IdealJoint:
     """The terminals ``first`` and ``second`` of places, joined by a joint of one of the ``KINDS``.
 
     The ``axis``, a vector in the axes of the first place, is that of the second place too. It means what it means in a
-    mechanism, see ``lag2fmu.description.joints.Joint``.
+    mechanism, see ``lag2fmu.description.joints.Joint``. A revolute joint that is turned by q (rad), and a prismatic
+    one that is out by q (m), may have a force of its own, -``damping`` q' - ``stiffness`` (q - ``rest``).
     """
 
     first: End
     second: End
     kind: str
     axis: Axis
+    damping: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+
+    @property
+    def acts(self) -> bool:
+        """Whether it has a force of its own."""
+        return bool(self.damping or self.stiffness)
 
     def __str__(self) -> str:
         return f"{self.first}:{self.second}={self.kind}"
@@ -61,18 +73,20 @@ class Ends:
 def joined(words: Iterable[str], components: Mapping[str, Component]) -> tuple[IdealJoint, ...]:
     """The joints in ``words`` such as 'arm.tip:load.hook=revolute:z'; the axis is x, y, z or three numbers.
 
-    Raises LoadError for words that say no joint, and for places that cannot be joined in this way.
+    Numbers of its own force follow, as in 'a.tip:b.hook=revolute:z:damping=0.1:stiffness=40:rest=0.5'. Raises LoadError
+    for words that say no joint, and for places that cannot be joined in this way.
     """
     found = []
     for word in words:
         where = f"--join {word}"
-        places, equals, how = word.rpartition("=")
+        places, equals, how = word.partition("=")
         first, colon, second = places.partition(":")
         if not (equals and colon):
             raise LoadError(f"{where}: expected COMPONENT.PLACE:COMPONENT.PLACE=KIND, e.g. a.tip:b.hook=revolute:z")
-        kind, _, axis = how.partition(":")
+        kind, *more = (part.strip() for part in how.split(":"))
+        axis = more.pop(0) if more and "=" not in more[0] else ""
         one, other = (_end(end.strip(), components, where) for end in (first, second))
-        joint = IdealJoint(one, other, kind.strip(), _axis(axis.strip(), where))
+        joint = IdealJoint(one, other, kind, _axis(axis, where), **_own(more, where))
         ends_of(joint, components, where)
         found.append(joint)
     return tuple(found)
@@ -106,12 +120,37 @@ def _axis(word: str, where: str) -> Axis:
     return x, y, z
 
 
+def _own(words: Iterable[str], where: str) -> dict[str, float]:
+    """The numbers in ``words`` such as damping=0.1."""
+    found = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        if not equals or name not in NUMBERS:
+            raise LoadError(
+                f"{where}: '{word}' is no number of a joint; {suggestion(name, NUMBERS)}"
+            )
+        found[name] = _number(value, f"{where}: {name}")
+    return found
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise LoadError(f"{where}: '{text}' is no number") from None
+    if not isfinite(value):
+        raise LoadError(f"{where}: {text} is not finite")
+    return value
+
+
 def ends_of(joint: IdealJoint, components: Mapping[str, Component], where: str) -> Ends:
     """The terminals that the ``joint`` joins; raises LoadError, which begins with ``where``, if they do not fit it."""
     if joint.kind not in KINDS:
         raise LoadError(f"{where}: '{joint.kind}' is no joint between FMUs; {suggestion(joint.kind, KINDS)}")
     if joint.first == joint.second:
         raise LoadError(f"{where}: both ends are one place; join two places")
+    if joint.acts and joint.kind not in ("revolute", "prismatic"):
+        raise LoadError(f"{where}: damping and stiffness go with a revolute or a prismatic joint")
     ends = Ends(joint, *(_terminal(end, components, where) for end in (joint.first, joint.second)))
     planar = [is_planar(terminal) for terminal in (ends.first, ends.second)]
     if planar[0] != planar[1]:
@@ -120,7 +159,7 @@ def ends_of(joint: IdealJoint, components: Mapping[str, Component], where: str) 
         known = ", ".join(name for name in KINDS if JOINTS[name].planar)
         raise LoadError(f"{where}: there is no joint '{joint.kind}' in the plane; give one of {known}")
     for end, terminal in ((joint.first, ends.first), (joint.second, ends.second)):
-        missing = [*_missing(terminal, turning={*groups_of(ends)} != {"point"})]
+        missing = [*_missing(terminal, turning=joint.acts or {*groups_of(ends)} != {"point"})]
         if missing:
             name = end.connector.removesuffix("_port")
             options = " ".join(f"--port {key}={name}" for key in missing)
@@ -167,7 +206,8 @@ def read_joint(element: XmlElement, place: tuple[str, ...], where: str) -> Ideal
         raise LoadError(f"{where}: the axis '{element.get('axis')}' of a joint is not three numbers") from None
     sides = [(element.get(f"{side}Element"), element.get(f"{side}Terminal")) for side in ("first", "second")]
     first, second = (End(".".join((*place, name)), terminal) for name, terminal in sides)
-    return IdealJoint(first, second, element.get("kind"), (x, y, z))
+    own = {name: _number(element.get(name, "0"), f"{where}: {name} of a joint") for name in NUMBERS}
+    return IdealJoint(first, second, element.get("kind"), (x, y, z), **own)
 
 
 def attributes_of(joint: IdealJoint) -> dict[str, str]:
@@ -179,4 +219,5 @@ def attributes_of(joint: IdealJoint) -> dict[str, str]:
         **named,
         **{f"{side}Terminal": end.connector for side, end in sides.items()},
         "axis": " ".join(map(repr, joint.axis)),
+        **{name: repr(value) for name in NUMBERS if (value := getattr(joint, name))},
     }
