@@ -45,9 +45,10 @@ _HISTORY, _TERMS = 3, 4
 
 
 class Passing(NamedTuple):
-    """The joints within a step: their directions (n, k), gaps (k,) and the rates of these."""
+    """The joints within a step: ``directions`` (n, k), ``turned`` (n, n) as of a JointState, gaps (k,), their rates."""
 
     directions: Floats
+    turned: Floats
     places: Floats
     rates: Floats
 
@@ -145,7 +146,7 @@ class JoinedSteps(FixedSteps):
             if not self._measured or (run > 1 and miss > _SLOW * left):
                 self._joints.measure(t, h)
                 self._measured = True
-            left, forces = miss, forces + self._correction(end, [x.directions for x in passing], h)
+            left, forces = miss, forces + self._correction(end, passing, h)
         raise SimulationError(
             f"at t = {t + h:g} s no forces close the joints: {self._joints.worst(end)}; give a shorter --step"
         )
@@ -156,12 +157,12 @@ class JoinedSteps(FixedSteps):
         for member in self._members.values():
             member.advance(t, h)
 
-    def _correction(self, end: JointState, directions: Sequence[Floats], h: float) -> Floats:
+    def _correction(self, end: JointState, passing: Sequence[Passing], h: float) -> Floats:
         """The change (2, k) of the forces at the Gauss points by which the joints are closed after a step ``h`` (s).
 
         Forces f1, f2 give the impulse (f1 + f2) h/2, and move what they push by (late f1 + early f2) h^2/2.
         """
-        first, second = (self._joints.effect(end, x) * h / 2 for x in directions)
+        first, second = (self._joints.effect(end, x.turned, x.directions) * h / 2 for x in passing)
         matrix = np.block([[first, second], [_LATE * first, _EARLY * second]])
         found, held = np.zeros((2, len(end.gap))), self._joints.held
         found[:, held] = least(matrix, -np.concatenate([end.speed[held], end.gap[held] / h])).reshape(2, -1)
@@ -181,8 +182,9 @@ class JoinedSteps(FixedSteps):
     def _ahead(self, start: JointState, h: float) -> Course:
         """The course of the step ``h`` (s) from ``start`` as far as the last step tells it."""
         if self._last is None:
-            further = start.directions + h * start.rates, start.gap + h * start.speed
-            return partial(_passing, start, replace(start, directions=further[0], gap=further[1]), h)
+            pairs = {"directions": "rates", "turned": "turning", "gap": "speed"}
+            further = {name: getattr(start, name) + h * getattr(start, rate) for name, rate in pairs.items()}
+            return partial(_passing, start, replace(start, **further), h)
         before, length = self._last
         return lambda time: before(length + time)
 
@@ -201,7 +203,13 @@ def _passing(start: JointState, end: JointState, h: float, time: float) -> Passi
     """The joints at a ``time`` (s) of a step of length ``h`` (s): cubic polynomials by ``start``, ``end`` and rates."""
     c, d = time / h, 1.0 - time / h
     first, last, leaving, arriving = d * d * (1 + 2 * c), c * c * (1 + 2 * d), h * c * d * d, -h * c * c * d
-    pairs = (start.directions, end.directions, start.rates, end.rates), (start.gap, end.gap, start.speed, end.speed)
-    directions, places = (first * a + last * b + leaving * u + arriving * v for a, b, u, v in pairs)
+    directions, turned, places = (
+        first * a + last * b + leaving * u + arriving * v
+        for a, b, u, v in (
+            (start.directions, end.directions, start.rates, end.rates),
+            (start.turned, end.turned, start.turning, end.turning),
+            (start.gap, end.gap, start.speed, end.speed),
+        )
+    )
     rates = 6 * c * d / h * (end.gap - start.gap) + d * (d - 2 * c) * start.speed + c * (c - 2 * d) * end.speed
-    return Passing(directions, places, rates)
+    return Passing(directions, turned, places, rates)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -32,7 +31,7 @@ class JointState:
     - ``directions`` (n, k): the wrenches of unit forces; ``rates``: their derivatives.
     - ``gap`` (k,), in m and rad, and ``speed`` (k,), its rate. Where a force is the joint's own, and holds nothing, the
       gap is the joint's coordinate.
-    - ``turned`` (n, n): from the axes of the places to those of the world.
+    - ``turned`` (n, n): from the axes of the places to those of the world; ``turning``: its derivative.
     """
 
     directions: Floats
@@ -40,6 +39,7 @@ class JointState:
     gap: Floats
     speed: Floats
     turned: Floats
+    turning: Floats
 
 
 class JointSystem:
@@ -81,11 +81,10 @@ class JointSystem:
                 rates[row : row + 6, columns] += change
             column = columns.stop
         gap, speed = (np.concatenate([getattr(shape, name) for shape in shapes]) for name in ("gap", "speed"))
-        turned = np.zeros((n, n))
-        for place, name in enumerate(self._names):
-            for row in (6 * place, 6 * place + 3):
-                turned[row : row + 3, row : row + 3] = motions[name].R
-        return JointState(directions, rates, gap, speed, turned)
+        rotations = np.array([motions[name].R for name in self._names])
+        omegas = np.array([motions[name].omega for name in self._names])
+        turning = np.cross(omegas[:, :, None], rotations, axis=1)
+        return JointState(directions, rates, gap, speed, _blocks(rotations), _blocks(turning))
 
     def open_by(self, state: JointState, h: float) -> Floats:
         """How far joints are open, with what opens in a time ``h`` (s), by equation, as parts of the system's size."""
@@ -124,16 +123,27 @@ class JointSystem:
 
         They are kept in the axes of the places, in which they change little while an FMU turns.
         """
-        turned = self.state().turned
         for places, part in zip(self._places, self._parts, strict=True):
             self._mobility[part, part] = _mobility(places, t, h)
-        self._mobility = turned.T @ self._mobility @ turned
 
-    def effect(self, state: JointState, directions: Floats) -> Floats:
-        """The change of the speeds that joints hold at ``state``, by unit impulses along such ``directions`` (n, k)."""
-        mobility = state.turned @ self._mobility @ state.turned.T
-        found: Floats = state.directions[:, self.held].T @ mobility @ directions[:, self.held]
+    def effect(self, end: JointState, turned: Floats, directions: Floats) -> Floats:
+        """The change of the speeds that joints hold at the ``end``, by unit impulses at a time before.
+
+        ``directions`` (n, k) are those of the impulses, ``turned`` (n, n) the axes of the places then. A place goes on
+        turning in its own axes as the impulse lets it.
+        """
+        speeds = end.directions[:, self.held].T @ end.turned @ self._mobility
+        found: Floats = speeds @ turned.T @ directions[:, self.held]
         return found
+
+
+def _blocks(matrices: Floats) -> Floats:
+    """A matrix (6 p, 6 p) with each of the ``matrices`` (p, 3, 3) twice on its diagonal."""
+    found = np.zeros((6 * len(matrices), 6 * len(matrices)))
+    for i, matrix in enumerate(matrices):
+        for row in (6 * i, 6 * i + 3):
+            found[row : row + 3, row : row + 3] = matrix
+    return found
 
 
 def least(matrix: Floats, values: Floats) -> Floats:
@@ -144,27 +154,31 @@ def least(matrix: Floats, values: Floats) -> Floats:
 
 
 def _mobility(places: Places, t: float, h: float) -> Floats:
-    """How the twists of all ``places`` of an FMU after a step ``h`` (s) from ``t`` follow unit wrenches, by impulse."""
-    state, size = places.member.save(), 6 * len(places.names)
+    """The twists of all ``places`` of an FMU by unit impulses on them, in the axes of the places, (6 p, 6 p).
+
+    Source: wrenches in a step ``h`` (s) from ``t``, and the twists after it.
+    """
+    before, state, size = _rotations(places), places.member.save(), 6 * len(places.names)
     found = np.zeros((size, size))
 
-    def moved(wrenches: Floats) -> Floats:
+    def moved(wrenches: Floats) -> tuple[Floats, Floats]:
         places.drive(wrenches, np.zeros(size))
         places.member.advance(t, h)
-        twists = places.twists()
+        result = places.twists(), _rotations(places)
         places.member.restore(state)
-        return twists
+        return result
 
-    free = moved(np.zeros(size))
+    free, after = moved(np.zeros(size))
     for column in places.driven:
         unit = np.eye(size)[column]
-        found[:, column] = _slope(partial(_difference, moved, free, unit)) / h
+        found[:, column] = _slope(lambda x, unit=unit: moved(x * unit)[0] - free) / h  # type: ignore[misc]
     places.member.forget(state)
-    return found
+    mobility: Floats = after.T @ found @ (before + after) / 2
+    return mobility
 
 
-def _difference(moved: Callable[[Floats], Floats], free: Floats, unit: Floats, size: float) -> Floats:
-    return moved(size * unit) - free
+def _rotations(places: Places) -> Floats:
+    return _blocks(np.array([motion.R for motion in places.motions().values()]))
 
 
 def _slope(change: Callable[[float], Floats]) -> Floats:

@@ -126,9 +126,7 @@ def _own(words: Iterable[str], where: str) -> dict[str, float]:
     for word in words:
         name, equals, value = word.partition("=")
         if not equals or name not in NUMBERS:
-            raise LoadError(
-                f"{where}: '{word}' is no number of a joint; {suggestion(name, NUMBERS)}"
-            )
+            raise LoadError(f"{where}: '{word}' is no number of a joint; {suggestion(name, NUMBERS)}")
         found[name] = _number(value, f"{where}: {name}")
     return found
 
