@@ -56,20 +56,8 @@ class JointLaw:
 
     def __init__(self, ends: Ends) -> None:
         """Choose the directions of the joint: those of a common point are along the world's axes, others turn along."""
-        planar, groups = is_planar(ends.first), groups_of(ends)
         axis = np.array(ends.joint.axis) / np.linalg.norm(ends.joint.axis)
-        across = _across(axis)
-        if planar:
-            across = [np.array([-axis[1], axis[0], 0.0])] if "line" in groups else across
-        world = np.eye(3)[:2] if planar else np.eye(3)
-        forces = {"point": world, "line": across, "plane": [axis]}
-        torques = {"axis": across, "turn": np.eye(3)[2:] if planar else np.eye(3)}
-        columns = [(f, np.zeros(3), g == "point") for g in groups for f in forces.get(g, ())]
-        columns += [(np.zeros(3), t, False) for g in groups for t in torques.get(g, ())]
-        if ends.joint.acts:
-            turns = ends.joint.kind == "revolute"
-            about = np.array([0.0, 0.0, 1.0]) if planar and turns else axis
-            columns.append((np.zeros(3), about, False) if turns else (axis, np.zeros(3), False))
+        groups, columns = groups_of(ends), _columns(ends, axis)
         self.acts = ends.joint.acts
         self.held = np.arange(len(columns)) < len(columns) - self.acts
         self.own = np.array([getattr(ends.joint, name) for name in NUMBERS])
@@ -111,6 +99,22 @@ class JointLaw:
             found: Floats = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
             return first @ found
         return np.cross(first @ self._axis, second @ self._axis) if self._tilts else np.zeros(3)
+
+
+def _columns(ends: Ends, axis: Floats) -> list[tuple[Floats, Floats, bool]]:
+    """The directions (force, torque) of a joint, and whether they are along the world's axes; its own force is last."""
+    planar, groups = is_planar(ends.first), groups_of(ends)
+    unit, none = np.eye(3), np.zeros(3)
+    across = [np.cross(unit[2], axis)] if planar else _across(axis)
+    forces = {"point": unit[: 2 if planar else 3], "line": across, "plane": [axis]}
+    torques = {"axis": across, "turn": unit[2 if planar else 0 :]}
+    columns = [(f, none, group == "point") for group in groups for f in forces.get(group, ())]
+    columns += [(none, t, False) for group in groups for t in torques.get(group, ())]
+    if ends.joint.acts and ends.joint.kind == "revolute":
+        columns.append((none, unit[2] if planar else axis, False))
+    elif ends.joint.acts:
+        columns.append((axis, none, False))
+    return columns
 
 
 def _across(axis: Floats) -> Sequence[Floats]:

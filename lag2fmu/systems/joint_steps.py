@@ -23,7 +23,7 @@ import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.systems.circuit import Circuit
-from lag2fmu.systems.joint_system import JointState, JointSystem, check_closed, least
+from lag2fmu.systems.joint_system import JointState, JointSystem, check_closed
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.steps import FixedSteps, Outer
 from lag2fmu.verify.run import Floats
@@ -126,6 +126,9 @@ class JoinedSteps(FixedSteps):
         Returns the wrenches on all places as a function of the time (s) in the step. ``back`` takes a run back. Raises
         SimulationError where no forces are found.
         """
+        if not self._measured or self._joints.redundant:
+            self._joints.measure(t, h)
+            self._measured = True
         start, left = self._joints.state(), np.inf
         course, forces = self._ahead(start, h), self._expected(t, h)
         for run in range(1, _REPETITIONS + 1):
@@ -136,19 +139,29 @@ class JoinedSteps(FixedSteps):
             self._run(t, h)
             end = self._joints.state()
             course = partial(_passing, start, end, h)
-            miss = float(self._joints.open_by(end, h).max(initial=0.0))
+            change, reached = self._correction(end, passing, h)
+            miss = self._joints.open_by(reached[1] * h, reached[0], h)
             if miss <= _CLOSED:
+                self._check(end, t, h)
                 self._last = course, h
                 self._past = [*self._past[1 - _HISTORY :], (t + h * _GAUSS, forces)]
                 self.runs.append(run)
                 return wrenches
             back()
-            if not self._measured or (run > 1 and miss > _SLOW * left):
+            if run > 1 and miss > _SLOW * left:
                 self._joints.measure(t, h)
-                self._measured = True
-            left, forces = miss, forces + self._correction(end, passing, h)
-        raise SimulationError(
-            f"at t = {t + h:g} s no forces close the joints: {self._joints.worst(end)}; give a shorter --step"
+            left, forces = miss, forces + change
+        raise self._open(end, t + h)
+
+    def _check(self, end: JointState, t: float, h: float) -> None:
+        """Raise SimulationError if the ``end`` leaves open what no force closes: joints that contradict each other."""
+        held = self._joints.held
+        if self._joints.open_by(end.gap[held], end.speed[held], h) > _OPEN:
+            raise self._open(end, t + h)
+
+    def _open(self, end: JointState, t: float) -> SimulationError:
+        return SimulationError(
+            f"at t = {t:g} s no forces close the joints: {self._joints.worst(end)}; give a shorter --step"
         )
 
     def _run(self, t: float, h: float) -> None:
@@ -157,16 +170,17 @@ class JoinedSteps(FixedSteps):
         for member in self._members.values():
             member.advance(t, h)
 
-    def _correction(self, end: JointState, passing: Sequence[Passing], h: float) -> Floats:
-        """The change (2, k) of the forces at the Gauss points by which the joints are closed after a step ``h`` (s).
+    def _correction(self, end: JointState, passing: Sequence[Passing], h: float) -> tuple[Floats, Floats]:
+        """The change (2, k) of the forces at the Gauss points that closes the joints after a step ``h`` (s).
 
-        Forces f1, f2 give the impulse (f1 + f2) h/2, and move what they push by (late f1 + early f2) h^2/2.
+        The second value is what it closes: speeds, and gaps by ``h``. Forces f1, f2 give the impulse (f1 + f2) h/2, and
+        move what they push by (late f1 + early f2) h^2/2.
         """
         first, second = (self._joints.effect(end, x.turned, x.directions) * h / 2 for x in passing)
-        matrix = np.block([[first, second], [_LATE * first, _EARLY * second]])
         found, held = np.zeros((2, len(end.gap))), self._joints.held
-        found[:, held] = least(matrix, -np.concatenate([end.speed[held], end.gap[held] / h])).reshape(2, -1)
-        return found
+        matrices = [[first, second], [_LATE * first, _EARLY * second]]
+        found[:, held], reached = self._joints.least(matrices, -np.array([end.speed[held], end.gap[held] / h]))
+        return found, reached
 
     def _expected(self, t: float, h: float) -> Floats:
         """The forces (2, k) at the Gauss points of the step from ``t``, by those of the last steps."""

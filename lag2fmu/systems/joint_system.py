@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -16,9 +16,13 @@ from lag2fmu.systems.joints import NUMBERS, Ends
 from lag2fmu.systems.member import Member
 from lag2fmu.verify.run import Floats
 
-_REDUNDANT = 1e-4
-"""Equations are redundant below this part of the greatest singular value. The measured matrix has errors of the second
-order in the step, 5e-6 at steps of 10 ms; two hinges of a door would have to be a hundredth of its width apart."""
+_REDUNDANT = 1e-6
+"""Equations are redundant below this part of the greatest eigenvalue: more than the error of differences, which is
+1e-7 at the FMUs' default tolerance. Two hinges of a door may be a thousandth of its width apart."""
+_STIFF = 1e-6
+"""A wrench that moves places less than this part of what another one does moves none."""
+_SOON = 0.01
+"""The part of a step in which the effect of forces is measured, so that it is that at the begin of the step."""
 _CHANGE = 1e-3
 """The change of speed (m/s, rad/s) by which the effect of forces is measured: more than the solvers' errors in a step,
 and too little to turn anything in it."""
@@ -47,12 +51,7 @@ class JointSystem:
 
     def __init__(self, members: Mapping[str, Member], joints: Sequence[Ends]) -> None:
         """Look up the places. Raises LoadError for an FMU that cannot go back or takes no derivatives of inputs."""
-        terminals: dict[str, dict[str, ComponentTerminal]] = {}
-        for ends in joints:
-            for end, terminal in ((ends.joint.first, ends.first), (ends.joint.second, ends.second)):
-                _check(members[end.component], ends)
-                terminals.setdefault(end.component, {})[end.connector] = terminal
-        self._places = [Places(members[name], found) for name, found in terminals.items()]
+        self._places = _places_of(members, joints)
         names = [(places.member.name, name) for places in self._places for name in places.names]
         self._ends = [[6 * names.index(end) for end in (e.joint.first, e.joint.second)] for e in joints]
         self._names, self._joints, self._laws = names, joints, [JointLaw(ends) for ends in joints]
@@ -62,6 +61,7 @@ class JointSystem:
         own = [law.own for law in self._laws if law.acts]
         self._damping, self._stiffness, self._rest = np.array(own).reshape(-1, len(NUMBERS)).T
         self._lengths = np.concatenate([law.lengths for law in self._laws])[self.held]
+        self.redundant, self._scale, self._range = False, np.ones(0), np.eye(0)
         self._size, self._mobility = 0.0, np.zeros((first[-1], first[-1]))
 
     def state(self) -> JointState:
@@ -86,11 +86,13 @@ class JointSystem:
         turning = np.cross(omegas[:, :, None], rotations, axis=1)
         return JointState(directions, rates, gap, speed, _blocks(rotations), _blocks(turning))
 
-    def open_by(self, state: JointState, h: float) -> Floats:
-        """How far joints are open, with what opens in a time ``h`` (s), by equation, as parts of the system's size."""
+    def open_by(self, gap: Floats, speed: Floats, h: float) -> float:
+        """How far joints are open at most, with what opens in a time ``h`` (s), as a part of the system's size.
+
+        ``gap`` (k,) and its rate ``speed`` (k,) are those that joints hold.
+        """
         scales = np.where(self._lengths, self._size or 1.0, 1.0)
-        found: Floats = np.maximum(np.abs(state.gap[self.held]), h * np.abs(state.speed[self.held])) / scales
-        return found
+        return float((np.maximum(np.abs(gap), h * np.abs(speed)) / scales).max(initial=0.0))
 
     def own_forces(self, places: Floats, rates: Floats) -> Floats:
         """The forces (k,) that the joints have of their own where their gaps (k,) are ``places``, with ``rates``."""
@@ -102,7 +104,7 @@ class JointSystem:
     def worst(self, state: JointState) -> str:
         """The joint that is open most, and how far."""
         joints = np.repeat(np.arange(len(self._laws)), [len(law.held) for law in self._laws])
-        row = int(np.flatnonzero(self.held)[np.argmax(self.open_by(state, 1.0))])
+        row = max(np.flatnonzero(self.held), key=lambda row: max(abs(state.gap[row]), abs(state.speed[row])))
         return (
             f"the joint {self._joints[joints[row]].joint} is open by {abs(state.gap[row]):.3g}, "
             f"at {abs(state.speed[row]):.3g} a second"
@@ -124,7 +126,14 @@ class JointSystem:
         They are kept in the axes of the places, in which they change little while an FMU turns.
         """
         for places, part in zip(self._places, self._parts, strict=True):
-            self._mobility[part, part] = _mobility(places, t, h)
+            self._mobility[part, part] = _mobility(places, t, _SOON * h)
+        state = self.state()
+        matrix = self.effect(state, state.turned, state.directions)
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+        sizes, vectors = np.linalg.eigh(scale[:, None] * (matrix + matrix.T) / 2 * scale)
+        kept = sizes > _REDUNDANT * sizes[-1]
+        self.redundant = not kept.all()
+        self._scale, self._range = scale, vectors[:, kept]
 
     def effect(self, end: JointState, turned: Floats, directions: Floats) -> Floats:
         """The change of the speeds that joints hold at the ``end``, by unit impulses at a time before.
@@ -136,6 +145,27 @@ class JointSystem:
         found: Floats = speeds @ turned.T @ directions[:, self.held]
         return found
 
+    def least(self, matrices: Sequence[Sequence[Floats]], values: Floats) -> tuple[Floats, Floats]:
+        """The forces (r, k) to which the ``matrices`` (r, r) of (k, k) give ``values`` (r, k), and what they reach.
+
+        Where joints are redundant, the values are reached as far as can be, and the joints share their forces.
+        """
+        N, r = self._scale[:, None] * self._range, len(values)
+        reduced = np.block([[N.T @ matrix @ N for matrix in row] for row in matrices])
+        found = np.linalg.solve(reduced, (values @ N).ravel()).reshape(r, -1)
+        reached = values @ N @ self._range.T / self._scale
+        return found @ N.T, reached
+
+
+def _places_of(members: Mapping[str, Member], joints: Sequence[Ends]) -> list[Places]:
+    """The joined places of each FMU; raises LoadError for one that cannot be joined."""
+    terminals: dict[str, dict[str, ComponentTerminal]] = {}
+    for ends in joints:
+        for end, terminal in ((ends.joint.first, ends.first), (ends.joint.second, ends.second)):
+            _check(members[end.component], ends)
+            terminals.setdefault(end.component, {})[end.connector] = terminal
+    return [Places(members[name], found) for name, found in terminals.items()]
+
 
 def _blocks(matrices: Floats) -> Floats:
     """A matrix (6 p, 6 p) with each of the ``matrices`` (p, 3, 3) twice on its diagonal."""
@@ -146,20 +176,12 @@ def _blocks(matrices: Floats) -> Floats:
     return found
 
 
-def least(matrix: Floats, values: Floats) -> Floats:
-    """The least x (k,) with ``matrix`` (k, k) x = ``values`` (k,) as well as can be: redundant joints share forces."""
-    scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
-    found: Floats = scale * (np.linalg.pinv(scale[:, None] * matrix * scale, _REDUNDANT) @ (scale * values))
-    return found
-
-
 def _mobility(places: Places, t: float, h: float) -> Floats:
     """The twists of all ``places`` of an FMU by unit impulses on them, in the axes of the places, (6 p, 6 p).
 
-    Source: wrenches in a step ``h`` (s) from ``t``, and the twists after it.
+    They are differences of the twists after a step ``h`` (s) from ``t``, under a wrench and without one.
     """
     before, state, size = _rotations(places), places.member.save(), 6 * len(places.names)
-    found = np.zeros((size, size))
 
     def moved(wrenches: Floats) -> tuple[Floats, Floats]:
         places.drive(wrenches, np.zeros(size))
@@ -169,27 +191,19 @@ def _mobility(places: Places, t: float, h: float) -> Floats:
         return result
 
     free, after = moved(np.zeros(size))
-    for column in places.driven:
-        unit = np.eye(size)[column]
-        found[:, column] = _slope(lambda x, unit=unit: moved(x * unit)[0] - free) / h  # type: ignore[misc]
+    units = np.eye(size)[places.driven]
+    found = np.array([moved(unit)[0] - free for unit in units])
+    changes = np.abs(found).max(axis=1)
+    for i, change in enumerate(np.maximum(changes, _STIFF * changes.max())):
+        if change > 0.0 and not _CHANGE / 100 < change < _CHANGE * 100:
+            found[i] = (moved(units[i] * _CHANGE / change)[0] - free) * change / _CHANGE
     places.member.forget(state)
-    mobility: Floats = after.T @ found @ (before + after) / 2
+    mobility: Floats = after.T @ (found.T @ units / h) @ (before + after) / 2
     return mobility
 
 
 def _rotations(places: Places) -> Floats:
     return _blocks(np.array([motion.R for motion in places.motions().values()]))
-
-
-def _slope(change: Callable[[float], Floats]) -> Floats:
-    """The derivative of ``change`` at 0, where it is about linear, by a difference that is neither small nor large."""
-    size = 1.0
-    found = change(size)
-    greatest = float(np.abs(found).max())
-    if greatest > 0.0 and not _CHANGE / 100 < greatest < _CHANGE * 100:
-        size = _CHANGE / greatest
-        found = change(size)
-    return found / size
 
 
 def _check(member: Member, ends: Ends) -> None:
@@ -206,7 +220,7 @@ def _check(member: Member, ends: Ends) -> None:
 def check_closed(system: JointSystem, t: float, most: float) -> None:
     """Raise SimulationError if a joint is open at ``t`` (s) by more than ``most``, as a part of the system's size."""
     state = system.state()
-    if system.open_by(state, 1.0).max(initial=0.0) > most:
+    if system.open_by(state.gap[system.held], state.speed[system.held], 1.0) > most:
         raise SimulationError(
             f"at t = {t:g} s {system.worst(state)}; give start values with which the places and their speeds agree"
         )

@@ -150,12 +150,7 @@ def ends_of(joint: IdealJoint, components: Mapping[str, Component], where: str) 
     if joint.acts and joint.kind not in ("revolute", "prismatic"):
         raise LoadError(f"{where}: damping and stiffness go with a revolute or a prismatic joint")
     ends = Ends(joint, *(_terminal(end, components, where) for end in (joint.first, joint.second)))
-    planar = [is_planar(terminal) for terminal in (ends.first, ends.second)]
-    if planar[0] != planar[1]:
-        raise LoadError(f"{where}: one place moves in the plane and the other in space; join two of one kind")
-    if planar[0] and not JOINTS[joint.kind].planar:
-        known = ", ".join(name for name in KINDS if JOINTS[name].planar)
-        raise LoadError(f"{where}: there is no joint '{joint.kind}' in the plane; give one of {known}")
+    _check_plane(ends, where)
     for end, terminal in ((joint.first, ends.first), (joint.second, ends.second)):
         missing = [*_missing(terminal, turning=joint.acts or {*groups_of(ends)} != {"point"})]
         if missing:
@@ -163,6 +158,16 @@ def ends_of(joint: IdealJoint, components: Mapping[str, Component], where: str) 
             options = " ".join(f"--port {key}={name}" for key in missing)
             raise LoadError(f"{where}: {end} lacks what this joint needs; export that FMU with {options}")
     return ends
+
+
+def _check_plane(ends: Ends, where: str) -> None:
+    """Raise LoadError for a joint of the plane with space, and for a kind that there is in space only."""
+    first, second = is_planar(ends.first), is_planar(ends.second)
+    if first != second:
+        raise LoadError(f"{where}: one place moves in the plane and the other in space; join two of one kind")
+    if first and not JOINTS[ends.joint.kind].planar:
+        known = ", ".join(name for name in KINDS if JOINTS[name].planar)
+        raise LoadError(f"{where}: there is no joint '{ends.joint.kind}' in the plane; give one of {known}")
 
 
 def _terminal(end: End, components: Mapping[str, Component], where: str) -> ComponentTerminal:
