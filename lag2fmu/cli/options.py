@@ -121,3 +121,9 @@ def check_ending(path: Path, endings: tuple[str, ...]) -> None:
         raise ExportError(f"'{path}': is a folder; name a file")
     if not path.parent.is_dir():
         raise ExportError(f"'{path}': the folder '{path.parent}' does not exist")
+
+
+def refuse_to_overwrite(path: Path, *, force: bool) -> None:
+    """Raise ExportError if ``path`` exists, unless ``force``."""
+    if path.exists() and not force:
+        raise ExportError(f"'{path}' exists; overwrite it with --force, or choose another name with -o")

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import PATH, STOP_TIME
+from lag2fmu.cli.options import FMI, MODEL, PATH, SOLVER, STOP_TIME, loading
 
 
 @click.command()
@@ -35,3 +35,24 @@ def ssp(**choices: Any) -> None:
     from lag2fmu.cli.systems import write_system
 
     write_system(**choices)
+
+
+@click.command("cut")
+@MODEL
+@click.option(
+    "--at",
+    multiple=True,
+    required=True,
+    metavar="NAME",
+    help="A frame, or the coordinate by which it moves, that is cut off what carries it; repeatable.",
+)
+@click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="The .ssp; default MODEL.ssp.")
+@FMI
+@SOLVER
+@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
+@loading
+def cut_command(**choices: Any) -> None:
+    """Cut MODEL into FMUs at joints of its tree, and write the system that holds them together by ideal joints."""
+    from lag2fmu.cli.cutting import cut_model
+
+    cut_model(**choices)

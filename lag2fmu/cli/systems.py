@@ -8,9 +8,9 @@ from pathlib import Path
 import click
 
 from lag2fmu.cli.motions import SimulateOptions, check_targets, write_motion
-from lag2fmu.cli.options import check_ending
+from lag2fmu.cli.options import check_ending, refuse_to_overwrite
 from lag2fmu.cli.settings import echo_settings
-from lag2fmu.errors import ExportError, LoadError, SimulationError
+from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
@@ -37,8 +37,7 @@ def write_system(
     Raises LoadError for FMUs, connections and values that do not fit, ExportError for a file that exists.
     """
     check_ending(path, (".ssp",))
-    if path.exists() and not force:
-        raise ExportError(f"'{path}' exists; overwrite it with --force, or choose another name with -o")
+    refuse_to_overwrite(path, force=force)
     named: dict[str, str] = {}
     for fmu in fmus:
         name, equals, file = fmu.rpartition("=")

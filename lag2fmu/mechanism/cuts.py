@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import NoReturn
 
 import sympy as sp
 
 from lag2fmu.description.description import Description
 from lag2fmu.description.joints import direction
-from lag2fmu.description.places import WORLD, Frame, Rotation
+from lag2fmu.description.places import AXES, WORLD, Frame, Rotation
+from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
+from lag2fmu.language.units import DIMENSIONLESS, METRE
 from lag2fmu.language.vocabulary import symbol, value_of
 from lag2fmu.mechanism.poses import Poses
 
 _WHY = "which no joint between FMUs does; cut at a frame that turns about one axis, slides along one, or turns freely"
+
+
+Axis = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -31,11 +37,41 @@ class Cut:
 
     frame: str
     kind: str
-    axis: tuple[float, float, float]
+    axis: Axis
     coordinates: tuple[str, ...]
     scale: float
     seat: Frame
     pin: Frame
+
+    @property
+    def measured(self) -> str:
+        """The name of a frame of the whole whose motion is that of the frame."""
+        return f"{self.frame}_cut"
+
+    @property
+    def free_frame(self) -> Frame:
+        """The frame as it is when it is cut off: three coordinates and a quaternion place it in the world."""
+        place = [symbol(f"{self.frame}_free_{x}") for x in AXES]
+        return Frame(self.frame, WORLD, place, quaternion=[symbol(f"{self.frame}_free_e{i}") for i in range(4)])
+
+
+def free_coordinates(cut: Cut, start: Mapping[str, float]) -> Iterator[Coordinate]:
+    """The coordinates of the free frame of ``cut``; ``start`` has the motion of the frame ``measured``.
+
+    e' = (0, omega) e/2 with omega in the world's axes: P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems,
+    section 6.6.
+    """
+
+    def of(quantity: str, ends: Iterable[object]) -> list[float]:
+        return [start[f"{cut.measured}_{quantity}_{end}"] for end in ends]
+
+    for x, place, speed in zip(AXES, of("position", AXES), of("velocity", AXES), strict=True):
+        yield Coordinate(f"{cut.frame}_free_{x}", METRE, place, speed, doc=f"place of {cut.frame}, {x}")
+    (a, b, c, d), (u, v, w) = of("quaternion", range(4)), of("angular_velocity", AXES)
+    rates = -(b * u + c * v + d * w), a * u + v * d - w * c, a * v + w * b - u * d, a * w + u * c - v * b
+    for i, (e, rate) in enumerate(zip((a, b, c, d), rates, strict=True)):
+        name, doc = f"{cut.frame}_free_e{i}", f"quaternion of {cut.frame}"
+        yield Coordinate(name, DIMENSIONLESS, e, rate / 2, doc=doc, given=True, velocity_given=True)
 
 
 def cut_at(d: Description, name: str, values: Mapping[str, float]) -> Cut:
@@ -44,40 +80,86 @@ def cut_at(d: Description, name: str, values: Mapping[str, float]) -> Cut:
     ``values``: {parameter: SI value}. Raises MechanismError if there is none, or its joint is no joint between FMUs.
     """
     frame = _frame(d, name)
-    where = f"--at {name}"
     if str(frame.parent) == WORLD:
-        raise MechanismError(f"{where}: '{frame.name}' stands on the world; there is nothing on the other side of it")
-    moving = {symbol(q.name) for q in d.coordinates}
-    origin = sp.Matrix([Poses(d).resolved(x) for x in frame.origin])
-    turns = tuple(Rotation(turn.axis, Poses(d).resolved(turn.angle)) for turn in _turns(frame))
-    turning = [i for i, turn in enumerate(turns) if turn.angle.free_symbols & moving]
-    own = sorted({s.name for x in (*origin, *(t.angle for t in turns)) for s in x.free_symbols & moving})
-    slides = bool(origin.free_symbols & moving)
-    constant = all(x.free_symbols <= {symbol(p) for p in values} | moving for x in (*origin, *(t.angle for t in turns)))
-    if frame.quaternion is not None or not constant or (slides and turning):
-        raise MechanismError(f"{where}: '{frame.name}' turns by a quaternion, by time, or slides and turns, {_WHY}")
-    seat, pin = f"{frame.name}_seat", Frame(f"{frame.name}_pin", frame.name)
-    if not own:
-        return Cut(frame.name, "fixed", (0.0, 0.0, 1.0), (), 1.0, Frame(seat, frame.parent, origin, turns), pin)
-    if len(own) == len(turning) == 3 and not slides:
-        still = Frame(seat, frame.parent, origin)
-        return Cut(frame.name, "spherical", (0.0, 0.0, 1.0), tuple(own), 1.0, still, pin)
-    if len(own) > 1 or len(turning) > 1:
-        raise MechanismError(f"{where}: '{frame.name}' moves by {', '.join(own)}, {_WHY}")
-    q = symbol(own[0])
-    if slides:
-        return _sliding(d, frame, q, origin, values)
-    (i,) = turning
-    axis, scale = _unit(direction(turns[i].axis), values), _slope(turns[i].angle, q, where, values)
-    back = tuple(Rotation(a, -angle) for a, angle in reversed(turns[i + 1 :]))
-    rest = Rotation(turns[i].axis, turns[i].angle.xreplace({q: sp.S.Zero}))
-    still = Frame(seat, frame.parent, origin, (*turns[:i], rest))
-    return Cut(frame.name, "revolute", axis, (q.name,), scale, still, Frame(pin.name, frame.name, rotations=back))
+        raise MechanismError(f"--at {name}: '{frame.name}' stands on the world; nothing is on the other side")
+    return _Mount(d, frame, values).cut()
+
+
+class _Mount:
+    """How a ``frame`` stands on its parent: origin and turns, and the coordinates in them."""
+
+    def __init__(self, d: Description, frame: Frame, values: Mapping[str, float]) -> None:
+        """Raises MechanismError where a quaternion or time is in them."""
+        poses, self.d, self.frame, self.values = Poses(d), d, frame, values
+        self.moving = {symbol(q.name) for q in d.coordinates}
+        self.origin = sp.Matrix([poses.resolved(x) for x in frame.origin])
+        self.turns = tuple(Rotation(turn.axis, poses.resolved(turn.angle)) for turn in _turns(frame))
+        self.turning = [i for i, turn in enumerate(self.turns) if turn.angle.free_symbols & self.moving]
+        used = {s for x in (*self.origin, *(turn.angle for turn in self.turns)) for s in x.free_symbols}
+        self.own = sorted(s.name for s in used & self.moving)
+        if frame.quaternion is not None or not {s.name for s in used - self.moving} <= values.keys() - {"t"}:
+            self._refuse("turns by a quaternion, or moves by itself")
+
+    def _refuse(self, how: str) -> NoReturn:
+        raise MechanismError(f"--at {self.frame.name}: it {how}, {_WHY}")
+
+    def cut(self) -> Cut:
+        """The joint: fixed, revolute, prismatic or spherical. Raises MechanismError for any other."""
+        slides = bool(self.origin.free_symbols & self.moving)
+        if slides and not self.turning and len(self.own) == 1:
+            return self._prismatic()
+        if not slides and len(self.own) == len(self.turning) == 1:
+            return self._revolute()
+        if slides or len(self.own) != len(self.turning) or len(self.own) not in (0, 3):
+            self._refuse(f"moves by {', '.join(self.own)}")
+        kind, turns = ("spherical", ()) if self.own else ("fixed", self.turns)
+        return self._of(kind, (0.0, 0.0, 1.0), 1.0, self.origin, turns)
+
+    def _of(
+        self,
+        kind: str,
+        axis: Axis,
+        scale: float,
+        origin: sp.Matrix,
+        turns: tuple[Rotation, ...],
+        back: tuple[Rotation, ...] = (),
+    ) -> Cut:
+        """The cut whose seat is at ``origin``, turned by ``turns``; the pin is turned ``back`` in the frame."""
+        name = self.frame.name
+        seat = Frame(f"{name}_seat", self.frame.parent, tuple(origin), turns)
+        return Cut(name, kind, axis, tuple(self.own), scale, seat, Frame(f"{name}_pin", name, rotations=back))
+
+    def _revolute(self) -> Cut:
+        (i,), q = self.turning, symbol(self.own[0])
+        axis, angle = self.turns[i]
+        slope = angle.diff(q)
+        if slope.free_symbols & self.moving:
+            self._refuse(f"turns by {angle}, which is not proportional to {q}")
+        still = (*self.turns[:i], Rotation(axis, angle.xreplace({q: sp.S.Zero})))
+        back = tuple(Rotation(a, -b) for a, b in reversed(self.turns[i + 1 :]))
+        return self._of("revolute", self._unit(direction(axis)), value_of(slope, self.values), self.origin, still, back)
+
+    def _prismatic(self) -> Cut:
+        q = symbol(self.own[0])
+        along = self.origin.diff(q)
+        if along.free_symbols & self.moving:
+            self._refuse("slides along a curve")
+        turned = Poses(self.d).pose(self.frame.name, str(self.frame.parent)).rotation.T * along
+        entries = [value_of(x, self.values) for x in turned]
+        scale = math.hypot(*entries)
+        axis = self._unit(sp.Matrix(entries) / scale)
+        return self._of("prismatic", axis, scale, self.origin.xreplace({q: sp.S.Zero}), self.turns)
+
+    def _unit(self, vector: sp.Matrix) -> Axis:
+        x, y, z = (value_of(entry, self.values) for entry in vector)
+        return x, y, z
 
 
 def _frame(d: Description, name: str) -> Frame:
     """The frame called ``name``, or the one that moves by the coordinate ``name``."""
     frames = {frame.name: frame for frame in d.frames}
+    if not frames:
+        raise MechanismError(f"--at {name}: '{d.name}' has no frames; it is cut where a frame moves on another")
     if name in frames:
         return frames[name]
     coordinates = [q.name for q in d.coordinates]
@@ -97,29 +179,3 @@ def _turns(frame: Frame) -> tuple[Rotation, ...]:
 def _symbols(frame: Frame) -> set[sp.Symbol]:
     expressions = (*frame.origin, *(turn.angle for turn in _turns(frame)), *(frame.quaternion or ()))
     return {s for x in expressions for s in sp.sympify(x).free_symbols}
-
-
-def _sliding(d: Description, frame: Frame, q: sp.Symbol, origin: sp.Matrix, values: Mapping[str, float]) -> Cut:
-    """The cut of a ``frame`` whose ``origin`` moves by ``q``."""
-    along = origin.diff(q)
-    if along.free_symbols & {symbol(x.name) for x in d.coordinates}:
-        raise MechanismError(f"--at {frame.name}: it slides along a curve, {_WHY}")
-    turned = Poses(d).pose(frame.name, str(frame.parent)).rotation.T * along
-    entries = [value_of(x, values) for x in turned]
-    scale = math.hypot(*entries)
-    axis = _unit(sp.Matrix(entries) / scale, values)
-    seat = Frame(f"{frame.name}_seat", frame.parent, origin.xreplace({q: sp.S.Zero}), frame.rotations)
-    return Cut(frame.name, "prismatic", axis, (q.name,), scale, seat, Frame(f"{frame.name}_pin", frame.name))
-
-
-def _unit(vector: sp.Matrix, values: Mapping[str, float]) -> tuple[float, float, float]:
-    x, y, z = (value_of(entry, values) for entry in vector)
-    return x, y, z
-
-
-def _slope(angle: sp.Expr, q: sp.Symbol, where: str, values: Mapping[str, float]) -> float:
-    """d angle/dq; raises MechanismError unless it is constant."""
-    slope = angle.diff(q)
-    if q in slope.free_symbols:
-        raise MechanismError(f"{where}: the angle {angle} is not proportional to {q}, {_WHY}")
-    return value_of(slope, values)

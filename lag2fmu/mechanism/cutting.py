@@ -6,9 +6,9 @@ with the joint if it is a spring or a damper of the joint's coordinate; anything
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NoReturn
 
 import sympy as sp
 
@@ -16,22 +16,23 @@ from lag2fmu.description import names
 from lag2fmu.description.description import Description, label_of, table_keys
 from lag2fmu.description.keys import keys_in
 from lag2fmu.description.parts import Damper, Energy, Spring
-from lag2fmu.description.places import AXES, WORLD, Frame, expressions_of
+from lag2fmu.description.places import WORLD, Frame, expressions_of
 from lag2fmu.description.ports import Ports
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.units import DIMENSIONLESS, METRE
 from lag2fmu.language.vocabulary import symbol, value_of
-from lag2fmu.mechanism.cuts import Cut, cut_at
+from lag2fmu.mechanism.cuts import Cut, cut_at, free_coordinates
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.record import Mechanism
 
+_JOINT = "joint "
+"""Before the frame of a cut: the owner of what belongs to its joint."""
 _WHERE_USED = ("parameters", "inputs", "tables", "definitions", "points")
 """The tables of entries that may stand in several pieces, as far as they belong to none of them."""
 
 
 @dataclass(frozen=True)
-class Link:
+class CutJoint:
     """The joint of a ``cut`` between the pieces ``inner`` and ``outer``, with the numbers of its own force in SI."""
 
     cut: Cut
@@ -43,11 +44,11 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Pieces:
+class CutMechanism:
     """{piece: its description}, the joints between them, and the names of outputs that belong to no single piece."""
 
     descriptions: Mapping[str, Description]
-    links: tuple[Link, ...]
+    joints: tuple[CutJoint, ...]
     left_out: tuple[str, ...]
 
 
@@ -79,16 +80,12 @@ def cuts_of(d: Description, at: Iterable[str]) -> tuple[Cut, ...]:
 
 def with_pins(d: Description, cuts: Sequence[Cut]) -> Description:
     """``d`` with outputs PIN_position_x, ... of pose and velocity of all pieces that are cut off."""
-    pins = tuple(Frame(_measured(cut), cut.frame) for cut in cuts)
+    pins = tuple(Frame(cut.measured, cut.frame) for cut in cuts)
     spots = [pin.name for pin in pins]
     return replace(d, frames=(*d.frames, *pins), ports=Ports(poses=spots, velocities=spots))
 
 
-def _measured(cut: Cut) -> str:
-    return f"{cut.frame}_cut"
-
-
-def in_pieces(d: Description, cuts: Sequence[Cut], start: Mapping[str, float]) -> Pieces:
+def in_pieces(d: Description, cuts: Sequence[Cut], start: Mapping[str, float]) -> CutMechanism:
     """The pieces of ``d`` between ``cuts``; ``start``: the values of its coordinates and of the outputs of the pins.
 
     Raises MechanismError for what works across a cut and is no spring or damper of the joint's coordinate.
@@ -126,7 +123,7 @@ class _Splitter:
             if len(moved) > 1 or (moved and q.name in self.joints):
                 where = " and ".join(sorted(moved | {self.joints.get(q.name, "")} - {""}))
                 raise MechanismError(f"the coordinate '{q.name}' moves several pieces, {where}; cut elsewhere")
-            owner = {f"joint {self.joints[q.name]}"} if q.name in self.joints else moved or {self.base}
+            owner = {_JOINT + self.joints[q.name]} if q.name in self.joints else moved or {self.base}
             for name in (names.velocity, names.acceleration, names.generalized_force, str):
                 self.owners[name(q.name)] = owner
 
@@ -134,70 +131,84 @@ class _Splitter:
         """The pieces to which a ``record`` belongs, by all that it refers to."""
         return {piece for name in _names(record) for piece in self.owners.get(name, ())}
 
-    def pieces(self) -> Pieces:
-        """Everything where it belongs."""
+    def pieces(self) -> CutMechanism:
+        """Everything where it belongs. Raises MechanismError for what works across a cut."""
         tables: dict[str, dict[str, list[Any]]] = {piece: {} for piece in (self.base, *self.cuts)}
         own: dict[str, list[Spring | Damper]] = {frame: [] for frame in self.cuts}
         left_out: list[str] = []
-        shared = ("parameters", "inputs", "tables")
-        for table in (name for name, key in table_keys().items() if key.many and name not in shared):
-            for record in getattr(self.d, table):
-                owners = self.of(record) or {self.base}
-                (owner,) = owners if len(owners) == 1 else (None,)
-                if table == "frames":
-                    owner = self.piece[record.name]
-                if table == "coordinates" and record.name in self.joints:
-                    continue
-                if owner in tables:
-                    tables[owner].setdefault(table, []).append(record)
-                elif owner is not None and isinstance(record, Spring | Damper):
-                    own[owner.removeprefix("joint ")].append(record)
-                elif table == "outputs":
-                    left_out.append(record.name)
-                elif table != "definitions":
-                    self._refuse(table, record, owners)
-        links = tuple(self._link(cut, own[frame]) for frame, cut in self.cuts.items())
-        found = {piece: self._description(piece, tables[piece]) for piece in tables}
-        return Pieces(found, links, tuple(left_out))
+        for table, record in self._split():
+            owner = self._owner(table, record)
+            if owner in tables:
+                tables[owner].setdefault(table, []).append(record)
+            elif isinstance(record, Spring | Damper) and owner:
+                own[owner.removeprefix(_JOINT)].append(record)
+            elif table == "outputs":
+                left_out.append(record.name)
+            elif table != "definitions":
+                self._refuse(table, record)
+        joints = tuple(self._joint(cut, own[frame]) for frame, cut in self.cuts.items())
+        return CutMechanism({x: self._description(x, tables[x]) for x in tables}, joints, tuple(left_out))
 
-    def _refuse(self, table: str, record: Any, owners: Iterable[str]) -> None:
-        sides = " and ".join(f"'{x}'" for x in sorted(owners))
+    def _split(self) -> Iterator[tuple[str, Any]]:
+        """(table, entry) of all entries that belong to pieces; coordinates of joints are gone."""
+        for table, key in table_keys().items():
+            if key.many and table not in ("parameters", "inputs", "tables"):
+                for record in getattr(self.d, table):
+                    if table != "coordinates" or record.name not in self.joints:
+                        yield table, record
+
+    def _owner(self, table: str, record: Any) -> str:
+        """The one piece or joint to which an entry belongs; "" if there are several."""
+        if table == "frames":
+            return self.piece[record.name]
+        owners = self.owners[record.name] if table == "coordinates" else self.of(record) or {self.base}
+        return next(iter(owners)) if len(owners) == 1 else ""
+
+    def _refuse(self, table: str, record: Any) -> NoReturn:
+        sides = " and ".join(f"'{x}'" for x in sorted(self.of(record)))
         raise MechanismError(
             f"{table}.{label_of(record)}: works across a cut, on {sides}; only springs and dampers of a joint's own "
             "coordinate go with the joint"
         )
 
-    def _link(self, cut: Cut, own: Iterable[Spring | Damper]) -> Link:
-        """The joint of ``cut``, with its ``own`` springs and dampers: all of them linear in its coordinate."""
-        q, damping, stiffness, push = symbol(cut.coordinates[0]) if cut.coordinates else sp.S.Zero, 0.0, 0.0, 0.0
-        rate = symbol(names.velocity(str(q)))
+    def _joint(self, cut: Cut, own: Iterable[Spring | Damper]) -> CutJoint:
+        """The joint of ``cut``, with its ``own`` springs and dampers."""
+        damping = stiffness = push = 0.0
         for record in own:
-            of, by = (record.elongation, q) if isinstance(record, Spring) else (record.rate, rate)
-            constant = sp.sympify(record.stiffness if isinstance(record, Spring) else record.damping or sp.nan)
-            slope = sp.nan if of is None else sp.sympify(of).diff(by)
-            if (
-                sp.nan in (slope, constant)
-                or not {s.name for s in (slope * constant).free_symbols} <= self.values.keys()
-            ):
-                self._refuse("springs" if isinstance(record, Spring) else "dampers", record, {cut.frame})
-            ratio, size = value_of(slope, self.values) / cut.scale, value_of(constant, self.values)
             if isinstance(record, Spring):
+                ratio, size, at_zero = self._linear(cut, "springs", record, record.elongation, record.stiffness)
                 stiffness += size * ratio**2
-                push += size * ratio * value_of(sp.sympify(of).xreplace({q: sp.S.Zero}), self.values)
+                push += size * ratio * at_zero
             else:
+                ratio, size, _ = self._linear(cut, "dampers", record, record.rate, record.damping)
                 damping += size * ratio**2
         rest = -push / stiffness if stiffness else 0.0
-        return Link(cut, self.piece_below(cut), cut.frame, damping, stiffness, rest)
+        return CutJoint(cut, self._below(cut), cut.frame, damping, stiffness, rest)
 
-    def piece_below(self, cut: Cut) -> str:
+    def _linear(self, cut: Cut, table: str, record: Any, of: Any, constant: Any) -> tuple[float, float, float]:
+        """Of a spring or damper: d(``of``)/d(the joint's angle or way), its ``constant``, and ``of`` at 0.
+
+        Raises MechanismError unless ``of`` is linear in the joint's one coordinate, or in its rate.
+        """
+        if of is None or constant is None or len(cut.coordinates) != 1:
+            self._refuse(table, record)
+        (q,) = cut.coordinates
+        by = symbol(q if table == "springs" else names.velocity(q))
+        slope, size = sp.sympify(of).diff(by), sp.sympify(constant)
+        if not {s.name for s in slope.free_symbols | size.free_symbols} <= self.values.keys() - {"t"}:
+            self._refuse(table, record)
+        at_zero = value_of(sp.sympify(of).xreplace({by: sp.S.Zero}), self.values)
+        return value_of(slope, self.values) / cut.scale, value_of(size, self.values), at_zero
+
+    def _below(self, cut: Cut) -> str:
         """The piece on which the piece of ``cut`` stands."""
         return self.piece.get(str(cut.seat.parent), self.base)
 
     # ------------------------------------------------------------------------------------------ one description
 
     def _description(self, piece: str, tables: Mapping[str, list[Any]]) -> Description:
-        cut, seats = self.cuts.get(piece), [c.seat for c in self.cuts.values() if self.piece_below(c) == piece]
-        frames = [self._freed(f) if f.name == piece else f for f in tables.get("frames", ())]
+        cut, seats = self.cuts.get(piece), [c.seat for c in self.cuts.values() if self._below(c) == piece]
+        frames = [cut.free_frame if cut and f.name == piece else f for f in tables.get("frames", ())]
         spots = [seat.name for seat in seats] + ([cut.pin.name] if cut else [])
         coordinates = [self._started(q) for q in tables.get("coordinates", ())]
         own: dict[str, Any] = {name: tuple(tables.get(name, ())) for name, key in table_keys().items() if key.many}
@@ -205,7 +216,7 @@ class _Splitter:
         found = replace(self.d, **own | {"name": name, "title": title, "energy": self._energy(piece)})
         found = replace(
             found,
-            coordinates=(*([*self._free(cut)] if cut else ()), *coordinates),
+            coordinates=(*(free_coordinates(cut, self.start) if cut else ()), *coordinates),
             frames=(*frames, *seats, *([cut.pin] if cut else ())),
             ports=Ports(forces=spots, torques=spots, poses=spots, velocities=spots),
         )
@@ -215,32 +226,6 @@ class _Splitter:
         """``q`` with the start that the whole has."""
         of = self.start[q.name], self.start[names.velocity(q.name)]
         return replace(q, start=of[0], velocity=of[1], given=True, velocity_given=True)
-
-    def _freed(self, frame: Frame) -> Frame:
-        """A ``frame`` that was cut off: three coordinates and a quaternion place it in the world."""
-        place = [symbol(f"{frame.name}_{x}") for x in AXES]
-        return Frame(frame.name, WORLD, place, quaternion=[symbol(f"{frame.name}_e{i}") for i in range(4)])
-
-    def _free(self, cut: Cut) -> Iterator[Coordinate]:
-        """The coordinates of the frame of ``cut``; e' = (0, omega) e/2 with omega in the world's axes."""
-        at = _measured(cut)
-
-        def of(quantity: str, ends: Iterable[object]) -> list[float]:
-            return [self.start[f"{at}_{quantity}_{end}"] for end in ends]
-
-        for x, place, speed in zip(AXES, of("position", AXES), of("velocity", AXES), strict=True):
-            yield Coordinate(f"{cut.frame}_{x}", METRE, place, speed, doc=f"place of {cut.frame}, {x}")
-        e, w = of("quaternion", range(4)), of("angular_velocity", AXES)
-        (a, b, c, d), (x_, y_, z_) = e, w
-        rates = (
-            -(b * x_ + c * y_ + d * z_),
-            a * x_ + y_ * d - z_ * c,
-            a * y_ + z_ * b - x_ * d,
-            a * z_ + x_ * c - y_ * b,
-        )
-        for i, rate in enumerate(rates):
-            name, doc = f"{cut.frame}_e{i}", f"quaternion of {cut.frame}"
-            yield Coordinate(name, DIMENSIONLESS, e[i], rate / 2, doc=doc, given=True, velocity_given=True)
 
     def _energy(self, piece: str) -> Energy:
         """The terms of the energies that belong to the ``piece``."""
@@ -257,21 +242,33 @@ class _Splitter:
 
     def _with_used(self, d: Description) -> Description:
         """``d`` with those entries of the whole that it uses and that belong to no single piece."""
-        shared = {x.name: (table, x) for table in _WHERE_USED for x in getattr(self.d, table)}
-        used: dict[str, tuple[str, Any]] = {}
-        kept = {x.name for table in ("points", "definitions") for x in getattr(d, table)}
-        waiting = [name for table, key in table_keys().items() if getattr(d, table) is not None
-                   for x in (getattr(d, table) if key.many else [getattr(d, table)]) for name in _names(x)]  # fmt: skip
-        while waiting:
-            name = waiting.pop()
-            if name in shared and name not in used and name not in kept:
-                used[name] = shared[name]
-                waiting += _names(shared[name][1])
-        own: dict[str, Any] = {
-            table: (*getattr(d, table), *(x for x in getattr(self.d, table) if used.get(x.name) == (table, x)))
+        shared = {x.name: x for table in _WHERE_USED for x in getattr(self.d, table)}
+        own = {x.name for table in ("points", "definitions") for x in getattr(d, table)}
+        used = _reached([name for record in _records(d) for name in _names(record)], shared, own)
+        tables: dict[str, Any] = {
+            table: (*getattr(d, table), *(x for x in getattr(self.d, table) if x.name in used and x is shared[x.name]))
             for table in _WHERE_USED
         }
-        return replace(d, **own)
+        return replace(d, **tables)
+
+
+def _reached(waiting: list[str], shared: Mapping[str, Any], own: Collection[str]) -> set[str]:
+    """The names of ``shared`` entries to which the names ``waiting`` lead, but those in ``own``."""
+    used: set[str] = set()
+    while waiting:
+        name = waiting.pop()
+        if name in shared and name not in own and name not in used:
+            used.add(name)
+            waiting += _names(shared[name])
+    return used
+
+
+def _records(d: Description) -> Iterator[Any]:
+    """All entries of all tables."""
+    for table, key in table_keys().items():
+        content = getattr(d, table)
+        if content is not None:
+            yield from content if key.many else (content,)
 
 
 def _names(record: Any) -> set[str]:

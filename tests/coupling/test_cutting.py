@@ -1,0 +1,125 @@
+"""A mechanism cut into FMUs moves as it does in one piece."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import lag2fmu
+from lag2fmu.cli import main
+from lag2fmu.errors import MechanismError
+from lag2fmu.mechanism import Body, Damper, Frame, Load, Mechanism, Output, Spring, coordinate, parameter, signal
+from lag2fmu.systems.cutting import cut
+
+pytestmark = pytest.mark.fmu
+
+INERTIA = (2e-2, 3e-2, 2.5e-2, 1e-3, 0, 2e-3)
+
+
+def chain() -> Mechanism:
+    """An arm that turns, a slide on it, a ball joint at its end, a plate that is fixed there, and forces on all."""
+    a, s = coordinate("a", "rad", start=0.4, velocity=1.0), coordinate("s", "m", start=0.1)
+    turns = [coordinate(f"w{i}", "rad", start=0.2 * i, velocity=0.5) for i in (1, 2, 3)]
+    k, c, F = parameter("k", 40.0, "N/m"), parameter("c", 0.5, "N.s/m"), signal("F", "N", start=0.7)
+    arm = Frame("arm", rotations=[("y", a)])
+    slide = Frame("slide", arm, (0.6 * s + 0.3, 0, 0.8 * s), [("x", 0.3)])
+    ball = Frame("ball", slide, (0.2, 0, 0), [("x", turns[0]), ("y", turns[1]), ("z", turns[2])])
+    plate = Frame("plate", ball, (0, 0, -0.2), [("z", 0.5)])
+    return Mechanism(
+        "chain",
+        coordinates=[a, s, *turns],
+        parameters=[k, c],
+        inputs=[F],
+        gravity=9.81,
+        frames=[arm, slide, ball, plate],
+        bodies=[
+            Body(f"part_{f.name}", 1.0, frame=f, center=(0.05, 0.02, -0.1), inertia=INERTIA)
+            for f in (arm, slide, ball, plate)
+        ],
+        springs=[Spring("own", k, elongation=2 * s - 0.05), Spring("other", 20.0, elongation=s)],
+        dampers=[Damper("own", c, rate=s.dot), Damper("bearing", 0.1, rate=a.dot)],
+        loads=[Load("push", body="part_plate", force=(F, 0, 0))],
+        outputs=[Output("angle", a + turns[0], "rad"), Output("plate", frame=plate, quantity="quaternion")],
+    )  # fmt: skip
+
+
+def error_of(mechanism: Mechanism, at: list[str], whole: Path, folder: Path, *, stop: float, fmi: str = "2.0") -> float:
+    """The largest difference of an output from that of the ``whole``, with steps of 2 ms."""
+    cut(mechanism, at, folder / "pieces.ssp", fmi=fmi)
+    run, expected = (
+        lag2fmu.simulate(path, stop_time=stop, step=0.002, tolerance=1e-11) for path in (folder / "pieces.ssp", whole)
+    )
+    shared = [name for name in run.names if name.partition(".")[2] in expected.names]
+    assert shared
+    return max(float(np.abs(run[name] - expected[name.partition(".")[2]]).max()) for name in shared)
+
+
+@pytest.mark.parametrize(
+    ("at", "fmi"),
+    [(["slide"], "2.0"), (["ball"], "3.0"), (["plate"], "2.0"), (["s", "plate", "ball"], "2.0")],
+)
+def test_every_kind_of_joint_can_be_cut(at: list[str], fmi: str, exported, tmp_path: Path) -> None:
+    """The slide has a spring with an offset, a second one and a damper of its own, which go with the joint."""
+    whole = exported(chain()).path
+    assert error_of(chain(), at, whole, tmp_path, stop=0.5, fmi=fmi) < 1e-7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("model", "at"),
+    [("furuta_pendulum", ["beta"]), ("humanoid_planar", ["shank_l", "forearm_r"]), ("bricard", ["q3"])],
+)
+def test_bundled_mechanisms_in_pieces(model: str, at: list[str], exported, tmp_path: Path) -> None:
+    """One of them has a loop with more equations than it needs: forces of the cut joint are then not unique."""
+    assert error_of(lag2fmu.load(model), at, exported(model).path, tmp_path, stop=0.5) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("at", "message"),
+    [
+        (["arm"], "'arm' stands on the world; nothing is on the other side"),
+        (["slid"], "no frame or coordinate 'slid'; did you mean 'slide'"),
+        (["slide", "s"], "--at slide: is given twice"),
+        ([], "nothing is cut; give --at"),
+    ],
+)
+def test_places_that_cannot_be_cut(at: list[str], message: str, tmp_path: Path) -> None:
+    with pytest.raises(MechanismError, match=message):
+        cut(chain(), at, tmp_path / "pieces.ssp")
+    assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.parametrize(
+    ("model", "at", "message"),
+    [
+        ("cart_pole", "theta", "'cart_pole' has no frames; it is cut where a frame moves on another"),
+        ("six_axis_arm", "theta_3", r"energy.kinetic: the term .*theta_3_dot\*\*2.* belongs to several pieces"),
+    ],
+)
+def test_mechanisms_that_cannot_be_cut(model: str, at: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(MechanismError, match=message):
+        cut(lag2fmu.load(model), [at], tmp_path / "pieces.ssp")
+
+
+def test_what_works_across_a_cut_is_named(tmp_path: Path) -> None:
+    q, r = coordinate("q", "rad"), coordinate("r", "rad")
+    one, two = Frame("one", rotations=[("x", q)]), Frame("two", "one", (0, 0, -1), [("x", r)])
+    bodies = [Body(f"b_{f.name}", 1.0, frame=f, inertia=INERTIA) for f in (one, two)]
+    dampers = [Damper("d", 0.1, rate=q.dot - r.dot)]
+    both = Mechanism("both", coordinates=[q, r], frames=[one, two], bodies=bodies, dampers=dampers)
+    with pytest.raises(MechanismError, match=r"dampers\.d: works across a cut"):
+        cut(both, ["two"], tmp_path / "pieces.ssp")
+
+
+def test_the_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(main, ["cut", "furuta_pendulum", "--at", "pendulum"])
+    assert result.exit_code == 0, result.output
+    assert "wrote furuta_pendulum.ssp: furuta_pendulum, pendulum" in result.output
+    assert "revolute joint between furuta_pendulum and pendulum" in result.output
+    again = CliRunner().invoke(main, ["cut", "furuta_pendulum", "--at", "pendulum"])
+    assert again.exit_code == 2
+    assert "exists; overwrite it with --force" in again.output
