@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -24,6 +25,7 @@ from lag2fmu.resources import MODEL_SUFFIXES, bundled
 
 __all__ = ["as_mechanism", "bundled", "load", "pairs_of", "split_settings", "values_of", "with_settings", "with_values"]
 
+_LOGGER = logging.getLogger("lag2fmu")
 _PROGRAM = ".py:"
 """The sign between a file and the name of the thing in it that is meant."""
 
@@ -35,6 +37,19 @@ def as_mechanism(model: object) -> Mechanism:
 
 def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
     """The mechanism that ``model`` is or names.
+
+    What of a robot's file is not taken is told by warnings of the logger "lag2fmu", one for each part; see
+    ``read_model`` for ``model`` and ``arguments``. Raises what that raises.
+    """
+    mechanism = read_model(model, arguments)
+    if isinstance(model, (str, Path)) and find(model).suffix in ENDINGS:
+        for warning in mechanism.warnings:
+            _LOGGER.warning("warning: %s", warning)
+    return mechanism
+
+
+def read_model(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
+    """The mechanism that ``model`` is or names, whose warnings are told by nobody.
 
     ``model`` is a bundled name, a .py, .toml, .urdf or .xml (MJCF) file, FILE.py:NAME for the thing called NAME in a
     program, or a LagrangesMethod, KanesMethod or System of SymPy. ``arguments`` are the structural ones of a family

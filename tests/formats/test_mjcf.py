@@ -115,7 +115,7 @@ def test_what_turns_freely_moves_as_in_mujoco(robot: Robot, side: int) -> None:
     Of the two quaternions of one orientation a spring is wound by the same angle, less than half a turn.
     """
     mechanism, model = robot(FREE), mujoco.MjModel.from_xml_string(FREE)
-    assert mechanism.not_taken == ""
+    assert mechanism.not_taken == ()
     state, rng = mujoco.MjData(model), np.random.default_rng(3)
     state.qpos[:], state.qvel[:], state.ctrl[:] = rng.normal(size=11), rng.normal(size=9), rng.normal(size=7)
     quaternions = {"hull": state.qpos[3:7], "hip": state.qpos[7:]}
@@ -158,7 +158,7 @@ def test_what_a_flag_disables_is_left_out(robot: Robot) -> None:
     motors = '<actuator><motor name="on" joint="phi"/><motor name="off" joint="phi" group="2"/></actuator>'
     text = body('<joint name="phi" axis="0 -1 0" stiffness="3" damping="1"/>', motors).replace("<mujoco>", flags)
     mechanism = robot(text)
-    assert mechanism.not_taken == "the actuator off"
+    assert mechanism.not_taken == ("the actuator off",)
     found = accelerations(mechanism, phi=0.4, phi_dot=2.0, u_on=1.5)
     assert found == {"phi": pytest.approx(1.5 / (0.2 + 2 * 0.25), rel=1e-12)}
 
@@ -243,9 +243,29 @@ def test_what_is_not_taken_is_listed(robot: Robot) -> None:
     text = body(geoms, slow).replace('type="ball"', 'type="ball" name="ball"')
     text = text.replace("</body>", '<body><joint name="hinge"/><geom size="1"/></body></body>')
     assert robot(text).not_taken == (
-        "limits of the joint ball, the actuator slow, limits of the force of the actuator weak, the actuator far, "
-        "the tendon long, contacts of 3 geoms"
+        "the actuator slow",
+        "the actuator far",
+        "limits of the joint ball",
+        "limits of the force of the actuator weak",
+        "the tendon long",
+        "contacts of 3 geoms",
     )
+
+
+def test_what_is_not_taken_is_a_warning_each_in_python_too(robot: Robot, caplog: pytest.LogCaptureFixture) -> None:
+    """One for each part, as it stands in the text; a text of before, in which all is one string, is read."""
+    found = robot(body('<joint/><geom size="1"/><geom size="2"/>').replace("<body ", '<body gravcomp="1" '))
+    told = ("contacts of 2 geoms", "compensation of gravity")
+    assert [record.getMessage() for record in caplog.records] == [
+        f"warning: not taken from the imported file: {what}" for what in told
+    ]
+    text = write(found)
+    assert 'not_taken = [\n    "contacts of 2 geoms",\n    "compensation of gravity",\n]\n' in text
+    assert read(text.replace('    "contacts of 2 geoms",\n', ""), "text").not_taken == told[1:]
+    before = text.replace(
+        text[text.index("not_taken") : text.index("]\n", text.index("not_taken")) + 2], 'not_taken = "a, b"\n'
+    )
+    assert read(before, "text").not_taken == ("a, b",)
 
 
 def test_a_tendon_called_as_a_joint_has_its_own_stiffness(robot: Robot) -> None:
@@ -259,16 +279,16 @@ def test_a_tendon_called_as_a_joint_has_its_own_stiffness(robot: Robot) -> None:
 
 @pytest.mark.parametrize(
     ("flag", "told"),
-    [("", "contacts of 2 geoms, contacts of 1 pairs of geoms, compensation of gravity"),
-     ('<option><flag contact="disable"/></option>', "compensation of gravity")],
+    [("", ["contacts of 2 geoms", "contacts of 1 pairs of geoms", "compensation of gravity"]),
+     ('<option><flag contact="disable"/></option>', ["compensation of gravity"])],
 )  # fmt: skip
-def test_what_would_act_is_told_where_nothing_disables_it(robot: Robot, flag: str, told: str) -> None:
+def test_what_would_act_is_told_where_nothing_disables_it(robot: Robot, flag: str, told: list[str]) -> None:
     """Contacts of geoms and of pairs, and compensation of gravity, as the file is loaded by itself."""
     text = world(
         '<geom name="floor" type="plane" size="1 1 1"/><body gravcomp="1"><joint/><geom name="ball" size="1"/></body>'
     ).replace("</mujoco>", '<contact><pair geom1="floor" geom2="ball"/></contact></mujoco>')
     found = robot(text.replace("<mujoco>", f"<mujoco>{flag}"))
-    assert found.warnings == (f"not taken from the imported file: {told}",)
+    assert found.warnings == tuple(f"not taken from the imported file: {what}" for what in told)
 
 
 def test_what_pushes_the_world_moves_nothing_and_is_told(robot: Robot) -> None:
@@ -282,8 +302,9 @@ def test_what_pushes_the_world_moves_nothing_and_is_told(robot: Robot) -> None:
     found = robot(text.replace("<worldbody>", '<worldbody><site name="nail"/>'))
     assert [u.name for u in found.inputs] == ["u_on"]
     assert found.warnings == (
-        "not taken from the imported file: the actuator idle: it acts on the world, which does not move, the actuator "
-        "pull: its ends do not move to each other, the tendon inside: its ends do not move to each other",
+        "not taken from the imported file: the actuator idle: it acts on the world, which does not move",
+        "not taken from the imported file: the actuator pull: its ends do not move to each other",
+        "not taken from the imported file: the tendon inside: its ends do not move to each other",
     )
     assert accelerations(found, u_on=1.4)["phi"] == pytest.approx(1.4 / (0.2 + 2 * 0.25), rel=1e-12)
 

@@ -47,6 +47,15 @@ def description_of(robot: Robot, source: str, *, base: str = "fixed", stops: boo
     return _Assembly(robot, source, base, stops).description()
 
 
+_WEIGHTS = ("the actuator ", "the equality ")
+"""What is told first where nothing is made of it: nothing drives the robot, and what is joined falls apart."""
+
+
+def _weight(ignored: str) -> int:
+    """The rank of what is ``ignored``, the weightiest first."""
+    return next((k for k, begin in enumerate(_WEIGHTS) if ignored.startswith(begin)), len(_WEIGHTS))
+
+
 class _Assembly:
     """The parts of one robot."""
 
@@ -81,7 +90,7 @@ class _Assembly:
         tables: dict[str, Any] = {
             "title": f"Robot {robot.name}",
             "source": f"imported from {self._source}",
-            "not_taken": ", ".join((*robot.ignored, *parts.ignored)),
+            "not_taken": sorted((*robot.ignored, *parts.ignored), key=_weight),
             "coordinates": parts.coordinates,
             "parameters": [g, *parts.parameters],
             "inputs": parts.inputs,
