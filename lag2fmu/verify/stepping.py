@@ -88,7 +88,11 @@ class Simulation:
         if names not in self._inputs:
             self._inputs[names] = self._settable(names)
         channel, sizes = self._inputs[names]
-        channel.write(_numbers(inputs, sizes))
+        numbers = _numbers(inputs, sizes)
+        try:
+            channel.write(numbers)
+        except Exception as error:  # fmpy raises bare exceptions
+            raise LoadError(f"the FMU refuses inputs: {error}; {self._instance.log.tail()}") from error
 
     def _settable(self, names: Sequence[str]) -> tuple[Channel, tuple[int, ...]]:
         """How the inputs or tunable parameters ``names`` are set, and how many numbers each has."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import builtins
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from kkt import solve
 
-from lag2fmu import derive, linearize, load
+from lag2fmu import Ensemble, derive, function, linearize, load, simulate, start, sweep
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
@@ -175,7 +175,7 @@ def test_text_keeps_the_robot(robot: Robot) -> None:
     for text in (FREE, ARM):
         mechanism = robot(text)
         assert read(write(mechanism), "text") == mechanism
-    assert {u.name: (u.minimum, u.maximum) for u in mechanism.inputs if u.name == "u_lift"} == {"u_lift": (-1.0, 1.0)}
+    assert {u.minimum for u in mechanism.inputs} == {None}  # what saturates is no error
 
 
 def body(inside: str, after: str = "") -> str:
@@ -232,10 +232,95 @@ def test_a_coupling_is_met_from_the_start(robot: Robot) -> None:
     assert derive(found).mechanism.coordinates == found.coordinates
 
 
+DRIVEN = """<mujoco><compiler angle="radian"/><option><flag contact="disable"/></option><worldbody>
+<body><joint name="p" axis="0 -1 0" damping="0.3" actuatorfrcrange="-4 5"/>
+  <inertial pos="0 0 -0.5" mass="2" diaginertia="0.2 0.2 0.001"/>
+  <body pos="0 0 -1"><joint name="q" axis="0 -1 0"/><inertial pos="0 0 -0.3" mass="1" diaginertia="0.1 0.1 0.01"/>
+    <body pos="0 0 -0.5"><joint name="s" type="slide" axis="0 0 1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.01"/></body></body></body></worldbody>
+<tendon><fixed name="cable"><joint joint="q" coef="0.5"/><joint joint="s" coef="-1.5"/></fixed></tendon><actuator>
+<motor name="motor" joint="p" ctrlrange="-1 2" gear="3"/>
+<position name="servo" joint="q" kp="7" kv="0.4" ctrlrange="-1 1" forcerange="-2 3"/>
+<position name="unlimited" joint="p" kp="2" ctrlrange="-1 1" ctrllimited="false"/>
+<velocity name="speed" joint="s" kv="5" forcerange="-1 1"/>
+<damper name="damper" joint="s" kv="2" ctrlrange="0 3"/>
+<cylinder name="cylinder" tendon="cable" timeconst="0.4" area="3" bias="1 2 3" ctrlrange="-1 1"/>
+<intvelocity name="winding" joint="p" kp="3" actrange="-1 1" ctrlrange="-2 2"/>
+<general name="integral" joint="q" dyntype="integrator" gainprm="2" forcerange="-1 1"/>
+<general name="filter" joint="s" dyntype="filter" dynprm="0.2" gainprm="2" actrange="-0.5 0.6" actlimited="true"/>
+<general name="exact" tendon="cable" dyntype="filterexact" dynprm="0.1" gaintype="affine" gainprm="1 2 -3" gear="2"/>
+</actuator></mujoco>"""
+STATES = ("cylinder", "winding", "integral", "filter", "exact")
+
+
+def controls(model: Any, values: Iterable[float]) -> dict[str, float]:
+    """{input: value} for the ``values`` of all actuators of ``model``."""
+    return {f"u_{model.actuator(i).name}": float(value) for i, value in enumerate(values)}
+
+
+def test_actuators_saturate_and_follow_their_controls_as_in_mujoco(robot: Robot) -> None:
+    """Accelerations and rates of activations at 100 random states, most controls and forces beyond their ranges."""
+    mechanism, model = robot(DRIVEN), mujoco.MjModel.from_xml_string(DRIVEN)
+    assert mechanism.warnings == ()
+    found, state, rng = function(mechanism), mujoco.MjData(model), np.random.default_rng(1)
+    for _ in range(100):
+        state.qpos[:], state.qvel[:], state.ctrl[:] = rng.normal(size=3), rng.normal(size=3), 3 * rng.normal(size=10)
+        state.act[:] = rng.uniform(-0.49, 0.49, size=5)
+        mujoco.mj_forward(model, state)
+        names = ["p", "q", "s", "p_dot", "q_dot", "s_dot", *(f"act_{name}" for name in STATES)]
+        at = dict(zip(names, [*state.qpos, *state.qvel, *state.act], strict=True)) | controls(model, state.ctrl)
+        x, u = (np.array([at.get(name, 0.0) for name in found.names[kind]]) for kind in "xu")
+        rates = dict(zip(found.names["x"], found(x, u), strict=True))
+        calculated = [rates[name] for name in names[3:]]
+        assert calculated == pytest.approx([*state.qacc, *state.act_dot], rel=1e-10, abs=1e-10 * abs(state.qacc).max())
+
+
+def test_one_rule_for_controls_beyond_their_range_in_every_run(robot: Robot) -> None:
+    """A run of MuJoCo with steps of 50 us; an FMU, an ensemble, a sweep and a step give what it gives."""
+    mechanism, model = robot(DRIVEN), mujoco.MjModel.from_xml_string(DRIVEN)
+    state, names = mujoco.MjData(model), ["p", "q", "s", *(f"act_{name}" for name in STATES)]
+    model.opt.timestep = 5e-5
+    state.qpos[:], state.ctrl[:] = [0.3, 0.2, 0.1], [5.0, 3.0, 0.7, 1.0, 2.0, -3.0, 3.0, 0.5, 4.0, 1.0]
+    starts, given = dict(zip("pqs", state.qpos.tolist(), strict=True)), controls(model, state.ctrl)
+    for _ in range(round(0.8 / model.opt.timestep)):
+        mujoco.mj_step(model, state)
+    expected = pytest.approx([*state.qpos, *state.act], abs=2e-4)
+    with start(mechanism, values={**starts, **given}, tolerance=1e-9) as sim:
+        sim.step(0.8)
+        assert sim[names].tolist() == expected
+    run = simulate(mechanism, stop_time=0.8, values=starts, inputs=lambda t: given, outputs=names, tolerance=1e-9)
+    assert run.values[-1].tolist() == expected
+    final = Ensemble(mechanism).run(starts=starts, inputs=given, stop_time=0.8, tolerance=1e-9).final
+    assert [float(final[name][0]) for name in names] == expected
+    swept = sweep(mechanism, {"u_motor": [5.0, 9.0]}, values={**starts, **given}, stop_time=0.8, tolerance=1e-9)
+    assert all([float(swept[name][i, -1]) for name in names] == expected for i in range(2))
+
+
+def test_a_coupling_of_tendons_is_one_of_their_joints(robot: Robot) -> None:
+    """z + 2 x = 0.3 and phi = x^2 by tendons, met from the start; one in space is told."""
+    tendons = (
+        '<tendon><fixed name="a"><joint joint="z" coef="1"/><joint joint="x" coef="2"/></fixed>'
+        '<fixed name="b"><joint joint="phi" coef="1"/></fixed><fixed name="c"><joint joint="x" coef="1"/></fixed>'
+        '<spatial name="far"><site site="s"/><site site="t"/></spatial></tendon>'
+        '<equality><tendon tendon1="a" polycoef="0.3 0 0 0 0"/><tendon tendon1="b" tendon2="c" polycoef="0 0 1 0 0"/>'
+        '<tendon name="rope" tendon1="far"/></equality>'
+    )
+    text = body(SLIDES + '<site name="t" pos="0 0 -1"/>', tendons).replace("<worldbody>", '<worldbody><site name="s"/>')
+    found = robot(text)
+    assert found.not_taken == ("the equality rope",)
+    start_of = {q.name: q.start for q in found.coordinates}
+    assert start_of["z"] + 2 * start_of["x"] == pytest.approx(0.3)
+    assert start_of["phi"] == pytest.approx(start_of["x"] ** 2)
+    acting = accelerations(found, x=0.1, z=0.1, phi=0.01, x_dot=1.0, z_dot=-2.0, phi_dot=0.2)
+    assert acting["z"] == pytest.approx(-2 * acting["x"], rel=1e-12)
+    assert acting["phi"] == pytest.approx(2 * 1.0**2 + 2 * 0.1 * acting["x"], rel=1e-12)
+
+
 def test_what_is_not_taken_is_listed(robot: Robot) -> None:
     geoms = '<joint type="ball" range="0 40" limited="true"/><geom size="1"/><geom size="2"/>'
-    slow = '<actuator><general name="slow" joint="hinge" dyntype="integrator"/>'
-    slow += '<motor name="weak" joint="hinge" forcerange="-1 1"/><position name="far" tendon="long"/></actuator>'
+    slow = '<actuator><general name="slow" joint="hinge" dyntype="user" actdim="1"/><muscle name="arm" joint="hinge"/>'
+    slow += '<general name="still" joint="hinge" dyntype="filter" dynprm="0"/><position name="far" tendon="long"/>'
+    slow += '<general name="early" joint="hinge" dyntype="integrator" actearly="true"/></actuator>'
     slow += (
         '<tendon><spatial name="long" damping="1"><site site="s"/><site site="t"/><site site="s"/></spatial></tendon>'
     )
@@ -244,9 +329,11 @@ def test_what_is_not_taken_is_listed(robot: Robot) -> None:
     text = text.replace("</body>", '<body><joint name="hinge"/><geom size="1"/></body></body>')
     assert robot(text).not_taken == (
         "the actuator slow",
+        "the actuator arm",
+        "the actuator still",
         "the actuator far",
+        "the actuator early",
         "limits of the joint ball",
-        "limits of the force of the actuator weak",
         "the tendon long",
         "contacts of 3 geoms",
     )
@@ -414,3 +501,17 @@ def test_a_file_may_be_a_part(robot: Robot, tmp_path: Path) -> None:
     (tmp_path / "pair.toml").write_text(f'[mechanism]\nname = "pair"\n[gravity]\nacceleration = 9.81\n{parts}')
     found = accelerations(load(tmp_path / "pair.toml"), left_phi=0.4, right_phi=-0.4)
     assert found == {"left_phi": pytest.approx(alone, rel=1e-12), "right_phi": pytest.approx(-alone, rel=1e-12)}
+
+
+def test_limits_that_cannot_be_taken_are_told(robot: Robot) -> None:
+    """Those of a spring between two sites, and of the sum of forces along a joint if some act between sites."""
+    motors = (
+        '<tendon><spatial name="rope"><site site="s"/><site site="t"/></spatial></tendon><actuator>'
+        '<position name="winch" tendon="rope" forcerange="-1 1"/><motor name="on" joint="phi"/></actuator>'
+    )
+    text = body('<joint name="phi" axis="0 -1 0" actuatorfrcrange="-1 1"/><site name="t" pos="0 0 1"/>', motors)
+    found = robot(text.replace("<worldbody>", '<worldbody><site name="s" pos="1 0 0"/>'))
+    assert found.not_taken == (
+        "limits of the force of the actuator winch",
+        "limits of the actuators' force on the joint phi, as some act between sites",
+    )

@@ -115,6 +115,19 @@ def test_what_cannot_be_is_a_sentence_and_the_simulation_goes_on(call, sentence:
         assert sim.time == 0.1
 
 
+def test_an_input_beyond_its_range_is_refused_in_the_words_of_the_fmu(tmp_path: Path) -> None:
+    text = tmp_path / "ranged.toml"
+    text.write_text(
+        "[mechanism]\nname = 'ranged'\n[coordinates]\nx = {}\n[inputs]\nu = { min = -1, max = 2 }\n"
+        "[energy]\nkinetic = 'x_dot**2/2'\n[forces]\nx = 'u'\n"
+    )
+    with lag2fmu.start(text) as sim:
+        with pytest.raises(LoadError, match="u cannot be set to 5; expected a value from -1 to 2"):
+            sim.step(0.1, {"u": 5.0})
+        sim.step(0.1, {"u": 2.0})
+        assert sim["x"] == pytest.approx(0.01)
+
+
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [

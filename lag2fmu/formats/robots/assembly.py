@@ -94,6 +94,7 @@ class _Assembly:
             "coordinates": parts.coordinates,
             "parameters": [g, *parts.parameters],
             "inputs": parts.inputs,
+            "states": parts.states,
             "energy": Energy(kinetic=sp.Add(*parts.armatures) if parts.armatures else None),
             "forces": parts.forces,
             "loads": parts.loads,
@@ -109,7 +110,7 @@ class _Assembly:
             "gravity": Gravity(g, numbers(x / strength for x in robot.gravity) if strength else (0, 0, -1)),
         }
         found = Description(identifier(robot.name), strict_units=True, **tables)
-        names = [*parts.plain, *map(str, parts.inputs), *map(str, parts.parameters)]
+        names = [*parts.plain, *map(str, parts.inputs), *(z.name for z in parts.states), *map(str, parts.parameters)]
         return with_units(found, parts.alike, names)  # MJCF gives numbers alone
 
     def _stand(self, root: str) -> None:

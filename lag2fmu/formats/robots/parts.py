@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import sympy as sp
 
-from lag2fmu.description.events import Friction, Stop
+from lag2fmu.description.events import Friction, State, Stop
 from lag2fmu.description.joints import Joint
 from lag2fmu.description.names import of_friction, of_unilateral, stop_side
 from lag2fmu.description.parts import Constraint, Damper, Load, Spring
@@ -47,6 +47,7 @@ class Parts:
     springs: list[Spring] = field(default_factory=list)
     armatures: list[sp.Expr] = field(default_factory=list)
     inputs: list[Declared] = field(default_factory=list)
+    states: list[State] = field(default_factory=list)
     forces: dict[str, sp.Expr] = field(default_factory=dict)
     loads: list[Load] = field(default_factory=list)
     closures: list[Joint] = field(default_factory=list)

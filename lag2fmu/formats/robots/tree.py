@@ -94,6 +94,10 @@ QUARTER = 6e-12
 """rad; an angle so near to quarter turns is one: files round them to 12 digits."""
 
 
+Limits = tuple[float, float]
+"""The least and the greatest value."""
+
+
 @dataclass(frozen=True)
 class RobotJoint:
     """A joint of a ``kind`` in ``MOVING``, or "fixed", by which the link ``child`` stands on the link ``parent``.
@@ -121,6 +125,7 @@ class RobotJoint:
     stiffness: float = 0.0
     rest: float = 0.0
     armature: float = 0.0
+    force_limits: Limits | None = None
 
 
 Sum = tuple[tuple[str, float], ...]
@@ -169,18 +174,31 @@ Transmission = Sum | Turning | Span | Wrench
 
 
 @dataclass(frozen=True)
+class Activation:
+    """The state of an actuator, which its control drives: ``kind`` "integrator", z' = u, or "filter", z' = (u - z)/T.
+
+    T is the ``time_constant`` (s). At its ``limits`` the state stays.
+    """
+
+    kind: str
+    time_constant: float
+    limits: Limits | None
+
+
+@dataclass(frozen=True)
 class Actuator:
     """A force ``along`` something: the sum of ``gain`` times (1, length, length') times u, and ``bias`` times these.
 
-    u is its input within limits.
+    u is its input, or its ``state`` if it has one. Input and force saturate at ``control_limits``, ``force_limits``.
     """
 
     name: str
     along: Transmission
     gain: tuple[float, float, float]
     bias: tuple[float, float, float]
-    lower: float | None
-    upper: float | None
+    control_limits: Limits | None = None
+    force_limits: Limits | None = None
+    state: Activation | None = None
 
 
 @dataclass(frozen=True)
@@ -206,11 +224,11 @@ class Closure:
 
 @dataclass(frozen=True)
 class Coupling:
-    """The coordinate of ``first`` is a polynomial of that of ``second``, both less their references; or a constant."""
+    """The length ``first`` is a polynomial of ``second``, both less their references; or a constant without it."""
 
     name: str
-    first: tuple[str, float]
-    second: tuple[str, float] | None
+    first: tuple[Sum, float]
+    second: tuple[Sum, float] | None
     coefficients: tuple[float, ...]
 
 
