@@ -130,8 +130,8 @@ def show(**choices: Any) -> None:
     "--without",
     multiple=True,
     metavar="WORD",
-    help="Leave out: sources, equations (of the page), description (the mechanism), clocks (of FMI 3.0); repeatable, "
-    "or a,b.",
+    help="Leave out: sources, equations (of the page), description (the mechanism), clocks (of FMI 3.0); or friction, "
+    "stops, contacts of MODEL; repeatable, or a,b.",
 )
 @click.option(
     "--page",
