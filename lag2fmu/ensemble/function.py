@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -45,16 +45,17 @@ class StateFunction:
         without: str | Sequence[str] = (),
         lanes: int | None = None,
         compiler: str = "zig",
+        values: Mapping[str, float] | None = None,
     ) -> None:
         """Derive ``model``, a mechanism or what ``load`` takes; the first call compiles it.
 
         So does the first call of ``jacobians``, which derives them as well and takes longer.
 
-        ``without`` are words of OMISSIBLE for what is left out, such as "friction", because it makes events. ``lanes``
-        and ``compiler`` are as for ``Ensemble``. Raises LoadError, and DerivationError for mechanisms with
+        ``without`` are words of OMISSIBLE for what is left out, such as "friction", because it makes events. ``lanes``,
+        ``compiler`` and ``values`` are as for ``Ensemble``. Raises LoadError, and DerivationError for mechanisms with
         events or coordinates without mass.
         """
-        mechanism = leaving_out(as_mechanism(model), without)
+        mechanism = leaving_out(as_mechanism(model, values), without)
         self._equations = equations = derive(mechanism)
         self._rates = plain_functions(equations, jacobian=False)
         self._lane_count, self._compiler = lanes, compiler
@@ -218,10 +219,16 @@ def _call(library: KernelLibrary, arrays: Sequence[Floats], strides: Sequence[in
     in_threads(work, range(parts))
 
 
-def function(model: Mechanism | str | Path, *, without: str | Sequence[str] = ()) -> StateFunction:
+def function(
+    model: Mechanism | str | Path,
+    *,
+    without: str | Sequence[str] = (),
+    values: Mapping[str, float] | None = None,
+) -> StateFunction:
     """The equations of ``model`` as plain functions, see ``StateFunction``.
 
-    ``without`` leaves out what makes events: "friction", "stops", "contacts", one word or several. Raises LoadError and
-    DerivationError; the latter names what makes events, and the word that leaves it out.
+    ``without`` leaves out what makes events: "friction", "stops", "contacts", one word or several. ``values`` are other
+    parameters and starts in SI units, those of ``start``. Raises LoadError and DerivationError; the latter names what
+    makes events, and the word that leaves it out.
     """
-    return StateFunction(model, without=without)
+    return StateFunction(model, without=without, values=values)

@@ -60,6 +60,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     without: Sequence[str] = (),
     page: str | None = None,
     samples: Samples | None = None,
+    values: Mapping[str, float] | None = None,
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
@@ -75,11 +76,12 @@ def export(  # noqa: PLR0913 (choices of the user)
     - ``without``: what is left out: files and variables of WITHOUT, parts of the mechanism of OMISSIBLE.
     - ``page``: "live", a page in which the mechanism moves, or "static"; by default live where that costs little.
     - ``samples``: a direct integration, with which a live page compares its trajectory.
+    - ``values``: other parameters and starts, in SI units.
 
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     _check_left_out(without)
-    mechanism = leaving_out(as_mechanism(model), [word for word in without if word in OMISSIBLE])
+    mechanism = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
     _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start)
     mechanism = resting(mechanism) if start == STARTS[1] else mechanism
     version = VERSIONS[fmi]

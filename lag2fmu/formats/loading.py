@@ -30,9 +30,13 @@ _PROGRAM = ".py:"
 """The sign between a file and the name of the thing in it that is meant."""
 
 
-def as_mechanism(model: object) -> Mechanism:
-    """``model`` itself if it is a mechanism, else what ``load`` makes of it; raises LoadError as that does."""
-    return model if isinstance(model, Mechanism) else load(model)
+def as_mechanism(model: object, values: Mapping[str, float] | None = None) -> Mechanism:
+    """``model`` itself if it is a mechanism, else what ``load`` makes of it, with other ``values`` (SI) if given.
+
+    Raises LoadError as ``load`` and ``with_values`` do.
+    """
+    mechanism = model if isinstance(model, Mechanism) else load(model)
+    return with_values(mechanism, values) if values else mechanism
 
 
 def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
@@ -60,7 +64,8 @@ def read_model(model: object, arguments: Mapping[Any, object] | None = None) -> 
     given = {str(name): value for name, value in (arguments or {}).items()}
     if isinstance(model, (str, Path)) and (path := find(model)).suffix == ".toml":
         if given:
-            raise LoadError(f"{path}: a mechanism as text has no structural arguments, got {', '.join(given)}")
+            to_verbs = f"give parameters and starts to the verbs, as simulate(..., values={given})"
+            raise LoadError(f"{path}: a mechanism as text has no structural arguments; {to_verbs}")
         return read_file(path)
     place, function = source = _function_of(model)
     converted = _converted(source, given)
@@ -85,7 +90,10 @@ def _converted(source: _ModelSource, given: Mapping[str, object]) -> dict[str, o
         raise LoadError(f"{place}: '{unknown}' is no constant, it moves; give its start to the run: {start}")
     if unknown is not None:
         known = ", ".join(taken) or "none"
-        raise LoadError(f"{place}: '{unknown}' is no structural argument of {function.__name__}; known are: {known}")
+        to_verbs = f"parameters and starts go to the verbs, as simulate(..., values={{'{unknown}': {given[unknown]}}})"
+        raise LoadError(
+            f"{place}: '{unknown}' is no structural argument of {function.__name__}; known are: {known}; {to_verbs}"
+        )
     converted = {name: convert(value, taken[name], f"{place}: {name}") for name, value in given.items()}
     missing = [name for name, p in taken.items() if p.default is p.empty and name not in converted]
     if missing:

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from lag2fmu.analysis.at_rest import the_equilibrium
+from lag2fmu.analysis.at_rest import equations_of, the_equilibrium
 from lag2fmu.analysis.linearization import linearize as linearization_of
 from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.description.names import velocity
-from lag2fmu.dynamics.derivation import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError, ExportError, LoadError, SimulationError, TextError
 from lag2fmu.fmu.contents import read_mechanism
@@ -141,18 +140,23 @@ def _check_steppable(description: Any, path: Path) -> None:
 
 
 def linearize(
-    model: EquationsOfMotion | Mechanism | str | Path, at: str | float = "start", **about: Any
+    model: EquationsOfMotion | Mechanism | str | Path,
+    at: str | float = "start",
+    *,
+    values: Mapping[str, float] | None = None,
+    **about: Any,
 ) -> Linearization:
     """The linearization of ``model`` ``at`` its "start", the "equilibrium" found from there, or a time (s) of its run.
 
-    ``about`` are the other arguments of ``lag2fmu.analysis.linearize``: q=, qd= (n,) and further= (f,) in SI units and
-    t= (s) instead of ``at``; inputs= {name: SI value}; outputs= names of y, by default the outputs of the FMU. The
-    method ``state_space`` of the result gives A (k, k), B (k, r), C (o, k), D (o, r) for files and other packages.
-    Contacts, stops, dry frictions and latches keep the modes that they have at the state. Raises DerivationError if
-    there is no such state, or if M is singular there. Source: J. G. de Jalon, E. Bayo, Kinematic and Dynamic Simulation
-    of Multibody Systems, 1994, section 5.3.
+    ``values`` are other parameters and starts in SI units. ``about`` are the other arguments of
+    ``lag2fmu.analysis.linearize``: q=, qd= (n,) and further= (f,) in SI units and t= (s) instead of ``at``; inputs=
+    {name: SI value}; outputs= names of y, by default the outputs of the FMU. The method ``state_space`` of the result
+    gives A (k, k), B (k, r), C (o, k), D (o, r) for files and other packages. Contacts, stops, dry frictions and
+    latches keep the modes that they have at the state. Raises DerivationError if there is no such state, or if M is
+    singular there. Source: J. G. de Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994,
+    section 5.3.
     """
-    equations = model if isinstance(model, EquationsOfMotion) else derive(model)
+    equations = equations_of(model, values)
     if about.get("outputs") is None:
         about["outputs"] = _outputs(equations)
     return linearization_of(equations, **{**state_at(equations, at, about.get("inputs")), "within": True, **about})
