@@ -63,10 +63,15 @@ def coordinate_words(q: Coordinate, starting: Coordinate, stops: Iterable[Stop])
         remarks.append(f"nominal {amount(q.nominal, q)}, from {q.nominal_from}")
     held = [stop for stop in stops if str(stop.of) == q.name]
     ends = (("min", q.minimum, [stop.lower for stop in held]), ("max", q.maximum, [stop.upper for stop in held]))
-    bounds = [f"{key} {amount(x, q)}" for key, x, at in ends if x is not None and x not in at]
+    bounds = [f"{key} {amount(x, q)}" for key, x, at in ends if x is not None and sp.Float(x) not in map(_value, at)]
     if bounds:
         remarks.append(f"{' and '.join(bounds)} {'is no stop' if len(bounds) == 1 else 'are no stops'}")
     return "; ".join([f"{q.doc or 'generalized coordinate'}{unit_text(q.unit)}", *remarks])
+
+
+def _value(end: object) -> sp.Expr:
+    """The ``end`` of a stop as a floating point number where it is one."""
+    return sp.sympify(end).evalf() if end is not None else sp.nan
 
 
 def freedom(m: Mechanism) -> str:

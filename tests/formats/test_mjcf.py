@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from kkt import solve
 
-from lag2fmu import Ensemble, derive, function, linearize, load, simulate, start, sweep
+from lag2fmu import Ensemble, derive, export, function, linearize, load, simulate, start, sweep
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
@@ -51,6 +51,7 @@ def accelerations(mechanism: Mechanism, **values: float) -> dict[str, float]:
     """The accelerations, at 0 where nothing else is said."""
     names = [q.name for q in mechanism.coordinates]
     at = {f"{kind}{name}{rate}": 0.0 for name in names for kind, rate in (("", ""), ("", "_dot"), ("Q_", ""))}
+    at |= {u.name: 0.0 for u in mechanism.inputs}
     at |= {p.name: p.value for p in mechanism.parameters} | {"t": 0.0} | values
     return dict(zip(names, solve(derive(mechanism), at)[0].tolist(), strict=True))
 
@@ -314,6 +315,92 @@ def test_a_coupling_of_tendons_is_one_of_their_joints(robot: Robot) -> None:
     acting = accelerations(found, x=0.1, z=0.1, phi=0.01, x_dot=1.0, z_dot=-2.0, phi_dot=0.2)
     assert acting["z"] == pytest.approx(-2 * acting["x"], rel=1e-12)
     assert acting["phi"] == pytest.approx(2 * 1.0**2 + 2 * 0.1 * acting["x"], rel=1e-12)
+
+
+SENSED = """<mujoco><compiler angle="radian"/><option gravity="0.3 -0.2 -9.7"><flag contact="disable"/></option>
+<worldbody><body name="hull" pos="0.1 0.2 0.5" quat="0.9 0.1 -0.2 0.3"><freejoint name="free"/>
+<geom name="box" type="box" size="0.2 0.1 0.05" pos="0.01 0.02 0.03" euler="0.1 0.2 0.3"/>
+<site name="imu" pos="0.1 -0.05 0.02" euler="0.4 -0.3 0.8"/>
+<body name="arm" pos="0.2 0 0.1"><joint name="p" axis="0 -1 0.2" damping="0.3" ref="0.1"/>
+<geom size="0.05 0.2" type="capsule" pos="0 0 -0.3"/><site name="mid" pos="0 0.1 -0.2" euler="1 0 0.3"/>
+<body name="tip" pos="0 0 -0.5"><joint name="s" type="slide" axis="0 0.3 1"/><geom size="0.04" pos="0.02 0 0"/>
+<site name="end" pos="0.02 0 0.03"/></body></body></body></worldbody>
+<tendon><fixed name="cable"><joint joint="p" coef="0.5"/><joint joint="s" coef="-1.5"/></fixed></tendon>
+<actuator><position name="a" joint="p" kp="7" kv="0.4" ctrlrange="-1 1" forcerange="-2 3" gear="2"/></actuator>
+<sensor><jointpos name="angle" joint="p"/><jointvel name="speed" joint="s"/><tendonpos name="cable" tendon="cable"/>
+<tendonvel name="cable_rate" tendon="cable"/><actuatorpos name="a_at" actuator="a"/>
+<actuatorvel name="a_rate" actuator="a"/><actuatorfrc name="a_force" actuator="a"/><gyro name="gyro" site="imu"/>
+<velocimeter name="velocimeter" site="mid"/><accelerometer name="mid_accelerometer" site="mid"/>
+<accelerometer name="end_accelerometer" site="end"/><framepos name="end_at" objtype="site" objname="end"/>
+<framepos name="hull_center" objtype="body" objname="hull"/><framequat name="mid_turn" objtype="site" objname="mid"/>
+<framequat name="box_turn" objtype="geom" objname="box"/><framelinvel name="tip_v" objtype="xbody" objname="tip"/>
+<frameangvel name="imu_w" objtype="site" objname="imu"/><framelinacc name="imu_a" objtype="site" objname="imu"/>
+<frameangacc name="arm_alpha" objtype="body" objname="arm"/></sensor></mujoco>"""
+
+
+def free_state(state: Any) -> dict[str, float]:
+    """The values of the coordinates of SENSED and their velocities."""
+    q, w, axes = state.qpos[3:7], state.qvel[3:6], "xyz"
+    rates = np.array([-q[1:] @ w, *(q[0] * w + np.cross(q[1:], w))]) / 2
+    values = {f"free_{x}": state.qpos[i] for i, x in enumerate(axes)} | {f"free_e{i}": q[i] for i in range(4)}
+    values |= {f"free_{x}_dot": state.qvel[i] for i, x in enumerate(axes)}
+    values |= {f"free_e{i}_dot": rates[i] for i in range(4)} | {"p": state.qpos[7], "s": state.qpos[8]}
+    return {name: float(x) for name, x in (values | {"p_dot": state.qvel[6], "s_dot": state.qvel[7]}).items()}
+
+
+@pytest.mark.fmu
+def test_sensors_are_outputs_and_tell_what_mujocos_tell(robot: Robot, tmp_path: Path) -> None:
+    """All of 19 kinds and places at 20 random states, controls beyond their range; e and -e are one orientation."""
+    mechanism, model = robot(SENSED), mujoco.MjModel.from_xml_string(SENSED)
+    assert mechanism.not_taken == ()
+    fmu = export(mechanism, tmp_path / "sensed.fmu", page="static", without=["equations"])
+    measured = {output.name: output for output in mechanism.outputs}
+    assert len(measured) == model.nsensor == 19
+    state, rng = mujoco.MjData(model), np.random.default_rng(2)
+    for _ in range(20):
+        state.qpos[:], state.qvel[:], state.ctrl[:] = rng.normal(size=9), rng.normal(size=8), 3 * rng.normal(size=1)
+        state.qpos[3:7] /= np.linalg.norm(state.qpos[3:7])
+        mujoco.mj_forward(model, state)
+        with start(fmu, values=free_state(state) | {"u_a": float(state.ctrl[0])}) as sim:
+            for k in range(model.nsensor):
+                sensor, found = model.sensor(k), sim[measured[model.sensor(k).name].names]
+                expected = state.sensordata[sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
+                same = -1 if "turn" in sensor.name and found @ expected < 0 else 1
+                assert same * found == pytest.approx(expected, rel=1e-10, abs=1e-10), sensor.name
+
+
+def test_an_accelerometer_at_rest_shows_gravity(robot: Robot) -> None:
+    """In its own axes: its x axis points up here."""
+    site = '<joint name="z" type="slide" stiffness="0"/><site name="s" euler="0 -90 0"/>'
+    text = body(site, '<sensor><accelerometer name="a" site="s"/></sensor>')
+    lift = text.replace("</mujoco>", '<actuator><motor name="m" joint="z"/></actuator></mujoco>')
+    with start(robot(lift), values={"u_m": 2 * 9.81}) as sim:
+        assert sim[["a_x", "a_y", "a_z"]] == pytest.approx([9.81, 0.0, 0.0], abs=1e-12)
+    with start(robot(lift)) as falling:
+        assert falling[["a_x", "a_y", "a_z"]] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_sensors_that_nothing_is_made_of_are_told_last(robot: Robot) -> None:
+    sensors = (
+        '<sensor><touch name="touch" site="s"/><force name="force" site="s"/><subtreecom name="com" body="rod"/>'
+        '<framepos name="relative" objtype="site" objname="s" reftype="body" refname="rod"/>'
+        '<jointpos name="cut" joint="z" cutoff="0.5"/><ballquat name="ball" joint="b"/></sensor>'
+    )
+    text = body('<joint name="b" type="ball"/><site name="s" size="1"/>', sensors)
+    text = text.replace("</worldbody>", '<body><joint name="z"/><geom size="1"/></body></worldbody>')
+    told = [f"the sensor {name}" for name in ("touch", "force", "com", "relative", "ball")]
+    assert robot(text).not_taken == ("the cutoff of the sensor cut", *told)
+
+
+def test_what_floats_has_a_wrench_and_no_force_along_its_quaternion(robot: Robot) -> None:
+    """A force of 3 N on a hull of 2 kg by its frame's origin, where its mass centre is."""
+    hull = '<body name="hull"><freejoint name="free"/><inertial pos="0 0 0" mass="2" diaginertia="0.2 0.3 0.4"/></body>'
+    found = robot(world(hull).replace("<mujoco>", FLOATING))
+    with start(found) as sim:
+        pushes = [f"hull_{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz"]
+        assert sim.inputs == tuple(pushes)
+        sim.step(1.0, {"hull_force_x": 3.0})
+        assert sim[["free_x", "free_y", "free_e0"]] == pytest.approx([0.75, 0.0, 1.0], abs=1e-9)
 
 
 def test_what_is_not_taken_is_listed(robot: Robot) -> None:

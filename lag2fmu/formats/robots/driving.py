@@ -72,6 +72,8 @@ def drive(actuator: Actuator, parts: Parts) -> None:
     else:
         at, rate = _turning(along, name, parts) if isinstance(along, Turning) else length_of(along, name, parts)
         force = limits(force + by_length * at + by_rate * rate)
+        if not isinstance(along, Turning):
+            parts.driven[actuator.name] = at, rate, force
         for q in sorted(str(q) for q in parts.coordinates if q.dot in rate.free_symbols):
             factor = rate.diff(symbol(f"{q}_dot"))
             parts.forces[q] = parts.forces.get(q, sp.S.Zero) + factor * force

@@ -2,7 +2,8 @@
 
 Taken is what MuJoCo compiled: bodies with their inertia, joints, what acts on them, actuators whose force is affine in
 their control or in a state that filters or integrates it, tendons of joints and of two sites, and the equalities
-connect, weld, joint and tendon, which are exact here. The package mujoco is optional.
+connect, weld, joint and tendon, which are exact here, and sensors of joints, tendons, actuators, places and frames. The
+package mujoco is optional.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.robots.compiled import ROOT, Compiled, disabled_taken_out, turned
 from lag2fmu.formats.robots.mjcf_forces import actuators, limits_of, tendon_of, tendons
+from lag2fmu.formats.robots.mjcf_sensors import sensors
 from lag2fmu.formats.robots.mjcf_size import check_copies
 from lag2fmu.formats.robots.tree import Closure, Coupling, Floats, JointPose, LinkInertia, Robot, RobotJoint, Span, Sum
 from lag2fmu.xml_tree import parse
@@ -81,6 +83,7 @@ class _MjcfReader:
             links[self._body(body)] = self._inertia(body)
         driving, stretching = tuple(actuators(self._compiled)), tuple(tendons(self._compiled))
         closures, couplings = self._equalities()
+        measured = tuple(sensors(self._compiled))
         self._list_ignored()
         x, y, z = m.opt.gravity
         name = m.names.split(b"\0", 1)[0].decode()
@@ -95,6 +98,7 @@ class _MjcfReader:
             stretching,
             closures,
             couplings,
+            measured,
         )
 
     def _inertia(self, body: int) -> LinkInertia | None:

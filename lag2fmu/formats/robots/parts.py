@@ -10,6 +10,7 @@ import sympy as sp
 from lag2fmu.description.events import Friction, State, Stop
 from lag2fmu.description.joints import Joint
 from lag2fmu.description.names import of_friction, of_unilateral, stop_side
+from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint, Damper, Load, Spring
 from lag2fmu.description.places import Frame, Point
 from lag2fmu.description.symbols import Declared, coordinate, parameter
@@ -29,9 +30,10 @@ INERTIAS = {"rad": "kg.m2", "m": "kg"}
 class Parts:
     """The parts, whose ``names`` are taken.
 
-    ``joints`` {name in the file: ours}, ``carriers`` {link: (its frame or the world, its turn and pose in it)}. What
-    nothing is made of is ``ignored``. The terms of each sum in ``alike`` have one unit; ``plain`` are the names of
-    factors that have none where their use leaves it open.
+    ``joints`` {name in the file: ours}, ``carriers`` {link: (its frame or the world, its turn and pose in it)},
+    ``driven`` {actuator: (length, rate, force)} of those along joints. What nothing is made of is ``ignored``. The
+    terms of each sum in ``alike`` have one unit; ``plain`` are the names of factors that have none where their use
+    leaves it open.
     """
 
     names: Names
@@ -52,6 +54,8 @@ class Parts:
     loads: list[Load] = field(default_factory=list)
     closures: list[Joint] = field(default_factory=list)
     constraints: list[Constraint] = field(default_factory=list)
+    outputs: list[Output] = field(default_factory=list)
+    driven: dict[str, tuple[sp.Expr, sp.Expr, sp.Expr]] = field(default_factory=dict)
     ignored: list[str] = field(default_factory=list)
     alike: list[sp.Expr] = field(default_factory=list)
     plain: list[str] = field(default_factory=list)

@@ -233,6 +233,22 @@ class Coupling:
 
 
 @dataclass(frozen=True)
+class Sensor:
+    """A ``quantity`` along joints, of an ``actuator`` or of a ``place``.
+
+    It is "length" or "rate" ``along`` joints or of the actuator, or its "force". A place is a link and a pose in its
+    axes; its quantities are those of outputs, along the ``axes`` "world" or "frame".
+    """
+
+    name: str
+    quantity: str
+    along: Sum = ()
+    actuator: str = ""
+    place: tuple[str, JointPose] | None = None
+    axes: str = "world"
+
+
+@dataclass(frozen=True)
 class Robot:
     """A tree: ``links`` by name with their inertia, None without, the ``root`` among them, ``joints`` parents first.
 
@@ -249,6 +265,7 @@ class Robot:
     tendons: tuple[Tendon, ...] = ()
     closures: tuple[Closure, ...] = ()
     couplings: tuple[Coupling, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
 
 
 def in_order(root: str, joints: Iterable[RobotJoint]) -> tuple[RobotJoint, ...]:
