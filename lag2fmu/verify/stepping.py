@@ -37,6 +37,11 @@ class Simulation:
     def __init__(self, instance: Instance, scalars: Mapping[str, Scalar], time: float = 0.0) -> None:
         """Step the ``instance``, which has been initialized at ``time`` (s); ``scalars`` are its numbers by name."""
         self._instance, self._scalars, self._time = instance, scalars, time
+        self._grid = (
+            time,
+            0.0,
+            0,
+        )  # where equal steps began, their length, their number: times are sums of no roundings
         self._third = is_fmi3(instance.description)
         self._saves = bool(instance.description.coSimulation.canGetAndSetFMUstate)
         self._channels: dict[tuple[str, ...], Channel] = {}
@@ -63,12 +68,14 @@ class Simulation:
             raise LoadError(f"the step h = {h!r} s is not positive and finite; give its length in s, such as 1e-3")
         if inputs:
             self.set(inputs)
+        begun, length, count = self._grid if self._grid[1] == h else (self._time, h, 0)
         try:
-            self.advance(self._time + h)
+            self.advance(begun + (count + 1) * length)
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(
                 f"the FMU cannot step from t = {self._time:.9g} s by {h:g} s: {error}; {self._instance.log.tail()}"
             ) from error
+        self._grid = begun, length, count + 1
 
     def advance(self, end: float) -> None:
         """Go on until ``end`` (s), with the inputs as they are; raises what fmpy raises."""
@@ -156,7 +163,7 @@ class Simulation:
         if state not in self._states:
             raise LoadError("this state was not saved by this simulation; give what its method 'save' returned")
         self._instance.fmu.setFMUState(state.kept)
-        self._time = state.time
+        self._time, self._grid = state.time, (state.time, 0.0, 0)
 
     def close(self) -> None:
         """Free the FMU; it cannot be used any longer. To close it once more does nothing."""
