@@ -13,6 +13,7 @@ from kkt import solve
 
 from lag2fmu import Ensemble, derive, export, function, linearize, load, simulate, start, sweep
 from lag2fmu.errors import DerivationError, LoadError
+from lag2fmu.formats.robots.tree import JointPose, about
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.record import Mechanism
@@ -401,6 +402,15 @@ def test_what_floats_has_a_wrench_and_no_force_along_its_quaternion(robot: Robot
         assert sim.inputs == tuple(pushes)
         sim.step(1.0, {"hull_force_x": 3.0})
         assert sim[["free_x", "free_y", "free_e0"]] == pytest.approx([0.75, 0.0, 1.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("short", [0.0, 1e-15, 1e-12, 1e-9, 3e-8, 1e-6, 1e-3])
+def test_a_pitch_of_nearly_a_quarter_turn_is_exact_to_rounding(short: float) -> None:
+    """Files round to some digits; by the arcsine of the sine a pitch that is short of it by 1e-8 would be lost."""
+    for yaw, roll in ((0.3, -1.2), (2.9, 0.4), (-1.0, 0.0)):
+        turns = (("z", yaw), ("y", np.pi / 2 - short), ("x", roll))
+        matrix = about(*turns[0]) @ about("y", np.pi / 2) @ about("y", -short) @ about(*turns[2])
+        assert JointPose.of(np.zeros(3), matrix).matrix == pytest.approx(matrix, abs=3e-14)
 
 
 def test_what_is_not_taken_is_listed(robot: Robot) -> None:

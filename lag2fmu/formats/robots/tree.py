@@ -65,10 +65,17 @@ class JointPose:
 
     @classmethod
     def of(cls, origin: Floats, matrix: Floats) -> JointPose:
-        """The pose of an origin (3,) and a matrix (3, 3) of turns: by yaw, pitch and roll, about z, y and x."""
-        pitch = math.asin(min(1.0, max(-1.0, -matrix[2, 0])))
-        if abs(matrix[2, 0]) < 1 - 1e-12:
-            yaw, roll = math.atan2(matrix[1, 0], matrix[0, 0]), math.atan2(matrix[2, 1], matrix[2, 2])
+        """The pose of an origin (3,) and a matrix (3, 3) of turns: by yaw, pitch and roll, about z, y and x.
+
+        The roll is that of the matrix turned back by the yaw, so that the three are exact to rounding also where the
+        pitch is nearly a quarter turn and yaw and roll are nearly the same.
+        """
+        cosine = math.hypot(matrix[0, 0], matrix[1, 0])
+        pitch = math.atan2(-matrix[2, 0], cosine)
+        if cosine > ROUNDING:
+            yaw = math.atan2(matrix[1, 0], matrix[0, 0])
+            c, s = math.cos(yaw), math.sin(yaw)
+            roll = math.atan2(s * matrix[0, 2] - c * matrix[1, 2], c * matrix[1, 1] - s * matrix[0, 1])
         else:  # both turn about the same axis
             yaw, roll = math.atan2(-matrix[0, 1], matrix[1, 1]), 0.0
         return cls(origin, tuple((axis, angle) for axis, angle in zip("zyx", (yaw, pitch, roll), strict=True) if angle))
@@ -90,6 +97,8 @@ def about(axis: str, angle: float) -> Floats:
     return matrix
 
 
+ROUNDING = 1e-14
+"""The cosine of a pitch that is a quarter turn, to the rounding of products of some matrices."""
 QUARTER = 6e-12
 """rad; an angle so near to quarter turns is one: files round them to 12 digits."""
 
