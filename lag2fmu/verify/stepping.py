@@ -72,9 +72,7 @@ class Simulation:
         try:
             self.advance(begun + (count + 1) * length)
         except Exception as error:  # fmpy raises bare exceptions
-            raise SimulationError(
-                f"the FMU cannot step from t = {self._time:.9g} s by {h:g} s: {error}; {self._instance.log.tail()}"
-            ) from error
+            raise self._failed(f"step by {h:g} s", error) from error
         self._grid = begun, length, count + 1
 
     def advance(self, end: float) -> None:
@@ -125,7 +123,10 @@ class Simulation:
         if names not in self._channels:
             found = [s for x in names for s in self._elements(x)]
             self._channels[names] = Channel(self._instance.fmu, found, third=self._third)
-        values = self._channels[names].read()
+        try:
+            values = self._channels[names].read()
+        except Exception as error:  # fmpy raises bare exceptions
+            raise self._failed(f"give {', '.join(names)}", error) from error
         if not isinstance(name, str):
             return values
         return float(values[0]) if name in self._scalars else values.reshape(self._shape(name))
@@ -150,7 +151,10 @@ class Simulation:
         self._check_open()
         if not self._saves:
             raise SimulationError("this FMU cannot save its state (canGetAndSetFMUstate is false); start another one")
-        state = SavedState(self._instance.fmu, self._time)
+        try:
+            state = SavedState(self._instance.fmu, self._time)
+        except Exception as error:  # fmpy raises bare exceptions
+            raise self._failed("save its state", error) from error
         self._states.add(state)
         return state
 
@@ -162,7 +166,10 @@ class Simulation:
         self._check_open()
         if state not in self._states:
             raise LoadError("this state was not saved by this simulation; give what its method 'save' returned")
-        self._instance.fmu.setFMUState(state.kept)
+        try:
+            self._instance.fmu.setFMUState(state.kept)
+        except Exception as error:  # fmpy raises bare exceptions
+            raise self._failed(f"go back to t = {state.time:.9g} s", error) from error
         self._time, self._grid = state.time, (state.time, 0.0, 0)
 
     def close(self) -> None:
@@ -187,6 +194,12 @@ class Simulation:
         """Let it close what was ``opened`` for it when it is closed."""
         self._open = opened
         return self
+
+    def _failed(self, doing: str, error: Exception) -> SimulationError:
+        """The error that the FMU cannot do something, in its own words."""
+        return SimulationError(
+            f"the FMU cannot {doing} at t = {self._time:.9g} s: {error}; {self._instance.log.tail()}"
+        )
 
     def _check_open(self) -> None:
         if self._open is None:

@@ -172,11 +172,31 @@ def test_a_motion_that_ends_tells_the_time_and_can_be_gone_back_from(tmp_path: P
     with lag2fmu.start(text) as sim:
         sim.step(0.5)
         saved = sim.save()
-        with pytest.raises(SimulationError, match=r"(?s)cannot step from t = 0\.5 s by 2 s: .*x"):
+        with pytest.raises(SimulationError, match=r"(?s)cannot step by 2 s at t = 0\.5 s: .*x"):
             sim.step(2.0)
         sim.restore(saved)
         sim.step(0.25)
         assert sim["x"] == pytest.approx(4.0, rel=1e-4)
+
+
+def test_what_an_fmu_refuses_is_a_sentence_with_the_time(exported, monkeypatch) -> None:
+    """An FMU of another tool may fail in any call."""
+
+    def refusing(*_: object) -> None:
+        raise RuntimeError("status 3")
+
+    with lag2fmu.start(exported("pendulum")) as sim:
+        saved = sim.save()
+        sim.step(0.5)
+        for call in ("getReal", "getFMUState", "setFMUState"):
+            monkeypatch.setattr(sim._instance.fmu, call, refusing)
+        with pytest.raises(SimulationError, match=r"cannot give l at t = 0\.5 s: status 3; "):
+            sim["l"]
+        with pytest.raises(SimulationError, match=r"cannot save its state at t = 0\.5 s: status 3"):
+            sim.save()
+        with pytest.raises(SimulationError, match=r"cannot go back to t = 0 s at t = 0\.5 s: status 3"):
+            sim.restore(saved)
+        monkeypatch.undo()
 
 
 def test_an_fmu_without_co_simulation_is_told(exported, tmp_path: Path) -> None:
