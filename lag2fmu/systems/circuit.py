@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.systems.channels import Channel
 from lag2fmu.systems.connections import End
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.wires import Wire
+from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.run import Floats
 
 _AGREE = 1e-12

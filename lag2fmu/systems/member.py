@@ -10,8 +10,8 @@ import numpy as np
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.systems.channels import Channel
 from lag2fmu.systems.components import Component
+from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
 from lag2fmu.verify.plan import takes_derivatives
 from lag2fmu.verify.run import Floats, Plan, Run, Scalar

@@ -23,7 +23,6 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.progress import reached, telling
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.systems.channels import Channel
 from lag2fmu.systems.circuit import Circuit
 from lag2fmu.systems.connections import End
 from lag2fmu.systems.joint_steps import JoinedSteps
@@ -33,6 +32,7 @@ from lag2fmu.systems.network import Network, network_of
 from lag2fmu.systems.steps import ControlledSteps, FixedSteps
 from lag2fmu.systems.wires import SAME, Affine
 from lag2fmu.verify.apart import FORKS, run_apart
+from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.inputs import trajectory_of
 from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.plan import POINTS, check_times, check_tolerance

@@ -7,6 +7,7 @@ from functools import wraps
 from pathlib import Path
 from typing import ParamSpec
 
+from lag2fmu.errors import LoadError
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.systems.running import simulate_system
 from lag2fmu.systems.source import is_system
@@ -28,6 +29,8 @@ def or_a_system(one: Callable[P, Trajectory]) -> Callable[P, Trajectory]:
             return one(*args, **kwargs)
         choices = dict(kwargs)
         choices.pop("model", None)
+        if choices.pop("sample_time", None) is not None:
+            raise LoadError(f"'{model}': a system has no sample_time; its controllers are components of their own")
         return simulate_system(Path(str(model)), **choices)
 
     return simulated
