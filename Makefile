@@ -29,6 +29,7 @@ check: lint
 # everything: other importers, cross builds, sanitizers, fuzzing
 test-all: lint
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[imports,importers,docs,page,sweeps]"
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps dm_control gymnasium  # their files alone
 	$(BIN)/python -m pytest $(SPREAD) --all-models $(PYTEST)
 
 style: $(READY)

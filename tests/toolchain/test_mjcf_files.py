@@ -1,6 +1,7 @@
 """MJCF files of the packages dm_control and gymnasium: all that describe what moves come in, and move as in MuJoCo.
 
 The packages are not needed beside their files: 'pip install --no-deps dm_control gymnasium' is enough.
+'make test-all' does so.
 """
 
 from __future__ import annotations
