@@ -89,8 +89,8 @@ ROOMS = {
     ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
     "systems": (
-        {"errors", "progress", "xml_tree", "version", "language", "description", "mechanism", "reference", "fmu"}
-        | {"verify", "checking"},
+        {"errors", "progress", "xml_tree", "version", "language", "description", "mechanism", "formats", "reference"}
+        | {"fmu", "verify", "checking"},
         {"numpy"},
     ),
     "cli": (

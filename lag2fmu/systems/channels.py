@@ -28,6 +28,7 @@ class _Part:
                 self.size += size_of(scalars[i].variable)
         self.references = [*offsets]
         self.rows = [offsets[scalars[i].reference] + scalars[i].element for i in columns]
+        self.plain = kind in _FLOATS and self.rows == [*range(self.size)]
 
     def read(self) -> list[Any]:
         """The values of the variables, all elements of arrays among them."""
@@ -36,6 +37,9 @@ class _Part:
 
     def write(self, values: Floats) -> None:
         """Set the scalars to ``values`` (columns,); other elements of arrays keep theirs."""
+        if self.plain:
+            self._set(self.references, values.tolist())
+            return
         whole = [0.0] * self.size if len(self.rows) == self.size else self.read()
         for row, value in zip(self.rows, values, strict=True):
             whole[row] = self._typed(float(value))
@@ -65,6 +69,8 @@ class Channel:
 
     def read(self) -> Floats:
         """The present values (k,)."""
+        if len(self._parts) == 1 and self._parts[0].plain:
+            return np.array(self._parts[0].read())
         values = np.empty(len(self.scalars))
         for part in self._parts:
             found = part.read()
@@ -74,7 +80,7 @@ class Channel:
     def write(self, values: Floats) -> None:
         """Set the numbers to ``values`` (k,); those that are no floating point numbers are rounded."""
         for part in self._parts:
-            part.write(values[part.columns])
+            part.write(values if len(self._parts) == 1 else values[part.columns])
 
     @property
     def references(self) -> list[int]:

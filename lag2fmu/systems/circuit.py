@@ -7,7 +7,7 @@ Computer Modelling of Dynamical Systems 6 (2000).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +27,10 @@ _NEWTON = 20
 
 @dataclass(frozen=True)
 class _Cable:
-    """The wires from one FMU to another: the source's ``outputs``, and which of the target's inputs hear them."""
+    """The wires from one component to another: the source's ``outputs``, and which of the target's inputs hear them.
+
+    ``at_once``: whether one of the outputs follows inputs of its own component without delay.
+    """
 
     source: Member
     outputs: Channel
@@ -35,10 +38,17 @@ class _Cable:
     places: Sequence[int]
     factor: Floats
     offset: Floats
+    at_once: bool
+    plain: bool
+
+    def heard(self) -> Floats:
+        """What the inputs hear now, (places,)."""
+        values = self.outputs.read()
+        return values if self.plain else self.factor * values + self.offset
 
 
 @dataclass
-class _Inputs:
+class ConnectedInputs:
     """The connected inputs of an FMU: their ``channel``, and their ``values`` and ``derivatives`` at present.
 
     ``sizes`` are their greatest magnitudes so far.
@@ -54,35 +64,55 @@ class _Inputs:
 class Circuit:
     """The connected inputs of all ``members`` and what they hear by the ``wires``."""
 
-    def __init__(self, members: Mapping[str, Member], wires: Sequence[Wire]) -> None:
-        """Look up who hears whom; raises LoadError for wires between variables of different sizes."""
+    def __init__(self, members: Mapping[str, Member], wires: Sequence[Wire], *, initial: bool = False) -> None:
+        """Look up who hears whom; raises LoadError for wires between variables of different sizes.
+
+        ``initial``: in initialization mode, where outputs may follow inputs that they do not follow later.
+        """
         self.members = members
         pairs = [(wire, *pair) for wire in wires for pair in _elements(wire, members)]
-        self._inputs: dict[str, _Inputs] = {}
+        self._inputs: dict[str, ConnectedInputs] = {}
         for name, member in members.items():
             names = tuple(t for wire, _, t in pairs if wire.target.component == name)
             if names:
                 channel = member.channel(names)
-                self._inputs[name] = _Inputs(
+                self._inputs[name] = ConnectedInputs(
                     channel, names, channel.read(), np.zeros((2, len(names))), np.zeros(len(names))
                 )
-        self._cables = [
-            cable for source in members for target in self._inputs for cable in self._between(source, target, pairs)
-        ]
+        self._cables = {
+            target: [c for source in members for c in self._between(source, target, pairs, initial)]
+            for target in self._inputs
+        }
         self._outer = [
             (wire.source.connector, wire.target.component, self._inputs[wire.target.component].names.index(t), wire.map)
             for wire, _, t in pairs
             if not wire.source.component
         ]
+        self._order, self._looping = self._ordered()
+        self._continuous = {name for name, member in members.items() if not member.samples}
 
-    def _between(self, source: str, target: str, pairs: Sequence[tuple[Wire, str, str]]) -> list[_Cable]:
+    def _between(self, source: str, target: str, pairs: Sequence[tuple[Wire, str, str]], initial: bool) -> list[_Cable]:
         found = [(w, s, t) for w, s, t in pairs if (w.source.component, w.target.component) == (source, target)]
         if not found:
             return []
         places = [self._inputs[target].names.index(t) for _, _, t in found]
-        outputs = self.members[source].channel([s for _, s, _ in found])
+        member, inputs = self.members[source], self._inputs.get(source)
+        outputs = member.channel([s for _, s, _ in found])
         factor, offset = (np.array(list(column)) for column in zip(*(w.map for w, _, _ in found), strict=True))
-        return [_Cable(self.members[source], outputs, target, places, factor, offset)]
+        at_once = inputs is not None and (initial or member.depends(outputs, inputs.channel))
+        plain = bool((factor == 1.0).all() and (offset == 0.0).all())
+        return [_Cable(member, outputs, target, places, factor, offset, at_once, plain)]
+
+    def _ordered(self) -> tuple[list[str], bool]:
+        """(the components with inputs, each behind those on whose inputs its own depend at once, whether some loop)."""
+        left, found = dict(self._cables), list[str]()
+        while left:
+            free = [n for n, cables in left.items() if not any(c.at_once and c.source.name in left for c in cables)]
+            if not free:
+                return [*found, *left], True
+            found += free
+            left = {name: cables for name, cables in left.items() if name not in free}
+        return found, False
 
     def hear(self, outer: Mapping[str, float]) -> None:
         """Set the inputs that hear inputs of the system to the values ``outer``; those without a value stay."""
@@ -95,19 +125,41 @@ class Circuit:
     @property
     def order(self) -> int:
         """The order of the derivatives by which all connected inputs go on within steps; 0 if some are held."""
-        members = self.members
-        driven = all(members[name].takes_derivatives and x.channel.are_floats for name, x in self._inputs.items())
-        orders = [cable.source.gives_orders if cable.outputs.are_floats else 0 for cable in self._cables]
-        return min(orders, default=0) if driven and not self._outer else 0
+        return 0 if self.held() else min((cable.source.gives_orders for cable in self._all_cables()), default=0)
+
+    def held(self) -> list[str]:
+        """The components with an input that is held within steps, since one of its two ends knows no derivatives."""
+        outer = {target for _, target, _, _ in self._outer}
+        return [
+            name
+            for name, inputs in self._inputs.items()
+            if name in outer
+            or not (self.members[name].takes_derivatives and inputs.channel.are_floats)
+            or any(not (c.source.gives_orders and c.outputs.are_floats) for c in self._cables[name])
+        ]
+
+    def inputs_of(self, name: str) -> ConnectedInputs:
+        """The connected inputs of a component."""
+        return self._inputs[name]
+
+    @property
+    def sampled(self) -> bool:
+        """Whether each connection begins or ends at what samples, so that all inputs are constant within steps."""
+        return not self._outer and all(c.source.samples or self.members[c.target].samples for c in self._all_cables())
 
     def expected(self, h: float) -> list[Floats]:
         """What the inputs are taken to be after a step ``h`` (s)."""
         return [x.values + h * x.derivatives[0] + h**2 / 2 * x.derivatives[1] for x in self._inputs.values()]
 
     def missed(self, expected: Sequence[Floats]) -> float:
-        """The greatest error of what was ``expected``, relative to what the input has been at most."""
+        """The greatest error of what was ``expected``, relative to what the input has been at most.
+
+        What samples its inputs does not see them within steps.
+        """
         greatest = 0.0
-        for inputs, values in zip(self._inputs.values(), expected, strict=True):
+        for (name, inputs), values in zip(self._inputs.items(), expected, strict=True):
+            if self.members[name].samples:
+                continue
             sizes = np.maximum(inputs.sizes, np.abs(inputs.values))
             inputs.sizes = sizes
             errors = np.abs(values - inputs.values)[sizes > 0] / sizes[sizes > 0]
@@ -123,29 +175,47 @@ class Circuit:
         for inputs, before in zip(self._inputs.values(), values, strict=True):
             inputs.values[:] = before
 
-    def settle(self, time: float) -> None:
+    def settle(self, time: float, changed: Collection[str] | None = None) -> None:
         """Bring all inputs to what they hear at the ``time`` (s).
 
-        As many rounds as there are FMUs pass on what goes along chains. What does not agree then is a loop. Raises
-        SimulationError that names an input for which there is no value.
+        ``changed``: the components whose outputs are new; by default all but those that sample. Components hear in the
+        order in which they depend on each other, which is one round. Where they depend in a loop, as many rounds as
+        there are components pass on what does not. What does not agree then is solved. Raises SimulationError that
+        names an input for which there is no value.
         """
+        new = self._continuous if changed is None else changed
         for _ in range(len(self.members) + 1):
-            if not self._round():
+            moved, differs = set[str](), set[str]()
+            for name in self._order:
+                before = self._hear(name, new, moved)
+                if before is not None:
+                    moved.add(name)
+                    if self._looping and _differ(before, self._inputs[name].values):
+                        differs.add(name)
+            if not differs:
                 return
+            new = differs
         self._solve(time)
 
-    def _round(self) -> bool:
-        """Let each FMU in turn hear what the others say now; whether an input has changed."""
-        changed = False
-        for name, inputs in self._inputs.items():
-            before = inputs.values.copy()
-            for cable in self._cables:
-                if cable.target == name:
-                    inputs.values[cable.places] = cable.factor * cable.outputs.read() + cable.offset
-            if not np.array_equal(before, inputs.values):
-                inputs.channel.write(inputs.values)
-                changed = changed or _differ(before, inputs.values)
-        return changed
+    def _hear(self, name: str, new: Collection[str], moved: Collection[str]) -> Floats | None:
+        """Let a component hear those whose outputs are ``new``, or follow inputs that have ``moved``, at once.
+
+        Its inputs before (m,), None if they stay.
+        """
+        inputs, before = self._inputs[name], None
+        for cable in self._cables[name]:
+            if cable.source.name in new or (cable.at_once and cable.source.name in moved):
+                heard = cable.heard()
+                if inputs.values[cable.places].tobytes() != heard.tobytes():
+                    before = inputs.values.copy() if before is None else before
+                    inputs.values[cable.places] = heard
+        if before is not None:
+            inputs.channel.write(inputs.values)
+        return before
+
+    def _all_cables(self) -> Iterator[_Cable]:
+        for cables in self._cables.values():
+            yield from cables
 
     def _solve(self, time: float) -> None:
         """Newton's method for all inputs at once."""
@@ -174,8 +244,8 @@ class Circuit:
     def _missing(self) -> list[Floats]:
         """What each FMU's inputs would hear, less what they are."""
         heard = {name: inputs.values.copy() for name, inputs in self._inputs.items()}
-        for cable in self._cables:
-            heard[cable.target][cable.places] = cable.factor * cable.outputs.read() + cable.offset
+        for cable in self._all_cables():
+            heard[cable.target][cable.places] = cable.heard()
         return [heard[name] - inputs.values for name, inputs in self._inputs.items()]
 
     def _gains(self) -> Floats:
@@ -183,7 +253,7 @@ class Circuit:
         starts = dict(zip(self._inputs, np.cumsum([0, *(len(i.values) for i in self._inputs.values())]), strict=False))
         size = sum(len(i.values) for i in self._inputs.values())
         found = np.zeros((size, size))
-        for cable in self._cables:
+        for cable in self._all_cables():
             source = self._inputs.get(cable.source.name)
             if source is not None:
                 rows = starts[cable.target] + np.array(cable.places)
@@ -203,9 +273,8 @@ class Circuit:
                 if not (member.takes_derivatives and inputs.channel.are_floats):
                     continue
                 inputs.derivatives[:] = 0.0
-                for cable in self._cables:
-                    if cable.target == name:
-                        inputs.derivatives[:, cable.places] = cable.factor * cable.source.derivatives(cable.outputs)
+                for cable in self._cables[name]:
+                    inputs.derivatives[:, cable.places] = cable.factor * cable.source.derivatives(cable.outputs)
                 member.drive(inputs.channel, inputs.values.copy(), inputs.derivatives.copy())
 
 
