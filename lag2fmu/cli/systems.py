@@ -12,6 +12,7 @@ from lag2fmu.cli.coupling import print_coupling
 from lag2fmu.cli.motions import SimulateOptions, check_targets, write_motion
 from lag2fmu.cli.options import check_ending, refuse_to_overwrite
 from lag2fmu.cli.settings import echo_settings
+from lag2fmu.cli.system_units import units_of_network
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
@@ -21,7 +22,6 @@ from lag2fmu.reference.trajectory import read_csv
 from lag2fmu.systems.assembling import Assembly, network_of
 from lag2fmu.systems.controller import is_controller
 from lag2fmu.systems.controllers import controller_of
-from lag2fmu.systems.network import Network
 from lag2fmu.systems.running import simulate_system
 from lag2fmu.systems.source import is_system
 from lag2fmu.systems.ssp import ssp
@@ -65,7 +65,7 @@ def run_system(asked: SimulateOptions) -> None:
     texts = pairs_of(asked.settings)
     with ExitStack() as opened:
         network = opened.enter_context(network_of(*_system(asked)))
-        units = _units_of_network(network)
+        units = units_of_network(network)
         echo_settings(texts, units)
         run = Run(
             asked.stop_time,
@@ -111,16 +111,6 @@ def _system(asked: SimulateOptions) -> tuple[Assembly, tuple[str, ...], tuple[st
     """(the system, its connections, its joints)."""
     whole = len(asked.models) == 1 and is_system(asked.models[0])
     return Path(asked.model) if whole else _named(asked.models), asked.connect, asked.join
-
-
-def _units_of_network(network: Network) -> dict[str, Unit]:
-    """{COMPONENT.VARIABLE: unit that the user declared} of the FMUs of a system that contain their mechanism."""
-    found: dict[str, Unit] = {}
-    for name, component in network.components.items():
-        mechanism = None if component.controller else mechanism_of(component.path)
-        if mechanism is not None:
-            found |= {f"{name}.{variable}": unit for variable, unit in display_units(mechanism).items()}
-    return found
 
 
 def _units(named: dict[str, str], wanted: Iterable[str]) -> dict[str, Unit]:

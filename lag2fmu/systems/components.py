@@ -100,6 +100,12 @@ class Component:
     clocks: tuple[PeriodicClock, ...] = ()
 
 
+def component_with(name: str, controller: Controller, connectors: Mapping[str, Connector]) -> Component:
+    """The component ``name`` of a ``controller`` whose ``connectors`` are known."""
+    path = controller.file or Path(controller.label)
+    return Component(name, path, "", "Controller", connectors, {}, None, controller=controller)
+
+
 def read_component(name: str, path: Path) -> Component:
     """The FMU ``path`` as the component ``name``; raises LoadError if it is no FMU of FMI 2.0 or 3.0."""
     description, terminals = _described(path)

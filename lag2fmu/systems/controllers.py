@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from lag2fmu.errors import LoadError
@@ -13,7 +12,7 @@ from lag2fmu.formats.programs import program
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism.display import value_in_si
-from lag2fmu.systems.components import Component, Connector
+from lag2fmu.systems.components import Component, Connector, component_with
 from lag2fmu.systems.connections import GIVES
 from lag2fmu.systems.controller import Controller
 
@@ -54,12 +53,6 @@ def controller_component(name: str, source: Controller | str) -> Component:
         raise LoadError(f"the component '{name}': {error}") from error
     connectors = {p: Connector(p, "parameter", "Real", None, (), settable=True) for p in found}
     return component_with(name, controller, connectors)
-
-
-def component_with(name: str, controller: Controller, connectors: Mapping[str, Connector]) -> Component:
-    """The component ``name`` of a ``controller`` whose ``connectors`` are known."""
-    path = controller.file or Path(controller.label)
-    return Component(name, path, "", "Controller", connectors, {}, None, controller=controller)
 
 
 def parameters_of(function: Callable[..., Any], label: str) -> dict[str, float]:

@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.systems.components import Component, Connector, LinearUnit, read_component
+from lag2fmu.systems.components import Component, Connector, LinearUnit, component_with, read_component
 from lag2fmu.systems.controller import FUNCTION, PYTHON, Controller
-from lag2fmu.systems.controllers import component_with
 from lag2fmu.systems.joints import ANNOTATION, IdealJoint, read_joint
 from lag2fmu.systems.parameters import Given, given_by, linear_map, number, units_of
 from lag2fmu.systems.source import Source, source_of

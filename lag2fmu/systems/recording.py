@@ -32,7 +32,7 @@ class Recorder:
     """What is recorded: names, and how their values are read."""
 
     def __init__(self, network: Network, members: Mapping[str, Member], run: Run) -> None:
-        chosen = [*(_recorded(network) if run.outputs is None else run.outputs), *run.beside]
+        chosen = [*(outputs_of(network) if run.outputs is None else run.outputs), *run.beside]
         self.names: list[str] = []
         self._reads: list[tuple[str, Channel, Affine]] = []
         for word in dict.fromkeys(chosen):
@@ -52,8 +52,8 @@ class Recorder:
         return np.array([map_(float(next(found[owner]))) for owner, _, map_ in self._reads])
 
 
-def _recorded(network: Network) -> list[str]:
-    """The outputs of the system, and those of its components."""
+def outputs_of(network: Network) -> list[str]:
+    """The names of the outputs of the system, and of those of its components."""
     own = [
         f"{name}.{c.name}"
         for name, component in network.components.items()

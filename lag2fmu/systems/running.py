@@ -62,7 +62,7 @@ def simulate_system(
     """
     if run.kind != "co-simulation":
         raise LoadError(f"'{network.name}': a system runs by co-simulation alone; leave the kind out")
-    start, stop, step = _times(network, run.stop_time, run.step)
+    start, stop, step = times_of_network(network, run.stop_time, run.step)
     asked = replace(
         run, stop_time=stop, step=step, start_time=start, inputs=trajectory_of(inputs, stop, step),
         progress=run.progress or (lambda t: share((t - start) / (stop - start))),
@@ -82,8 +82,11 @@ def simulate_system(
     return cast("SystemRun", run_apart(label, asked, here, last)) if FORKS else here(label, asked)
 
 
-def _times(network: Network, stop: float | None, step: float | None) -> tuple[float, float, float]:
-    """Start, stop and communication step (s): as given, else of the system's experiment, else of those of its FMUs."""
+def times_of_network(network: Network, stop: float | None, step: float | None) -> tuple[float, float, float]:
+    """Start, stop and communication step (s): as given, else of the system's experiment, else of those of its FMUs.
+
+    Raises LoadError for times that no run has.
+    """
     start = network.start_time
     if stop is None:
         stops = [component.stop_time or 0.0 for component in network.components.values()]
@@ -109,7 +112,7 @@ def _run(network: Network, run: Run, begin: Callable[[str], None], *, controlled
     """
     if run.tolerance is not None:
         check_tolerance(run.tolerance)
-    values = _values(network, run.values or {})
+    values = start_values(network, run.values or {})
     outer = _Outer(network, run.inputs)
     with members_of(network, begin, hold=run.hold) as members:
         recorder = Recorder(network, members, run)
@@ -153,8 +156,11 @@ def _fixed(circuit: Circuit, members: Mapping[str, Member], *, hold: bool) -> li
     return [f"the length of the steps: {' and '.join(why)}; halve --step and compare"] if why else []
 
 
-def _values(network: Network, given: Mapping[str, float]) -> dict[str, dict[str, float | str]]:
-    """{component: {variable: value}}: those of the description, and then those ``given`` by the user."""
+def start_values(network: Network, given: Mapping[str, float]) -> dict[str, dict[str, float | str]]:
+    """{component: {variable: value}}: those of the description, and then those ``given`` by the user.
+
+    Raises LoadError for a name that is none, or whose variable cannot be set.
+    """
     found: dict[str, dict[str, float | str]] = {name: {} for name in network.components}
     for end, value in network.values.items():
         found[end.component][end.connector] = value
