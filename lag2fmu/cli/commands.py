@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from lag2fmu.cli.options import (
+    APART,
     CONNECT,
     FMI,
     HOLD,
@@ -202,6 +203,7 @@ def linearize(**choices: Any) -> None:
 @MODELS
 @CONNECT
 @JOIN
+@APART
 @STOP_TIME
 @click.option("--step", type=float, metavar="S", help="Communication step in seconds.")
 @click.option("--tolerance", type=float, help="Relative tolerance of the solver.")

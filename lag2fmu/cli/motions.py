@@ -25,6 +25,7 @@ class SimulateOptions:
     models: tuple[str, ...]
     connect: tuple[str, ...]
     join: tuple[str, ...]
+    apart: bool
     stop_time: float | None
     step: float | None
     tolerance: float | None

@@ -93,6 +93,7 @@ JOIN = click.option(
     metavar="A.P:B.P=KIND[:AXIS]",
     help="Two places that are ports, and the ideal joint between them; repeatable.",
 )
+APART = click.option("--apart", is_flag=True, help="Run each FMU of a system in a process of its own.")
 HOLD = click.option("--hold", is_flag=True, help="Hold the signals during each communication step.")
 FMI = click.option(
     "--fmi", type=click.Choice(["2.0", "3.0"]), help="Version of FMI of the FMU that is exported; default 2.0."

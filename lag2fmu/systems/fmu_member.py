@@ -11,6 +11,7 @@ import numpy as np
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.systems.channels import Channel
 from lag2fmu.systems.components import Component
+from lag2fmu.systems.fmu_process import instance_apart
 from lag2fmu.systems.member import ORDERS, Member
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
 from lag2fmu.verify.plan import takes_derivatives
@@ -167,12 +168,13 @@ class FmuMember(Member):
 
 @contextmanager
 def fmu_member_of(
-    component: Component, driven: Sequence[str], begin: Callable[[], None], kind: type[FmuMember]
+    component: Component, driven: Sequence[str], begin: Callable[[], None], kind: type[FmuMember], *, apart: bool
 ) -> Iterator[FmuMember]:
     """The ``component``, instantiated for co-simulation; ``driven`` are its inputs that change within steps.
 
     ``kind`` is the class of the member; with periodic clocks it has event mode. ``begin`` is called before calls of the
-    FMU. Raises LoadError for an FMU without co-simulation, SimulationError for one that cannot be instantiated.
+    FMU; ``apart``: it has a process of its own. Raises LoadError for an FMU without co-simulation, SimulationError for
+    one that cannot be instantiated.
     """
     if component.kind != "CoSimulation":
         raise LoadError(f"the component '{component.name}' offers no co-simulation; a system is run by that alone")
@@ -181,8 +183,12 @@ def fmu_member_of(
     asked = driven if is_fmi3(description) and takes_derivatives(description) else ()
     followed = {s.reference for s in scalars.values() if s.name in asked or s.variable.name in asked}
     begin()
-    events = bool(component.clocks)
-    with instance_of(component.path, "CoSimulation", events=events, followed=tuple(sorted(followed))) as instance:
+    events, asks = bool(component.clocks), tuple(sorted(followed))
+    if apart:
+        with instance_apart(component.path, events=events, followed=asks) as remote:
+            yield kind(component, cast("Instance", remote), scalars, begin)
+        return
+    with instance_of(component.path, "CoSimulation", events=events, followed=asks) as instance:
         yield kind(component, instance, scalars, begin)
 
 

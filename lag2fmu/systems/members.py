@@ -15,11 +15,13 @@ from lag2fmu.systems.sampled_function import SampledFunction
 
 
 @contextmanager
-def members_of(network: Network, begin: Callable[[str], None], *, hold: bool) -> Iterator[dict[str, Member]]:
+def members_of(
+    network: Network, begin: Callable[[str], None], *, hold: bool, apart: bool
+) -> Iterator[dict[str, Member]]:
     """{name: member} of all components; ``begin`` gets the name of each before it is called.
 
-    With ``hold`` no input changes within a step. Raises LoadError for an FMU without co-simulation, SimulationError for
-    one that cannot be instantiated.
+    With ``hold`` no input changes within a step; ``apart``: each FMU has a process of its own. Raises LoadError for an
+    FMU without co-simulation, SimulationError for one that cannot be instantiated.
     """
     with ExitStack() as opened:
         members: dict[str, Member] = {}
@@ -30,7 +32,8 @@ def members_of(network: Network, begin: Callable[[str], None], *, hold: bool) ->
             driven = [*_driven(network, name, hold=hold)]
             kind = ClockedFmu if component.clocks else FmuMember
             try:
-                members[name] = opened.enter_context(fmu_member_of(component, driven, partial(begin, name), kind))
+                member = fmu_member_of(component, driven, partial(begin, name), kind, apart=apart)
+                members[name] = opened.enter_context(member)
             except SimulationError as error:
                 raise SimulationError(f"the component '{name}': {error}") from error
         yield members

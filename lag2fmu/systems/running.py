@@ -51,6 +51,8 @@ def simulate_system(
     run: Run = _DEFAULTS,
     inputs: Inputs | None = None,
     share: Callable[[float], None] = reached,
+    *,
+    apart: bool = False,
 ) -> SystemRun:
     """Run the system ``network`` by co-simulation.
 
@@ -58,7 +60,7 @@ def simulate_system(
     units of the FMUs. The ``values`` of the ``run`` are {COMPONENT.VARIABLE: value} in these units, ``inputs`` those of
     the system. Without stop time and step the default experiments of the system and of its FMUs tell them. Raises
     LoadError for what does not fit, SimulationError with the name of the component that fails. ``share`` is told the
-    part of the run that is done, 0 to 1.
+    part of the run that is done, 0 to 1; ``apart``: each FMU has a process of its own.
     """
     if run.kind != "co-simulation":
         raise LoadError(f"'{network.name}': a system runs by co-simulation alone; leave the kind out")
@@ -73,7 +75,10 @@ def simulate_system(
     numbers = {name: i for i, name in enumerate(names)}
 
     def here(_: Path, asked: Run) -> SystemRun:
-        return _run(network, asked, lambda name: setattr(called, "value", numbers[name]), controlled=controlled)
+        def begin(name: str) -> None:
+            called.value = numbers[name]
+
+        return _run(network, asked, begin, controlled=controlled, apart=apart)
 
     def last() -> str:
         return f"the component '{names[called.value]}'" if called.value >= 0 else ""
@@ -105,7 +110,7 @@ def times_of_network(network: Network, stop: float | None, step: float | None) -
     return start, stop, step
 
 
-def _run(network: Network, run: Run, begin: Callable[[str], None], *, controlled: bool) -> SystemRun:
+def _run(network: Network, run: Run, begin: Callable[[str], None], *, controlled: bool, apart: bool) -> SystemRun:
     """The run of the ``network`` in this process; ``begin`` gets the name of each component before it is called.
 
     With ``controlled`` the error of the coupling chooses the steps, if the FMUs offer what that takes.
@@ -114,7 +119,7 @@ def _run(network: Network, run: Run, begin: Callable[[str], None], *, controlled
         check_tolerance(run.tolerance)
     values = start_values(network, run.values or {})
     outer = _Outer(network, run.inputs)
-    with members_of(network, begin, hold=run.hold) as members:
+    with members_of(network, begin, hold=run.hold, apart=apart) as members:
         recorder = Recorder(network, members, run)
         sampling = Sampling(members, network.wires)
         _initialize(network, members, values, outer, sampling, run)
@@ -235,6 +240,7 @@ def _steps(
                 sampling.at(end, steps.circuit, near)
     except SimulationError as error:
         if done:
+            error.args = (f"{error}; what was recorded until t = {times[done - 1]:g} s is kept",)
             error.reached = Trajectory(times[:done], tuple(recorder.names), values[:done])
         raise
     for member in members.values():

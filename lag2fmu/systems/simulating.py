@@ -33,6 +33,7 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     beside: Sequence[str] = (),
     kind: Kind = "co-simulation",
     progress: Callable[[float], None] | None = None,
+    apart: bool = False,
 ) -> Trajectory:
     """Run ``model`` as an FMU by fmpy and return its ``outputs`` every ``step`` (s) until ``stop_time`` (s).
 
@@ -40,6 +41,7 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     ``lag2fmu.ssp``. Its variables are called COMPONENT.VARIABLE. A component is an FMU, a mechanism, or a Python
     function, "FILE.py:NAME@SAMPLE_TIME" or a Controller of ``lag2fmu.systems.controller``. What is returned is then a
     SystemRun, whose ``coupling`` tells steps, errors and the energy that the coupling made in each bond.
+    With ``apart`` each FMU of it has a process of its own.
 
     The trajectory has m times and k columns in SI units, (m, k); behind the outputs stand those variables of ``beside``
     that the FMU has. ``values`` are start values and parameters in SI units; ``kind`` is 'co-simulation' or
@@ -55,7 +57,7 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     if isinstance(model, Mapping) or is_system(model):
         run = Run(stop_time, step, tolerance, values, None, hold, outputs, beside, kind, progress)
         with network_of(model if isinstance(model, Mapping) else Path(str(model)), connect, join) as network:
-            return simulate_system(network, run, inputs)
+            return simulate_system(network, run, inputs, apart=apart)
     if [*connect, *join]:
         raise LoadError("there is one model and nothing to connect; give {name: component}")
     return entry_points.simulate(
