@@ -75,7 +75,7 @@ class JoinedSteps(FixedSteps):
         hold: bool,
     ) -> None:
         """``step`` (s) is about the length of all steps; ``outer`` and ``hold`` as for FixedSteps."""
-        super().__init__(members, circuit, outer, Ledger(circuit, (), hold=hold), hold=hold)
+        super().__init__(members, circuit, outer, Ledger(members, circuit.inputs, (), hold=hold), hold=hold)
         self._joints, self._step, self._measured = joints, step, False
         self._past: list[tuple[Floats, Floats]] = []
         self._last: tuple[Course, float] | None = None

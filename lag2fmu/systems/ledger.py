@@ -2,7 +2,7 @@
 
 An effort F goes from A to B, and a motion x or v comes back. Within a step B works with F~ and A with x~, both
 extrapolated; at its end A gives f and B gives x. The power that enters B less the one that leaves A is the residual of
-the bond. It grows within a step as s^(p + 1), where p is the order of the extrapolation.
+the bond. The errors F~ - f and x~ - x grow within a step as s^(p + 1), where p is the order of the extrapolation.
 
 Source: A. Rodriguez and others, Energy-leak monitoring and correction to enhance stability in the co-simulation of
 mechanical systems, Multibody System Dynamics 55 (2022).
@@ -10,13 +10,14 @@ mechanical systems, Multibody System Dynamics 55 (2022).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from lag2fmu.systems.bonds import Pair
+from lag2fmu.systems.cables import ConnectedInputs
 from lag2fmu.systems.channels import Channel
-from lag2fmu.systems.circuit import Circuit, ConnectedInputs
 from lag2fmu.systems.coupling import BondEnergy
+from lag2fmu.systems.member import Member
 from lag2fmu.systems.wires import Affine, Wire
 
 
@@ -24,13 +25,15 @@ from lag2fmu.systems.wires import Affine, Wire
 class _BondSide:
     """An output of a wire and the input that hears it; ``start``, ``ahead`` and ``given`` are in units of the input.
 
-    These are its value at the beginning of a step, what it was taken to be at the end, and what is given there.
+    These are its value at the beginning of a step, what it was taken to be at the end, and what is given there. Over a
+    step the error is on the average ``mean`` of what it is at the end.
     """
 
     output: Channel
     inputs: ConnectedInputs
     place: int
     map: Affine
+    mean: float
     start: float = 0.0
     ahead: float = 0.0
     given: float = 0.0
@@ -56,8 +59,8 @@ class _BondSide:
 class _Account:
     """The energy of one bond."""
 
-    def __init__(self, pair: Pair, effort: _BondSide, motion: _BondSide, order: int) -> None:
-        self.pair, self.effort, self.motion, self.order = pair, effort, motion, order
+    def __init__(self, pair: Pair, effort: _BondSide, motion: _BondSide) -> None:
+        self.pair, self.effort, self.motion = pair, effort, motion
         self.made = self.exchanged = 0.0
         self._pending = 0.0, 0.0
 
@@ -66,14 +69,14 @@ class _Account:
 
         All inputs have heard the end of the step.
         """
-        f, x, p, scale = self.effort, self.motion, self.order, self.pair.scale
+        f, x, scale = self.effort, self.motion, self.pair.scale
         if self.pair.flows:
-            made = h * (f.ahead * x.given - f.given * x.ahead) / (p + 2)
+            made = h * (f.mean * (f.ahead - f.given) * x.given + x.mean * (x.given - x.ahead) * f.given)
             through, size = h * (f.start * x.start + f.given * x.given) / 2, h * f.size * x.size
         else:
             late = x.given - x.ahead
-            made = late * (f.start + (f.ahead - f.start) * (p + 1) / (p + 2) - (f.given + f.now) / 2)
-            made += (f.ahead - f.given) * (x.ahead - x.start) / (p + 2)
+            made = late * (f.start + (f.ahead - f.start) * (1 - x.mean) - (f.given + f.now) / 2)
+            made += f.mean * (f.ahead - f.given) * (x.ahead - x.start)
             through, size = (f.start + f.given) / 2 * (x.given - x.start), f.size * x.size
         self._pending = scale * made, abs(scale * through)
         return abs(made) / size if size > 0 else 0.0
@@ -85,14 +88,19 @@ class _Account:
 
 
 class Ledger:
-    """The accounts of all bonds of a ``circuit``."""
+    """The accounts of all bonds of a system."""
 
-    def __init__(self, circuit: Circuit, pairs: Sequence[Pair], *, hold: bool) -> None:
-        """``hold``: no input goes on by derivatives."""
+    def __init__(
+        self,
+        members: Mapping[str, Member],
+        inputs: Mapping[str, ConnectedInputs],
+        pairs: Sequence[Pair],
+        *,
+        hold: bool,
+    ) -> None:
+        """``inputs`` are the connected ones of each of the ``members``; ``hold``: none goes on by derivatives."""
         self._accounts = [
-            _Account(
-                pair, _side(circuit, pair.effort), _side(circuit, pair.motion), 0 if hold else _order(circuit, pair)
-            )
+            _Account(pair, *(_side(members, inputs, wire, hold=hold) for wire in (pair.effort, pair.motion)))
             for pair in pairs
         ]
 
@@ -124,25 +132,24 @@ class Ledger:
         )
 
 
-def _side(circuit: Circuit, wire: Wire) -> _BondSide:
-    inputs = circuit.inputs_of(wire.target.component)
-    output = circuit.members[wire.source.component].channel([wire.source.connector])
-    return _BondSide(output, inputs, inputs.names.index(wire.target.connector), wire.map)
+def _side(members: Mapping[str, Member], inputs: Mapping[str, ConnectedInputs], wire: Wire, *, hold: bool) -> _BondSide:
+    source, hearing = members[wire.source.component], inputs[wire.target.component]
+    output = source.channel([wire.source.connector])
+    held = hold or not members[wire.target.component].takes_derivatives
+    mean = 0.5 if held else _mean(source, output, inputs[source.name].channel)
+    return _BondSide(output, hearing, hearing.names.index(wire.target.connector), wire.map, mean)
 
 
-def _order(circuit: Circuit, pair: Pair) -> int:
-    """The order of the derivatives by which both inputs of a bond go on.
+def _mean(source: Member, output: Channel, own: Channel) -> float:
+    """The average error of an input that hears ``source``, by the one at the end of a step: 1/(p + 2) for the order p.
 
-    By FMI 3.0 nobody tells an FMU how its inputs go on, so that the derivatives of an output that follows them at once
-    are right to an order less.
+    By FMI 3.0 nobody tells an FMU how its ``own`` inputs go on, so that the derivatives of an output that follows them
+    at once are right to an order less. By the last change the error is x'' (s h + s^2)/2.
     """
-    found = []
-    for wire in (pair.effort, pair.motion):
-        source, target = (circuit.members[end.component] for end in (wire.source, wire.target))
-        own = circuit.inputs_of(source.name).channel
-        blind = source.third and source.depends(source.channel([wire.source.connector]), own)
-        found.append(max(source.gives_orders - blind, 0) if target.takes_derivatives else 0)
-    return min(found)
+    if not source.gives_orders:
+        return 5 / 12
+    blind = source.third and source.depends(output, own)
+    return 1.0 / (max(source.gives_orders - blind, 0) + 2)
 
 
 def _told(wire: Wire) -> str:

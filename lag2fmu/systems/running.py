@@ -139,7 +139,7 @@ def _steps_of(
         beside = [f"the energy of {p.effort.source} to {p.effort.target}: it goes beside joints" for p in pairs]
         return JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold), (*beside, *unjudged)
     hold = run.hold or circuit.sampled
-    ledger = Ledger(circuit, pairs, hold=hold)
+    ledger = Ledger(members, circuit.inputs, pairs, hold=hold)
     fixed = _fixed(circuit, members, hold=hold) if controlled and not circuit.sampled else []
     if controlled and not hold and not fixed:
         tolerance = _TOLERANCE if run.tolerance is None else run.tolerance
@@ -155,7 +155,7 @@ def _fixed(circuit: Circuit, members: Mapping[str, Member], *, hold: bool) -> li
     if hold:
         why.append("inputs are held within steps")
     elif held:
-        why.append(f"inputs of {', '.join(held)} do not go on by derivatives of what they hear")
+        why.append(f"inputs of {', '.join(held)} are held within steps")
     if once:
         why.append(f"{', '.join(once)} cannot go back to a state before")
     return [f"the length of the steps: {' and '.join(why)}; halve --step and compare"] if why else []

