@@ -28,14 +28,15 @@ if TYPE_CHECKING:
     from lag2fmu.studies.sweeping import sweep as sweep
     from lag2fmu.systems.simulating import simulate as simulate
     from lag2fmu.systems.ssp import ssp as ssp
-    from lag2fmu.verify import Report as Report
     from lag2fmu.verify import linearize as linearize
+    from lag2fmu.verify import start as start
     from lag2fmu.verify import validate as validate
     from lag2fmu.verify.plots.animation import animate as animate
 
 _MOVED = {
     **dict.fromkeys(("Contact", "Friction", "State", "Stop", "Table"), "lag2fmu.mechanism"),
     "Calibration": "lag2fmu.studies.calibrated",
+    "Report": "lag2fmu.verify",
     "Runs": "lag2fmu.ensemble",
     "Sensitivities": "lag2fmu.studies.sensitivities",
     "Trajectory": "lag2fmu.reference",

@@ -263,7 +263,6 @@ def test_the_public_names_are_these() -> None:
         "Fmu",
         "Lag2FmuError",
         "Mechanism",
-        "Report",
         "animate",
         "calibrate",
         "derive",
@@ -277,6 +276,7 @@ def test_the_public_names_are_these() -> None:
         "sensitivities",
         "simulate",
         "ssp",
+        "start",
         "sweep",
         "validate",
     ]

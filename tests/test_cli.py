@@ -86,6 +86,24 @@ def test_what_an_import_leaves_out_is_told_by_every_verb(run, verb: str) -> None
     )
 
 
+def test_simulate_overwrites_no_file_unless_it_is_asked_to(run) -> None:
+    command = ("simulate", MODEL, "--stop-time", "0.1", "-o", "run.csv")
+    assert run(*command).exit_code == 0
+    again = run(*command)
+    assert again.exit_code == 2
+    assert "'run.csv' exists; overwrite it with --force" in again.output
+    assert run(*command, "--force").exit_code == 0
+
+
+def test_a_generalized_force_of_a_model_is_set_as_that_of_its_fmu(run) -> None:
+    """x'' = (Q_x - k x - c x') / m is not 0 from rest at 0."""
+    at_rest = ("simulate", MODEL, "--stop-time", "0.1", "-o", "-", "--set", "x=0")
+    pushed, free = run(*at_rest, "--set", "Q_x=2"), run(*at_rest)
+    assert "set Q_x = 2" in pushed.stderr
+    ends = [float(result.stdout.splitlines()[-1].split(",")[1]) for result in (pushed, free)]
+    assert ends[0] > 1e-4 > abs(ends[1])
+
+
 def test_linearize_prints_and_writes_the_state_space(run) -> None:
     """A pendulum of 1 m swings with sqrt(g / l), at 0.498 Hz, about the bottom."""
     result = run("linearize", "pendulum", "--at", "equilibrium", "--input", "Q_theta", "-o", "a.json")

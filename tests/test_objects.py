@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 import lag2fmu
-from lag2fmu.errors import SimulationError
+from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.expressions import symbol
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify import Check, Report
@@ -94,3 +94,56 @@ def test_results_in_other_forms(monkeypatch) -> None:
         assert float(RUN.to_xarray()["theta"].sel(time=1.0)) == -2.0
     table = pytest.importorskip("pandas") and RUN.to_pandas()
     assert table["theta"].loc[1.0] == -2.0
+
+
+def test_runs_of_an_ensemble_in_other_forms() -> None:
+    xarray, pandas = pytest.importorskip("xarray"), pytest.importorskip("pandas")
+    asked = {"starts": {"theta": [0.1, 0.2]}, "stop_time": 1.0, "extremes": ["theta"], "outputs": ["theta"]}
+    ensemble = lag2fmu.Ensemble("pendulum")
+    runs = ensemble.run(**asked, samples=3)
+    found = runs.to_xarray()
+    assert isinstance(found, xarray.Dataset)
+    assert found["theta"].sel(run=1).values.tolist() == runs["theta"][1].tolist()
+    assert found["theta_maximum"].values.tolist() == runs.maximum["theta"].tolist()
+    frame = runs.to_pandas()
+    assert frame.loc[(1, 0.5), "theta"] == runs["theta"][1, 1]
+    ends = ensemble.run(**asked).to_pandas()
+    assert isinstance(ends, pandas.DataFrame)
+    assert ends["theta_final"].tolist() == runs.final["theta"].tolist()
+
+
+def test_runs_without_their_packages_name_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = lag2fmu.Ensemble("pendulum").run(stop_time=0.1)
+    for package in ("xarray", "pandas"):
+        monkeypatch.setitem(sys.modules, package, None)
+        with pytest.raises(LoadError, match=f"pip install {package}"):
+            getattr(runs, f"to_{package}")()
+
+
+def test_state_spaces_and_calibrations_are_printed_to_be_read() -> None:
+    space = lag2fmu.linearize("cart_pole").state_space(["F"])
+    assert repr(space) == "<StateSpace of cart_pole at t = 0 s: 4 states, 1 inputs, 6 outputs>"
+    text = str(space)
+    assert "x: x [m], theta [rad], x_dot [m/s], theta_dot [rad/s]\nu: F [N]\n" in text
+    assert "-1.168328" in text
+    assert "drift" in text
+    time = np.linspace(0.0, 3.0, 40)
+    swing = lag2fmu.simulate("pendulum", stop_time=3.0, step=3 / 39, values={"l": 0.8})
+    noise = np.random.default_rng(1).normal(0, 1e-3, 40)
+    found = lag2fmu.calibrate("pendulum", {"time": time, "theta": swing["theta"] + noise}, free=["l"])
+    assert repr(found).startswith("<Calibration of pendulum: l = 0.8")
+    assert str(found).startswith("Calibration of pendulum, 39 degrees of freedom, SI units\nl = 0.8")
+
+
+def test_every_verb_takes_values() -> None:
+    """A pendulum of length l swings with sqrt(g / l), whatever l the model has."""
+    values, stiff = {"l": 0.25}, -9.81 / 0.25
+    assert lag2fmu.linearize("pendulum", "equilibrium", values=values).A[1, 0] == pytest.approx(stiff)
+    derived = lag2fmu.derive("pendulum", values=values)
+    assert lag2fmu.linearize(derived, "equilibrium").A[1, 0] == pytest.approx(stiff)
+    assert lag2fmu.modes("pendulum", values=values)[0].frequency == pytest.approx(np.sqrt(-stiff))
+    assert lag2fmu.equilibria("pendulum", values={"theta": 3.0})[0].q == pytest.approx([np.pi])
+    assert lag2fmu.function("pendulum", values=values)([0.1, 0.0])[1] == pytest.approx(stiff * np.sin(0.1))
+    whole = lag2fmu.Ensemble("pendulum", values=values | {"theta": 0.1}).run(stop_time=1.0)
+    given = lag2fmu.Ensemble("pendulum").run(starts={"theta": 0.1}, parameters=values, stop_time=1.0)
+    assert whole.final["theta"] == pytest.approx(given.final["theta"], abs=1e-6)

@@ -24,24 +24,24 @@ Model = EquationsOfMotion | Mechanism | str | Path
 
 
 @telling("searching for equilibria")
-def equilibria(model: Model, **options: Any) -> tuple[Equilibrium, ...]:
+def equilibria(model: Model, *, values: Mapping[str, float] | None = None, **options: Any) -> tuple[Equilibrium, ...]:
     """The equilibria of ``model`` that are found from its start, and from places around it, in this order.
 
-    ``options`` are those of ``lag2fmu.analysis.equilibria``. Each equilibrium has q (n,) in SI units. Raises LoadError
-    or DerivationError for a ``model`` that has no equations.
+    ``values`` are other parameters and starts in SI units, ``options`` those of ``lag2fmu.analysis.equilibria``. Each
+    equilibrium has q (n,) in SI units. Raises LoadError or DerivationError for a ``model`` that has no equations.
     """
-    return equilibria_of(_equations(model), **options)
+    return equilibria_of(equations_of(model, values), **options)
 
 
 @telling("searching for modes")
-def modes(model: Model, **about: Any) -> tuple[NaturalMode, ...]:
+def modes(model: Model, *, values: Mapping[str, float] | None = None, **about: Any) -> tuple[NaturalMode, ...]:
     """The normal modes of ``model``, with shapes (n,) and eigenvalues in 1/s, see ``lag2fmu.analysis.normal_modes``.
 
-    They are about the equilibrium found from the start, or about the start if there is none. ``about`` are arguments of
-    ``lag2fmu.analysis.linearize``: another place is given as q= (n,) in SI units. Raises LoadError or DerivationError
-    for a ``model`` that has no equations.
+    They are about the equilibrium found from the start, or about the start if there is none. ``values`` are other
+    parameters and starts in SI units. ``about`` are arguments of ``lag2fmu.analysis.linearize``: another place is given
+    as q= (n,) in SI units. Raises LoadError or DerivationError for a ``model`` that has no equations.
     """
-    equations = _equations(model)
+    equations = equations_of(model, values)
     if not about and (found := equilibria_of(equations, most=1)):
         about = {"q": found[0].q, "further": found[0].further}
     return normal_modes(linearization_of(equations, **about))
@@ -71,5 +71,8 @@ def the_equilibrium(equations: EquationsOfMotion, inputs: Mapping[str, float] | 
     return found[0]
 
 
-def _equations(model: Model) -> EquationsOfMotion:
-    return model if isinstance(model, EquationsOfMotion) else derive(model)
+def equations_of(model: Model, values: Mapping[str, float] | None = None) -> EquationsOfMotion:
+    """The equations of ``model`` with other ``values`` (SI) of parameters and starts; raises LoadError as ``load``."""
+    if not isinstance(model, EquationsOfMotion):
+        return derive(model, values=values)
+    return derive(model.mechanism, values=values) if values else model

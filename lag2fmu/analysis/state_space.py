@@ -71,6 +71,23 @@ class StateSpace:
     D: Floats
     drift: Floats
 
+    def __repr__(self) -> str:
+        """One line: the mechanism and the sizes of x, u and y."""
+        sizes = f"{len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        return f"<StateSpace of {self.name} at t = {self.time:g} s: {sizes}>"
+
+    def __str__(self) -> str:
+        """The names of x, u and y with their units, the matrices, and the drift where there is one."""
+        lines = [repr(self)]
+        for label, entries in (("x", self.states), ("u", self.inputs), ("y", self.outputs)):
+            named = (f"{e.name} [{e.unit}]" if e.unit else e.name for e in entries)
+            lines.append(f"{label}: {', '.join(named) or 'none'}")
+        shown = {label: getattr(self, label) for label in "ABCD"} | ({} if self.resting else {"drift": self.drift})
+        for label, matrix in shown.items():
+            text = np.array2string(matrix, precision=6, suppress_small=True, max_line_width=120, prefix=f"{label} = ")
+            lines.append(f"{label} = {text}")
+        return "\n".join(lines)
+
     @property
     def poles(self) -> tuple[Pole, ...]:
         """The eigenvalues of A in 1/s, by rising frequency; of a pair the one with positive imaginary part is first."""

@@ -134,8 +134,8 @@ def show(**choices: Any) -> None:
     "--without",
     multiple=True,
     metavar="WORD",
-    help="Leave out: sources, equations (of the page), description (the mechanism), clocks (of FMI 3.0); repeatable, "
-    "or a,b.",
+    help="Leave out: sources, equations (of the page), description (the mechanism), clocks (of FMI 3.0); or friction, "
+    "stops, contacts of MODEL; repeatable, or a,b.",
 )
 @click.option(
     "--page",
@@ -218,13 +218,8 @@ def linearize(**choices: Any) -> None:
 )
 @click.option("-o", "--out", metavar="CSV", help="Write the trajectory; '-' is standard output.")
 @click.option("--plot", type=PATH, help="Draw the motion (.png, .svg, .pdf).")
-@click.option(
-    "--animate",
-    "animation",
-    type=PATH,
-    metavar="FILE",
-    help="Show the mechanism moving (.gif, .mp4, .html).",
-)
+@click.option("--animate", "animation", type=PATH, metavar="FILE", help="Show it moving (.gif, .mp4, .html).")
+@click.option("--force", is_flag=True, help="Overwrite a CSV file that exists.")
 @loading
 def simulate(**choices: Any) -> None:
     """Run MODEL, an FMU, or a system by fmpy: .ssp, .ssd, or models, FMUs and functions FILE.py:NAME@S by name."""

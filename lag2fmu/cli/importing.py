@@ -6,9 +6,8 @@ from pathlib import Path
 
 import click
 
-from lag2fmu.cli.options import check_ending
+from lag2fmu.cli.options import check_ending, refuse_to_overwrite
 from lag2fmu.cli.settings import load_mechanism
-from lag2fmu.errors import ExportError
 from lag2fmu.formats.write import write
 from lag2fmu.progress import progress_bar
 
@@ -28,8 +27,7 @@ def import_model(model: str, path: str | None, force: bool, settings: tuple[str,
         click.echo(text, nl=False)
         return
     target = target or Path(f"{mechanism.name}.toml")
-    if target.exists() and not force:
-        raise ExportError(f"'{target}' exists; overwrite it with --force, or choose another name with -o")
+    refuse_to_overwrite(target, force=force)
     target.write_text(text, "utf-8")
     counted = ", ".join(
         f"{len(getattr(mechanism, kind))} {kind}"

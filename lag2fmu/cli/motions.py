@@ -10,7 +10,7 @@ import click
 from rich.markup import escape
 from rich.table import Table
 
-from lag2fmu.cli.options import CSV, check_ending, check_picture
+from lag2fmu.cli.options import CSV, check_ending, check_picture, refuse_to_overwrite
 from lag2fmu.cli.terminal import console
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import named
@@ -35,6 +35,7 @@ class SimulateOptions:
     out: str | None
     plot: Path | None
     animation: Path | None
+    force: bool
     settings: tuple[str, ...]
 
     @property
@@ -49,10 +50,15 @@ def is_one_model(models: tuple[str, ...]) -> bool:
 
 
 def check_targets(asked: SimulateOptions) -> None:
-    """Raise LoadError, before a long run, for a CSV file or a picture of another kind."""
+    """Raise LoadError, before a long run, for a CSV file or a picture of another kind.
+
+    Raises ExportError for a CSV file that exists, unless it may be overwritten.
+    """
     check_picture(asked.plot)
-    if asked.out not in (None, "-"):
-        check_ending(Path(str(asked.out)), CSV)
+    table = None if asked.out in (None, "-") else Path(str(asked.out))
+    if table is not None:
+        check_ending(table, CSV)
+        refuse_to_overwrite(table, force=asked.force)
 
 
 def write_motion(trajectory: Trajectory, out: str | None, units: Mapping[str, Unit]) -> None:

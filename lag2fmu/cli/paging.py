@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from lag2fmu.cli.options import refuse_to_overwrite
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.live.paging import page
@@ -31,8 +32,7 @@ def write_page(
     path = Path(f"{Path(model).stem}.html") if path is None else path
     if path.suffix not in (".html", ".htm"):
         raise ExportError(f"the output '{path}' does not end in .html; browsers know pages by this ending")
-    if path.exists() and not force:
-        raise ExportError(f"'{path}' exists; overwrite it with --force, or choose another name with -o")
+    refuse_to_overwrite(path, force=force)
     samples = None
     if reference:
         with progress_bar("integrating directly", 1.0) as share:

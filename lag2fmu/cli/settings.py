@@ -8,7 +8,7 @@ import click
 
 from lag2fmu.cli.options import STRUCTURAL
 from lag2fmu.errors import LoadError
-from lag2fmu.formats.loading import load, pairs_of, split_settings, with_settings
+from lag2fmu.formats.loading import pairs_of, read_model, split_settings, with_settings
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, shown, value_in_si
 from lag2fmu.mechanism.record import Mechanism
@@ -24,7 +24,7 @@ def load_mechanism(model: str, settings: tuple[str, ...]) -> Mechanism:
     for name in pairs_of(chosen):
         if name not in structural:
             raise LoadError(f"--{name} is for robots in files (.urdf, .xml); '{model}' is none")
-    mechanism = with_settings(load(model, structural), texts)
+    mechanism = with_settings(read_model(model, structural), texts)
     echo_settings(texts, display_units(mechanism))
     for warning in mechanism.warnings:
         click.echo(f"warning: {warning}", err=True)

@@ -66,7 +66,7 @@ class Description:
     _: KW_ONLY
     title: str = key("string", "What it is, in a few words.", default="")
     source: str = key("string", "Where equations and values come from.", default="")
-    not_taken: str = key("string", "What the imported file has, and nothing here is made of.", default="")
+    not_taken: tuple[str, ...] = key("texts", "What the imported file has, and nothing here is made of.", default=())
     author: str = key("string", "Who wrote it.", default="")
     version: str = key("string", "Its version, e.g. 1.2.", default="")
     copyright: str = key("string", "Whose it is, e.g. (c) 2026 A. Lovelace.", default="")
@@ -121,9 +121,7 @@ class Description:
     constraints: tuple[Constraint, ...] = table_key(
         Constraint, "kinds", "Equations that hold always or at times, each written as an expression that is zero."
     )
-    contacts: tuple[Contact, ...] = table_key(
-        Contact, "tables", "Unilateral contacts, by gap and slip or between two places."
-    )
+    contacts: tuple[Contact, ...] = table_key(Contact, "tables", "Unilateral contacts, by gap and slip or two places.")
     stops: tuple[Stop, ...] = table_key(Stop, "tables", "Hard limits of expressions.")
     frictions: tuple[Friction, ...] = table_key(Friction, "tables", "Dry friction along relative velocities.")
     outputs: tuple[Output, ...] = table_key(Output, "lines", "Further outputs of the FMU.")
@@ -152,13 +150,14 @@ class Description:
 
     @property
     def imprint(self) -> dict[str, str]:
-        """{word: text} of author, version, copyright and license, as far as they are given."""
+        """{word: text} of author, version, copyright and license, as far as given."""
         return {word: text for word in IMPRINT if (text := getattr(self, word))}
 
     @property
     def provenance(self) -> str:
         """The source, with what was not taken from it."""
-        return "; ".join(filter(None, [self.source, self.not_taken and f"not taken: {self.not_taken}"]))
+        left_out = ", ".join(self.not_taken)
+        return f"{self.source}; not taken: {left_out}".removeprefix("; ") if left_out else self.source
 
     @property
     def holonomic(self) -> tuple[Constraint, ...]:

@@ -19,8 +19,16 @@ QUANTITIES: dict[str, tuple[str, tuple[str, ...], Unit]] = {
     "angles": ("frame", AXES, RADIAN),
     "quaternion": ("frame", ("0", "1", "2", "3"), DIMENSIONLESS),
     "rotation": ("frame", _MATRIX, DIMENSIONLESS),
+    "origin_velocity": ("frame", AXES, METRE / SECOND),
+    "specific_force": ("frame", AXES, METRE / SECOND / SECOND),
 }
 """{quantity of an output: (the key it belongs to, suffixes of its entries, unit)}."""
+
+ALONG_AXES = ("angular_velocity", "angular_acceleration", "origin_velocity", "specific_force")
+"""The quantities of a frame that have ``axes``."""
+
+ACCELERATIONS = ("acceleration", "angular_acceleration", "specific_force")
+"""The quantities that depend on accelerations."""
 
 TURNING = {
     "angle": RADIAN,
@@ -41,6 +49,8 @@ class Output:
 
     - ``angular_velocity`` (rad/s) and ``angular_acceleration`` (rad/s2): NAME_x, NAME_y, NAME_z in the ``axes`` of the
       "world" or of the "frame".
+    - ``origin_velocity`` (m/s) and ``specific_force`` (m/s2) of its origin, likewise. The latter is the acceleration
+      less that of gravity, which an accelerometer measures: at rest it is g upwards.
     - ``rotation``: NAME_11, NAME_12, ... NAME_33, R (3, 3) row by row.
     - ``quaternion``: NAME_0 ... NAME_3, the product of those of the rotations, hence smooth; e and -e are the same R.
     - ``angles`` (rad): NAME_x, NAME_y, NAME_z with R = Rx Ry Rz (Cardan), singular at NAME_y = +-pi/2.

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 import sympy as sp
 
 from lag2fmu.description.keys import CONFIGURATION, CONSTANT, GIVEN, Key, key, keys_in
-from lag2fmu.description.values import require_flag, require_number, require_text
+from lag2fmu.description.values import require_flag, require_number, require_text, texts
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.unit_parser import checked_unit
@@ -240,6 +240,8 @@ def normalise(part: object, where: str) -> None:
             value = value.name
         elif known.kind == "names":
             value = _names(value, place)
+        elif known.kind == "texts":
+            value = texts(value, place)
         elif known.kind == "unit":
             value = checked_unit(value, place)
         else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from numbers import Real
 
 import sympy as sp
@@ -26,6 +27,14 @@ def require_text(value: object, where: str) -> None:
     """Raise MechanismError for what is no text."""
     if not isinstance(value, str):
         raise MechanismError(f"{where}: expected a text, got {value!r}")
+
+
+def texts(value: object, where: str) -> tuple[str, ...]:
+    """Texts, of which one may stand alone; raises MechanismError for anything else."""
+    found = (value,) if isinstance(value, str) or not isinstance(value, Iterable) else tuple(value)
+    for text in found:
+        require_text(text, where)
+    return tuple(str(text) for text in found if text)
 
 
 def require_flag(value: object, where: str) -> None:

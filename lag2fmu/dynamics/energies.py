@@ -71,7 +71,7 @@ class Composer:
         return self.g.multiply(self.g.constant_half, self.g.multiply(factor, self.g.dot(components, components)))
 
     def _inertias(self) -> Iterator[Inertia]:
-        falling = times(self.g, self._gravity_acceleration(), self._gravity_direction())
+        falling = self.gravity()
         for body in self.mechanism.bodies:
             if body.frame is None:
                 if body.placed:
@@ -85,7 +85,7 @@ class Composer:
         shift = Forward(g, dict(zip(v.q, v.qd, strict=True)))
         shifts = self.frames.velocities(shift)
         framed = [body for body in self.mechanism.bodies if body.frame is not None]
-        down = self.frames.spread(times(g, self._gravity_acceleration(), self._gravity_direction())) if framed else {}
+        down = self.frames.spread(self.gravity()) if framed else {}
         for body in framed:
             center, frame = self.put.vector(tuple(body.center)), str(body.frame)
             yield RigidInertia(
@@ -118,6 +118,10 @@ class Composer:
         frame, position = self.mechanism.location(name)
         place = self.put.vector(position)
         return place if frame == WORLD else self.frames.position(frame, place)
+
+    def gravity(self) -> Vector:
+        """The acceleration of gravity in world axes, m/s2, (3,)."""
+        return times(self.g, self._gravity_acceleration(), self._gravity_direction())
 
     def _gravity_direction(self) -> Vector:
         gravity, zero = self.mechanism.gravity, self.g.zero

@@ -7,7 +7,7 @@ from lag2fmu.description.places import WORLD
 from lag2fmu.dynamics.energies import Composer
 from lag2fmu.dynamics.frames import Rate
 from lag2fmu.graph.autodiff import Forward
-from lag2fmu.graph.vectors import Vector
+from lag2fmu.graph.vectors import Vector, cross, minus, plus
 
 
 def composed_output(composer: Composer, output: Output) -> Vector:
@@ -33,6 +33,22 @@ def _of_frame(composer: Composer, output: Output, accelerating: Rate) -> Vector:
         return frames.angles(name)
     if output.quantity == "rotation":
         return tuple(entry for row in zip(*frames.axes(name), strict=True) for entry in row)
-    own = composer.velocities[name].angular
-    own = tuple(accelerating(own)) if output.quantity == "angular_acceleration" else own
+    own = _along_axes(composer, name, str(output.quantity), accelerating)
     return own if output.axes != WORLD else frames.to_world(name, own)
+
+
+def _along_axes(composer: Composer, name: str, quantity: str, accelerating: Rate) -> Vector:
+    """A quantity of the frame ``name`` in its own axes.
+
+    Velocities in these are derived as the acceleration of the origin, v_dot + omega x v. Source: R. Featherstone, Rigid
+    Body Dynamics Algorithms, section 2.11.
+    """
+    g, moving = composer.g, composer.velocities[name]
+    if quantity == "angular_velocity":
+        return moving.angular
+    if quantity == "angular_acceleration":
+        return tuple(accelerating(moving.angular))
+    if quantity == "origin_velocity":
+        return moving.linear
+    own = plus(g, tuple(accelerating(moving.linear)), cross(g, moving.angular, moving.linear))
+    return minus(g, own, composer.frames.to_frame(name, composer.gravity()))

@@ -18,6 +18,8 @@ from lag2fmu.dynamics.schur_complement import Saddle, factorised
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.nodes import Node
+from lag2fmu.mechanism.leaving_out import what_could_be_left_out
+from lag2fmu.mechanism.record import Mechanism
 
 KNOWNS = ("t", "x", "u", "p")
 """What the functions depend on: time, states, inputs, independent parameters."""
@@ -46,8 +48,7 @@ def plain_functions(equations: EquationsOfMotion, *, jacobian: bool = True) -> P
     whole = lower(equations)
     name = equations.mechanism.name
     if whole.hybrid or any(c.massless for c in equations.mechanism.constraints):
-        what = "events" if whole.hybrid else "coordinates without mass that forces determine"
-        raise DerivationError(f"'{name}' has {what}: no plain function has that; use an Ensemble, or export an FMU")
+        raise DerivationError(f"'{name}' has {_refused(equations.mechanism, hybrid=whole.hybrid)}")
     equations = equations.apart()
     g, v = equations.graph, equations.variables
     saddle, unknowns, pivots = _solution(equations)
@@ -64,6 +65,17 @@ def plain_functions(equations: EquationsOfMotion, *, jacobian: bool = True) -> P
         functions.append(_filling("jacobian", doc, arrays, "J", entries, pivots))
     checked = tuple(f.check(g) for f in functions)
     return PlainFunctions(replace(whole, graph=g, signals=len(v.inputs), functions=checked), sparsity)
+
+
+def _refused(mechanism: Mechanism, *, hybrid: bool) -> str:
+    """What of ``mechanism`` no plain function has, and what helps."""
+    found = list(what_could_be_left_out(mechanism))
+    what = " and ".join(phrase for _, phrase in found) if found else "events of constraints, or of kinks in expressions"
+    if not hybrid:
+        found, what = [], "coordinates without mass that forces determine"
+    words = ", ".join(f'"{word}"' for word, _ in found)
+    remedy = f"leave out what may be, by without = {words if len(found) == 1 else f'[{words}]'}; or " if found else ""
+    return f"{what}: no plain function has that; {remedy}use an Ensemble, or export an FMU"
 
 
 def _entries(

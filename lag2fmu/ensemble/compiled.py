@@ -47,6 +47,7 @@ class Ensemble:
         solver: str | None = None,
         lanes: int | None = None,
         compiler: str = "zig",
+        values: Mapping[str, float] | None = None,
     ) -> None:
         """Derive and compile ``model``, a mechanism or what ``load`` takes.
 
@@ -54,6 +55,7 @@ class Ensemble:
         - ``lanes``: 16, 8, 4, 2 or 1, by default the doubles in two registers of this processor; 0 sends all runs to
           the scalar engine.
         - ``compiler``: 'zig' or 'host'.
+        - ``values``: other parameters and starts of all runs, in SI units.
 
         Raises LoadError, DerivationError, SimulationError (unknown solver or lanes), ExportError (a solver that does
         not take the mechanism) or BuildError.
@@ -62,7 +64,7 @@ class Ensemble:
             raise SimulationError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
         if lanes not in {None, 0, 1, 2, 4, 8, 16}:
             raise SimulationError(f"lanes = {lanes}; expected 16, 8, 4, 2, 1 or 0, or None for what the processor has")
-        mechanism = as_mechanism(model)
+        mechanism = as_mechanism(model, values)
         equations = derive(mechanism)
         self.solver = suited_solver(equations, METHODS)[0] if solver is None else solver
         self._method = METHODS[self.solver]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from lag2fmu.errors import ExportError, LoadError
 from lag2fmu.fmu.backends.backend import identifier_of
 from lag2fmu.fmu.compilers import compile_here, host_platform
 from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.mechanism.leaving_out import leaving_out
 from lag2fmu.mechanism.record import Mechanism
 
 Floats = NDArray[np.float64]
@@ -37,15 +38,24 @@ class StateFunction:
     values at the start of the mechanism}.
     """
 
-    def __init__(self, model: Mechanism | str | Path, *, lanes: int | None = None, compiler: str = "zig") -> None:
+    def __init__(
+        self,
+        model: Mechanism | str | Path,
+        *,
+        without: str | Sequence[str] = (),
+        lanes: int | None = None,
+        compiler: str = "zig",
+        values: Mapping[str, float] | None = None,
+    ) -> None:
         """Derive ``model``, a mechanism or what ``load`` takes; the first call compiles it.
 
         So does the first call of ``jacobians``, which derives them as well and takes longer.
 
-        ``lanes`` and ``compiler`` are as for ``Ensemble``. Raises LoadError, and DerivationError for mechanisms with
+        ``without`` are words of OMISSIBLE for what is left out, such as "friction", because it makes events. ``lanes``,
+        ``compiler`` and ``values`` are as for ``Ensemble``. Raises LoadError, and DerivationError for mechanisms with
         events or coordinates without mass.
         """
-        mechanism = as_mechanism(model)
+        mechanism = leaving_out(as_mechanism(model, values), without)
         self._equations = equations = derive(mechanism)
         self._rates = plain_functions(equations, jacobian=False)
         self._lane_count, self._compiler = lanes, compiler
@@ -209,6 +219,16 @@ def _call(library: KernelLibrary, arrays: Sequence[Floats], strides: Sequence[in
     in_threads(work, range(parts))
 
 
-def function(model: Mechanism | str | Path) -> StateFunction:
-    """The equations of ``model`` as plain functions, see ``StateFunction``. Raises LoadError and DerivationError."""
-    return StateFunction(model)
+def function(
+    model: Mechanism | str | Path,
+    *,
+    without: str | Sequence[str] = (),
+    values: Mapping[str, float] | None = None,
+) -> StateFunction:
+    """The equations of ``model`` as plain functions, see ``StateFunction``.
+
+    ``without`` leaves out what makes events: "friction", "stops", "contacts", one word or several. ``values`` are other
+    parameters and starts in SI units, those of ``start``. Raises LoadError and DerivationError; the latter names what
+    makes events, and the word that leaves it out.
+    """
+    return StateFunction(model, without=without, values=values)

@@ -241,7 +241,7 @@ def _filled(
     for name in given:
         if name not in slots:
             raise unknown(what, name, slots)
-        values[:, slots[name].index] = vectors[f"{what} '{name}'"]
+        values[:, slots[name].index] = _within(slots[name], vectors[f"{what} '{name}'"], what)
     return values
 
 
@@ -253,7 +253,16 @@ def _inputs(table: VariableTable, given: Mapping[str, Floats], knots: int, runs:
     for name, signal in given.items():
         if name not in slots:
             raise unknown("input", name, slots)
-        values[:, :, slots[name].index] = signal
+        values[:, :, slots[name].index] = _within(slots[name], signal, "input")
+    return values
+
+
+def _within(slot: Slot, values: Floats, what: str) -> Floats:
+    """The ``values`` of a variable; raises LoadError for one beyond its declared range, which its FMU refuses too."""
+    low, high = -np.inf if slot.minimum is None else slot.minimum, np.inf if slot.maximum is None else slot.maximum
+    beyond = values[(values < low) | (values > high)]
+    found = f"{what} '{slot.name}' is {beyond.min(initial=np.inf):g}"
+    _expect(not beyond.size, found, f"values in its range, {low:g} to {high:g} (SI)")
     return values
 
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from lag2fmu.errors import LoadError
 
 Floats = NDArray[np.float64]
 
@@ -55,9 +59,55 @@ class Runs:
         failed = f", {len(self.reasons)} failed" if self.reasons else ""
         return f"<Runs: {len(self)}, {len(self.times)} samples of {', '.join(self.final)}{failed}>"
 
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset of the samples over ``run`` and ``time`` (s), with ``reached``, ``failed`` and ``reason``.
+
+        Final values, extremes and counts are NAME_final, NAME_minimum, NAME_maximum, NAME_crossings and NAME_events.
+        Raises LoadError where xarray is missing.
+        """
+        runs = ["run"]
+        reasons = np.array([self.reasons.get(i, "") for i in range(len(self))])
+        stored = self.samples if len(self.times) else {}
+        columns: dict[str, Any] = {name: (["run", "time"], values) for name, values in stored.items()}
+        columns |= {name: (runs, values) for name, values in self._by_run().items()}
+        columns |= {"reached": (runs, self.reached), "failed": (runs, self.failed), "reason": (runs, reasons)}
+        coordinates = {"run": np.arange(len(self)), "time": self.times}
+        return _package("xarray").Dataset(columns, coords=coordinates)
+
+    def to_pandas(self) -> Any:
+        """A pandas.DataFrame of the samples with the index (run, time in s); without samples, of what is one a run.
+
+        Raises LoadError where pandas is missing.
+        """
+        pandas = _package("pandas")
+        if not len(self.times):
+            columns = {**self._by_run(), "reached": self.reached, "failed": self.failed}
+            return pandas.DataFrame(columns, index=pandas.RangeIndex(len(self), name="run"))
+        index = pandas.MultiIndex.from_product([range(len(self)), self.times], names=["run", "time"])
+        return pandas.DataFrame({name: values.ravel() for name, values in self.samples.items()}, index=index)
+
+    def _by_run(self) -> dict[str, NDArray[Any]]:
+        """{NAME_final and so on: (r,)}."""
+        tables = {
+            "final": self.final,
+            "minimum": self.minimum,
+            "maximum": self.maximum,
+            "crossings": self.crossing_counts,
+            "events": self.event_counts,
+        }
+        return {f"{name}_{what}": values for what, table in tables.items() for name, values in table.items()}
+
     @property
     def failed(self) -> NDArray[np.bool_]:
         """Which runs failed, (r,)."""
         found = np.zeros(len(self), dtype=bool)
         found[list(self.reasons)] = True
         return found
+
+
+def _package(name: str) -> Any:
+    """The optional package ``name``; raises LoadError, with the remedy, where it is missing."""
+    try:
+        return import_module(name)
+    except ImportError as error:
+        raise LoadError(f"the package {name} is not installed; pip install {name}") from error

@@ -28,6 +28,7 @@ from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
+from lag2fmu.mechanism.leaving_out import OMISSIBLE, leaving_out
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import telling
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS
@@ -59,6 +60,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     without: Sequence[str] = (),
     page: str | None = None,
     samples: Samples | None = None,
+    values: Mapping[str, float] | None = None,
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
@@ -71,16 +73,17 @@ def export(  # noqa: PLR0913 (choices of the user)
     - ``fmi``: the version of the standard, a name in VERSIONS.
     - ``arrays``: coordinates and the variables that belong to them are arrays, which FMI 3.0 has.
     - ``start``: "given", or "equilibrium" for a start at rest in the equilibrium found from the given start.
-    - ``without``: the parts that are left out, of WITHOUT.
+    - ``without``: what is left out: files and variables of WITHOUT, parts of the mechanism of OMISSIBLE.
     - ``page``: "live", a page in which the mechanism moves, or "static"; by default live where that costs little.
     - ``samples``: a direct integration, with which a live page compares its trajectory.
+    - ``values``: other parameters and starts, in SI units.
 
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
-    mechanism = as_mechanism(model)
+    _check_left_out(without)
+    mechanism = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
     _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start)
     mechanism = resting(mechanism) if start == STARTS[1] else mechanism
-    _check_left_out(without)
     version = VERSIONS[fmi]
     if arrays and not version.has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
@@ -137,8 +140,8 @@ def _check_words(solver: str, backend: str, fmi: str, start: str) -> None:
 def _check_left_out(without: Sequence[str]) -> None:
     """Raise ExportError for parts that cannot be left out."""
     for word in without:
-        if word not in WITHOUT:
-            raise ExportError(f"--without {word}: known are {', '.join(WITHOUT)}")
+        if word not in WITHOUT and word not in OMISSIBLE:
+            raise ExportError(f"--without {word}: known are {', '.join((*WITHOUT, *OMISSIBLE))}")
 
 
 def _check_target(path: Path) -> None:

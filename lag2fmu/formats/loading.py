@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -24,17 +25,35 @@ from lag2fmu.resources import MODEL_SUFFIXES, bundled
 
 __all__ = ["as_mechanism", "bundled", "load", "pairs_of", "split_settings", "values_of", "with_settings", "with_values"]
 
+_LOGGER = logging.getLogger("lag2fmu")
 _PROGRAM = ".py:"
 """The sign between a file and the name of the thing in it that is meant."""
 
 
-def as_mechanism(model: object) -> Mechanism:
-    """``model`` itself if it is a mechanism, else what ``load`` makes of it; raises LoadError as that does."""
-    return model if isinstance(model, Mechanism) else load(model)
+def as_mechanism(model: object, values: Mapping[str, float] | None = None) -> Mechanism:
+    """``model`` itself if it is a mechanism, else what ``load`` makes of it, with other ``values`` (SI) if given.
+
+    Raises LoadError as ``load`` and ``with_values`` do.
+    """
+    mechanism = model if isinstance(model, Mechanism) else load(model)
+    return with_values(mechanism, values) if values else mechanism
 
 
 def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
     """The mechanism that ``model`` is or names.
+
+    What of a robot's file is not taken is told by warnings of the logger "lag2fmu", one for each part; see
+    ``read_model`` for ``model`` and ``arguments``. Raises what that raises.
+    """
+    mechanism = read_model(model, arguments)
+    if isinstance(model, (str, Path)) and find(model).suffix in ENDINGS:
+        for warning in mechanism.warnings:
+            _LOGGER.warning("warning: %s", warning)
+    return mechanism
+
+
+def read_model(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
+    """The mechanism that ``model`` is or names, whose warnings are told by nobody.
 
     ``model`` is a bundled name, a .py, .toml, .urdf or .xml (MJCF) file, FILE.py:NAME for the thing called NAME in a
     program, or a LagrangesMethod, KanesMethod or System of SymPy. ``arguments`` are the structural ones of a family
@@ -45,7 +64,8 @@ def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechan
     given = {str(name): value for name, value in (arguments or {}).items()}
     if isinstance(model, (str, Path)) and (path := find(model)).suffix == ".toml":
         if given:
-            raise LoadError(f"{path}: a mechanism as text has no structural arguments, got {', '.join(given)}")
+            to_verbs = f"give parameters and starts to the verbs, as simulate(..., values={given})"
+            raise LoadError(f"{path}: a mechanism as text has no structural arguments; {to_verbs}")
         return read_file(path)
     place, function = source = _function_of(model)
     converted = _converted(source, given)
@@ -70,7 +90,10 @@ def _converted(source: _ModelSource, given: Mapping[str, object]) -> dict[str, o
         raise LoadError(f"{place}: '{unknown}' is no constant, it moves; give its start to the run: {start}")
     if unknown is not None:
         known = ", ".join(taken) or "none"
-        raise LoadError(f"{place}: '{unknown}' is no structural argument of {function.__name__}; known are: {known}")
+        to_verbs = f"parameters and starts go to the verbs, as simulate(..., values={{'{unknown}': {given[unknown]}}})"
+        raise LoadError(
+            f"{place}: '{unknown}' is no structural argument of {function.__name__}; known are: {known}; {to_verbs}"
+        )
     converted = {name: convert(value, taken[name], f"{place}: {name}") for name, value in given.items()}
     missing = [name for name, p in taken.items() if p.default is p.empty and name not in converted]
     if missing:

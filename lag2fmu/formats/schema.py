@@ -33,6 +33,7 @@ _COLUMN: Schema = {"type": "array", "items": {"anyOf": [{"type": "number"}, _ROW
 VALUES: dict[str, Schema] = {
     "string": {"type": "string"},
     "part": {"type": "string"},
+    "texts": {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]},
     "unit": {"type": "string"},
     "number": _QUANTITY,
     "difference": _QUANTITY,

@@ -110,6 +110,7 @@ _READ: dict[str, Callable[[TomlTable, str], object]] = {
     "expression or vector": TomlTable.scalar_or_vector,
     "axis": TomlTable.axis,
     "names": TomlTable.names,
+    "texts": TomlTable.choice,
     "choice": TomlTable.choice,
     "acting": TomlTable.acting,
     "places": TomlTable.names,

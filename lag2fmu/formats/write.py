@@ -156,6 +156,12 @@ def _strings(names: Iterable[object]) -> str:
     return f"[{', '.join(_string(str(name)) for name in names)}]"
 
 
+def _texts(texts: Iterable[str]) -> str:
+    """An array with a line for each text, so that one can be deleted."""
+    lines = "".join(f"    {_string(text)},\n" for text in texts)
+    return f"[\n{lines}]"
+
+
 def _choice(names: Iterable[str]) -> str:
     """Names, or the word for none of them."""
     return _strings(names) if names else _string(NONE)
@@ -248,6 +254,7 @@ _WRITE: dict[str, Callable[[Any], str]] = {
     "expression or vector": lambda value: _vector(value) if isinstance(value, tuple) else _expression(value),
     "axis": _axis,
     "names": _strings,
+    "texts": _texts,
     "choice": _choice,
     "acting": _acting,
     "places": _strings,

@@ -211,9 +211,7 @@ def _merged(whole: Description, brought: Description, part: Part, origins: dict[
         energy=_energy(whole.energy, brought.energy),
         gravity=_gravity(whole.gravity, brought.gravity, part),
         ports=whole.ports.with_those_of(brought.ports),
-        not_taken=", ".join(
-            filter(None, [whole.not_taken, brought.not_taken and f"{brought.not_taken} ({part.name})"])
-        ),
+        not_taken=(*whole.not_taken, *(f"{what} ({part.name})" for what in brought.not_taken)),
         impacts=max(whole.impacts, brought.impacts, key=IMPACTS.index),
     )
 

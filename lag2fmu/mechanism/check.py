@@ -7,7 +7,7 @@ from collections.abc import Container, Sequence
 
 from lag2fmu.description import names
 from lag2fmu.description.description import Description
-from lag2fmu.description.outputs import QUANTITIES, TURNING, Output
+from lag2fmu.description.outputs import ALONG_AXES, QUANTITIES, TURNING, Output
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Expression, Vector
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
@@ -230,7 +230,7 @@ def _check_output(m: Description, where: str, output: Output) -> None:
         wanted = f"give one of {', '.join(known)}" if known else "it goes with 'frame' or 'point'"
         found = "is missing" if output.quantity is None else f"{output.quantity!r} does not fit"
         raise MechanismError(f"{where}.quantity: {found}; {wanted}")
-    _check_axes(where, output, key == "frame" and str(output.quantity).startswith("angular_"))
+    _check_axes(where, output, key == "frame" and output.quantity in ALONG_AXES)
 
 
 def _quantities(m: Description, output: Output, key: str, where: str) -> list[str]:

@@ -27,6 +27,8 @@ from lag2fmu.mechanism.record import Mechanism
 
 _JOINT = "joint "
 """Before the frame of a cut: the owner of what belongs to its joint."""
+_PART = "part "
+"""Before the name of a frame, body or point: a coordinate may have the same one."""
 _WHERE_USED = ("parameters", "inputs", "tables", "definitions", "points")
 """The tables of entries that may stand in several pieces, as far as they belong to none of them."""
 
@@ -103,12 +105,13 @@ class _Splitter:
             raise MechanismError(f"--at {self.base}: the mechanism has this name too; rename one of them")
         parents = {frame.name: str(frame.parent) for frame in d.frames}
         self.piece = {frame: self._piece(frame, parents) for frame in parents}
-        self.owners: dict[str, set[str]] = {frame: {piece} for frame, piece in self.piece.items()}
+        self.owners: dict[str, set[str]] = {_PART + frame: {piece} for frame, piece in self.piece.items()}
         self.joints = {q: frame for frame, cut in self.cuts.items() for q in cut.coordinates}
         self._own_coordinates()
-        for table in ("bodies", "points", "definitions", "states"):
+        for table, kind in (("bodies", _PART), ("points", _PART), ("definitions", ""), ("states", "")):
             for record in getattr(d, table):
-                self.owners[record.name] = self.owners.get(record.name, set()) | self.of(record)
+                name = kind + record.name
+                self.owners[name] = self.owners.get(name, set()) | self.of(record)
 
     def _piece(self, frame: str, parents: Mapping[str, str]) -> str:
         """The piece of a ``frame``: the next one on the way to the world that is cut off, else the base."""
@@ -242,12 +245,13 @@ class _Splitter:
 
     def _with_used(self, d: Description) -> Description:
         """``d`` with those entries of the whole that it uses and that belong to no single piece."""
-        shared = {x.name: x for table in _WHERE_USED for x in getattr(self.d, table)}
-        own = {x.name for table in ("points", "definitions") for x in getattr(d, table)}
+        kinds = {table: _PART if table == "points" else "" for table in _WHERE_USED}
+        shared = {kinds[table] + x.name: x for table in _WHERE_USED for x in getattr(self.d, table)}
+        own = {kinds[table] + x.name for table in ("points", "definitions") for x in getattr(d, table)}
         used = _reached([name for record in _records(d) for name in _names(record)], shared, own)
         tables: dict[str, Any] = {
-            table: (*getattr(d, table), *(x for x in getattr(self.d, table) if x.name in used and x is shared[x.name]))
-            for table in _WHERE_USED
+            table: (*getattr(d, table), *(x for x in getattr(self.d, table) if kind + x.name in used))
+            for table, kind in kinds.items()
         }
         return replace(d, **tables)
 
@@ -272,13 +276,14 @@ def _records(d: Description) -> Iterator[Any]:
 
 
 def _names(record: Any) -> set[str]:
-    """The names to which ``record`` refers, of symbols and of parts."""
+    """The names to which ``record`` refers: of symbols, and of parts with _PART before them."""
     found = {s.name for _, x, _ in expressions_of(record, "") for s in x.free_symbols}
+    kind = "" if getattr(record, "kind", None) == "gear" else _PART  # a gear is between coordinates
     for key in keys_in(record):
         value = getattr(record, key.field)
         if key.kind == "part" and value is not None:
-            found.add(str(value))
+            found.add(_PART + str(value))
         elif key.kind == "names" and value is not None:
-            found |= set(map(str, value))
+            found |= {kind + str(name) for name in value}
     coordinate = getattr(record, "coordinate", None)
     return found | ({str(coordinate)} if coordinate is not None else set())

@@ -15,8 +15,7 @@ NamesIn = Callable[[str, sp.Expr], set[str]]
 
 def doubts(m: Description, names_in: NamesIn) -> Iterator[str]:
     """Warnings of the description ``m``; ``names_in`` tells what an expression uses, see ``Scope.names_in``."""
-    if m.not_taken:
-        yield f"not taken from the imported file: {m.not_taken}"
+    yield from (f"not taken from the imported file: {what}" for what in m.not_taken)
     coordinates = {q.name for q in m.coordinates}
     placed = {
         body.name: [_moves(body, i, names_in) & coordinates for i in range(len(body.position or ()))]

@@ -25,7 +25,7 @@ class Keywords(TypedDict, total=False):
 
     title: str
     source: str
-    not_taken: str
+    not_taken: Iterable[str]
     author: str
     version: str
     copyright: str

@@ -94,7 +94,7 @@ class _Steps:
         yield (
             "Generalized coordinates",
             [
-                self._say(f"{self.notation.name(q.name)}: {coordinate_words(q, new)}")
+                self._say(f"{self.notation.name(q.name)}: {coordinate_words(q, new, m.stops)}")
                 for q, new in zip(m.coordinates, self.equations.mechanism.coordinates, strict=True)
             ],
         )

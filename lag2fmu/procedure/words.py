@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import sympy as sp
 
+from lag2fmu.description.events import Stop
 from lag2fmu.description.places import Frame
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.language.units import Unit
@@ -52,15 +53,25 @@ def axes(m: Mechanism) -> str:
     return f"{fixed}, gravity along ({', '.join(to_text(d) for d in m.gravity.direction)})"
 
 
-def coordinate_words(q: Coordinate, starting: Coordinate) -> str:
-    """The coordinate ``q`` in words, with default values and those that may be misread; ``starting`` has its start."""
+def coordinate_words(q: Coordinate, starting: Coordinate, stops: Iterable[Stop]) -> str:
+    """The coordinate ``q`` in words, with default values and those that may be misread; ``starting`` has its start.
+
+    A bound at which one of the ``stops`` holds the coordinate is not said to be none.
+    """
     remarks = [] if starting.start == q.start else [f"starts at {amount(starting.start, q)}, by the constraints"]
     if q.nominal_from not in ("", "given"):
         remarks.append(f"nominal {amount(q.nominal, q)}, from {q.nominal_from}")
-    bounds = [f"{key} {amount(x, q)}" for key, x in (("min", q.minimum), ("max", q.maximum)) if x is not None]
+    held = [stop for stop in stops if str(stop.of) == q.name]
+    ends = (("min", q.minimum, [stop.lower for stop in held]), ("max", q.maximum, [stop.upper for stop in held]))
+    bounds = [f"{key} {amount(x, q)}" for key, x, at in ends if x is not None and sp.Float(x) not in map(_value, at)]
     if bounds:
         remarks.append(f"{' and '.join(bounds)} {'is no stop' if len(bounds) == 1 else 'are no stops'}")
     return "; ".join([f"{q.doc or 'generalized coordinate'}{unit_text(q.unit)}", *remarks])
+
+
+def _value(end: object) -> sp.Expr:
+    """The ``end`` of a stop as a floating point number where it is one."""
+    return sp.sympify(end).evalf() if end is not None else sp.nan
 
 
 def freedom(m: Mechanism) -> str:

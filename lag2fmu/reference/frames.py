@@ -20,7 +20,7 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description.places import AXES, WORLD, Frame
-from lag2fmu.reference.functions import Array, Slots, atan2, unit_vector
+from lag2fmu.reference.functions import STEP, Array, Slots, atan2, unit_vector
 
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 """For each axis x, y, z the two others: the next one and the one before, in the cycle x, y, z."""
@@ -205,11 +205,21 @@ class Element:
     free: bool
 
 
+def changing(later: FramePose, quantity: str, gravity: Array) -> Array:
+    """The angular acceleration (rad/s2) or specific force (m/s2) of a frame in world axes, (3, N), by a complex step.
+
+    ``gravity`` is its acceleration in m/s2, (3, N).
+    """
+    change: Array = (later.v.imag if quantity == "specific_force" else later.w.imag) / STEP
+    return np.broadcast_to(change, gravity.shape) - (gravity if quantity == "specific_force" else 0.0)
+
+
 def turning(pose: FramePose, quantity: str, *, in_world: bool) -> Array:
-    """The entries of angular velocity (rad/s), rotation matrix, or angles about x, y, z (rad) of a frame, (k, N)."""
+    """The entries of velocities (m/s, rad/s), rotation matrix, or angles about x, y, z (rad) of a frame, (k, N)."""
     R = pose.R
-    if quantity == "angular_velocity":
-        return pose.w if in_world else apply_transposed(R, pose.w)
+    if quantity in ("angular_velocity", "origin_velocity"):
+        own = pose.w if quantity == "angular_velocity" else pose.v
+        return own if in_world else apply_transposed(R, own)
     if quantity == "rotation":
         return R.reshape(9, *R.shape[2:])
     cosine = np.sqrt(R[0, 0] ** 2 + R[0, 1] ** 2)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from lag2fmu.description.outputs import Output
+from lag2fmu.description.outputs import ACCELERATIONS, Output
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Body
 from lag2fmu.language.vocabulary import TIME
@@ -26,6 +26,7 @@ from lag2fmu.reference.frames import (
     Mass,
     apply,
     apply_transposed,
+    changing,
     dot,
     growth,
     links_of,
@@ -178,7 +179,7 @@ class Spatial:
             poses, later = poses_of(self._links, values), poses_of(self._links, moved)
             found = [
                 self._change(output, poses, later, moved)
-                if output.quantity in ("acceleration", "angular_acceleration")
+                if output.quantity in ACCELERATIONS
                 else self._quantity(output, poses, values, here)
                 for output in self._outputs
             ]
@@ -287,7 +288,7 @@ class Spatial:
             change: Array = self._spots[str(output.point)].motion(later, moved)[1].imag / STEP
             return change
         frame = str(output.frame)
-        change = np.broadcast_to(later[frame].w.imag / STEP, (3, *moved.shape[1:]))
+        change = changing(later[frame], str(output.quantity), moved[self._pull].real)
         return change if output.axes == WORLD else apply_transposed(poses[frame].R, change)
 
     def _quantity(self, output: Output, poses: dict[str, FramePose], values: Array, rows: Array) -> Array:

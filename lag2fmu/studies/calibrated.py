@@ -56,6 +56,20 @@ class Calibration:
         """The estimate of ``name`` in SI units; raises LoadError if ``name`` was not estimated."""
         return float(self.estimates[self._place(name)])
 
+    def __repr__(self) -> str:
+        """One line: the mechanism and the estimates."""
+        found = ", ".join(f"{name} = {x:.6g}" for name, x in zip(self.names, self.estimates, strict=True))
+        return f"<Calibration of {self.mechanism.name}: {found}>"
+
+    def __str__(self) -> str:
+        """A line for each estimate, in SI units with its standard error and its interval of 95 %; then the warnings."""
+        width = max(map(len, self.names))
+        lines = [f"Calibration of {self.mechanism.name}, {self.degrees_of_freedom} degrees of freedom, SI units"]
+        for name, estimate, error in zip(self.names, self.estimates, self.standard_errors, strict=True):
+            low, high = self.confidence(name)
+            lines.append(f"{name:{width}} = {estimate:.6g} +- {error:.2g}  ({low:.6g} to {high:.6g} with 95 %)")
+        return "\n".join([*lines, *self.warnings])
+
     def _repr_html_(self) -> str:
         """Estimates with standard errors and intervals of 95 %, in SI units, for a notebook."""
         from html import escape

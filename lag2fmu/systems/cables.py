@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from lag2fmu.systems.channels import Channel
 from lag2fmu.systems.member import Member
+from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.run import Floats
 
 

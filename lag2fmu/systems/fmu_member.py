@@ -9,10 +9,10 @@ from typing import Any, cast
 import numpy as np
 
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.systems.channels import Channel
 from lag2fmu.systems.components import Component
 from lag2fmu.systems.fmu_process import instance_apart
 from lag2fmu.systems.member import ORDERS, Member
+from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
 from lag2fmu.verify.plan import takes_derivatives
 from lag2fmu.verify.run import Floats, Plan, Run, Scalar

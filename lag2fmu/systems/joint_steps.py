@@ -17,12 +17,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.systems.circuit import Circuit
+from lag2fmu.systems.joint_newton import EARLY, GAUSS, LATE, Course, correction, passing_of
 from lag2fmu.systems.joint_system import JointState, JointSystem, check_closed
 from lag2fmu.systems.ledger import Ledger
 from lag2fmu.systems.member import Member
@@ -38,24 +38,8 @@ _REPETITIONS = 12
 """The most runs of one step. Two or three are enough where the motion is smooth; after an impact there are more."""
 _SLOW = 0.3
 """Newton's matrix is measured anew where a repetition leaves more than this part of the error."""
-_GAUSS = 0.5 + np.array([-1.0, 1.0]) * np.sqrt(3.0) / 6
-_EARLY, _LATE = _GAUSS.tolist()
-"""The Gauss points, as parts of a step."""
 _HISTORY, _TERMS = 3, 4
 """The forces of a step begin as the polynomial with so many terms that fits those of the last steps, two of each."""
-
-
-class Passing(NamedTuple):
-    """The joints within a step: ``directions`` (n, k), ``turned`` (n, n) as of a JointState, gaps (k,), their rates."""
-
-    directions: Floats
-    turned: Floats
-    places: Floats
-    rates: Floats
-
-
-Course = Callable[[float], Passing]
-"""The joints by the time (s) in a step."""
 
 
 class JoinedSteps(FixedSteps):
@@ -135,19 +119,18 @@ class JoinedSteps(FixedSteps):
         start, left = self._joints.state(), np.inf
         course, forces = self._ahead(start, h), self._expected(t, h)
         for run in range(1, _REPETITIONS + 1):
-            passing = [course(c * h) for c in _GAUSS]
-            own = np.array([self._joints.own_forces(x.places, x.rates) for x in passing])
-            wrenches = _linear([x.directions for x in passing], forces + own, h)
+            passing = [course(c * h) for c in GAUSS]
+            wrenches = _linear([x.directions for x in passing], forces, h)
             self._joints.drive(wrenches(0.0), (wrenches(h) - wrenches(0.0)) / h)
             self._run(t, h)
             end = self._joints.state()
-            course = partial(_passing, start, end, h)
-            change, reached = self._correction(end, passing, h)
+            course = partial(passing_of, start, end, h)
+            change, reached = correction(self._joints, end, forces, passing, [course(c * h) for c in GAUSS], h)
             miss = self._joints.open_by(reached[1] * h, reached[0], h)
             if miss <= _CLOSED:
                 self._check(end, t, h)
                 self._last = course, h
-                self._past = [*self._past[1 - _HISTORY :], (t + h * _GAUSS, forces)]
+                self._past = [*self._past[1 - _HISTORY :], (t + h * GAUSS, forces)]
                 self.runs.append(run)
                 return wrenches
             back()
@@ -159,7 +142,7 @@ class JoinedSteps(FixedSteps):
     def _check(self, end: JointState, t: float, h: float) -> None:
         """Raise SimulationError if the ``end`` leaves open what no force closes: joints that contradict each other."""
         held = self._joints.held
-        if self._joints.open_by(end.gap[held], end.speed[held], h) > _OPEN:
+        if self._joints.open_by(end.gap * held, end.speed * held, h) > _OPEN:
             raise self._open(end, t + h)
 
     def _open(self, end: JointState, t: float) -> SimulationError:
@@ -173,18 +156,6 @@ class JoinedSteps(FixedSteps):
         for member in self._members.values():
             member.step(t, h, last=False)
 
-    def _correction(self, end: JointState, passing: Sequence[Passing], h: float) -> tuple[Floats, Floats]:
-        """The change (2, k) of the forces at the Gauss points that closes the joints after a step ``h`` (s).
-
-        The second value is what it closes: speeds, and gaps by ``h``. Forces f1, f2 give the impulse (f1 + f2) h/2, and
-        move what they push by (late f1 + early f2) h^2/2.
-        """
-        first, second = (self._joints.effect(end, x.turned, x.directions) * h / 2 for x in passing)
-        found, held = np.zeros((2, len(end.gap))), self._joints.held
-        matrices = [[first, second], [_LATE * first, _EARLY * second]]
-        found[:, held], reached = self._joints.least(matrices, -np.array([end.speed[held], end.gap[held] / h]))
-        return found, reached
-
     def _expected(self, t: float, h: float) -> Floats:
         """The forces (2, k) at the Gauss points of the step from ``t``, by those of the last steps."""
         if not self._past:
@@ -192,7 +163,7 @@ class JoinedSteps(FixedSteps):
         times = np.concatenate([times for times, _ in self._past])
         values = np.concatenate([values for _, values in self._past])
         powers = range(min(len(times), _TERMS))
-        known, wanted = (np.array([((x - t) / h) ** i for i in powers]).T for x in (times, t + h * _GAUSS))
+        known, wanted = (np.array([((x - t) / h) ** i for i in powers]).T for x in (times, t + h * GAUSS))
         found: Floats = wanted @ np.linalg.lstsq(known, values, rcond=None)[0]
         return found
 
@@ -201,7 +172,7 @@ class JoinedSteps(FixedSteps):
         if self._last is None:
             pairs = {"directions": "rates", "turned": "turning", "gap": "speed"}
             further = {name: getattr(start, name) + h * getattr(start, rate) for name, rate in pairs.items()}
-            return partial(_passing, start, replace(start, **further), h)
+            return partial(passing_of, start, replace(start, **further), h)
         before, length = self._last
         return lambda time: before(length + time)
 
@@ -212,21 +183,5 @@ def _linear(directions: Sequence[Floats], forces: Floats, h: float) -> Callable[
     ``forces`` (2, k) and their ``directions`` (n, k) are those at the Gauss points.
     """
     early, late = (x @ force for x, force in zip(directions, forces, strict=True))
-    slope = (late - early) / (h * (_LATE - _EARLY))
-    return lambda time: early + slope * (time - h * _EARLY)
-
-
-def _passing(start: JointState, end: JointState, h: float, time: float) -> Passing:
-    """The joints at a ``time`` (s) of a step of length ``h`` (s): cubic polynomials by ``start``, ``end`` and rates."""
-    c, d = time / h, 1.0 - time / h
-    first, last, leaving, arriving = d * d * (1 + 2 * c), c * c * (1 + 2 * d), h * c * d * d, -h * c * c * d
-    directions, turned, places = (
-        first * a + last * b + leaving * u + arriving * v
-        for a, b, u, v in (
-            (start.directions, end.directions, start.rates, end.rates),
-            (start.turned, end.turned, start.turning, end.turning),
-            (start.gap, end.gap, start.speed, end.speed),
-        )
-    )
-    rates = 6 * c * d / h * (end.gap - start.gap) + d * (d - 2 * c) * start.speed + c * (c - 2 * d) * end.speed
-    return Passing(directions, turned, places, rates)
+    slope = (late - early) / (h * (LATE - EARLY))
+    return lambda time: early + slope * (time - h * EARLY)

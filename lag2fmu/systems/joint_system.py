@@ -47,7 +47,13 @@ class JointState:
 
 
 class JointSystem:
-    """The ``joints`` of the ``members``."""
+    """The ``joints`` of the ``members``.
+
+    - ``held`` (k,): which of the forces hold something; the others are the joints' own, with ``damping`` (k,) and
+      ``stiffness`` (k,).
+    - ``basis`` (k, r): forces that are independent; if joints are ``redundant``, r is less than k.
+    - ``scale`` (k,): the sizes of the rows of the basis.
+    """
 
     def __init__(self, members: Mapping[str, Member], joints: Sequence[Ends]) -> None:
         """Look up the places. Raises LoadError for an FMU that cannot go back or takes no derivatives of inputs."""
@@ -58,10 +64,11 @@ class JointSystem:
         first = np.cumsum([0, *(6 * len(places.names) for places in self._places)]).tolist()
         self._parts = [slice(a, b) for a, b in pairwise(first)]
         self.held = np.concatenate([law.held for law in self._laws])
-        own = [law.own for law in self._laws if law.acts]
-        self._damping, self._stiffness, self._rest = np.array(own).reshape(-1, len(NUMBERS)).T
-        self._lengths = np.concatenate([law.lengths for law in self._laws])[self.held]
-        self.redundant, self._scale, self._range = False, np.ones(0), np.eye(0)
+        own = np.zeros((len(NUMBERS), len(self.held)))
+        own[:, ~self.held] = np.array([law.own for law in self._laws if law.acts]).reshape(-1, len(NUMBERS)).T
+        self.damping, self.stiffness, self._rest = own
+        self._lengths = np.concatenate([law.lengths for law in self._laws])
+        self.redundant, self.basis, self.scale = False, np.eye(len(self.held)), np.ones(len(self.held))
         self._size, self._mobility = 0.0, np.zeros((first[-1], first[-1]))
 
     def state(self) -> JointState:
@@ -89,16 +96,14 @@ class JointSystem:
     def open_by(self, gap: Floats, speed: Floats, h: float) -> float:
         """How far joints are open at most, with what opens in a time ``h`` (s), as a part of the system's size.
 
-        ``gap`` (k,) and its rate ``speed`` (k,) are those that joints hold.
+        ``gap`` (k,) and its rate ``speed`` (k,) are 0 where nothing is held.
         """
         scales = np.where(self._lengths, self._size or 1.0, 1.0)
         return float((np.maximum(np.abs(gap), h * np.abs(speed)) / scales).max(initial=0.0))
 
     def own_forces(self, places: Floats, rates: Floats) -> Floats:
         """The forces (k,) that the joints have of their own where their gaps (k,) are ``places``, with ``rates``."""
-        found = np.zeros(len(self.held))
-        free = ~self.held
-        found[free] = -self._damping * rates[free] - self._stiffness * (places[free] - self._rest)
+        found: Floats = -self.damping * rates - self.stiffness * (places - self._rest)
         return found
 
     def worst(self, state: JointState) -> str:
@@ -130,31 +135,25 @@ class JointSystem:
         state = self.state()
         matrix = self.effect(state, state.turned, state.directions)
         scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-        sizes, vectors = np.linalg.eigh(scale[:, None] * (matrix + matrix.T) / 2 * scale)
+        symmetric = scale[:, None] * (matrix + matrix.T) / 2 * scale
+        sizes, vectors = np.linalg.eigh(symmetric[np.ix_(self.held, self.held)])
         kept = sizes > _REDUNDANT * sizes[-1]
         self.redundant = not kept.all()
-        self._scale, self._range = scale, vectors[:, kept]
+        own = len(self.held) - len(kept)
+        self.basis = np.zeros((len(self.held), int(kept.sum()) + own))
+        self.basis[self.held, : int(kept.sum())] = vectors[:, kept]
+        self.basis[~self.held, int(kept.sum()) :] = np.eye(own)
+        self.basis *= scale[:, None]
+        self.scale = scale
 
     def effect(self, end: JointState, turned: Floats, directions: Floats) -> Floats:
-        """The change of the speeds that joints hold at the ``end``, by unit impulses at a time before.
+        """The change (k, k) of the speeds of the joints at the ``end``, by unit impulses at a time before.
 
         ``directions`` (n, k) are those of the impulses, ``turned`` (n, n) the axes of the places then. A place goes on
         turning in its own axes as the impulse lets it.
         """
-        speeds = end.directions[:, self.held].T @ end.turned @ self._mobility
-        found: Floats = speeds @ turned.T @ directions[:, self.held]
+        found: Floats = end.directions.T @ end.turned @ self._mobility @ turned.T @ directions
         return found
-
-    def least(self, matrices: Sequence[Sequence[Floats]], values: Floats) -> tuple[Floats, Floats]:
-        """The forces (r, k) to which the ``matrices`` (r, r) of (k, k) give ``values`` (r, k), and what they reach.
-
-        Where joints are redundant, the values are reached as far as can be, and the joints share their forces.
-        """
-        N, r = self._scale[:, None] * self._range, len(values)
-        reduced = np.block([[N.T @ matrix @ N for matrix in row] for row in matrices])
-        found = np.linalg.solve(reduced, (values @ N).ravel()).reshape(r, -1)
-        reached = values @ N @ self._range.T / self._scale
-        return found @ N.T, reached
 
 
 def _places_of(members: Mapping[str, Member], joints: Sequence[Ends]) -> list[Places]:
@@ -220,7 +219,7 @@ def _check(member: Member, ends: Ends) -> None:
 def check_closed(system: JointSystem, t: float, most: float) -> None:
     """Raise SimulationError if a joint is open at ``t`` (s) by more than ``most``, as a part of the system's size."""
     state = system.state()
-    if system.open_by(state.gap[system.held], state.speed[system.held], 1.0) > most:
+    if system.open_by(state.gap * system.held, state.speed * system.held, 1.0) > most:
         raise SimulationError(
             f"at t = {t:g} s {system.worst(state)}; give start values with which the places and their speeds agree"
         )

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 from lag2fmu.systems.bonds import Pair
 from lag2fmu.systems.cables import ConnectedInputs
-from lag2fmu.systems.channels import Channel
 from lag2fmu.systems.coupling import BondEnergy
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.wires import Affine, Wire
+from lag2fmu.verify.channels import Channel
 
 
 @dataclass

@@ -10,7 +10,7 @@ from typing import Any
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.systems.channels import Channel
+from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.run import Floats, Scalar
 
 ORDERS = 2

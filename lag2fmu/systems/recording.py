@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from lag2fmu.errors import LoadError
-from lag2fmu.systems.channels import Channel
 from lag2fmu.systems.connections import End
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.network import Network
 from lag2fmu.systems.wires import SAME, Affine
+from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.run import Floats, Run
 
 

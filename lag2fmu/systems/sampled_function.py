@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.systems.channels import Channel
 from lag2fmu.systems.components import Component
 from lag2fmu.systems.controller import Controller
 from lag2fmu.systems.controllers import loaded, parameters_of
 from lag2fmu.systems.member import ORDERS, Member
+from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.run import Floats, Scalar
 
 

@@ -32,6 +32,7 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     outputs: Sequence[str] | None = None,
     beside: Sequence[str] = (),
     kind: Kind = "co-simulation",
+    sample_time: float | None = None,
     progress: Callable[[float], None] | None = None,
     apart: bool = False,
 ) -> Trajectory:
@@ -47,7 +48,9 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     that the FMU has. ``values`` are start values and parameters in SI units; ``kind`` is 'co-simulation' or
     'model-exchange' (fmpy's CVode). ``inputs`` are signals over time: a Trajectory, the path of a CSV file, a mapping
     of arrays, a structured array or a DataFrame with a column ``time``, or a function of time that gives a mapping.
-    They are linear between their times, or with ``hold`` constant during a communication step. The derivatives of a
+    They are linear between their times, or with ``hold`` constant during a communication step. With ``sample_time``
+    (s) they are a function of t (s) and y, {output: value}, that closes a loop: it is asked at multiples of this time,
+    for {input: value}, which hold until the next one. The derivatives of a
     motion that is given by position alone come from a spline. A model that is no FMU yet is exported to a temporary
     folder first; an FMU that was run before is reset instead of loaded. On Linux, FMUs that lag2fmu did not make run in
     a process of their own, which takes milliseconds. Raises Lag2FmuError if the model cannot be loaded, exported or
@@ -55,6 +58,8 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     by a warning of the logger "lag2fmu", which goes to standard error.
     """
     if isinstance(model, Mapping) or is_system(model):
+        if sample_time is not None:
+            raise LoadError("a system has no sample_time; its controllers are components of their own")
         run = Run(stop_time, step, tolerance, values, None, hold, outputs, beside, kind, progress)
         with network_of(model if isinstance(model, Mapping) else Path(str(model)), connect, join) as network:
             return simulate_system(network, run, inputs, apart=apart)
@@ -62,5 +67,5 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
         raise LoadError("there is one model and nothing to connect; give {name: component}")
     return entry_points.simulate(
         model, stop_time=stop_time, step=step, tolerance=tolerance, values=values, inputs=inputs, hold=hold,
-        outputs=outputs, beside=beside, kind=kind, progress=progress,
+        outputs=outputs, beside=beside, kind=kind, sample_time=sample_time, progress=progress,
     )  # fmt: skip

@@ -114,16 +114,30 @@ def co_simulation(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Flo
             if run.progress is not None:
                 run.progress(float(t))
         if i + 1 < len(points):
-            _step(fmu, inputs, float(t), float(points[i + 1]), run.events)
+            step_to(fmu, float(t), float(points[i + 1]), inputs.begin, events=run.events)
     return plan.grid, values
 
 
-def _step(fmu: Any, inputs: Inputs, begun: float, end: float, events: bool) -> None:
-    """Step from one communication point to the next; with ``events`` the FMU may stop at events, which are handled."""
+def step_to(
+    fmu: Any,
+    begun: float,
+    end: float,
+    begin: Callable[[float], None] | None = None,
+    *,
+    events: bool = False,
+    final: bool = True,
+) -> None:
+    """Step by FMI 3.0 from one communication point to the next, from ``begun`` to ``end`` (s).
+
+    ``begin`` sets inputs at each time from which the FMU goes on. With ``events`` the FMU may stop at events, which are
+    handled. ``final``: nobody goes back to a time before. Raises SimulationError if the FMU ends the simulation or
+    makes no progress.
+    """
     t, stops = begun, 0
     while t < end:
-        inputs.begin(t)
-        event, terminate, early, reached = fmu.doStep(t, end - t)
+        if begin is not None:
+            begin(t)
+        event, terminate, early, reached = fmu.doStep(t, end - t, final)
         if terminate:
             raise SimulationError(f"the FMU ended the simulation at t = {reached:.9g} s")
         t, stops = (reached if early else end), stops + 1

@@ -44,14 +44,14 @@ def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:
     if run.tolerance is not None:
         check_tolerance(run.tolerance)
     names = recorded(run, scalars)
-    _check_known(names, list(scalars), "variable")
-    _check_values(run.values or {}, scalars)
+    check_known(names, list(scalars), "variable")
+    check_values(run.values or {}, scalars)
     span = stop_time - run.start_time
     grid: Floats = run.start_time + np.minimum(step * np.arange(math.ceil(span / step * (1 - 1e-9)) + 1), span)
     if run.inputs is None:
         return Plan(grid, names, scalars, None, None)
     known = [s.name for s in scalars.values() if s.variable.causality == "input"]
-    _check_known(run.inputs.names, known, "input")
+    check_known(run.inputs.names, known, "input")
     motions = [name for name in known if {velocity(name), acceleration(name)} <= set(known)]
     pieces = interpolated(run.inputs, motions, stop_time)
     if run.hold or not takes_derivatives(description, run.kind):
@@ -122,15 +122,17 @@ def check_limit(limit: float) -> float:
     return float(limit)
 
 
-def _check_known(names: Sequence[str], known: Sequence[str], what: str) -> None:
+def check_known(names: Sequence[str], known: Sequence[str], what: str) -> None:
+    """Raise LoadError for a name that is not ``known`` of the FMU's numbers of the kind ``what``."""
     unknown = [name for name in names if name not in known]
     if unknown:
         raise LoadError(f"the FMU has no {what} '{unknown[0]}'; there are {', '.join(known)}")
 
 
-def _check_values(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> None:
+def check_values(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> None:
+    """Raise LoadError for start ``values`` of unknown names, or beyond what the FMU's ``scalars`` may have."""
     settable = {name: scalar.variable for name, scalar in scalars.items() if scalar.start is not None}
-    _check_known(list(values), list(settable), "settable variable")
+    check_known(list(values), list(settable), "settable variable")
     for name, value in values.items():
         low, high = (float(x) if x is not None else None for x in (settable[name].min, settable[name].max))
         if not math.isfinite(value) or (low is not None and value < low) or (high is not None and value > high):

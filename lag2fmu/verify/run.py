@@ -19,6 +19,17 @@ Kind = Literal["co-simulation", "model-exchange"]
 
 
 @dataclass(frozen=True)
+class Feedback:
+    """A sampled controller: ``law``(t, y) gives {input: SI value}, every ``sample_time`` (s), held until the next one.
+
+    y is {output: value} of all outputs of the FMU and of what is recorded.
+    """
+
+    law: Callable[[float, Mapping[str, float]], Mapping[str, Any]]
+    sample_time: float
+
+
+@dataclass(frozen=True)
 class Run:
     """The user's choices of a run; those that are not given are taken from the FMU's DefaultExperiment.
 
@@ -26,6 +37,7 @@ class Run:
     - ``tolerance``: the relative tolerance of the solver.
     - ``values``: start values of parameters, states and inputs, in SI units.
     - ``inputs``: signals, linear between their times; a motion that is given by position alone is a spline.
+    - ``feedback``: computes inputs from outputs during the run, instead of ``inputs``.
     - ``hold``: inputs keep their values during a communication step.
     - ``outputs``: the names that are recorded, by default all outputs; ``beside``: further names, if the FMU has them.
     - ``progress``: called with the time reached (s).
@@ -46,6 +58,7 @@ class Run:
     warned: Callable[[str], None] | None = None
     events: bool = False
     start_time: float = 0.0
+    feedback: Feedback | None = None
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,13 @@ from collections.abc import Callable, Mapping
 from ctypes import c_double, c_int, c_uint
 from dataclasses import replace
 from functools import partial
+from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from lag2fmu.errors import SimulationError
+from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.apart import came_through, run_apart, runs_apart
 from lag2fmu.verify.by_fmpy import FMI_TYPES, by_fmpy, tolerance_of
@@ -20,8 +21,9 @@ from lag2fmu.verify.co_simulation import co_simulation
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
 from lag2fmu.verify.plan import planned
 from lag2fmu.verify.remarks import moved_guesses, short_inputs
-from lag2fmu.verify.run import Floats, Plan, Run, first_inputs, whole
+from lag2fmu.verify.run import Feedback, Floats, Plan, Run, first_inputs, whole
 from lag2fmu.verify.scalars import scalars_of
+from lag2fmu.verify.stepping import Simulation, sampled
 
 _INTEGERS = ("Integer", "Enumeration")
 _LOGGER = logging.getLogger("lag2fmu")
@@ -34,10 +36,11 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     Between communication points inputs are continued by their derivatives in co-simulation, and are functions of time
     in model exchange. An FMU that takes no derivatives gets held inputs. The trajectory is (m, outputs). Raises
     LoadError for unknown names, and SimulationError with the FMU's own words if the run fails. FMUs that are no builds
-    of lag2fmu, and others in their first run, are in a process of their own, where they may crash.
+    of lag2fmu, and others in their first run, are in a process of their own, where they may crash. A run with feedback
+    is in this process, in which the feedback may keep what it meets.
     """
     run = replace(run, warned=run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name))
-    if not runs_apart(path):
+    if run.feedback is not None or not runs_apart(path):
         return _simulated(path, run)
     found = run_apart(path, run, _simulated)
     came_through(path)
@@ -55,6 +58,8 @@ def _simulated(path: Path, run: Run) -> Trajectory:
     with instance_of(path, FMI_TYPES[run.kind], events=run.events, followed=asked) as instance:
         try:
             time, values = _loop(description, run, plan)(instance, run, plan)
+        except LoadError:  # of what a feedback gives
+            raise
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
         remarks = (*moved_guesses(description, run, plan, values[0]), *short_inputs(run, plan))
@@ -73,6 +78,8 @@ def _loop(description: Any, run: Run, plan: Plan) -> Callable[[Instance, Run, Pl
 
     fmpy's loop also runs co-simulation by FMI 2.0 with outputs that are no numbers.
     """
+    if run.feedback is not None:
+        return _sampled
     kinds = {plan.scalars[name].variable.type for name in plan.names}
     if run.kind == "co-simulation" and is_fmi3(description):
         return _steps3
@@ -112,6 +119,13 @@ def _steps3(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
     return co_simulation(instance, run, plan)
 
 
+def _sampled(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
+    """The grid (k,), in s, and the values recorded there, (k, outputs), with inputs by the feedback."""
+    initialize(instance, run, plan)
+    sim = Simulation(instance, plan.scalars, float(plan.grid[0]))
+    return plan.grid, sampled(sim, cast("Feedback", run.feedback), plan, run.progress)
+
+
 def initialize(instance: Instance, run: Run, plan: Plan) -> None:
     """Set start values and initialize the FMU."""
     begin(instance, run, plan)
@@ -123,7 +137,7 @@ def begin(instance: Instance, run: Run, plan: Plan) -> None:
     from fmpy.simulation import apply_start_values, settable_in_initialization_mode, settable_in_instantiated
 
     fmu, description = instance.fmu, instance.description
-    tolerance, start, stop = tolerance_of(instance, run), float(plan.grid[0]), float(plan.grid[-1])
+    tolerance, start, stop = tolerance_of(instance, run), float(plan.grid[0]), _end(plan)
     values = whole({**(run.values or {}), **first_inputs(plan)}, plan.scalars)
     if is_fmi3(description):
         apply_start_values(fmu, description, values, settable=settable_in_instantiated)
@@ -133,6 +147,12 @@ def begin(instance: Instance, run: Run, plan: Plan) -> None:
     left = apply_start_values(fmu, description, values, settable=settable_in_instantiated)
     fmu.enterInitializationMode()
     apply_start_values(fmu, description, left, settable=settable_in_initialization_mode)
+
+
+def _end(plan: Plan) -> float | None:
+    """The stop time (s) of a run; None for one without an end that is known."""
+    stop = float(plan.grid[-1])
+    return stop if isfinite(stop) else None
 
 
 def followed(plan: Plan) -> tuple[int, ...]:

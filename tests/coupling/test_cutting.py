@@ -20,8 +20,11 @@ INERTIA = (2e-2, 3e-2, 2.5e-2, 1e-3, 0, 2e-3)
 
 
 def chain() -> Mechanism:
-    """An arm that turns, a slide on it, a ball joint at its end, a plate that is fixed there, and forces on all."""
-    a, s = coordinate("a", "rad", start=0.4, velocity=1.0), coordinate("s", "m", start=0.1)
+    """An arm that turns, a slide on it, a ball joint at its end, a plate that is fixed there, and forces on all.
+
+    The arm's angle has the name of a frame in another piece.
+    """
+    a, s = coordinate("ball", "rad", start=0.4, velocity=1.0), coordinate("s", "m", start=0.1)
     turns = [coordinate(f"w{i}", "rad", start=0.2 * i, velocity=0.5) for i in (1, 2, 3)]
     k, c, F = parameter("k", 40.0, "N/m"), parameter("c", 0.5, "N.s/m"), signal("F", "N", start=0.7)
     arm = Frame("arm", rotations=[("y", a)])

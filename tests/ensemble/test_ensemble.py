@@ -305,3 +305,24 @@ def test_what_does_not_fit_is_named(asked: dict[str, object], words: str) -> Non
 def test_an_unknown_solver_is_named() -> None:
     with pytest.raises(SimulationError, match="unknown solver 'euler'; known are dopri5"):
         Ensemble("pendulum", solver="euler")
+
+
+RANGED = BLOCK.replace("mass = 2.0", 'mass = "m"').replace(
+    'F = { unit = "N" }', 'F = { unit = "N", min = -1, max = 2 }'
+)
+RANGED = RANGED.replace("[bodies", '[parameters]\nm = { value = 2.0, unit = "kg", min = 0.5 }\n[bodies')
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"inputs": {"F": [0.0, 3.0]}}, "input 'F' is 3; expected values in its range, -1 to 2"),
+        ({"inputs": {"F": [0.0, -4.0]}, "input_times": [0.0, 1.0]}, "input 'F' is -4; expected"),
+        ({"parameters": {"m": 0.1}}, "parameter 'm' is 0.1; expected values in its range, 0.5 to inf"),
+    ],
+)
+def test_values_beyond_a_declared_range_are_refused_as_by_the_fmu(given: dict, words: str) -> None:
+    ranged = Ensemble(read(RANGED, "text"))
+    with pytest.raises(LoadError, match=words):
+        ranged.run(**given)
+    assert ranged.run(inputs={"F": [-1.0, 2.0]}).final["x"] == pytest.approx([-0.25, 0.5])

@@ -13,7 +13,8 @@ from sympy import cos, sin
 import lag2fmu
 from lag2fmu.ensemble import StateFunction
 from lag2fmu.errors import DerivationError, LoadError
-from lag2fmu.mechanism import Energy, Mechanism, coordinate
+from lag2fmu.formats.text import read
+from lag2fmu.mechanism import Energy, Mechanism, Part, coordinate
 
 pytestmark = pytest.mark.fmu
 
@@ -129,9 +130,54 @@ def test_it_is_offered_at_the_top() -> None:
 
 
 def test_what_has_no_plain_function_is_refused() -> None:
-    with pytest.raises(DerivationError, match="'bouncing_ball' has events"):
+    with pytest.raises(DerivationError, match=r"'bouncing_ball' has contacts \(floor\)"):
         StateFunction("bouncing_ball")
     with pytest.raises(LoadError, match=r"x has shape \(3,\); expected \(..., 4\)"):
         function("double_pendulum")(np.zeros(3))
     with pytest.raises(LoadError, match="do not broadcast"):
         function("double_pendulum")(np.zeros((3, 4)), np.zeros((2, 2)))
+
+
+RUBBING = """
+[mechanism]
+name = "rubbing"
+[coordinates]
+x = { unit = "m", start = 0.5 }
+[bodies.block]
+mass = 2.0
+position = ["x", 0]
+[springs.spring]
+stiffness = 8.0
+elongation = "x"
+[frictions.rail]
+on = "x_dot"
+force = 0.3
+[stops.end]
+of = "x"
+upper = 1.0
+"""
+
+
+def test_what_makes_events_is_named_and_left_out_by_its_word() -> None:
+    """Without friction and stop x'' = -k x / m; in parts of a whole too."""
+    rubbing = read(RUBBING, "text")
+    words = r"'rubbing' has friction \(rail\) and stops \(end\): .* by without = \[\"friction\", \"stops\"\]; or use an"
+    with pytest.raises(DerivationError, match=words):
+        lag2fmu.function(rubbing)
+    with pytest.raises(DerivationError, match=r'has stops \(end\): .* by without = "stops"; or'):
+        lag2fmu.function(rubbing, without="friction")
+    f = lag2fmu.function(rubbing, without=["friction", "stops"])
+    assert f(np.array([0.5, 1.0])).tolist() == pytest.approx([1.0, -2.0])
+    whole = Mechanism("whole", parts=[Part("one", of=rubbing), Part("two", of=rubbing)])
+    g = lag2fmu.function(whole, without=["friction", "stops"])
+    assert g(np.array([0.5, 0.1, 1.0, 0.0])).tolist() == pytest.approx([1.0, 0.0, -2.0, -0.4])
+    with pytest.raises(LoadError, match="without = 'air': known are friction, stops, contacts"):
+        lag2fmu.function(rubbing, without="air")
+
+
+def test_an_fmu_without_friction_has_none(tmp_path: Path) -> None:
+    rubbing = read(RUBBING, "text")
+    fmu = lag2fmu.export(rubbing, tmp_path / "smooth.fmu", without=["friction", "equations"], page="static")
+    assert (fmu.mechanism.frictions, len(fmu.mechanism.stops)) == ((), 1)
+    run = lag2fmu.simulate(fmu, stop_time=np.pi / 2, step=np.pi / 2, tolerance=1e-9)
+    assert run["x"][-1] == pytest.approx(0.5 * np.cos(np.pi), abs=1e-7)

@@ -32,3 +32,11 @@ def test_show_says_what_the_constraints_move_and_that_bounds_are_no_stops() -> N
     text = procedure(read(WIRE.format(y="guess = 0.2"), "wire.toml"))
     assert "starts at 0.25 m, by the constraints" in text
     assert "min -2 m and max 3 m are no stops" in text
+
+
+def test_a_bound_at_which_a_stop_holds_is_not_said_to_be_none() -> None:
+    """The other one still is."""
+    stop = "[stops.end]\nof = 'x'\nupper = 3.0\n"
+    text = procedure(read(WIRE.format(y="guess = 0.2") + stop, "wire.toml"))
+    assert "min -2 m is no stop" in text
+    assert "max 3 m" not in text

@@ -132,7 +132,7 @@ def test_a_text_is_loaded(tmp_path: Path) -> None:
     path.write_text(write(load("pendulum")), encoding="utf-8")
     assert load(path) == load("pendulum")
     assert structural_arguments(path) == {}
-    with pytest.raises(LoadError, match="a mechanism as text has no structural arguments, got n"):
+    with pytest.raises(LoadError, match=r"has no structural arguments; give .*, as simulate\(\.\.\., values={'n'"):
         load(path, {"n": 3})
     path.write_text("[mechanism", encoding="utf-8")
     with pytest.raises(TextError, match=re.escape(str(path))):
@@ -197,7 +197,10 @@ def test_a_folder_is_no_model(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"m": 3}, "'m' is no structural argument of slider; known are: n, scale, name, heavy"),
+        (
+            {"m": 3},
+            "'m' is no structural argument of slider; known are: n, scale, name, heavy; parameters and starts go",
+        ),
         ({"n": "2.5"}, "n expects int, got '2.5'"),
         ({"n": 2.5}, "n expects int, got 2.5"),
         ({"n": True}, "n expects int, got True"),

@@ -103,12 +103,12 @@ def test_what_a_mimic_joint_resists_acts_along_it(robot: Robot, factor: float) -
     assert accelerations(mechanism, hinge=0.4, hinge_dot=0.8, friction_of_axle_force=0.0)["hinge"] == pytest.approx(
         exact, rel=1e-12
     )
-    assert mechanism.not_taken == "limits of the joint axle, which mimics another one (stops take them)"
-    assert mechanism.warnings[0].endswith(mechanism.not_taken)
+    assert mechanism.not_taken == ("limits of the joint axle, which mimics another one (stops take them)",)
+    assert mechanism.warnings[0].endswith(mechanism.not_taken[0])
     stopped = robot(wheel, stops=True)
     stop = next(stop for stop in stopped.stops if stop.name == "stop_of_axle")
     assert tuple(map(float, (stop.of / sp.Symbol("hinge", real=True), stop.lower, stop.upper))) == (factor, -0.5, 0.6)
-    assert stopped.not_taken == ""
+    assert stopped.not_taken == ()
 
 
 def test_a_planar_joint_is_damped_along_and_about(robot: Robot) -> None:

@@ -22,6 +22,10 @@ def solve(equations: EquationsOfMotion, values: Mapping[str, float]) -> tuple[np
     mass, forcing, jacobian, gamma = np.split(numbers, np.cumsum([n * n, n, m * n]))
     G = jacobian.reshape(m, n)
     matrix = np.block([[mass.reshape(n, n), -G.T], [G, np.zeros((m, m))]])
+    inertia = np.abs(np.diag(matrix))[:n]
+    columns = np.concatenate([1 / np.sqrt(np.where(inertia > 0, inertia, 1.0)), np.ones(m)])  # kg beside kg.m2
+    matrix = matrix * columns
     scale = 1 / np.maximum(np.abs(matrix).max(axis=1), 1e-300)
     found = np.linalg.lstsq(scale[:, None] * matrix, scale * np.concatenate([forcing, -gamma]), rcond=1e-12)[0]
+    found = columns * found
     return found[:n], found[n:]

@@ -140,6 +140,8 @@ def everything_spatial() -> Mechanism:
         outputs=[
             *(Output(f"{k}_{f}", frame=f, quantity=k) for f in ("hand", "right") for k in ("rotation", "quaternion")),
             *(Output(f"w_{f}", frame=f, quantity="angular_velocity") for f in ("hand", "right")),
+            *(Output(f"v_{f}", frame=f, quantity="origin_velocity", axes="frame") for f in ("hand", "right")),
+            *(Output(f"a_{x}", frame="hand", quantity="specific_force", axes=x) for x in ("frame", "world")),
             Output("tip", point="tip", quantity="position"),
             Output("tip_v", point="tip", quantity="velocity"),
             Output("bead", point="bead", quantity="velocity"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from lag2fmu.errors import ExportError
@@ -25,14 +26,15 @@ def page(
     *,
     solver: str | None = None,
     samples: Samples | None = None,
+    values: Mapping[str, float] | None = None,
 ) -> str:
     """The live page of ``model``, a mechanism or what ``load`` takes, as HTML that needs nothing else.
 
-    It is the page of an FMU with the same ``solver``. It compares its trajectory with ``samples`` of a direct
-    integration, and is written to ``path`` if one is given. Raises LoadError, ExportError, DerivationError or
-    BuildError.
+    It is the page of an FMU with the same ``solver``, and other ``values`` (SI) of parameters and starts if given. It
+    compares its trajectory with ``samples`` of a direct integration, and is written to ``path`` if one is given. Raises
+    LoadError, ExportError, DerivationError or BuildError.
     """
-    mechanism = as_mechanism(model)
+    mechanism = as_mechanism(model, values)
     if solver is not None and solver not in METHODS:
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
     found = derived(mechanism, solver)

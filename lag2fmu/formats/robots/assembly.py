@@ -15,14 +15,16 @@ import sympy as sp
 
 from lag2fmu.description.description import Description
 from lag2fmu.description.joints import across
-from lag2fmu.description.names import of_constraint, velocity
+from lag2fmu.description.names import generalized_force, of_constraint, velocity
 from lag2fmu.description.parts import Energy, Gravity
 from lag2fmu.description.places import AXES, WORLD, Body, Frame, Point
+from lag2fmu.description.ports import Ports
 from lag2fmu.description.reserved import GLOBAL_NAMES
 from lag2fmu.description.symbols import coordinate, parameter
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.robots.attachments import attach
+from lag2fmu.formats.robots.measuring import measure
 from lag2fmu.formats.robots.naming import Names, coordinates_of, variables_of
 from lag2fmu.formats.robots.parts import UNITS, Parts
 from lag2fmu.formats.robots.tree import MOVING, JointPose, LinkInertia, Mimic, Robot, RobotJoint
@@ -47,6 +49,17 @@ def description_of(robot: Robot, source: str, *, base: str = "fixed", stops: boo
     return _Assembly(robot, source, base, stops).description()
 
 
+_LAST = "the sensor "
+_WEIGHTS = ("the actuator ", "the equality ")
+"""What is told first where nothing is made of it: nothing drives the robot, and what is joined falls apart."""
+
+
+def _weight(ignored: str) -> int:
+    """The rank of what is ``ignored``, the weightiest first."""
+    found = next((k for k, begin in enumerate(_WEIGHTS) if ignored.startswith(begin)), len(_WEIGHTS))
+    return found + ignored.startswith(_LAST)
+
+
 class _Assembly:
     """The parts of one robot."""
 
@@ -65,6 +78,8 @@ class _Assembly:
             self._parts.joints[joint.name] = self._named(joint, names[joint.name])
         self._paths: dict[str, sp.Expr] = {}
         self._lumped: dict[str, list[LinkInertia]] = defaultdict(list)
+        self._floating: list[str] = []  # frames
+        self._turned: set[str] = set()  # coordinates along which no force is a port
 
     def description(self) -> Description:
         """The whole; raises LoadError if nothing moves, and MechanismError."""
@@ -75,16 +90,18 @@ class _Assembly:
         if not parts.coordinates:
             raise LoadError(f"{self._source}: nothing moves in this robot; give base = floating, or a joint that moves")
         attach(robot, parts)
+        measure(robot, parts)
         bodies = [self._body(frame, inertias) for frame, inertias in self._lumped.items() if frame != WORLD]
         strength = float(np.linalg.norm(robot.gravity))
         g = parameter(parts.names.variable("g"), strength, "m/s2", "acceleration of gravity")
         tables: dict[str, Any] = {
             "title": f"Robot {robot.name}",
             "source": f"imported from {self._source}",
-            "not_taken": ", ".join((*robot.ignored, *parts.ignored)),
+            "not_taken": sorted((*robot.ignored, *parts.ignored), key=_weight),
             "coordinates": parts.coordinates,
             "parameters": [g, *parts.parameters],
             "inputs": parts.inputs,
+            "states": parts.states,
             "energy": Energy(kinetic=sp.Add(*parts.armatures) if parts.armatures else None),
             "forces": parts.forces,
             "loads": parts.loads,
@@ -97,11 +114,21 @@ class _Assembly:
             "constraints": parts.constraints,
             "frictions": parts.frictions,
             "stops": parts.stops,
+            "outputs": parts.outputs,
+            "ports": self._ports(),
             "gravity": Gravity(g, numbers(x / strength for x in robot.gravity) if strength else (0, 0, -1)),
         }
         found = Description(identifier(robot.name), strict_units=True, **tables)
-        names = [*parts.plain, *map(str, parts.inputs), *map(str, parts.parameters)]
+        names = [*parts.plain, *map(str, parts.inputs), *(z.name for z in parts.states), *map(str, parts.parameters)]
         return with_units(found, parts.alike, names)  # MJCF gives numbers alone
+
+    def _ports(self) -> Ports:
+        """A wrench on what floats, in the place of generalized forces, which mean nothing along a quaternion."""
+        if not self._turned:
+            return Ports()
+        parts, places = self._parts, [f"frames.{frame}" for frame in self._floating]
+        forces = [generalized_force(q) for q in map(str, parts.coordinates) if q not in self._turned]
+        return Ports(inputs=[*forces, *map(str, parts.inputs)], forces=places, torques=places)
 
     def _stand(self, root: str) -> None:
         """Put the root on the ground, or let it move."""
@@ -181,6 +208,8 @@ class _Assembly:
         quaternion = [coordinate(e0, "1", guess=scalar, doc=doc)]
         quaternion += [coordinate(e, "1", start=x, doc=doc) for e, x in zip((e1, e2, e3), vector, strict=True)]
         self._parts.coordinates += [*place, *quaternion]
+        self._turned |= {str(q) for q in (*place, *quaternion)}
+        self._floating += [frame] if floating else []
         self._parts.frames.append(Frame(frame, parent, tuple(place) or (0, 0, 0), quaternion=quaternion))
         act_on_all(joint, name, self._parts)
 

@@ -17,6 +17,7 @@ _LISTS = {
     "tendon": "tendon_num",
     "actuator": "actuator_trntype",
     "equality": "eq_type",
+    "sensor": "sensor_type",
 }
 """{kind of object: a list of a model with one row for each}."""
 

@@ -1,8 +1,9 @@
 """Reading MJCF, the XML of MuJoCo (https://mujoco.readthedocs.io/en/stable/XMLreference.html), by MuJoCo itself.
 
-Taken is what MuJoCo compiled: bodies with their inertia, joints, what acts on them, actuators without states of their
-own, tendons of joints and of two sites, and the equalities connect, weld and joint, which are exact here. The package
-mujoco is optional.
+Taken is what MuJoCo compiled: bodies with their inertia, joints, what acts on them, actuators whose force is affine in
+their control or in a state that filters or integrates it, tendons of joints and of two sites, and the equalities
+connect, weld, joint and tendon, which are exact here, and sensors of joints, tendons, actuators, places and frames. The
+package mujoco is optional.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ import numpy as np
 
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.robots.compiled import ROOT, Compiled, disabled_taken_out, turned
-from lag2fmu.formats.robots.mjcf_forces import actuators, tendons
+from lag2fmu.formats.robots.mjcf_forces import actuators, limits_of, tendon_of, tendons
+from lag2fmu.formats.robots.mjcf_sensors import sensors
 from lag2fmu.formats.robots.mjcf_size import check_copies
-from lag2fmu.formats.robots.tree import Closure, Coupling, Floats, JointPose, LinkInertia, Robot, RobotJoint
+from lag2fmu.formats.robots.tree import Closure, Coupling, Floats, JointPose, LinkInertia, Robot, RobotJoint, Span, Sum
 from lag2fmu.xml_tree import parse
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
@@ -81,6 +83,7 @@ class _MjcfReader:
             links[self._body(body)] = self._inertia(body)
         driving, stretching = tuple(actuators(self._compiled)), tuple(tendons(self._compiled))
         closures, couplings = self._equalities()
+        measured = tuple(sensors(self._compiled))
         self._list_ignored()
         x, y, z = m.opt.gravity
         name = m.names.split(b"\0", 1)[0].decode()
@@ -95,6 +98,7 @@ class _MjcfReader:
             stretching,
             closures,
             couplings,
+            measured,
         )
 
     def _inertia(self, body: int) -> LinkInertia | None:
@@ -134,7 +138,6 @@ class _MjcfReader:
             {
                 f"polynomial stiffness and damping of the joint {name}": ("jnt_stiffnesspoly", "dof_dampingpoly"),
                 f"limits of the joint {name}": ("jnt_limited",) if kind in (_FREE, _BALL) else (),
-                f"limits of the actuators' force on the joint {name}": ("jnt_actfrclimited",),
             },
             {"jnt": k, "dof": dof},
         )
@@ -171,19 +174,24 @@ class _MjcfReader:
             stiffness=float(np.ravel(m.jnt_stiffness[k])[0]),
             rest=float(m.qpos_spring[at]),
             armature=float(m.dof_armature[dof]),
+            force_limits=limits_of(m.jnt_actfrcrange[k]) if m.jnt_actfrclimited[k] else None,
         )
 
     # -------------------------------------------------------------------------------------------------- equalities
 
     def _equalities(self) -> tuple[tuple[Closure, ...], tuple[Coupling, ...]]:
-        """The active equalities of the kinds connect, weld and joint."""
+        """The active equalities of the kinds connect, weld, joint and tendon, the last of tendons of joints."""
         m, kinds, objects = self._m, self._mujoco.mjtEq, self._mujoco.mjtObj
         closures, couplings = [], []
+        lengths = {int(kinds.mjEQ_JOINT): self._angle, int(kinds.mjEQ_TENDON): self._tendon}
         for k in (k for k in range(m.neq) if m.eq_active0[k]):
             name, kind, data = self._name("equality", k), int(m.eq_type[k]), m.eq_data[k]
             first, second = int(m.eq_obj1id[k]), int(m.eq_obj2id[k])
-            if kind == kinds.mjEQ_JOINT:
-                couplings.append(self._coupling(name, first, second, data))
+            found = [lengths[kind](x) for x in (first, second) if x >= 0] if kind in lengths else []
+            coupled = [end for end in found if end is not None]
+            if coupled and len(coupled) == len(found):
+                coefficients = tuple(map(float, data[:5]))
+                couplings.append(Coupling(name, coupled[0], coupled[1] if second >= 0 else None, coefficients))
             elif kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD) and int(m.eq_objtype[k]) == objects.mjOBJ_BODY:
                 ends = (self._body(first), self._body(second))
                 closures.append(_closure(name, ends, data, weld=bool(kind == kinds.mjEQ_WELD)))
@@ -191,13 +199,16 @@ class _MjcfReader:
                 self._ignored.append(f"the equality {name}")
         return tuple(closures), tuple(couplings)
 
-    def _coupling(self, name: str, first: int, second: int, data: Floats) -> Coupling:
-        m = self._m
+    def _angle(self, joint: int) -> tuple[Sum, float]:
+        """The coordinate of a ``joint``, and its reference."""
+        return ((self._name("joint", joint), 1.0),), float(self._m.qpos0[self._m.jnt_qposadr[joint]])
 
-        def end(joint: int) -> tuple[str, float]:
-            return self._name("joint", joint), float(m.qpos0[m.jnt_qposadr[joint]])
-
-        return Coupling(name, end(first), end(second) if second >= 0 else None, tuple(map(float, data[:5])))
+    def _tendon(self, index: int) -> tuple[Sum, float] | None:
+        """The length of a tendon of joints, and its reference; None for one in space, and for one of no joint."""
+        length = tendon_of(self._compiled, index)
+        if length is None or isinstance(length, Span) or not any(factor for _, factor in length):
+            return None
+        return length, float(self._m.tendon_length0[index])
 
     def _list_ignored(self) -> None:
         """Note everything else in the model that would act on the motion."""
@@ -217,11 +228,17 @@ class _MjcfReader:
 def _started(joints: Iterable[RobotJoint], couplings: Sequence[Coupling]) -> tuple[RobotJoint, ...]:
     """``joints`` with starts that meet the ``couplings``, which MuJoCo's starts need not do."""
     starts = {joint.name: joint.start for joint in joints}
+
+    def at(length: Sum) -> float:
+        return sum(factor * starts[joint][0] for joint, factor in length)
+
     for _ in couplings:  # the first joint of one coupling may be the second one of the next
         for coupling in couplings:
-            first, zero = coupling.first
-            away = starts[coupling.second[0]][0] - coupling.second[1] if coupling.second is not None else 0.0
-            starts[first] = (zero + float(np.polyval(coupling.coefficients[::-1], away)),)
+            length, zero = coupling.first
+            joint, factor = next(end for end in length if end[1])
+            away = at(coupling.second[0]) - coupling.second[1] if coupling.second is not None else 0.0
+            open_by = at(length) - zero - float(np.polyval(coupling.coefficients[::-1], away))
+            starts[joint] = (starts[joint][0] - open_by / factor,)
     return tuple(replace(joint, start=starts[joint.name]) for joint in joints)
 
 

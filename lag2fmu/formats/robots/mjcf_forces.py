@@ -8,7 +8,7 @@ from itertools import islice
 import numpy as np
 
 from lag2fmu.formats.robots.compiled import Compiled, turned
-from lag2fmu.formats.robots.tree import Actuator, Span, Sum, Tendon, Transmission, Turning, Wrench
+from lag2fmu.formats.robots.tree import Activation, Actuator, Limits, Span, Sum, Tendon, Transmission, Turning, Wrench
 
 _FREE, _BALL = 0, 1  # mjtJoint
 
@@ -26,7 +26,6 @@ def actuators(compiled: Compiled) -> Iterator[Actuator]:
             continue
         compiled.note(
             {
-                f"limits of the force of the actuator {name}": ("actuator_forcelimited",),
                 f"damping and armature of the actuator {name}": (
                     "actuator_damping",
                     "actuator_dampingpoly",
@@ -35,10 +34,36 @@ def actuators(compiled: Compiled) -> Iterator[Actuator]:
             },
             {"actuator": k},
         )
-        control = int(m.actuator_ctrladr[k]) if hasattr(m, "actuator_ctrladr") else k
-        low, high = map(float, m.actuator_ctrlrange[control])
-        limits = (low, high) if m.actuator_ctrllimited[control] else (None, None)
-        yield Actuator(name, through, gain, bias, *limits)
+        force_limits = limits_of(m.actuator_forcerange[k]) if m.actuator_forcelimited[k] else None
+        if force_limits is not None and isinstance(through, Span) and bias[1]:  # its spring is a part of its own
+            compiled.ignored.append(f"limits of the force of the actuator {name}")
+            force_limits = None
+        yield Actuator(name, through, gain, bias, _control_limits(compiled, k), force_limits, _activation(compiled, k))
+
+
+def _control_limits(compiled: Compiled, k: int) -> Limits | None:
+    """The limits at which the control of actuator ``k`` saturates, None where it does not."""
+    m = compiled.model
+    control = int(m.actuator_ctrladr[k]) if hasattr(m, "actuator_ctrladr") else k
+    saturates = m.actuator_ctrllimited[control] and not compiled.disabled("CLAMPCTRL")
+    return limits_of(m.actuator_ctrlrange[control]) if saturates else None
+
+
+def limits_of(pair: Sequence[float]) -> Limits:
+    """The ``pair`` of a list of ranges."""
+    low, high = map(float, pair)
+    return low, high
+
+
+def _activation(compiled: Compiled, k: int) -> Activation | None:
+    """The state of actuator ``k``, if it has one."""
+    m, kinds = compiled.model, compiled.mujoco.mjtDyn
+    kind = int(m.actuator_dyntype[k])
+    if kind == kinds.mjDYN_NONE:
+        return None
+    limits = limits_of(m.actuator_actrange[k]) if m.actuator_actlimited[k] else None
+    word = "integrator" if kind == kinds.mjDYN_INTEGRATOR else "filter"
+    return Activation(word, float(m.actuator_dynprm[k][0]), limits)
 
 
 def _affine(numbers: Iterable[float], count: int) -> tuple[float, float, float]:
@@ -59,7 +84,7 @@ def _follows(through: Transmission, gain: Sequence[float], bias: Sequence[float]
 
 
 def _is_plain(compiled: Compiled, k: int) -> bool:
-    """Whether the actuator is on, has one control without delay or states, and a force that is affine in it."""
+    """Whether the actuator is on, and has one control without delay, a state at most, and a force affine in these."""
     m, own = compiled.model, compiled.mujoco
     off = m.opt.disableflags & int(own.mjtDisableBit.mjDSBL_ACTUATION)
     group = int(m.actuator_group[k])
@@ -70,8 +95,17 @@ def _is_plain(compiled: Compiled, k: int) -> bool:
         not (off or delayed or several)
         and int(m.actuator_gaintype[k]) in map(int, (own.mjtGain.mjGAIN_AFFINE, own.mjtGain.mjGAIN_FIXED))
         and int(m.actuator_biastype[k]) in map(int, (own.mjtBias.mjBIAS_AFFINE, own.mjtBias.mjBIAS_NONE))
-        and m.actuator_dyntype[k] == own.mjtDyn.mjDYN_NONE
+        and _follows_control(compiled, k)
     )
+
+
+def _follows_control(compiled: Compiled, k: int) -> bool:
+    """Whether actuator ``k`` has no state, or one that integrates or filters its control and acts in its own time."""
+    m, kinds = compiled.model, compiled.mujoco.mjtDyn
+    kind = int(m.actuator_dyntype[k])
+    filters = kind in map(int, (kinds.mjDYN_FILTER, kinds.mjDYN_FILTEREXACT)) and m.actuator_dynprm[k][0] > 0
+    one = not (hasattr(m, "actuator_actnum") and m.actuator_actnum[k] > 1) and not m.actuator_actearly[k]
+    return bool(kind == kinds.mjDYN_NONE or (one and (filters or kind == kinds.mjDYN_INTEGRATOR)))
 
 
 def _transmission(compiled: Compiled, k: int) -> Transmission | None:
@@ -79,7 +113,7 @@ def _transmission(compiled: Compiled, k: int) -> Transmission | None:
     m, kinds = compiled.model, compiled.mujoco.mjtTrn
     kind, target, gear = int(m.actuator_trntype[k]), int(m.actuator_trnid[k][0]), [float(x) for x in m.actuator_gear[k]]
     if kind == kinds.mjTRN_TENDON:
-        length = _tendon(compiled, target)
+        length = tendon_of(compiled, target)
         if isinstance(length, Span):
             return Span(length.spots, gear[0])
         return None if length is None else tuple((joint, gear[0] * factor) for joint, factor in length)
@@ -102,7 +136,7 @@ def _site(compiled: Compiled, site: int) -> tuple[str, tuple[float, ...]]:
     return compiled.body(int(m.site_bodyid[site])), tuple(map(float, m.site_pos[site]))
 
 
-def _tendon(compiled: Compiled, index: int) -> Sum | Span | None:
+def tendon_of(compiled: Compiled, index: int) -> Sum | Span | None:
     """The joints of a fixed tendon with their factors, or the sites of a spatial one without wraps; None for others."""
     m, kinds, first = compiled.model, compiled.mujoco.mjtWrap, compiled.model.tendon_adr[index]
     wraps = range(first, first + m.tendon_num[index])
@@ -117,7 +151,7 @@ def tendons(compiled: Compiled) -> Iterator[Tendon]:
     """Those that are springs and dampers; what else they are is noted as ignored."""
     m = compiled.model
     for k in range(m.ntendon):
-        name, length = compiled.name("tendon", k), _tendon(compiled, k)
+        name, length = compiled.name("tendon", k), tendon_of(compiled, k)
         stiffness, damping = float(np.ravel(m.tendon_stiffness[k])[0]), float(np.ravel(m.tendon_damping[k])[0])
         low, high = map(float, m.tendon_lengthspring[k])
         slack = bool(stiffness) and low != high  # between two lengths

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import sympy as sp
 
-from lag2fmu.description.events import Friction, Stop
+from lag2fmu.description.events import Friction, State, Stop
 from lag2fmu.description.joints import Joint
 from lag2fmu.description.names import of_friction, of_unilateral, stop_side
+from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint, Damper, Load, Spring
 from lag2fmu.description.places import Frame, Point
 from lag2fmu.description.symbols import Declared, coordinate, parameter
@@ -29,9 +30,10 @@ INERTIAS = {"rad": "kg.m2", "m": "kg"}
 class Parts:
     """The parts, whose ``names`` are taken.
 
-    ``joints`` {name in the file: ours}, ``carriers`` {link: (its frame or the world, its turn and pose in it)}. What
-    nothing is made of is ``ignored``. The terms of each sum in ``alike`` have one unit; ``plain`` are the names of
-    factors that have none where their use leaves it open.
+    ``joints`` {name in the file: ours}, ``carriers`` {link: (its frame or the world, its turn and pose in it)},
+    ``driven`` {actuator: (length, rate, force)} of those along joints. What nothing is made of is ``ignored``. The
+    terms of each sum in ``alike`` have one unit; ``plain`` are the names of factors that have none where their use
+    leaves it open.
     """
 
     names: Names
@@ -47,10 +49,13 @@ class Parts:
     springs: list[Spring] = field(default_factory=list)
     armatures: list[sp.Expr] = field(default_factory=list)
     inputs: list[Declared] = field(default_factory=list)
+    states: list[State] = field(default_factory=list)
     forces: dict[str, sp.Expr] = field(default_factory=dict)
     loads: list[Load] = field(default_factory=list)
     closures: list[Joint] = field(default_factory=list)
     constraints: list[Constraint] = field(default_factory=list)
+    outputs: list[Output] = field(default_factory=list)
+    driven: dict[str, tuple[sp.Expr, sp.Expr, sp.Expr]] = field(default_factory=dict)
     ignored: list[str] = field(default_factory=list)
     alike: list[sp.Expr] = field(default_factory=list)
     plain: list[str] = field(default_factory=list)

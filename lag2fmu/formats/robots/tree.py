@@ -65,10 +65,17 @@ class JointPose:
 
     @classmethod
     def of(cls, origin: Floats, matrix: Floats) -> JointPose:
-        """The pose of an origin (3,) and a matrix (3, 3) of turns: by yaw, pitch and roll, about z, y and x."""
-        pitch = math.asin(min(1.0, max(-1.0, -matrix[2, 0])))
-        if abs(matrix[2, 0]) < 1 - 1e-12:
-            yaw, roll = math.atan2(matrix[1, 0], matrix[0, 0]), math.atan2(matrix[2, 1], matrix[2, 2])
+        """The pose of an origin (3,) and a matrix (3, 3) of turns: by yaw, pitch and roll, about z, y and x.
+
+        The roll is that of the matrix turned back by the yaw, so that the three are exact to rounding also where the
+        pitch is nearly a quarter turn and yaw and roll are nearly the same.
+        """
+        cosine = math.hypot(matrix[0, 0], matrix[1, 0])
+        pitch = math.atan2(-matrix[2, 0], cosine)
+        if cosine > ROUNDING:
+            yaw = math.atan2(matrix[1, 0], matrix[0, 0])
+            c, s = math.cos(yaw), math.sin(yaw)
+            roll = math.atan2(s * matrix[0, 2] - c * matrix[1, 2], c * matrix[1, 1] - s * matrix[0, 1])
         else:  # both turn about the same axis
             yaw, roll = math.atan2(-matrix[0, 1], matrix[1, 1]), 0.0
         return cls(origin, tuple((axis, angle) for axis, angle in zip("zyx", (yaw, pitch, roll), strict=True) if angle))
@@ -90,8 +97,14 @@ def about(axis: str, angle: float) -> Floats:
     return matrix
 
 
+ROUNDING = 1e-14
+"""The cosine of a pitch that is a quarter turn, to the rounding of products of some matrices."""
 QUARTER = 6e-12
 """rad; an angle so near to quarter turns is one: files round them to 12 digits."""
+
+
+Limits = tuple[float, float]
+"""The least and the greatest value."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +134,7 @@ class RobotJoint:
     stiffness: float = 0.0
     rest: float = 0.0
     armature: float = 0.0
+    force_limits: Limits | None = None
 
 
 Sum = tuple[tuple[str, float], ...]
@@ -169,18 +183,31 @@ Transmission = Sum | Turning | Span | Wrench
 
 
 @dataclass(frozen=True)
+class Activation:
+    """The state of an actuator, which its control drives: ``kind`` "integrator", z' = u, or "filter", z' = (u - z)/T.
+
+    T is the ``time_constant`` (s). At its ``limits`` the state stays.
+    """
+
+    kind: str
+    time_constant: float
+    limits: Limits | None
+
+
+@dataclass(frozen=True)
 class Actuator:
     """A force ``along`` something: the sum of ``gain`` times (1, length, length') times u, and ``bias`` times these.
 
-    u is its input within limits.
+    u is its input, or its ``state`` if it has one. Input and force saturate at ``control_limits``, ``force_limits``.
     """
 
     name: str
     along: Transmission
     gain: tuple[float, float, float]
     bias: tuple[float, float, float]
-    lower: float | None
-    upper: float | None
+    control_limits: Limits | None = None
+    force_limits: Limits | None = None
+    state: Activation | None = None
 
 
 @dataclass(frozen=True)
@@ -206,12 +233,28 @@ class Closure:
 
 @dataclass(frozen=True)
 class Coupling:
-    """The coordinate of ``first`` is a polynomial of that of ``second``, both less their references; or a constant."""
+    """The length ``first`` is a polynomial of ``second``, both less their references; or a constant without it."""
 
     name: str
-    first: tuple[str, float]
-    second: tuple[str, float] | None
+    first: tuple[Sum, float]
+    second: tuple[Sum, float] | None
     coefficients: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A ``quantity`` along joints, of an ``actuator`` or of a ``place``.
+
+    It is "length" or "rate" ``along`` joints or of the actuator, or its "force". A place is a link and a pose in its
+    axes; its quantities are those of outputs, along the ``axes`` "world" or "frame".
+    """
+
+    name: str
+    quantity: str
+    along: Sum = ()
+    actuator: str = ""
+    place: tuple[str, JointPose] | None = None
+    axes: str = "world"
 
 
 @dataclass(frozen=True)
@@ -231,6 +274,7 @@ class Robot:
     tendons: tuple[Tendon, ...] = ()
     closures: tuple[Closure, ...] = ()
     couplings: tuple[Coupling, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
 
 
 def in_order(root: str, joints: Iterable[RobotJoint]) -> tuple[RobotJoint, ...]:

