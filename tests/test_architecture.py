@@ -70,6 +70,12 @@ ROOMS = {
         | {"analysis", "picture", "solvers", "fmu"},
         {"sympy", "numpy", "fmpy", "lxml", "rich", "matplotlib"},
     ),
+    "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
+    "systems": (
+        {"errors", "progress", "xml_tree", "version", "language", "description", "mechanism", "formats", "reference"}
+        | {"fmu", "verify", "checking"},
+        {"numpy"},
+    ),
     "studies": (
         {
             "errors",
@@ -84,14 +90,8 @@ ROOMS = {
             "solvers",
             "codegen",
         }
-        | {"fmu", "ensemble", "verify"},
+        | {"fmu", "ensemble", "verify", "systems"},
         {"numpy", "scipy", "xarray", "pyarrow", "matplotlib"},
-    ),
-    "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
-    "systems": (
-        {"errors", "progress", "xml_tree", "version", "language", "description", "mechanism", "reference", "fmu"}
-        | {"verify", "checking"},
-        {"numpy"},
     ),
     "cli": (
         {

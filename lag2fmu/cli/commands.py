@@ -11,11 +11,15 @@ from typing import Any
 import click
 
 from lag2fmu.cli.options import (
+    APART,
+    CONNECT,
     FMI,
     HOLD,
     INPUT,
+    JOIN,
     MODEL,
     MODEL_OR_FMU,
+    MODELS,
     PATH,
     SET,
     SOLVER,
@@ -196,7 +200,10 @@ def linearize(**choices: Any) -> None:
 
 
 @click.command()
-@MODEL_OR_FMU
+@MODELS
+@CONNECT
+@JOIN
+@APART
 @STOP_TIME
 @click.option("--step", type=float, metavar="S", help="Communication step in seconds.")
 @click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
@@ -215,11 +222,10 @@ def linearize(**choices: Any) -> None:
 @click.option("--force", is_flag=True, help="Overwrite a CSV file that exists.")
 @loading
 def simulate(**choices: Any) -> None:
-    """Run MODEL, an FMU, or a system of FMUs (.ssp, .ssd) by fmpy."""
-    from lag2fmu.cli.motions import SimulateOptions
-    from lag2fmu.systems.source import is_system
+    """Run MODEL, an FMU, or a system by fmpy: .ssp, .ssd, or models, FMUs and functions FILE.py:NAME@S by name."""
+    from lag2fmu.cli.motions import SimulateOptions, is_one_model
 
-    if is_system(choices["model"]):
+    if not is_one_model(choices["models"]):
         from lag2fmu.cli.systems import run_system as run
     else:
         from lag2fmu.cli.simulating import simulate_model as run

@@ -15,13 +15,17 @@ from lag2fmu.cli.terminal import console
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import named
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.systems.source import is_system
 
 
 @dataclass(frozen=True)
 class SimulateOptions:
     """The options of ``simulate``, by their names."""
 
-    model: str
+    models: tuple[str, ...]
+    connect: tuple[str, ...]
+    join: tuple[str, ...]
+    apart: bool
     stop_time: float | None
     step: float | None
     tolerance: float | None
@@ -33,6 +37,16 @@ class SimulateOptions:
     animation: Path | None
     force: bool
     settings: tuple[str, ...]
+
+    @property
+    def model(self) -> str:
+        """The model, where there is one."""
+        return self.models[0]
+
+
+def is_one_model(models: tuple[str, ...]) -> bool:
+    """Whether these words are one mechanism or FMU: not a system, or components NAME=COMPONENT."""
+    return len(models) == 1 and not is_system(models[0]) and ("=" not in models[0] or Path(models[0]).is_file())
 
 
 def check_targets(asked: SimulateOptions) -> None:

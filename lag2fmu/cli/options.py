@@ -28,7 +28,7 @@ def _keep(context: click.Context, option: click.Parameter, value: object) -> Non
         context.meta.setdefault(STRUCTURAL, []).append(f"{option.name}={str(value).lower()}")
 
 
-def _models(context: click.Context, argument: click.Parameter, begun: str) -> list[CompletionItem]:
+def completions(context: click.Context, argument: click.Parameter, begun: str) -> list[CompletionItem]:
     """The completions of a MODEL that has ``begun``: bundled names, and files."""
     names = [CompletionItem(name, help=summary(path)) for name, path in bundled().items() if name.startswith(begun)]
     return [*names, CompletionItem(begun, type="file")]
@@ -38,8 +38,11 @@ def _solvers(context: click.Context, option: click.Parameter, begun: str) -> lis
     return [CompletionItem(name, help=method.title) for name, method in METHODS.items() if name.startswith(begun)]
 
 
-MODEL = click.argument("model", shell_complete=_models)
-MODEL_OR_FMU = click.argument("model", metavar="MODEL|FMU", shell_complete=_models)
+MODEL = click.argument("model", shell_complete=completions)
+MODEL_OR_FMU = click.argument("model", metavar="MODEL|FMU", shell_complete=completions)
+MODELS = click.argument(
+    "models", metavar="MODEL|FMU|NAME=COMPONENT...", nargs=-1, required=True, shell_complete=completions
+)
 SOLVER = click.option(
     "--solver",
     metavar="NAME",
@@ -78,6 +81,19 @@ INPUT = click.option(
     metavar="CSV",
     help="Signals: time,name [unit],...; linear between; a column without a unit is in SI.",
 )
+CONNECT = click.option(
+    "--connect",
+    multiple=True,
+    metavar="A.X:B.Y",
+    help="An output of the component A and an input of B, or two terminals; repeatable.",
+)
+JOIN = click.option(
+    "--join",
+    multiple=True,
+    metavar="A.P:B.P=KIND[:AXIS]",
+    help="Two places that are ports, and the ideal joint between them; repeatable.",
+)
+APART = click.option("--apart", is_flag=True, help="Run each FMU of a system in a process of its own.")
 HOLD = click.option("--hold", is_flag=True, help="Hold the signals during each communication step.")
 FMI = click.option(
     "--fmi", type=click.Choice(["2.0", "3.0"]), help="Version of FMI of the FMU that is exported; default 2.0."

@@ -79,7 +79,7 @@ def calibrate(**choices: Any) -> None:
 @BASE
 @STOPS
 def sweep(**choices: Any) -> None:
-    """Run MODEL or an FMU many times, over all that --vary says, and write the results as one table."""
+    """Run MODEL, an FMU or a system (.ssp, .ssd) many times, over all that --vary says; write one table of results."""
     from lag2fmu.cli.sweeping import SweepOptions, sweep_model
 
     sweep_model(SweepOptions(**choices))

@@ -13,6 +13,7 @@ from typing import Any
 import click
 
 from lag2fmu.cli.settings import echo_settings, load_mechanism
+from lag2fmu.cli.system_units import units_of_network
 from lag2fmu.cli.terminal import runs_bar
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.exported import is_fmu
@@ -22,6 +23,8 @@ from lag2fmu.mechanism.display import display_units
 from lag2fmu.reference.trajectory import read_csv
 from lag2fmu.studies.sweeping import sweep
 from lag2fmu.studies.vary_texts import axes_of_texts, numbers_of_text
+from lag2fmu.systems.network import network_of_file
+from lag2fmu.systems.source import is_system
 from lag2fmu.verify import entry_points
 
 
@@ -84,6 +87,12 @@ def _say(found: Any, out: Path) -> None:
 
 def _source(model: str, settings: tuple[str, ...]) -> tuple[Any, dict[str, float], dict[str, Unit]]:
     """(what to run, values (SI) of each run, {name: unit})."""
+    if is_system(model):
+        texts = pairs_of(settings)
+        with network_of_file(Path(model)) as network:
+            units = units_of_network(network)
+        echo_settings(texts, units)
+        return Path(model), values_of(texts, units), units
     if not is_fmu(Path(model)):
         mechanism = load_mechanism(model, settings)
         return mechanism, {}, display_units(mechanism)

@@ -11,11 +11,11 @@ from typing import Any
 from lag2fmu.progress import progress_bar
 
 
-def console() -> Any:
-    """The console of rich: as wide as the terminal, or of 110 columns if the output is no terminal."""
+def console(*, error: bool = False) -> Any:
+    """The console of rich, on standard output or ``error``: as wide as the terminal, or 110 columns without one."""
     from rich.console import Console
 
-    return Console(width=None if sys.stdout.isatty() else 110)
+    return Console(width=None if (sys.stderr if error else sys.stdout).isatty() else 110, stderr=error)
 
 
 def knows_unicode() -> bool:

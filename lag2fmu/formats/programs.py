@@ -14,6 +14,7 @@ from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
@@ -26,11 +27,7 @@ def model_function(path: Path, name: str = "") -> Callable[..., object]:
     The model function is the public function named like the file, or the only one that is defined there and may return
     a Mechanism. Raises LoadError if there is none, and, with the line, for any error of the program.
     """
-    try:
-        source, stamp = path.read_bytes(), path.resolve()
-    except OSError as error:
-        raise LoadError(f"{path}: cannot be read: {error.strerror}") from error
-    module = _module(stamp, source)
+    module = _module(path.resolve(), _source(path))
     return _named(path, module, name) if name else _only_function(path, module)
 
 
@@ -94,8 +91,22 @@ def _only_function(path: Path, module: ModuleType) -> Callable[..., object]:
     return next(iter(declared.values()))
 
 
-@lru_cache(maxsize=64)
-def _module(path: Path, source: bytes) -> ModuleType:
+def program(path: Path) -> dict[str, Any]:
+    """{name: object} of the program ``path``, which is run anew.
+
+    Raises LoadError for a file that cannot be read, and, with the line, for any error of the program.
+    """
+    return vars(_executed(path.resolve(), _source(path)))
+
+
+def _source(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise LoadError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _executed(path: Path, source: bytes) -> ModuleType:
     """The module of a model file, run under a name of its own and leaving no bytecode behind."""
     name = f"lag2fmu_model_{path.stem}_{sha256(str(path).encode() + source).hexdigest()[:12]}"
     spec = importlib.util.spec_from_file_location(name, path)
@@ -108,6 +119,9 @@ def _module(path: Path, source: bytes) -> ModuleType:
     finally:
         del sys.modules[name]
     return module
+
+
+_module = lru_cache(maxsize=64)(_executed)
 
 
 def guarded(path: Path, action: Callable[[], object]) -> object:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import prod
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -143,16 +143,20 @@ def _names(axes: Sequence[Axis]) -> tuple[str, ...]:
     return tuple(name for axis in axes for name in axis.names)
 
 
+ModelKind = Literal["mechanism", "fmu", "system"]
+
+
 @dataclass(frozen=True, eq=False)
 class SweepTask:
     """What the runs of a sweep have in common; plain data, so that it can be sent anywhere.
 
-    ``model`` is the text of a mechanism, or the path of an FMU (``is_fmu``). ``outputs`` are read at the ``times`` (s),
-    which end with the stop time. ``bounds`` {name: (least, greatest)} in SI.
+    ``model`` is the text of a mechanism, or the path of an FMU or of a system, as ``kind`` says; ``files`` are those on
+    which its runs depend. ``outputs`` are read at the ``times`` (s), which end with the stop time. ``bounds``
+    {name: (least, greatest)} in SI.
     """
 
     model: str
-    is_fmu: bool
+    kind: ModelKind
     names: tuple[str, ...]
     outputs: tuple[str, ...]
     times: Floats
@@ -165,6 +169,7 @@ class SweepTask:
     hold: bool = False
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     threads: int | None = None
+    files: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,12 @@
-"""What makes the runs of a sweep: compiled batches for models, fmpy for FMUs. Tasks travel to other processes."""
+"""What makes the runs of a sweep: compiled batches for models, fmpy for FMUs and systems.
+
+Tasks travel to other processes.
+"""
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +17,8 @@ from lag2fmu.formats.text import read
 from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.design import SweepTask, TaskResults
 from lag2fmu.studies.givable import kinds_of
+from lag2fmu.systems.network import network_of_file
+from lag2fmu.systems.running import simulate_system
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.simulate import simulate_fmu
 
@@ -23,7 +29,7 @@ def run_part(task: SweepTask, rows: Floats) -> TaskResults:
     reasons = _out_of_bounds(task, rows)
     good = np.array([i for i in range(len(rows)) if i not in reasons], dtype=int)
     if len(good):
-        found = (_by_fmpy if task.is_fmu else _by_ensemble)(task, rows[good])
+        found = _ENGINES[task.kind](task, rows[good])
         values[good] = found.values
         reasons |= {int(good[i]): reason for i, reason in found.reasons.items()}
     return TaskResults(values, reasons)
@@ -79,16 +85,28 @@ def _by_ensemble(task: SweepTask, rows: Floats) -> TaskResults:
 
 def _by_fmpy(task: SweepTask, rows: Floats) -> TaskResults:
     """The runs, made one after the other; between runs an FMU of lag2fmu is reset, another one loaded anew."""
+    return _one_by_one(task, rows, partial(simulate_fmu, Path(task.model)))
+
+
+def _by_system(task: SweepTask, rows: Floats) -> TaskResults:
+    """The runs, made one after the other."""
+    with network_of_file(Path(task.model)) as network:
+        return _one_by_one(task, rows, lambda run: simulate_system(network, run, run.inputs))
+
+
+def _one_by_one(task: SweepTask, rows: Floats, simulate: Callable[[Run], Trajectory]) -> TaskResults:
     values, reasons = np.full((len(rows), len(task.times), len(task.outputs)), np.nan), {}
     signals = None if task.input_times is None else Trajectory.of(task.input_times, task.inputs)
     for i, row in enumerate(rows):
         try:
             values_here = {**task.values, **dict(zip(task.names, row.tolist(), strict=True))}
             stop = float(task.times[-1])
-            asked = Run(stop, task.step, task.tolerance, values_here, signals, task.hold, task.outputs)
-            run = simulate_fmu(Path(task.model), asked)
+            run = simulate(Run(stop, task.step, task.tolerance, values_here, signals, task.hold, task.outputs))
         except SimulationError as error:
             reasons[i] = str(error)
         else:
             values[i] = run.interpolated(task.times).columns(task.outputs)
     return TaskResults(values, reasons)
+
+
+_ENGINES = {"mechanism": _by_ensemble, "fmu": _by_fmpy, "system": _by_system}

@@ -112,7 +112,7 @@ def _write(path: Path, content: bytes) -> None:
 def _fingerprint(task: SweepTask, design: Design) -> str:
     """A hash of everything that the results of a sweep depend on."""
     digest = hashlib.sha256()
-    model = Path(task.model).read_bytes() if task.is_fmu else task.model.encode()
+    model = b"".join(hashlib.sha256(Path(file).read_bytes()).digest() for file in task.files) or task.model.encode()
     inputs = sorted((name, np.asarray(column).tobytes()) for name, column in task.inputs.items())
     times = None if task.input_times is None else np.asarray(task.input_times).tobytes()
     choices = (task.names, task.outputs, task.tolerance, task.solver, task.step, sorted(task.values.items()), task.hold)

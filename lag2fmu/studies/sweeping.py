@@ -15,12 +15,14 @@ from lag2fmu.studies.datasets import check_path, dataset, save
 from lag2fmu.studies.design import Design, SweepTask, TaskResults, axes_of, grid, sampled
 from lag2fmu.studies.engines import run_part
 from lag2fmu.studies.parts import PartStore
+from lag2fmu.studies.system_tasks import task_of_system
 from lag2fmu.studies.tasks import Wanted, task_of_fmu, task_of_model
+from lag2fmu.systems.source import is_system
 from lag2fmu.verify.inputs import Inputs
 from lag2fmu.verify.plan import check_tolerance
 
-_PART = {False: 2000, True: 20}
-"""The number of runs in a part, for a model and for an FMU."""
+_PART = {"mechanism": 2000, "fmu": 20, "system": 20}
+"""The number of runs in a part."""
 _AHEAD = 64
 """So many parts wait on an executor at a time."""
 _ATTEMPTS = 3
@@ -52,7 +54,8 @@ def sweep(  # noqa: PLR0913 (choices of the user)
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Any:
-    """Run ``model`` over all values that ``vary`` describes; it is a mechanism, what ``load`` takes, or any FMU.
+    """Run ``model`` over all values that ``vary`` describes; it is a mechanism, what ``load`` takes, any FMU, or
+    the path of a system, .ssp or .ssd, whose names are COMPONENT.VARIABLE.
 
     ``vary`` {name: values (n,)} gives the full grid; {(name, name): (n, 2)} are columns that vary together. With
     ``sample``, so many runs are drawn, and {name: (low, high)} is a range; ``sampling`` is "random", "sobol", "halton"
@@ -73,7 +76,9 @@ def sweep(  # noqa: PLR0913 (choices of the user)
     axes = axes_of(vary)
     wanted = Wanted(outputs, at_end, times, stop_time, values or {}, inputs, hold, tolerance, solver)
     design = grid(axes) if sample is None else sampled(axes, sample, sampling, seed)
-    if is_fmu(model):
+    if is_system(model):
+        task, units, title = task_of_system(Path(str(model)), design, wanted)
+    elif is_fmu(model):
         task, units, title = task_of_fmu(model, design, wanted)
     else:
         task, units, title = task_of_model(model, design, wanted, threads=1 if executor else None)
@@ -93,7 +98,7 @@ def sweep(  # noqa: PLR0913 (choices of the user)
 def _size(part: int | None, task: SweepTask, runs: int) -> int:
     if part is not None and part < 1:
         raise LoadError(f"parts of {part} runs are asked for; give at least 1")
-    return min(part or _PART[task.is_fmu], runs)
+    return min(part or _PART[task.kind], runs)
 
 
 def _make_parts(

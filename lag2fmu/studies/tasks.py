@@ -53,13 +53,13 @@ def task_of_model(
     """
     mechanism = as_mechanism(model)
     check_names(mechanism, [*design.names, *wanted.values])
-    times = _times(wanted, mechanism.experiment.stop_time if wanted.stop_time is None else wanted.stop_time)
+    times = times_of_runs(wanted, mechanism.experiment.stop_time if wanted.stop_time is None else wanted.stop_time)
     found = trajectory_of(wanted.inputs, float(times[-1]), mechanism.experiment.step)
     check_names(mechanism, () if found is None else found.names)
     shown: dict[str, Unit | None] = dict(display_units(mechanism))
     task = SweepTask(
         model=write(mechanism),
-        is_fmu=False,
+        kind="mechanism",
         names=design.names,
         outputs=_outputs_of(mechanism, wanted.outputs),
         times=times,
@@ -96,12 +96,13 @@ def task_of_fmu(model: Any, design: Design, wanted: Wanted) -> tuple[SweepTask, 
         raise LoadError(f"'{path.name}' has its solver inside; leave the solver out")
     _check_known(path.name, (*design.names, *(wanted.outputs or ())), scalars)
     stop, step = times_of(path, wanted.stop_time, None)
-    times = _times(wanted, stop)
+    times = times_of_runs(wanted, stop)
     inputs = trajectory_of(wanted.inputs, float(times[-1]), step)
     every = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
     task = SweepTask(
         model=str(path),
-        is_fmu=True,
+        kind="fmu",
+        files=(str(path),),
         names=design.names,
         outputs=tuple(every if wanted.outputs is None else wanted.outputs),
         times=times,
@@ -124,10 +125,10 @@ def _check_known(file: str, names: Sequence[str], scalars: Mapping[str, Any]) ->
 def _units_of(scalars: Mapping[str, Any]) -> dict[str, Unit | None]:
     """The units that the variables of an FMU declare, or their types."""
     texts = {s.name: s.variable.unit or getattr(s.variable.declaredType, "unit", None) for s in scalars.values()}
-    return {name: _declared(text) for name, text in texts.items()}
+    return {name: declared_unit(text) for name, text in texts.items()}
 
 
-def _declared(text: str | None) -> Unit | None:
+def declared_unit(text: str | None) -> Unit | None:
     """The unit called ``text``; None for one that is not known here."""
     try:
         return None if not text else parse_unit(text)
@@ -135,7 +136,7 @@ def _declared(text: str | None) -> Unit | None:
         return None
 
 
-def _times(wanted: Wanted, stop: float) -> Floats:
+def times_of_runs(wanted: Wanted, stop: float) -> Floats:
     """The times (m,), in s, at which outputs are read; raises LoadError for times that a run cannot have."""
     if wanted.times is not None and wanted.at_end:
         raise LoadError("outputs are wanted at the end and at times; choose one of them")

@@ -7,16 +7,15 @@ Computer Modelling of Dynamical Systems 6 (2000).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from lag2fmu.errors import SimulationError
+from lag2fmu.systems.cables import Cable, ConnectedInputs, order_of
 from lag2fmu.systems.connections import End
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.wires import Wire
-from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.run import Floats
 
 _AGREE = 1e-12
@@ -25,89 +24,102 @@ _NEWTON = 20
 """The most steps of Newton's method. Linear loops take one or two, others some more."""
 
 
-@dataclass(frozen=True)
-class _Cable:
-    """The wires from one FMU to another: the source's ``outputs``, and which of the target's inputs hear them."""
-
-    source: Member
-    outputs: Channel
-    target: str
-    places: Sequence[int]
-    factor: Floats
-    offset: Floats
-
-
-@dataclass
-class _Inputs:
-    """The connected inputs of an FMU: their ``channel``, and their ``values`` and ``derivatives`` at present.
-
-    ``sizes`` are their greatest magnitudes so far.
-    """
-
-    channel: Channel
-    names: tuple[str, ...]
-    values: Floats
-    derivatives: Floats
-    sizes: Floats
-
-
 class Circuit:
-    """The connected inputs of all ``members`` and what they hear by the ``wires``."""
+    """The connected ``inputs`` of all ``members``, by component, and what they hear by the ``wires``."""
 
-    def __init__(self, members: Mapping[str, Member], wires: Sequence[Wire]) -> None:
-        """Look up who hears whom; raises LoadError for wires between variables of different sizes."""
+    def __init__(self, members: Mapping[str, Member], wires: Sequence[Wire], *, initial: bool = False) -> None:
+        """Look up who hears whom; raises LoadError for wires between variables of different sizes.
+
+        ``initial``: in initialization mode, where outputs may follow inputs that they do not follow later.
+        """
         self.members = members
         pairs = [(wire, *pair) for wire in wires for pair in _elements(wire, members)]
-        self._inputs: dict[str, _Inputs] = {}
+        self.inputs: dict[str, ConnectedInputs] = {}
         for name, member in members.items():
             names = tuple(t for wire, _, t in pairs if wire.target.component == name)
             if names:
                 channel = member.channel(names)
-                self._inputs[name] = _Inputs(
-                    channel, names, channel.read(), np.zeros((2, len(names))), np.zeros(len(names))
+                self.inputs[name] = ConnectedInputs(
+                    channel, names, channel.read(), np.zeros((2, len(names))), *np.zeros((2, len(names)))
                 )
-        self._cables = [
-            cable for source in members for target in self._inputs for cable in self._between(source, target, pairs)
-        ]
+        self._cables = {
+            target: [c for source in members for c in self._between(source, target, pairs, initial)]
+            for target in self.inputs
+        }
         self._outer = [
-            (wire.source.connector, wire.target.component, self._inputs[wire.target.component].names.index(t), wire.map)
+            (wire.source.connector, wire.target.component, self.inputs[wire.target.component].names.index(t), wire.map)
             for wire, _, t in pairs
             if not wire.source.component
         ]
+        self._order, self._looping = self._ordered()
+        self._continuous = {name for name, member in members.items() if not member.samples}
 
-    def _between(self, source: str, target: str, pairs: Sequence[tuple[Wire, str, str]]) -> list[_Cable]:
+    def _between(self, source: str, target: str, pairs: Sequence[tuple[Wire, str, str]], initial: bool) -> list[Cable]:
         found = [(w, s, t) for w, s, t in pairs if (w.source.component, w.target.component) == (source, target)]
         if not found:
             return []
-        places = [self._inputs[target].names.index(t) for _, _, t in found]
-        outputs = self.members[source].channel([s for _, s, _ in found])
+        places = [self.inputs[target].names.index(t) for _, _, t in found]
+        member, inputs = self.members[source], self.inputs.get(source)
+        outputs = member.channel([s for _, s, _ in found])
         factor, offset = (np.array(list(column)) for column in zip(*(w.map for w, _, _ in found), strict=True))
-        return [_Cable(self.members[source], outputs, target, places, factor, offset)]
+        at_once = inputs is not None and (initial or member.depends(outputs, inputs.channel))
+        smooth = np.array([getattr(s.variable, "variability", "") != "discrete" for s in outputs.scalars], dtype=float)
+        plain = bool((factor == 1.0).all() and (offset == 0.0).all())
+        return [Cable(member, outputs, target, places, factor, offset, at_once, plain, smooth)]
+
+    def _ordered(self) -> tuple[list[str], bool]:
+        """(the components with inputs, each behind those on whose inputs its own depend at once, whether some loop)."""
+        left, found = dict(self._cables), list[str]()
+        while left:
+            free = [n for n, cables in left.items() if not any(c.at_once and c.source.name in left for c in cables)]
+            if not free:
+                return [*found, *left], True
+            found += free
+            left = {name: cables for name, cables in left.items() if name not in free}
+        return found, False
 
     def hear(self, outer: Mapping[str, float]) -> None:
         """Set the inputs that hear inputs of the system to the values ``outer``; those without a value stay."""
         for name, target, place, map_ in self._outer:
             if name in outer:
-                inputs = self._inputs[target]
+                inputs = self.inputs[target]
                 inputs.values[place] = map_(outer[name])
                 inputs.channel.write(inputs.values)
 
     @property
     def order(self) -> int:
         """The order of the derivatives by which all connected inputs go on within steps; 0 if some are held."""
-        members = self.members
-        driven = all(members[name].takes_derivatives and x.channel.are_floats for name, x in self._inputs.items())
-        orders = [cable.source.gives_orders if cable.outputs.are_floats else 0 for cable in self._cables]
-        return min(orders, default=0) if driven and not self._outer else 0
+        return 0 if self.held() else min((order_of(cable.source) for cable in self._all_cables()), default=0)
+
+    def held(self) -> list[str]:
+        """The components with an input that is held within steps, since nothing tells how it goes on."""
+        outer = {target for _, target, _, _ in self._outer}
+        return [
+            name
+            for name, inputs in self.inputs.items()
+            if name in outer
+            or not (self.members[name].takes_derivatives and inputs.channel.are_floats)
+            or any(not c.outputs.are_floats for c in self._cables[name])
+        ]
+
+    @property
+    def sampled(self) -> bool:
+        """Whether each connection begins or ends at what samples, so that all inputs are constant within steps."""
+        return not self._outer and all(c.source.samples or self.members[c.target].samples for c in self._all_cables())
 
     def expected(self, h: float) -> list[Floats]:
         """What the inputs are taken to be after a step ``h`` (s)."""
-        return [x.values + h * x.derivatives[0] + h**2 / 2 * x.derivatives[1] for x in self._inputs.values()]
+        return [x.values + h * x.derivatives[0] + h**2 / 2 * x.derivatives[1] for x in self.inputs.values()]
 
     def missed(self, expected: Sequence[Floats]) -> float:
-        """The greatest error of what was ``expected``, relative to what the input has been at most."""
+        """The greatest error of what was ``expected``, relative to what the input has been at most.
+
+        What samples its inputs does not see them within steps.
+        """
         greatest = 0.0
-        for inputs, values in zip(self._inputs.values(), expected, strict=True):
+        for (name, inputs), values in zip(self.inputs.items(), expected, strict=True):
+            if self.members[name].samples:
+                continue
             sizes = np.maximum(inputs.sizes, np.abs(inputs.values))
             inputs.sizes = sizes
             errors = np.abs(values - inputs.values)[sizes > 0] / sizes[sizes > 0]
@@ -116,54 +128,72 @@ class Circuit:
 
     def saved(self) -> list[Floats]:
         """The present values of the inputs, for ``restore``."""
-        return [inputs.values.copy() for inputs in self._inputs.values()]
+        return [inputs.values.copy() for inputs in self.inputs.values()]
 
     def restore(self, values: Sequence[Floats]) -> None:
         """The inputs are what they were when the ``values`` were ``saved``."""
-        for inputs, before in zip(self._inputs.values(), values, strict=True):
+        for inputs, before in zip(self.inputs.values(), values, strict=True):
             inputs.values[:] = before
 
-    def settle(self, time: float) -> None:
+    def settle(self, time: float, changed: Collection[str] | None = None) -> None:
         """Bring all inputs to what they hear at the ``time`` (s).
 
-        As many rounds as there are FMUs pass on what goes along chains. What does not agree then is a loop. Raises
-        SimulationError that names an input for which there is no value.
+        ``changed``: the components whose outputs are new; by default all but those that sample. Components hear in the
+        order in which they depend on each other, which is one round. Where they depend in a loop, as many rounds as
+        there are components pass on what does not. What does not agree then is solved. Raises SimulationError that
+        names an input for which there is no value.
         """
+        new = self._continuous if changed is None else changed
         for _ in range(len(self.members) + 1):
-            if not self._round():
+            moved, differs = set[str](), set[str]()
+            for name in self._order:
+                before = self._hear(name, new, moved)
+                if before is not None:
+                    moved.add(name)
+                    if self._looping and _differ(before, self.inputs[name].values):
+                        differs.add(name)
+            if not differs:
                 return
+            new = differs
         self._solve(time)
 
-    def _round(self) -> bool:
-        """Let each FMU in turn hear what the others say now; whether an input has changed."""
-        changed = False
-        for name, inputs in self._inputs.items():
-            before = inputs.values.copy()
-            for cable in self._cables:
-                if cable.target == name:
-                    inputs.values[cable.places] = cable.factor * cable.outputs.read() + cable.offset
-            if not np.array_equal(before, inputs.values):
-                inputs.channel.write(inputs.values)
-                changed = changed or _differ(before, inputs.values)
-        return changed
+    def _hear(self, name: str, new: Collection[str], moved: Collection[str]) -> Floats | None:
+        """Let a component hear those whose outputs are ``new``, or follow inputs that have ``moved``, at once.
+
+        Its inputs before (m,), None if they stay.
+        """
+        inputs, before = self.inputs[name], None
+        for cable in self._cables[name]:
+            if cable.source.name in new or (cable.at_once and cable.source.name in moved):
+                heard = cable.heard()
+                if inputs.values[cable.places].tobytes() != heard.tobytes():
+                    before = inputs.values.copy() if before is None else before
+                    inputs.values[cable.places] = heard
+        if before is not None:
+            inputs.channel.write(inputs.values)
+        return before
+
+    def _all_cables(self) -> Iterator[Cable]:
+        for cables in self._cables.values():
+            yield from cables
 
     def _solve(self, time: float) -> None:
         """Newton's method for all inputs at once."""
         for _ in range(_NEWTON):
             missing = self._missing()
-            if all(not _differ(i.values, i.values + m) for i, m in zip(self._inputs.values(), missing, strict=True)):
+            if all(not _differ(i.values, i.values + m) for i, m in zip(self.inputs.values(), missing, strict=True)):
                 return
             matrix = np.eye(sum(map(len, missing))) - self._gains()
             if not np.isfinite(matrix).all():
                 break
             change = np.linalg.lstsq(matrix, np.concatenate(missing), rcond=None)[0]
             at = 0
-            for inputs in self._inputs.values():
+            for inputs in self.inputs.values():
                 inputs.values += change[at : at + len(inputs.values)]
                 inputs.channel.write(inputs.values)
                 at += len(inputs.values)
         worst = max(
-            ((abs(x), End(name, i.names[k])) for (name, i), m in zip(self._inputs.items(), missing, strict=True)
+            ((abs(x), End(name, i.names[k])) for (name, i), m in zip(self.inputs.items(), missing, strict=True)
              for k, x in enumerate(m)),
         )  # fmt: skip
         raise SimulationError(
@@ -173,18 +203,18 @@ class Circuit:
 
     def _missing(self) -> list[Floats]:
         """What each FMU's inputs would hear, less what they are."""
-        heard = {name: inputs.values.copy() for name, inputs in self._inputs.items()}
-        for cable in self._cables:
-            heard[cable.target][cable.places] = cable.factor * cable.outputs.read() + cable.offset
-        return [heard[name] - inputs.values for name, inputs in self._inputs.items()]
+        heard = {name: inputs.values.copy() for name, inputs in self.inputs.items()}
+        for cable in self._all_cables():
+            heard[cable.target][cable.places] = cable.heard()
+        return [heard[name] - inputs.values for name, inputs in self.inputs.items()]
 
     def _gains(self) -> Floats:
         """The derivatives (m, m) of what all inputs hear by all inputs."""
-        starts = dict(zip(self._inputs, np.cumsum([0, *(len(i.values) for i in self._inputs.values())]), strict=False))
-        size = sum(len(i.values) for i in self._inputs.values())
+        starts = dict(zip(self.inputs, np.cumsum([0, *(len(i.values) for i in self.inputs.values())]), strict=False))
+        size = sum(len(i.values) for i in self.inputs.values())
         found = np.zeros((size, size))
-        for cable in self._cables:
-            source = self._inputs.get(cable.source.name)
+        for cable in self._all_cables():
+            source = self.inputs.get(cable.source.name)
             if source is not None:
                 rows = starts[cable.target] + np.array(cable.places)
                 first = starts[cable.source.name]
@@ -192,20 +222,28 @@ class Circuit:
                 found[rows, first : first + len(source.values)] = cable.factor[:, None] * slopes
         return found
 
+    def passed(self, before: Sequence[Floats], h: float) -> None:
+        """The inputs were ``before`` when a step of length ``h`` (s) began, and it is done."""
+        for inputs, values in zip(self.inputs.values(), before, strict=True):
+            inputs.slopes = (inputs.values - values) / h
+
     def drive(self) -> None:
         """Tell each FMU that takes them how its inputs go on: by the derivatives of the outputs that they hear.
 
-        The derivative of an output that follows an input at once contains that of the input. So they go round twice.
+        Where an FMU does not give them, they go on as they did in the last step. The derivative of an output that
+        follows an input at once contains that of the input. So they go round twice.
         """
         for _ in range(2):
-            for name, inputs in self._inputs.items():
+            for name, inputs in self.inputs.items():
                 member = self.members[name]
                 if not (member.takes_derivatives and inputs.channel.are_floats):
                     continue
                 inputs.derivatives[:] = 0.0
-                for cable in self._cables:
-                    if cable.target == name:
+                for cable in self._cables[name]:
+                    if cable.source.gives_orders:
                         inputs.derivatives[:, cable.places] = cable.factor * cable.source.derivatives(cable.outputs)
+                    else:
+                        inputs.derivatives[0, cable.places] = cable.smooth * inputs.slopes[cable.places]
                 member.drive(inputs.channel, inputs.values.copy(), inputs.derivatives.copy())
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf, isnan
 from pathlib import Path
 
 from lag2fmu.checking.description import FmuDescription, Variable, number, read_document
@@ -12,6 +12,7 @@ from lag2fmu.checking.versions import described
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.pack import DESCRIPTION, opened
 from lag2fmu.language.units import BASE_UNITS
+from lag2fmu.systems.controller import Controller
 from lag2fmu.xml_tree import XmlElement, parse
 
 _TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
@@ -49,8 +50,8 @@ class Connector:
     unit: LinearUnit | None
     sizes: tuple[str, ...]
     settable: bool
-    low: float = -inf
-    high: float = inf
+    low: float = -math.inf
+    high: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -68,12 +69,23 @@ class ComponentTerminal:
 
 
 @dataclass(frozen=True)
-class Component:
-    """An FMU under the ``name`` that it has in a system.
+class PeriodicClock:
+    """A clock of FMI 3.0, by its ``reference``, that the importer ticks every ``interval`` from ``shift`` on, in s."""
 
-    - ``kind``: CoSimulation, or ModelExchange if the FMU has no co-simulation.
+    reference: int
+    interval: float
+    shift: float
+
+
+@dataclass(frozen=True)
+class Component:
+    """An FMU, or a Python function, under the ``name`` that it has in a system.
+
+    - ``kind``: CoSimulation, or ModelExchange if the FMU has no co-simulation; Controller for a function.
     - ``stop_time`` (s): that of its experiment, None if it has none.
     - ``texts``: the names of its variables that are texts.
+    - ``clocks``: those of its clocks that the importer ticks.
+    - ``controller``: the Python function; None for an FMU.
     """
 
     name: str
@@ -84,6 +96,14 @@ class Component:
     terminals: Mapping[str, ComponentTerminal]
     stop_time: float | None
     texts: frozenset[str] = frozenset()
+    controller: Controller | None = None
+    clocks: tuple[PeriodicClock, ...] = ()
+
+
+def component_with(name: str, controller: Controller, connectors: Mapping[str, Connector]) -> Component:
+    """The component ``name`` of a ``controller`` whose ``connectors`` are known."""
+    path = controller.file or Path(controller.label)
+    return Component(name, path, "", "Controller", connectors, {}, None, controller=controller)
 
 
 def read_component(name: str, path: Path) -> Component:
@@ -103,7 +123,30 @@ def read_component(name: str, path: Path) -> Component:
         {t.get("name"): _terminal(t) for t in terminals},
         stop if stop > 0 else None,
         frozenset(v.name for v in description.variables if v.type == "String"),
+        clocks=tuple(_clock(name, v) for v in description.variables if v.type == "Clock" and v.causality == "input"),
     )
+
+
+def _clock(component: str, v: Variable) -> PeriodicClock:
+    """The clock ``v``, an input; raises LoadError unless its description tells a constant interval.
+
+    Source: FMI 3.0.2, section 2.4.7.5.
+    """
+    said = v.value
+    per_second = number(said.get("resolution")) if said.get("resolution") else 1.0
+    interval = number(said.get("intervalDecimal")) if said.get("intervalDecimal") else math.nan
+    if said.get("intervalCounter"):
+        interval = number(said.get("intervalCounter")) / per_second
+    shift = number(said.get("shiftDecimal")) if said.get("shiftDecimal") else 0.0
+    if said.get("shiftCounter"):
+        shift = number(said.get("shiftCounter")) / per_second
+    if not (interval > 0 and math.isfinite(interval) and shift >= 0):
+        kind = said.get("intervalVariability")
+        raise LoadError(
+            f"the component '{component}' has the clock '{v.name}', an input with {kind} interval; "
+            "clocks whose description tells interval and shift are run"
+        )
+    return PeriodicClock(v.reference, interval, shift)
 
 
 def _described(path: Path) -> tuple[FmuDescription, list[XmlElement]]:
@@ -135,7 +178,7 @@ def _connector(v: Variable, units: Mapping[str, LinearUnit]) -> Connector:
     sizes = tuple(dimension.get("start") for dimension in v.value.all("Dimension"))
     settable = v.start is not None and v.variability != "constant" and v.causality != "calculatedParameter"
     low, high = v.number("min"), v.number("max")
-    bounds = (-inf if isnan(low) else low, inf if isnan(high) else high)
+    bounds = (-math.inf if math.isnan(low) else low, math.inf if math.isnan(high) else high)
     return Connector(v.name, v.causality, v.type, units.get(v.attribute("unit")), sizes, settable, *bounds)
 
 

@@ -11,7 +11,7 @@ from lag2fmu.systems.components import Component, Connector, LinearUnit
 
 Components = Mapping[str, Component]
 
-_GIVES = ("output", "local")
+GIVES = ("output", "local")
 """The causalities that may be connected to an input; SSP 2.0 treats the local variables of FMI as outputs."""
 
 
@@ -110,7 +110,7 @@ def _members(word: str, one: End, other: End, components: Components) -> Iterato
 def _connector(word: str, end: End, components: Components) -> Connector:
     component = components[end.component]
     if end.connector not in component.connectors:
-        known = [name for name, c in component.connectors.items() if c.causality in ("input", *_GIVES)]
+        known = [name for name, c in component.connectors.items() if c.causality in ("input", *GIVES)]
         if end.connector in component.terminals:
             raise LoadError(f"--connect {word}: {end} is a terminal; both ends have to be terminals, or none")
         raise LoadError(
@@ -122,9 +122,9 @@ def _connector(word: str, end: End, components: Components) -> Connector:
 
 def _directed(word: str, one: End, other: End, components: Components) -> Connection:
     a, b = (components[end.component].connectors[end.connector] for end in (one, other))
-    if a.causality == "input" and b.causality in _GIVES:
+    if a.causality == "input" and b.causality in GIVES:
         one, other, a, b = other, one, b, a
-    if a.causality not in _GIVES or b.causality != "input":
+    if a.causality not in GIVES or b.causality != "input":
         raise LoadError(
             f"--connect {word}: {one} is of causality {a.causality} and {other} of causality {b.causality}; "
             "connect an output with an input"

@@ -24,6 +24,7 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.systems.circuit import Circuit
 from lag2fmu.systems.joint_newton import EARLY, GAUSS, LATE, Course, correction, passing_of
 from lag2fmu.systems.joint_system import JointState, JointSystem, check_closed
+from lag2fmu.systems.ledger import Ledger
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.steps import FixedSteps, Outer
 from lag2fmu.verify.run import Floats
@@ -58,7 +59,7 @@ class JoinedSteps(FixedSteps):
         hold: bool,
     ) -> None:
         """``step`` (s) is about the length of all steps; ``outer`` and ``hold`` as for FixedSteps."""
-        super().__init__(members, circuit, outer, hold=hold)
+        super().__init__(members, circuit, outer, Ledger(members, circuit.inputs, (), hold=hold), hold=hold)
         self._joints, self._step, self._measured = joints, step, False
         self._past: list[tuple[Floats, Floats]] = []
         self._last: tuple[Course, float] | None = None
@@ -81,7 +82,9 @@ class JoinedSteps(FixedSteps):
         """From ``t`` to the ``end`` (s), where all joints are closed. Raises SimulationError where they cannot be."""
         with self._taken_back() as back:
             forces = self._close(t, end - t, back)
+        self._repeated += self.runs[-1] - 1
         self._arrive(end, forces(end - t))
+        self.accept(end - t, 0.0)
 
     def _arrive(self, t: float, wrenches: Floats) -> None:
         """Bring all inputs to what they are at ``t`` (s)."""
@@ -91,12 +94,12 @@ class JoinedSteps(FixedSteps):
     @contextmanager
     def _taken_back(self) -> Iterator[Callable[[], None]]:
         """A context with a function that brings all FMUs and inputs back to what they are at its begin."""
-        before, states = self._circuit.saved(), [(member, member.save()) for member in self._members.values()]
+        before, states = self.circuit.saved(), [(member, member.save()) for member in self._members.values()]
 
         def back() -> None:
             for member, state in states:
                 member.restore(state)
-            self._circuit.restore(before)
+            self.circuit.restore(before)
 
         try:
             yield back
@@ -149,9 +152,9 @@ class JoinedSteps(FixedSteps):
 
     def _run(self, t: float, h: float) -> None:
         if not self._hold:
-            self._circuit.drive()
+            self.circuit.drive()
         for member in self._members.values():
-            member.advance(t, h)
+            member.step(t, h, last=False)
 
     def _expected(self, t: float, h: float) -> Floats:
         """The forces (2, k) at the Gauss points of the step from ``t``, by those of the last steps."""

@@ -184,7 +184,7 @@ def _mobility(places: Places, t: float, h: float) -> Floats:
 
     def moved(wrenches: Floats) -> tuple[Floats, Floats]:
         places.drive(wrenches, np.zeros(size))
-        places.member.advance(t, h)
+        places.member.step(t, h, last=False)
         result = places.twists(), _rotations(places)
         places.member.restore(state)
         return result

@@ -46,7 +46,7 @@ class Network:
 
 
 @contextmanager
-def network_of(path: Path) -> Iterator[Network]:
+def network_of_file(path: Path) -> Iterator[Network]:
     """The network of the system ``path``, an .ssp or .ssd; its FMUs exist as files as long as the context.
 
     Raises LoadError for files, references, connections and parameters that do not fit.

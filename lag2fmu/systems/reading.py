@@ -11,15 +11,15 @@ from dataclasses import dataclass, field
 
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.systems.components import Component, LinearUnit, read_component
+from lag2fmu.systems.components import Component, Connector, LinearUnit, component_with, read_component
+from lag2fmu.systems.controller import FUNCTION, PYTHON, Controller
 from lag2fmu.systems.joints import ANNOTATION, IdealJoint, read_joint
-from lag2fmu.systems.parameters import Given, given_by, linear_map, units_of
+from lag2fmu.systems.parameters import Given, given_by, linear_map, number, units_of
 from lag2fmu.systems.source import Source, source_of
-from lag2fmu.systems.structure import VERSIONS
+from lag2fmu.systems.structure import FMU, VERSIONS
 from lag2fmu.systems.wires import SAME, Affine, conversion
 from lag2fmu.xml_tree import XmlElement
 
-_FMU = "application/x-fmu-sharedlibrary"
 _SYSTEMS = ("application/x-ssp-definition", "application/x-ssp-package")
 _DEEPEST = 20
 """The most systems within each other; a description that refers to itself ends there."""
@@ -108,15 +108,18 @@ class Reading:
             self._component(element, place, source, units)
 
     def _component(self, element: XmlElement, place: Place, source: Source, units: Mapping[str, LinearUnit]) -> None:
-        kind, reference = element.get("type", _FMU), element.get("source")
+        kind, reference = element.get("type", FMU), element.get("source")
         if kind in _SYSTEMS:
             inner = Source(source.file(reference), f"{source.label}:{reference}", source.within)
             if kind == _SYSTEMS[1] or inner.ssd.suffix == ".ssp":
                 inner = self.opened.enter_context(source_of(inner.ssd))
             root = root_of(inner)
             self.read(whole_of(root, inner), place, inner, units_of(root), {})
-        elif kind == _FMU:
+        elif kind == FMU:
             self.components[place] = read_component(".".join(place), source.file(reference))
+            self._connectors(element, place, units)
+        elif kind == PYTHON:
+            self.components[place] = _controller(element, ".".join(place), source)
             self._connectors(element, place, units)
         else:
             raise LoadError(f"{source.label}: the component '{'.'.join(place)}' is of type '{kind}', which is not run")
@@ -193,6 +196,21 @@ class Reading:
         """The unit of the FMU's variable; None for a connector of a system."""
         component = self.components.get(node[0])
         return component.connectors[node[1]].unit if component and node[1] in component.connectors else None
+
+
+def _controller(element: XmlElement, name: str, source: Source) -> Component:
+    """The Python function that an ``element`` describes; raises LoadError where it does not tell name and time."""
+    said = next((a.child("controller") for a in element.all("Annotations", "Annotation")
+                 if a.get("type") == FUNCTION), None) or XmlElement("", {}, 0)  # fmt: skip
+    where = f"{source.label}: the component '{name}'"
+    if not said.get("function"):
+        raise LoadError(f"{where} has no annotation '{FUNCTION}' that tells the function and its sample time")
+    file, time = source.file(element.get("source")), number(said.get("sampleTime"), where)
+    connectors = {
+        c.get("name"): Connector(c.get("name"), c.get("kind"), "Real", None, (), settable=c.get("kind") == "parameter")
+        for c in element.all("Connectors", "Connector")
+    }
+    return component_with(name, Controller(f"{file}:{said.get('function')}", time), connectors)
 
 
 def _unit_of(element: XmlElement, units: Mapping[str, LinearUnit]) -> LinearUnit | None:

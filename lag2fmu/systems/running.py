@@ -10,81 +10,96 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack
-from functools import partial
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from multiprocessing.sharedctypes import RawValue
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import numpy as np
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.progress import reached, telling
+from lag2fmu.progress import reached
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.systems.bonds import bonds_of
 from lag2fmu.systems.circuit import Circuit
-from lag2fmu.systems.connections import End
+from lag2fmu.systems.coupling import SystemRun
 from lag2fmu.systems.joint_steps import JoinedSteps
 from lag2fmu.systems.joint_system import JointSystem
-from lag2fmu.systems.member import Member, member_of
-from lag2fmu.systems.network import Network, network_of
+from lag2fmu.systems.ledger import Ledger
+from lag2fmu.systems.member import Member
+from lag2fmu.systems.members import members_of
+from lag2fmu.systems.network import Network
+from lag2fmu.systems.recording import Recorder, end_of
+from lag2fmu.systems.sampling import Sampling
 from lag2fmu.systems.steps import ControlledSteps, FixedSteps
-from lag2fmu.systems.wires import SAME, Affine
 from lag2fmu.verify.apart import FORKS, run_apart
-from lag2fmu.verify.channels import Channel
-from lag2fmu.verify.inputs import trajectory_of
+from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.plan import POINTS, check_times, check_tolerance
-from lag2fmu.verify.run import Floats, Run
+from lag2fmu.verify.run import Run
 
 _LOGGER = logging.getLogger("lag2fmu")
 _TOLERANCE = 1e-6
 """The relative tolerance of the coupling, where none is given: that of the FMUs of lag2fmu."""
+_DEFAULTS = Run()
 
 
-@telling("simulating")
-def simulate_system(path: Path, **choices: Any) -> Trajectory:
-    """Run the system ``path``, an .ssp or .ssd, by co-simulation; see ``lag2fmu.simulate`` for the ``choices``.
+def simulate_system(
+    network: Network,
+    run: Run = _DEFAULTS,
+    inputs: Inputs | None = None,
+    share: Callable[[float], None] = reached,
+    *,
+    apart: bool = False,
+) -> SystemRun:
+    """Run the system ``network`` by co-simulation.
 
     Columns are called COMPONENT.VARIABLE, or as an output of the system; by default all outputs are recorded, in the
-    units of the FMUs. ``values`` are {COMPONENT.VARIABLE: value} in these units, ``inputs`` those of the system.
-    Without ``stop_time`` and ``step`` (s) the default experiments of the system and of its FMUs tell them. Raises
-    LoadError for what does not fit, SimulationError with the name of the FMU that fails. ``share`` is told the part of
-    the run that is done, 0 to 1, ``progress`` the time.
+    units of the FMUs. The ``values`` of the ``run`` are {COMPONENT.VARIABLE: value} in these units, ``inputs`` those of
+    the system. Without stop time and step the default experiments of the system and of its FMUs tell them. Raises
+    LoadError for what does not fit, SimulationError with the name of the component that fails. ``share`` is told the
+    part of the run that is done, 0 to 1; ``apart``: each FMU has a process of its own.
     """
-    if choices.pop("kind", "co-simulation") != "co-simulation":
-        raise LoadError(f"'{path}': a system runs by co-simulation alone; leave the kind out")
-    stop, step, inputs = (choices.pop(name, None) for name in ("stop_time", "step", "inputs"))
-    told, share = choices.pop("progress", None), choices.pop("share", None) or reached
-    controlled = step is None
-    with network_of(path) as network:
-        start, stop, step = _times(network, stop, step)
-        run = Run(
-            stop_time=stop, step=step, inputs=trajectory_of(inputs, stop, step), start_time=start,
-            progress=told or (lambda t: share((t - start) / (stop - start))), warned=_LOGGER.warning, **choices,
-        )  # fmt: skip
+    if run.kind != "co-simulation":
+        raise LoadError(f"'{network.name}': a system runs by co-simulation alone; leave the kind out")
+    start, stop, step = times_of_network(network, run.stop_time, run.step)
+    asked = replace(
+        run, stop_time=stop, step=step, start_time=start, inputs=trajectory_of(inputs, stop, step),
+        progress=run.progress or (lambda t: share((t - start) / (stop - start))),
+        warned=run.warned or _LOGGER.warning,
+    )  # fmt: skip
+    names, controlled = [*network.components], run.step is None
+    called = RawValue("i", -1)  # the number of the component that is called, which a crash leaves behind
+    numbers = {name: i for i, name in enumerate(names)}
 
-        names = [*network.components]
-        called = RawValue("i", -1)  # the number of the component that is called, which a crash leaves behind
+    def here(_: Path, asked: Run) -> SystemRun:
+        def begin(name: str) -> None:
+            called.value = numbers[name]
 
-        def here(_: Path, asked: Run) -> Trajectory:
-            return _run(network, asked, lambda name: setattr(called, "value", names.index(name)), controlled=controlled)
+        return _run(network, asked, begin, controlled=controlled, apart=apart)
 
-        def last() -> str:
-            return f"the component '{names[called.value]}'" if called.value >= 0 else ""
+    def last() -> str:
+        return f"the component '{names[called.value]}'" if called.value >= 0 else ""
 
-        return run_apart(path, run, here, last) if FORKS else here(path, run)
+    label = Path(network.name)
+    return cast("SystemRun", run_apart(label, asked, here, last)) if FORKS else here(label, asked)
 
 
-def _times(network: Network, stop: float | None, step: float | None) -> tuple[float, float, float]:
-    """Start, stop and communication step (s): as given, else of the system's experiment, else of those of its FMUs."""
+def times_of_network(network: Network, stop: float | None, step: float | None) -> tuple[float, float, float]:
+    """Start, stop and communication step (s): as given, else of the system's experiment, else of those of its FMUs.
+
+    Raises LoadError for times that no run has.
+    """
     start = network.start_time
     if stop is None:
         stops = [component.stop_time or 0.0 for component in network.components.values()]
         stop = network.stop_time or max(stops, default=0.0) or start + 1.0
     if step is None:
-        experiments = [description_of(c.path).defaultExperiment for c in network.components.values()]
+        experiments = [
+            description_of(c.path).defaultExperiment for c in network.components.values() if not c.controller
+        ]
         steps = [float(e.stepSize) for e in experiments if e is not None and e.stepSize]
         step = min([(stop - start) / POINTS, *steps])
     if not stop > start:
@@ -95,58 +110,67 @@ def _times(network: Network, stop: float | None, step: float | None) -> tuple[fl
     return start, stop, step
 
 
-def _run(network: Network, run: Run, begin: Callable[[str], None], *, controlled: bool) -> Trajectory:
+def _run(network: Network, run: Run, begin: Callable[[str], None], *, controlled: bool, apart: bool) -> SystemRun:
     """The run of the ``network`` in this process; ``begin`` gets the name of each component before it is called.
 
     With ``controlled`` the error of the coupling chooses the steps, if the FMUs offer what that takes.
     """
     if run.tolerance is not None:
         check_tolerance(run.tolerance)
-    values = _values(network, run.values or {})
+    values = start_values(network, run.values or {})
     outer = _Outer(network, run.inputs)
-    with ExitStack() as opened:
-        members: dict[str, Member] = {}
-        for name, component in network.components.items():
-            driven = [*_driven(network, name, hold=run.hold)]
-            try:
-                members[name] = opened.enter_context(member_of(component, driven, partial(begin, name)))
-            except SimulationError as error:
-                raise SimulationError(f"the component '{name}': {error}") from error
-        recorder = _Recorder(network, members, run)
-        _initialize(network, members, values, outer, run)
-        steps = _steps_of(network, members, outer, run, controlled=controlled)
-        return _steps(steps, members, recorder, run)
-
-
-def _driven(network: Network, name: str, *, hold: bool) -> Iterator[str]:
-    """The inputs of a component that change within steps: connected ones, unless they are held, and those of joints."""
-    if not hold:
-        yield from (wire.target.connector for wire in network.wires if wire.target.component == name)
-    for ends in network.joints:
-        yield from ends.inputs(name)
+    with members_of(network, begin, hold=run.hold, apart=apart) as members:
+        recorder = Recorder(network, members, run)
+        sampling = Sampling(members, network.wires)
+        _initialize(network, members, values, outer, sampling, run)
+        steps, unjudged = _steps_of(network, members, outer, run, controlled=controlled)
+        found = _steps(steps, sampling, members, recorder, run)
+        return SystemRun(found.time, found.names, found.values, steps.facts(unjudged))
 
 
 def _steps_of(
     network: Network, members: Mapping[str, Member], outer: _Outer, run: Run, *, controlled: bool
-) -> FixedSteps:
-    """The steps: repeated for joints; else as long as the error allows, if that is known; else of one length."""
+) -> tuple[FixedSteps, tuple[str, ...]]:
+    """(the steps, what they do not judge): repeated for joints; else as long as the error allows, or of one length."""
     circuit, step = Circuit(members, network.wires), float(run.step or 0.0)
+    pairs, unjudged = bonds_of(network)
     if network.joints:
         joints = JointSystem(members, network.joints)
-        return JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold)
-    if controlled and circuit.order > 0 and not run.hold and all(m.repeats for m in members.values()):
+        beside = [f"the energy of {p.effort.source} to {p.effort.target}: it goes beside joints" for p in pairs]
+        return JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold), (*beside, *unjudged)
+    hold = run.hold or circuit.sampled
+    ledger = Ledger(members, circuit.inputs, pairs, hold=hold)
+    fixed = _fixed(circuit, members, hold=hold) if controlled and not circuit.sampled else []
+    if controlled and not hold and not fixed:
         tolerance = _TOLERANCE if run.tolerance is None else run.tolerance
-        return ControlledSteps(members, circuit, outer.at, tolerance, step)
-    return FixedSteps(members, circuit, outer.at, hold=run.hold)
+        return ControlledSteps(members, circuit, outer.at, ledger, tolerance, step), tuple(unjudged)
+    return FixedSteps(members, circuit, outer.at, ledger, hold=hold), (*fixed, *unjudged)
 
 
-def _values(network: Network, given: Mapping[str, float]) -> dict[str, dict[str, float | str]]:
-    """{component: {variable: value}}: those of the description, and then those ``given`` by the user."""
+def _fixed(circuit: Circuit, members: Mapping[str, Member], *, hold: bool) -> list[str]:
+    """Why the error of the coupling does not choose the steps, as a sentence; none if it does."""
+    held = [f"'{name}'" for name in circuit.held()]
+    once = [f"'{name}'" for name, member in members.items() if not member.repeats]
+    why = []
+    if hold:
+        why.append("inputs are held within steps")
+    elif held:
+        why.append(f"inputs of {', '.join(held)} are held within steps")
+    if once:
+        why.append(f"{', '.join(once)} cannot go back to a state before")
+    return [f"the length of the steps: {' and '.join(why)}; halve --step and compare"] if why else []
+
+
+def start_values(network: Network, given: Mapping[str, float]) -> dict[str, dict[str, float | str]]:
+    """{component: {variable: value}}: those of the description, and then those ``given`` by the user.
+
+    Raises LoadError for a name that is none, or whose variable cannot be set.
+    """
     found: dict[str, dict[str, float | str]] = {name: {} for name in network.components}
     for end, value in network.values.items():
         found[end.component][end.connector] = value
     for word, value in given.items():
-        end = _end_of(word, network)
+        end = end_of(word, network)
         known = network.components[end.component].connectors
         if end.connector not in known or not known[end.connector].settable:
             free = [name for name, c in known.items() if c.settable]
@@ -155,16 +179,6 @@ def _values(network: Network, given: Mapping[str, float]) -> dict[str, dict[str,
             raise LoadError(f"{word} = {value!r} is not finite")
         found[end.component][end.connector] = value
     return found
-
-
-def _end_of(word: str, network: Network) -> End:
-    """The component and the variable in COMPONENT.VARIABLE; names of components may have points themselves."""
-    fitting = [name for name in network.components if word.startswith(f"{name}.")]
-    if not fitting:
-        names = ", ".join(network.components)
-        raise LoadError(f"'{word}' is no variable of a component; write COMPONENT.VARIABLE, components are {names}")
-    name = max(fitting, key=len)
-    return End(name, word[len(name) + 1 :])
 
 
 class _Outer:
@@ -185,61 +199,30 @@ class _Outer:
         return {} if signals is None else {n: float(np.interp(t, signals.time, signals[n])) for n in self.names}
 
 
-class _Recorder:
-    """What is recorded: names, and how their values are read."""
-
-    def __init__(self, network: Network, members: Mapping[str, Member], run: Run) -> None:
-        chosen = [*(_recorded(network) if run.outputs is None else run.outputs), *run.beside]
-        self.names: list[str] = []
-        self._reads: list[tuple[str, Channel, Affine]] = []
-        for word in dict.fromkeys(chosen):
-            end, map_ = network.outputs.get(word) or (_end_of(word, network), SAME)
-            for scalar in members[end.component].elements(end.connector):
-                whole = scalar.name == end.connector or word in network.outputs
-                self.names.append(word if whole else f"{end.component}.{scalar.name}")
-                self._reads.append((end.component, members[end.component].channel([scalar.name]), map_))
-        self._together = {
-            name: members[name].channel([c.scalars[0].name for owner, c, _ in self._reads if owner == name])
-            for name in {owner for owner, _, _ in self._reads}
-        }
-
-    def row(self) -> Floats:
-        """The present values."""
-        found = {name: iter(channel.read()) for name, channel in self._together.items()}
-        return np.array([map_(float(next(found[owner]))) for owner, _, map_ in self._reads])
-
-
-def _recorded(network: Network) -> list[str]:
-    """The outputs of the system, and those of its components."""
-    own = [
-        f"{name}.{c.name}"
-        for name, component in network.components.items()
-        for c in component.connectors.values()
-        if c.causality == "output"
-    ]
-    return [*network.outputs, *own]
-
-
 def _initialize(
     network: Network,
     members: Mapping[str, Member],
     values: Mapping[str, Mapping[str, float | str]],
     outer: _Outer,
+    sampling: Sampling,
     run: Run,
 ) -> None:
-    """Initialize all FMUs, their inputs in agreement with what they hear."""
+    """Initialize all components, their inputs in agreement with what they hear. What samples does so at the start."""
     span = run.start_time, float(run.stop_time or 0.0)
     for name, member in members.items():
         with member.telling("while it is initialized"):
             member.initialize(values[name], run.tolerance, span)
-    circuit = Circuit(members, network.wires)
+    circuit = Circuit(members, network.wires, initial=True)
     circuit.hear(outer.at(span[0]))
     circuit.settle(span[0])
+    sampling.initially(span[0], circuit)
     for member in members.values():
-        member.fmu.exitInitializationMode()
+        member.exit_initialization()
 
 
-def _steps(steps: FixedSteps, members: Mapping[str, Member], recorder: _Recorder, run: Run) -> Trajectory:
+def _steps(
+    steps: FixedSteps, sampling: Sampling, members: Mapping[str, Member], recorder: Recorder, run: Run
+) -> Trajectory:
     """The run from one point that is recorded to the next."""
     start, stop, step = run.start_time, float(run.stop_time or 0.0), float(run.step or 0.0)
     count = math.ceil((stop - start) / step * (1 - 1e-9))
@@ -247,18 +230,21 @@ def _steps(steps: FixedSteps, members: Mapping[str, Member], recorder: _Recorder
     values, done = np.empty((count + 1, len(recorder.names))), 0
     try:
         steps.begin(start)
+        sampling.at(start, steps.circuit)
         for i, t in enumerate(times.tolist()):
             values[i], done = recorder.row(), i + 1
             if run.progress is not None:
                 run.progress(t)
-            if i < count:
-                steps.advance(t, float(times[i + 1]))
+            for begin, end, near in sampling.ends(t, float(times[i + 1])) if i < count else ():
+                steps.advance(begin, end)
+                sampling.at(end, steps.circuit, near)
     except SimulationError as error:
         if done:
+            error.args = (f"{error}; what was recorded until t = {times[done - 1]:g} s is kept",)
             error.reached = Trajectory(times[:done], tuple(recorder.names), values[:done])
         raise
     for member in members.values():
-        for sentence in member.instance.log.warnings:
+        for sentence in member.warnings:
             if run.warned is not None:
                 run.warned(f"the component '{member.name}': {sentence}")
     return Trajectory(times, tuple(recorder.names), values)

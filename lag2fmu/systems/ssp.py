@@ -8,16 +8,18 @@ from math import isfinite
 from pathlib import Path
 
 from lag2fmu.errors import ExportError, LoadError
-from lag2fmu.fmu.exported import Fmu
+from lag2fmu.fmu.exported import Fmu, fmu_path
 from lag2fmu.fmu.pack import pack
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.systems.components import Component, read_component
 from lag2fmu.systems.connections import Components, End, connected
+from lag2fmu.systems.controller import Controller, is_controller
+from lag2fmu.systems.controllers import controller_component, controller_of, with_connectors
 from lag2fmu.systems.joints import joined
 from lag2fmu.systems.structure import PARAMETERS, SSD, VERSIONS, System, ssd, ssv
 
-Source = Fmu | str | os.PathLike[str]
-"""An exported FMU, or the path of an FMU of any tool."""
+Source = Fmu | Controller | str | os.PathLike[str]
+"""An exported FMU, the path of an FMU of any tool, a Controller, or a text FILE.py:NAME@SAMPLE_TIME."""
 
 
 def ssp(
@@ -33,6 +35,7 @@ def ssp(
     """Write the system of ``fmus`` to ``path``, which ends in .ssp, and return it.
 
     - ``fmus``: {component: FMU}, or FMUs alone, whose components are then named after their files.
+    - a component may be a Python function too, "FILE.py:NAME@SAMPLE_TIME", which lag2fmu alone runs.
     - ``connect``: words such as 'a.x:b.y0', an output and an input, or two terminals whose members match.
     - ``join``: words such as 'a.tip:b.base=revolute:z', two places that an ideal joint holds together; such a system
       runs by ``lag2fmu.simulate`` alone.
@@ -49,15 +52,21 @@ def ssp(
         raise ExportError(f"the system '{target}' has to be a file that ends in .ssp in a folder that exists")
     if version not in VERSIONS:
         raise ExportError(f"SSP {version!r} is not written here; {' and '.join(VERSIONS)} are")
-    components = read_components(fmus)
+    words = [*connect]
+    components = with_connectors(words, read_components(fmus))
     sources: dict[Path, str] = {}
     for component in components.values():
-        sources.setdefault(component.path, f"resources/{component.name}.fmu")
+        if component.controller is not None and component.controller.file is None:
+            raise ExportError(
+                f"the component '{component.name}' is a function of this process, which no file holds; "
+                "give FILE.py:NAME@SAMPLE_TIME"
+            )
+        sources.setdefault(component.path, f"resources/{component.name}{component.path.suffix}")
     system = System(
         target.stem,
         components,
         {name: sources[component.path] for name, component in components.items()},
-        connected(connect, components),
+        connected(words, components),
         settings_of(values or {}, components),
         _stop_time(stop_time, components),
         version,
@@ -73,19 +82,30 @@ def read_components(fmus: Mapping[str, Source] | Iterable[Source]) -> Components
     found: dict[str, Component] = {}
     named = fmus.items() if isinstance(fmus, Mapping) else ((None, source) for source in fmus)
     for given, source in named:
-        path = source.path if isinstance(source, Fmu) else Path(source)
-        name = path.stem if given is None else given
-        if not name or "." in name:
-            raise LoadError(f"'{path}': '{name}' cannot name a component; call it otherwise, e.g. arm={path.name}")
-        if name in found:
-            raise LoadError(
-                f"'{path}': there is a component '{name}' already, '{found[name].path}'; "
-                f"call one otherwise, e.g. {name}_2={path}"
-            )
+        if isinstance(source, (Controller, str)) and is_controller(source):
+            name = controller_of(source).label if given is None else given
+            found[_free(name, str(source), found)] = controller_component(name, source)
+            continue
+        path = fmu_path(source)
+        name = _free(path.stem if given is None else given, str(path), found)
         found[name] = read_component(name, path)
     if not found:
         raise LoadError("a system needs an FMU at least")
     return found
+
+
+def _free(name: str, source: str, taken: Components) -> str:
+    """``name``; raises LoadError if it cannot name the component ``source``, or is ``taken``."""
+    if not name or "." in name:
+        raise LoadError(
+            f"'{source}': '{name}' cannot name a component; call it otherwise, e.g. arm={Path(source).name}"
+        )
+    if name in taken:
+        raise LoadError(
+            f"'{source}': there is a component '{name}' already, '{taken[name].path}'; "
+            f"call one otherwise, e.g. {name}_2={source}"
+        )
+    return name
 
 
 def settings_of(values: Mapping[str, float], components: Components) -> dict[End, float]:

@@ -1,9 +1,10 @@
 """Communication steps of a system: of one length, or as long as the error of the coupling allows.
 
 That error is known for nothing: what an input was taken to be at the end of a step, by the derivatives at its
-beginning, less what it then hears. Where it is too large, all FMUs go back to the beginning and a shorter step is made.
-Source: M. Arnold, C. Clauss, T. Schierz, Error analysis and error estimates for co-simulation in FMI for Model Exchange
-and Co-Simulation v2.0, Archive of Mechanical Engineering 60 (2013), section 5.
+beginning, less what it then hears. The energy that the step has made in a bond is a second one. Where an error is too
+large, all FMUs go back to the beginning and a shorter step is made.
+Sources: M. Arnold, C. Clauss, T. Schierz, Error analysis and error estimates for co-simulation in FMI for Model
+Exchange and Co-Simulation v2.0, Archive of Mechanical Engineering 60 (2013), section 5; of the energy see ``ledger``.
 """
 
 from __future__ import annotations
@@ -12,7 +13,10 @@ import math
 from collections.abc import Callable, Mapping
 
 from lag2fmu.systems.circuit import Circuit
+from lag2fmu.systems.coupling import CouplingReport
+from lag2fmu.systems.ledger import Ledger
 from lag2fmu.systems.member import Member
+from lag2fmu.verify.run import Floats
 
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 3.0
 """The next step is shorter than the error asks for by the first factor, and no less and no more times the last one."""
@@ -26,61 +30,110 @@ Outer = Callable[[float], Mapping[str, float]]
 class FixedSteps:
     """One step from each communication point to the next; with ``hold`` all inputs keep their values within it."""
 
-    def __init__(self, members: Mapping[str, Member], circuit: Circuit, outer: Outer, *, hold: bool) -> None:
-        """``outer`` gives the inputs of the system."""
-        self._members, self._circuit, self._outer, self._hold = members, circuit, outer, hold
+    def __init__(
+        self, members: Mapping[str, Member], circuit: Circuit, outer: Outer, ledger: Ledger, *, hold: bool
+    ) -> None:
+        """``outer`` gives the inputs of the system, ``ledger`` keeps the energies of its bonds."""
+        self._members, self.circuit, self._outer, self._ledger = members, circuit, outer, ledger
+        self._hold = hold
+        self._steps = self._repeated = self._jumps = 0
+        self._shortest, self._longest, self._error = math.inf, 0.0, 0.0
+        self._before: list[Floats] = []
 
     def begin(self, t: float) -> None:
         """Bring all inputs to what they hear at ``t`` (s). Raises SimulationError where nothing agrees."""
-        self._circuit.hear(self._outer(t))
-        self._circuit.settle(t)
+        self.circuit.hear(self._outer(t))
+        self.circuit.settle(t)
 
     def advance(self, t: float, end: float) -> None:
         """From ``t`` to the ``end`` (s), where all inputs are what they hear. Raises SimulationError."""
+        missed, _ = self.make(t, end - t, last=True)
+        self.accept(end - t, missed)
+
+    def make(self, t: float, h: float, *, last: bool) -> tuple[float, float]:
+        """A step from ``t`` of length ``h`` (s); ``last``: it is not repeated.
+
+        Returns the greatest error of an input and of the energy in a bond, both relative. Raises SimulationError.
+        """
+        before = [] if self._hold else self.circuit.saved()
         if not self._hold:
-            self._circuit.drive()
+            self.circuit.drive()
+        constant = self.circuit.sampled
+        expected = [] if constant else self.circuit.expected(h)
+        self._ledger.open(h)
         for member in self._members.values():
-            member.advance(t, end - t, last=True)
-        self.begin(end)
+            member.step(t, h, last=last)
+        self._ledger.close()
+        self.begin(t + h)
+        self._before = before
+        return 0.0 if constant else self.circuit.missed(expected), self._ledger.settled(h)
+
+    def accept(self, h: float, error: float) -> None:
+        """Count a step of length ``h`` (s), whose inputs had a relative ``error``."""
+        self._ledger.accept()
+        if self._before:
+            self.circuit.passed(self._before, h)
+        self._steps += 1
+        self._shortest, self._longest = min(self._shortest, h), max(self._longest, h)
+        self._error = max(self._error, error)
+
+    def facts(self, unjudged: tuple[str, ...]) -> CouplingReport:
+        """What the steps have come to; ``unjudged`` is what was not judged before."""
+        return CouplingReport(
+            self._steps,
+            self._repeated,
+            self._jumps,
+            self._shortest if self._steps else 0.0,
+            self._longest,
+            None if self.circuit.sampled else self._error,
+            self._ledger.bonds(),
+            unjudged,
+        )
 
 
 class ControlledSteps(FixedSteps):
     """Steps whose errors of coupling are within the relative ``tolerance``."""
 
     def __init__(
-        self, members: Mapping[str, Member], circuit: Circuit, outer: Outer, tolerance: float, longest: float
+        self,
+        members: Mapping[str, Member],
+        circuit: Circuit,
+        outer: Outer,
+        ledger: Ledger,
+        tolerance: float,
+        longest: float,
     ) -> None:
         """No step is longer than ``longest`` (s)."""
-        super().__init__(members, circuit, outer, hold=False)
-        self._tolerance, self._longest, self._length = tolerance, longest, longest
+        super().__init__(members, circuit, outer, ledger, hold=False)
+        self._tolerance, self._limit, self._length = tolerance, longest, longest
         self._exponent = 1.0 / (circuit.order + 1)
 
     def advance(self, t: float, end: float) -> None:
         """From ``t`` to the ``end`` (s) in as many steps as it takes. Raises SimulationError."""
-        shortest = _SHORTEST * self._longest
+        shortest = _SHORTEST * self._limit
         while t < end:
             parts = math.ceil((end - t) / self._length * (1 - 1e-9))
             h = (end - t) / parts
             error = self._try(t, h, shortest)
             factor = min(max(_SAFETY * error**-self._exponent if error > 0 else _MOST, _LEAST), _MOST)
-            self._length = min(max(h * factor, shortest), self._longest)
+            self._length = min(max(h * factor, shortest), self._limit)
             if error <= 1.0 or h <= shortest:
                 t = end if parts == 1 else t + h
 
     def _try(self, t: float, h: float, shortest: float) -> float:
         """The error of a step, in units of the tolerance; where it is too large, all is as before the step."""
-        before = self._circuit.saved()
+        before = self.circuit.saved()
         states = [(member, member.save()) for member in self._members.values()]
-        self._circuit.drive()
-        expected = self._circuit.expected(h)
-        for member in self._members.values():
-            member.advance(t, h)
-        self.begin(t + h)
-        error = self._circuit.missed(expected) / self._tolerance
+        missed, made = self.make(t, h, last=False)
+        error = max(missed, made) / self._tolerance
         if error > 1.0 and h > shortest:
             for member, state in states:
                 member.restore(state)
-            self._circuit.restore(before)
+            self.circuit.restore(before)
+            self._repeated += 1
+        else:
+            self.accept(h, missed)
+            self._jumps += error > 1.0
         for member, state in states:
             member.forget(state)
         return error

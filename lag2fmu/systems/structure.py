@@ -15,6 +15,7 @@ from lag2fmu.fmu.xml_text import document
 from lag2fmu.language.units import BASE_UNITS
 from lag2fmu.systems.components import Component, Connector, LinearUnit
 from lag2fmu.systems.connections import Connection, End
+from lag2fmu.systems.controller import FUNCTION, PYTHON
 from lag2fmu.systems.joints import ANNOTATION, SPACE, IdealJoint, attributes_of
 from lag2fmu.version import VERSION
 
@@ -29,6 +30,8 @@ _SPACES = {
     "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
 }
 """Prefix -> namespace, which versions 1.0 and 2.0 share."""
+FMU = "application/x-fmu-sharedlibrary"
+"""The type (MIME) of a component that is an FMU."""
 _FLOATS = ("Real", "Float64", "Float32")
 _WIDTH, _GAP, _ROW = 30.0, 20.0, 4.0
 """In the diagram: the size of a component, the gap between two components, and the height of a connector."""
@@ -91,7 +94,8 @@ def ssd(system: System) -> bytes:
     elements = ET.SubElement(whole, "ssd:Elements")
     for place, component in enumerate(system.components.values()):
         used = {end.connector for c in system.connections for end in c[:2] if end.component == component.name}
-        shown = [c for name, c in component.connectors.items() if c.causality == "output" or name in used]
+        own = component.controller is not None  # the file does not tell the connectors of a function
+        shown = [c for name, c in component.connectors.items() if own or c.causality == "output" or name in used]
         _component(elements, component, system.sources[component.name], shown, place, units)
     if system.connections:
         parent = ET.SubElement(whole, "ssd:Connections")
@@ -137,9 +141,10 @@ def _component(
 
     Unconnected inputs are left out and keep their start values. Importers such as fmpy would set them to 0.
     """
-    attributes = {"name": component.name, "source": source, "type": "application/x-fmu-sharedlibrary"}
-    element = ET.SubElement(parent, "ssd:Component", {**attributes, "implementation": component.kind})
-    sides = {side: [c for c in shown if (c.causality == "input") == (side == "0.0")] for side in ("0.0", "1.0")}
+    controller = component.controller
+    kind = {"type": PYTHON} if controller else {"type": FMU, "implementation": component.kind}
+    element = ET.SubElement(parent, "ssd:Component", {"name": component.name, "source": source, **kind})
+    sides = {side: [c for c in shown if (c.causality != "output") == (side == "0.0")] for side in ("0.0", "1.0")}
     if shown:
         connectors = ET.SubElement(element, "ssd:Connectors")
     for side, listed in sides.items():
@@ -155,6 +160,10 @@ def _component(
     top = _ROW * (1 + max(map(len, sides.values())))
     box = {"x1": left, "y1": 0.0, "x2": left + _WIDTH, "y2": top}
     ET.SubElement(element, "ssd:ElementGeometry", {key: repr(x) for key, x in box.items()})
+    if controller is not None:
+        annotation = ET.SubElement(ET.SubElement(element, "ssd:Annotations"), "ssc:Annotation", {"type": FUNCTION})
+        said = {"function": controller.label, "sampleTime": repr(controller.sample_time)}
+        ET.SubElement(annotation, "controller", said)
 
 
 def _check_version(system: System) -> None:

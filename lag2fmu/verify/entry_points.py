@@ -54,23 +54,9 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     sample_time: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
-    """Run ``model`` as an FMU by fmpy and return its ``outputs`` every ``step`` (s) until ``stop_time`` (s).
+    """Run ``model``, a mechanism or an FMU; see ``lag2fmu.simulate``, which takes systems too, for all else.
 
-    ``lag2fmu.simulate`` also takes a system of FMUs, the path of an .ssp or .ssd, whose variables are called
-    COMPONENT.VARIABLE.
-
-    The trajectory has m times and k columns in SI units, (m, k); behind the outputs stand those variables of ``beside``
-    that the FMU has. ``values`` are start values and parameters in SI units; ``kind`` is 'co-simulation' or
-    'model-exchange' (fmpy's CVode). ``inputs`` are signals over time: a Trajectory, the path of a CSV file, a mapping
-    of arrays, a structured array or a DataFrame with a column ``time``, or a function of time that gives a mapping.
-    They are linear between their times, or with ``hold`` constant during a communication step. With ``sample_time``
-    (s) they are a function of t (s) and y, {output: value}, that closes a loop: it is asked at multiples of this time,
-    for {input: value}, which hold until the next one. The derivatives of a
-    motion that is given by position alone come from a spline. A model that is no FMU yet is exported to a temporary
-    folder first; an FMU that was run before is reset instead of loaded. On Linux, FMUs that lag2fmu did not make run in
-    a process of their own, which takes milliseconds. Raises Lag2FmuError if the model cannot be loaded, exported or
-    run, and SimulationError if it crashes there. What is doubtful in the run, as friction beyond its limit, is told
-    by a warning of the logger "lag2fmu", which goes to standard error.
+    Raises Lag2FmuError if the model cannot be loaded, exported or run.
     """
     with as_fmu(model) as path:
         times = times_of(path, stop_time, step)

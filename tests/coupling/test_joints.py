@@ -15,6 +15,7 @@ import lag2fmu
 from lag2fmu.errors import Lag2FmuError, SimulationError
 from lag2fmu.mechanism import Body, Frame, Gravity, Mechanism, Point, Ports, coordinate
 from lag2fmu.reference import Trajectory
+from lag2fmu.systems.controller import Controller
 
 pytestmark = pytest.mark.fmu
 
@@ -183,7 +184,7 @@ def test_joints_in_space(joint: str, rotation: str, exported, tmp_path: Path) ->
         assert np.abs(run[f"load.load_position_{axis}"] - expected[f"load_position_{axis}"]).max() < 2e-7
 
 
-def test_redundant_joints_share_forces(exported, tmp_path: Path) -> None:
+def test_redundant_joints_share_forces(exported) -> None:
     """A door on two hinges moves as on one; ten equations leave it one of six freedoms."""
     frame = KINDS["revolute:x"]
     whole = arm(frame, ports_=ports("load", keys=("poses", "velocities")), more=(load_on(frame),))
@@ -195,8 +196,24 @@ def test_redundant_joints_share_forces(exported, tmp_path: Path) -> None:
         "load": exported(free_load(expected, "quaternion", *hinges)),
     }
     join = [f"arm.hook{i}:load.hinge{i}=revolute:x" for i in (0, 1)]
-    run = lag2fmu.simulate(lag2fmu.ssp(fmus, tmp_path / "door.ssp", join=join), step=0.01, **PRECISE)
+    run = lag2fmu.simulate(fmus, join=join, step=0.01, **PRECISE)
     assert np.abs(run["arm.a"] - expected["a"]).max() < 2e-7
+
+
+def test_a_function_in_a_system_with_joints(exported) -> None:
+    """It hears the joined motion at its samples, and the steps, which end there too, are counted."""
+
+    def double(t: float, inputs: dict[str, float]) -> dict[str, float]:
+        return {"twice": 2 * inputs["a"]}
+
+    parts = {"up": exported(HUNG), "low": exported(loose()), "watch": Controller(double, 0.015)}
+    run = lag2fmu.simulate(
+        parts, connect=["up.a:watch.a"], join=["up.tip:low.base=revolute"], step=0.01, stop_time=0.3,
+        outputs=["up.a", "watch.twice"],
+    )  # fmt: skip
+    assert run["watch.twice"][::3] == pytest.approx(2 * run["up.a"][::3], abs=1e-12)
+    assert run.coupling.steps == 40
+    assert run.coupling.repeated > 0
 
 
 # ---------------------------------------------------------------------------------------------------------- errors

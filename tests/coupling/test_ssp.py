@@ -137,7 +137,7 @@ def test_the_command_line_in_the_users_units(exported, tmp_path, monkeypatch) ->
         words += ["--connect", word]
     done = CliRunner().invoke(main, words)
     assert done.exit_code == 0, done.output
-    assert "wrote train.ssp: 2 FMUs, 2 connections, 2 values" in done.output
+    assert "wrote train.ssp: 2 components, 2 connections, 2 values" in done.output
     assert read_ssp(Path("train.ssp")).values == {"wagon.m": (2.0, "kg"), "wagon.k": (500.0, "N/m")}
     assert CliRunner().invoke(main, words).exit_code == 2, "an existing file stays"
     assert CliRunner().invoke(main, [*words, "--force"]).exit_code == 0

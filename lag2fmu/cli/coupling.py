@@ -1,0 +1,28 @@
+"""The table behind the run of a system: its steps, and what the coupling did in each bond."""
+
+from __future__ import annotations
+
+import click
+from rich.markup import escape
+from rich.table import Table
+
+from lag2fmu.cli.terminal import console
+from lag2fmu.systems.coupling import CouplingReport
+
+
+def print_coupling(found: CouplingReport, *, error: bool) -> None:
+    """Print it to standard output, or to standard ``error``; nothing where no input changes within steps."""
+    if found.error is None:
+        return
+    counts = f"{found.steps} steps of {found.shortest:.3g} to {found.longest:.3g} s, {found.repeated} repeated"
+    jumps = f", {found.jumps} of the shortest length for inputs that jump" if found.jumps else ""
+    click.echo(f"coupling: {counts}{jumps}; largest error of an input {found.error:.2g} of its size", err=error)
+    if found.bonds:
+        table = Table()
+        for heading in ("bond", "energy made", "energy exchanged"):
+            table.add_column(heading, justify="left" if heading == "bond" else "right", overflow="fold")
+        for bond in found.bonds:
+            table.add_row(escape(f"{bond.effort}, {bond.motion}"), f"{bond.made:.3g} J", f"{bond.exchanged:.3g} J")
+        console(error=error).print(table)
+    for sentence in found.unjudged:
+        click.echo(f"not judged: {sentence}", err=error)

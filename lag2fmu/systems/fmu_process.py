@@ -1,0 +1,163 @@
+"""An FMU in a process of its own: its calls go there and back, and what takes that process down is an error here.
+
+The process is a fork where forks are safe, else a new Python. It ends when the process of the run ends.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import faulthandler
+import os
+import signal
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from lag2fmu.errors import SimulationError
+from lag2fmu.verify.apart import FORKS, end_of
+from lag2fmu.verify.instances import Instance, Log, description_of, instance_of
+
+_DIES_WITH_PARENT = 1
+"""PR_SET_PDEATHSIG of Linux: the signal that a process gets when its parent ends, even while it hangs in an FMU."""
+_PATIENCE = 5.0
+"""Seconds that a process has to end by itself."""
+
+
+class _Remote:
+    """The calls of the FMU, by the names that fmpy gives them."""
+
+    def __init__(self, call: Callable[..., Any]) -> None:
+        self._call = call
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        return lambda *args, **kwargs: self._call(name, args, kwargs)
+
+
+class RemoteInstance:
+    """What an ``Instance`` is, in another ``process`` at the end of a ``connection``."""
+
+    def __init__(self, path: Path, process: Any, connection: Any) -> None:
+        self.description, self.log = description_of(path), Log()
+        self.fmu = _Remote(self._call)
+        self.asked: Callable[[float], None] | None = None
+        self._process, self._connection = process, connection
+
+    def _call(self, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        """The result of a call. Raises SimulationError if it fails, or if the process ends."""
+        try:
+            self._connection.send((name, args, kwargs))
+            return self.answer()
+        except (EOFError, OSError) as error:
+            self._process.join(_PATIENCE)
+            ended = end_of(self._process.exitcode or 0) or "it ends"
+            raise SimulationError(f"the process of the FMU is lost: {ended}") from error
+
+    def answer(self) -> Any:
+        """What the process answers; on the way it may ask for inputs. Raises SimulationError if a call fails."""
+        while True:
+            kind, value, *said = self._connection.recv()
+            if kind == "asked":
+                if self.asked is not None:
+                    self.asked(value)
+                self._connection.send(None)
+                continue
+            self.log.sentences += said[0]
+            self.log.warnings += said[1]
+            if kind == "failed":
+                raise SimulationError(value)
+            return value
+
+
+@contextmanager
+def instance_apart(path: Path, *, events: bool, followed: tuple[int, ...]) -> Iterator[RemoteInstance]:
+    """An instance of the FMU ``path`` for co-simulation in a process of its own, which ends with the context.
+
+    See ``instance_of`` for ``events`` and ``followed``. Raises SimulationError for one that cannot be instantiated.
+    """
+    context: Any = get_context("fork" if FORKS else "spawn")
+    here, there = context.Pipe()
+    with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
+        process = context.Process(target=_serve, args=(there, here, path, folder, events, followed))
+        process.start()
+        there.close()
+        try:
+            instance = RemoteInstance(path, process, here)
+            instance.fmu.instantiate()  # what the process does first, whatever it is called
+            yield instance
+        finally:
+            with suppress(OSError):
+                here.send(None)
+            process.join(_PATIENCE)
+            process.kill()
+            process.join()
+            here.close()
+
+
+def _serve(connection: Any, other: Any, path: Path, folder: str, events: bool, followed: tuple[int, ...]) -> None:
+    """What the process does: instantiate, then call by call, until nobody calls any more."""
+    other.close()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process ends this one
+    faulthandler.disable()  # a crash is told by one sentence
+    tempfile.tempdir = folder
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_DIES_WITH_PARENT, signal.SIGKILL)
+    try:
+        connection.recv()
+        with instance_of(path, "CoSimulation", events=events, followed=followed) as instance:
+            connection.send(("done", None, [], []))
+            server = _Server(connection, instance)
+            instance.asked = server.ask
+            while server.serve():
+                pass
+    except SimulationError as error:
+        connection.send(("failed", str(error), [], []))
+    except (EOFError, OSError):  # nobody calls any more
+        pass
+    os._exit(0)  # what else is to be done at an end is the other process's
+
+
+class _Server:
+    """Calls the FMU of an ``instance`` as the ``connection`` says."""
+
+    def __init__(self, connection: Any, instance: Instance) -> None:
+        self._connection, self._instance = connection, instance
+        self._states: dict[int, Any] = {}
+        self._told = [0, 0]
+
+    def serve(self) -> bool:
+        """Do one call, or go on where the FMU has asked; whether there was a call."""
+        asked = self._connection.recv()
+        if asked is None:
+            return False
+        name, args, kwargs = asked
+        try:
+            answer = "done", self._result(name, args, kwargs)
+        except Exception as error:  # fmpy raises bare exceptions
+            answer = "failed", str(error)
+        log = self._instance.log
+        new = [kept[n:] for kept, n in zip((log.sentences, log.warnings), self._told, strict=True)]
+        self._told = [len(log.sentences), len(log.warnings)]
+        self._connection.send((*answer, *new))
+        return True
+
+    def ask(self, t: float) -> None:
+        """The FMU asks for its inputs at ``t`` (s) within a step: the calls that set them come before it goes on."""
+        self._connection.send(("asked", t))
+        while self.serve():
+            pass
+
+    def _result(self, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        """The result of a call; states stay here, and go by number."""
+        if name in ("setFMUState", "freeFMUState"):
+            state = self._states[args[0]] if name == "setFMUState" else self._states.pop(args[0])
+            return getattr(self._instance.fmu, name)(state)
+        found = getattr(self._instance.fmu, name)(*args, **kwargs)
+        if name != "getFMUState":
+            return found
+        number = max(self._states, default=0) + 1
+        self._states[number] = found
+        return number
