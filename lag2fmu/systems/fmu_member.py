@@ -125,15 +125,16 @@ class FmuMember(Member):
 
     def save(self) -> Any:
         """The present state, to go back to; it is to be given to ``forget``."""
-        return self.fmu.getFMUState()
+        return self.fmu.getFMUState(), len(self.warnings)
 
     def restore(self, state: Any) -> None:
-        """Go back to a ``state``."""
-        self.fmu.setFMUState(state)
+        """Go back to a ``state``; what the FMU has warned of since then has not happened."""
+        self.fmu.setFMUState(state[0])
+        del self.instance.log.warnings[state[1] :]
 
     def forget(self, state: Any) -> None:
         """Free the memory of a ``state``."""
-        self.fmu.freeFMUState(state)
+        self.fmu.freeFMUState(state[0])
 
     def sample(self, t: float) -> None:
         """Nothing: the FMU samples within its steps."""

@@ -57,6 +57,8 @@ class JointSystem:
 
     def __init__(self, members: Mapping[str, Member], joints: Sequence[Ends]) -> None:
         """Look up the places. Raises LoadError for an FMU that cannot go back or takes no derivatives of inputs."""
+        for member in members.values():
+            _check(member)
         self._places = _places_of(members, joints)
         names = [(places.member.name, name) for places in self._places for name in places.names]
         self._ends = [[6 * names.index(end) for end in (e.joint.first, e.joint.second)] for e in joints]
@@ -161,7 +163,7 @@ def _places_of(members: Mapping[str, Member], joints: Sequence[Ends]) -> list[Pl
     terminals: dict[str, dict[str, ComponentTerminal]] = {}
     for ends in joints:
         for end, terminal in ((ends.joint.first, ends.first), (ends.joint.second, ends.second)):
-            _check(members[end.component], ends)
+            _check_driven(members[end.component], ends)
             terminals.setdefault(end.component, {})[end.connector] = terminal
     return [Places(members[name], found) for name, found in terminals.items()]
 
@@ -205,15 +207,22 @@ def _rotations(places: Places) -> Floats:
     return _blocks(np.array([motion.R for motion in places.motions().values()]))
 
 
-def _check(member: Member, ends: Ends) -> None:
-    """Raise LoadError if the FMU cannot be joined."""
+def _check(member: Member) -> None:
+    """Raise LoadError if a component cannot go back, as it has to where others are joined."""
     if not member.repeats:
-        lacks = "save and restore its state (canGetAndSetFMUstate)"
-    elif not member.takes_derivatives:
-        lacks = "take inputs that change within a step (canInterpolateInputs; of FMI 3.0 intermediate updates)"
-    else:
-        return
-    raise LoadError(f"the joint {ends.joint}: the FMU of '{member.name}' cannot {lacks}, which joints need")
+        raise LoadError(
+            f"the FMU of '{member.name}' cannot save and restore its state (canGetAndSetFMUstate); joints need that "
+            "steps are repeated"
+        )
+
+
+def _check_driven(member: Member, ends: Ends) -> None:
+    """Raise LoadError if an FMU cannot be joined."""
+    if not member.takes_derivatives:
+        raise LoadError(
+            f"the joint {ends.joint}: the FMU of '{member.name}' cannot take inputs that change within a step "
+            "(canInterpolateInputs; of FMI 3.0 intermediate updates), which joints need"
+        )
 
 
 def check_closed(system: JointSystem, t: float, most: float) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -14,6 +15,7 @@ from sympy import cos, sin
 import lag2fmu
 from lag2fmu.errors import Lag2FmuError, SimulationError
 from lag2fmu.mechanism import Body, Frame, Gravity, Mechanism, Point, Ports, coordinate
+from lag2fmu.mechanism.record import complete
 from lag2fmu.reference import Trajectory
 from lag2fmu.systems.controller import Controller
 
@@ -256,6 +258,18 @@ def test_joints_that_are_open_at_the_start(exported, tmp_path: Path) -> None:
         SimulationError, match=r"at t = 0 s the joint up.tip_port:low.base_port=revolute is open by 0.0585"
     ):
         lag2fmu.simulate(path, stop_time=1.0)
+
+
+def test_a_warning_of_a_repeated_step_is_told_once(exported, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Each step is run two or three times, and the lower rod leaves the range of its angle in one of them."""
+    ranged = replace(
+        loose().description, coordinates=(*loose().coordinates[:2], replace(loose().coordinates[2], maximum=0.0))
+    )
+    fmus = {"up": exported(HUNG), "low": exported(complete(ranged))}
+    lag2fmu.simulate(
+        lag2fmu.ssp(fmus, tmp_path / "pair.ssp", join=["up.tip:low.base=revolute"]), step=0.01, stop_time=0.5
+    )
+    assert len([r for r in caplog.records if "leaves its range" in r.message]) == 1
 
 
 def test_fmus_that_cannot_go_back_are_refused(exported, tmp_path: Path) -> None:
