@@ -11,12 +11,13 @@ from lag2fmu.systems.coupling import CouplingReport
 
 
 def print_coupling(found: CouplingReport, *, error: bool) -> None:
-    """Print it to standard output, or to standard ``error``; nothing where no input changes within steps."""
-    if found.error is None:
+    """Print it to standard output, or to standard ``error``; nothing where nothing is coupled."""
+    if found.error is None and not found.repeated:
         return
     counts = f"{found.steps} steps of {found.shortest:.3g} to {found.longest:.3g} s, {found.repeated} repeated"
     jumps = f", {found.jumps} of the shortest length for inputs that jump" if found.jumps else ""
-    click.echo(f"coupling: {counts}{jumps}; largest error of an input {found.error:.2g} of its size", err=error)
+    largest = "" if found.error is None else f"; largest error of an input {found.error:.2g} of its size"
+    click.echo(f"coupling: {counts}{jumps}{largest}", err=error)
     if found.bonds:
         table = Table()
         for heading in ("bond", "energy made", "energy exchanged"):

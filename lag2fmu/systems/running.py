@@ -137,6 +137,7 @@ def _steps_of(
     if network.joints:
         joints = JointSystem(members, network.joints)
         beside = [f"the energy of {p.effort.source} to {p.effort.target}: it goes beside joints" for p in pairs]
+        beside += ["the length of the steps: joints do not tell the error of one; halve --step and compare"]
         return JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold), (*beside, *unjudged)
     hold = run.hold or circuit.sampled
     ledger = Ledger(members, circuit.inputs, pairs, hold=hold)

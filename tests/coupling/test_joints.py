@@ -89,6 +89,14 @@ def test_a_hinge_in_the_plane_is_of_order_4(pair: Path, exported) -> None:
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.3)
 
 
+def test_steps_are_repeated_twice_at_most(pair: Path) -> None:
+    """At steps of 1 ms; what is not known of them is said."""
+    found = lag2fmu.simulate(pair, step=0.001, tolerance=1e-9, stop_time=0.2).coupling
+    assert found.steps == 200
+    assert found.repeated <= 2 * found.steps
+    assert any("halve --step" in sentence for sentence in found.unjudged)
+
+
 def test_the_description_is_valid(pair: Path) -> None:
     """Joints stand in an annotation, which the schema lets pass."""
     with zipfile.ZipFile(pair) as archive:
