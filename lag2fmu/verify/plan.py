@@ -12,6 +12,7 @@ import numpy as np
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.description.outputs import Experiment
 from lag2fmu.errors import LoadError
+from lag2fmu.language.identifiers import suggestion
 from lag2fmu.reference.signals import interpolated
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.instances import description_of
@@ -126,7 +127,7 @@ def check_known(names: Sequence[str], known: Sequence[str], what: str) -> None:
     """Raise LoadError for a name that is not ``known`` of the FMU's numbers of the kind ``what``."""
     unknown = [name for name in names if name not in known]
     if unknown:
-        raise LoadError(f"the FMU has no {what} '{unknown[0]}'; there are {', '.join(known)}")
+        raise LoadError(f"the FMU has no {what} '{unknown[0]}'; {suggestion(unknown[0], known)}")
 
 
 def check_values(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> None:
