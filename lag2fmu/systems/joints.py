@@ -182,8 +182,6 @@ def _missing(terminal: ComponentTerminal, *, turning: bool) -> Iterator[str]:
     planar, members = is_planar(terminal), terminal.members
     if "position_x" not in members or (turning and not {"angle", "quaternion_0", "rotation_11"} & {*members}):
         yield "poses"
-    if "velocity_x" not in members or (turning and not {"angular_velocity", "angular_velocity_x"} & {*members}):
-        yield "velocities"
     if "force_x" not in members:
         yield "forces"
     if turning and ("torque" if planar else "torque_x") not in members:

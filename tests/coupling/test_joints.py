@@ -22,6 +22,7 @@ from lag2fmu.systems.controller import Controller
 pytestmark = pytest.mark.fmu
 
 PLACE = ("forces", "torques", "poses", "velocities")
+POSE = ("forces", "torques", "poses")
 A, B = coordinate("a", "rad", start=1.0), coordinate("b", "rad", start=-0.5, velocity=2.0)
 ARM = Frame("arm", rotations=[("z", A)])
 G = Gravity(9.81)
@@ -52,18 +53,25 @@ UPPER = rod("upper", 0, 0, A)
 PENDULUM = Mechanism(
     "pendulum_of_rods", coordinates=[A, B], gravity=G, bodies=[UPPER, rod("lower", sin(A), -cos(A), B)]
 )
-HUNG = Mechanism(
-    "hung", coordinates=[A], gravity=G, bodies=[UPPER],
-    points=[Point("tip", (sin(A), -cos(A)), angle=A)], ports=ports("tip"),
-)  # fmt: skip
 
 
-def loose(start: float = float(np.sin(1.0))) -> Mechanism:
-    """The lower rod by itself, its upper end at ``start``."""
-    x, y = coordinate("x", "m", start=start), coordinate("y", "m", start=float(-np.cos(1.0)))
+def hung(keys: tuple[str, ...] = PLACE) -> Mechanism:
+    """The upper rod with a place at its lower end."""
+    return Mechanism(
+        "hung", coordinates=[A], gravity=G, bodies=[UPPER],
+        points=[Point("tip", (sin(A), -cos(A)), angle=A)], ports=ports("tip", keys=keys),
+    )  # fmt: skip
+
+
+HUNG = hung()
+
+
+def loose(keys: tuple[str, ...] = PLACE) -> Mechanism:
+    """The lower rod by itself, with a place at its upper end."""
+    x, y = coordinate("x", "m", start=float(np.sin(1.0))), coordinate("y", "m", start=float(-np.cos(1.0)))
     return Mechanism(
         "loose", coordinates=[x, y, B], gravity=G, bodies=[rod("lower", x, y, B)],
-        points=[Point("base", (x, y), angle=B)], ports=ports("base"),
+        points=[Point("base", (x, y), angle=B)], ports=ports("base", keys=keys),
     )  # fmt: skip
 
 
@@ -87,6 +95,15 @@ def test_a_hinge_in_the_plane_is_of_order_4(pair: Path, exported) -> None:
             assert np.abs(run[f"up.tip_velocity_{axis}"] - run[f"low.base_velocity_{axis}"]).max() < 1e-7
     assert errors[1] < 1e-7
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.3)
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_speeds_follow_from_poses_where_they_are_no_ports(fmi: str, exported, tmp_path: Path) -> None:
+    whole = lag2fmu.simulate(exported(PENDULUM), step=0.005, **PRECISE)
+    fmus = {"up": exported(hung(("forces", "poses")), fmi=fmi), "low": exported(loose(("forces", "poses")), fmi=fmi)}
+    path = lag2fmu.ssp(fmus, tmp_path / "pair.ssp", join=["up.tip:low.base=revolute"])
+    run = lag2fmu.simulate(path, step=0.005, **PRECISE)
+    assert np.abs(run["low.b"] - whole["b"]).max() < 1e-7
 
 
 def test_steps_are_repeated_twice_at_most(pair: Path) -> None:
@@ -152,7 +169,7 @@ def arm(*frames: Frame, ports_: Ports, more: tuple[Body, ...] = ()) -> Mechanism
     )
 
 
-def free_load(start: Trajectory, rotation: str, *more: Frame) -> Mechanism:
+def free_load(start: Trajectory, rotation: str, *more: Frame, keys: tuple[str, ...] = PLACE) -> Mechanism:
     """The load by itself, where and as fast as it is at the ``start`` of the whole."""
     p, v, e, w = (
         np.array([start[f"load_{name}_{x}"][0] for x in ends])
@@ -170,22 +187,23 @@ def free_load(start: Trajectory, rotation: str, *more: Frame) -> Mechanism:
     names = ["load", *(f.name for f in more)]
     return Mechanism(
         "free_load", coordinates=[*xyz, *e_], frames=[frame, *more], gravity=G, bodies=[load_on(frame)],
-        ports=ports(*names, rotation=rotation),
+        ports=ports(*names, keys=keys, rotation=rotation),
     )  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("joint", "rotation"),
-    [("revolute:x", "quaternion"), ("prismatic:3,4,0", "rotation"), ("fixed", "quaternion")],
+    ("joint", "rotation", "keys"),
+    [("revolute:x", "quaternion", PLACE), ("prismatic:3,4,0", "rotation", POSE), ("fixed", "quaternion", POSE)],
 )
-def test_joints_in_space(joint: str, rotation: str, exported, tmp_path: Path) -> None:
+def test_joints_in_space(joint: str, rotation: str, keys: tuple[str, ...], exported, tmp_path: Path) -> None:
+    """Speeds that are no ports are the derivatives of the poses."""
     frame = KINDS[joint]
     whole = arm(frame, ports_=ports("load", keys=("poses", "velocities")), more=(load_on(frame),))
     expected = lag2fmu.simulate(exported(whole), step=0.01, **PRECISE)
     hook = Frame("hook", ARM, (0.5, 0, 0))
     fmus = {
-        "arm": exported(arm(hook, ports_=ports("hook"))),
-        "load": exported(free_load(expected, rotation)),
+        "arm": exported(arm(hook, ports_=ports("hook", keys=keys))),
+        "load": exported(free_load(expected, rotation, keys=keys)),
     }
     path = lag2fmu.ssp(fmus, tmp_path / "arm.ssp", join=[f"arm.hook:load.load={joint}"])
     run = lag2fmu.simulate(path, step=0.01, **PRECISE)
@@ -250,12 +268,9 @@ def test_joints_that_do_not_fit(join: str, message: str, exported, tmp_path: Pat
 
 
 def test_a_place_without_torques_names_the_option(exported, tmp_path: Path) -> None:
-    bare = Mechanism(
-        "bare", coordinates=[A], gravity=G, bodies=[UPPER],
-        points=[Point("tip", (sin(A), -cos(A)), angle=A)], ports=ports("tip", keys=("forces", "poses")),
-    )  # fmt: skip
+    bare = hung(("forces", "poses"))
     fmus = {"up": exported(bare), "low": exported(loose())}
-    with pytest.raises(Lag2FmuError, match="export that FMU with --port velocities=tip --port torques=tip"):
+    with pytest.raises(Lag2FmuError, match="export that FMU with --port torques=tip"):
         lag2fmu.ssp(fmus, tmp_path / "pair.ssp", join=["up.tip:low.base=fixed"])
 
 
