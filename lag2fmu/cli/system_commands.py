@@ -34,7 +34,7 @@ def ssp(**choices: Any) -> None:
     multiple=True,
     required=True,
     metavar="NAME",
-    help="A frame, or the coordinate by which it moves, that is cut off what carries it; repeatable.",
+    help="A frame, or the coordinate by which it or bodies of the plane move, to be cut off; repeatable.",
 )
 @click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="The .ssp; default MODEL.ssp.")
 @FMI

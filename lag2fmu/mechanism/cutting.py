@@ -16,14 +16,14 @@ from lag2fmu.description import names
 from lag2fmu.description.description import Description, label_of, table_keys
 from lag2fmu.description.keys import keys_in
 from lag2fmu.description.parts import Damper, Energy, Spring
-from lag2fmu.description.places import WORLD, Frame, expressions_of
+from lag2fmu.description.places import expressions_of
 from lag2fmu.description.ports import Ports
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import symbol, value_of
-from lag2fmu.mechanism.cuts import Cut, cut_at, free_coordinates
+from lag2fmu.mechanism.cut import Cut
 from lag2fmu.mechanism.geometry import values_of
-from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mechanism.opening import with_places
 
 _JOINT = "joint "
 """Before the frame of a cut: the owner of what belongs to its joint."""
@@ -54,39 +54,6 @@ class CutMechanism:
     left_out: tuple[str, ...]
 
 
-def opened(m: Mechanism) -> Description:
-    """``m`` without parts, joints on a parent and ports: they are written out, as frames, coordinates and loads.
-
-    Raises MechanismError for filtered motions.
-    """
-    if m.filtered:
-        raise MechanismError(f"the motion '{m.filtered[0]}' is filtered; a mechanism with filters is not cut")
-    brought = {place for place, origin in m.origins.items() if origin.startswith(("joints.", "contacts.", "frames."))}
-    tables = {name: getattr(m, name) for name in table_keys() if name not in ("parts", "ports", "joints")}
-    for name in ("constraints", "outputs", "dampers", "definitions"):
-        tables[name] = tuple(x for x in tables[name] if f"{name}.{label_of(x)}" not in brought)
-    joints = tuple(joint for joint in m.joints if joint.between is not None)
-    tables["constraints"] += m.latches
-    return replace(m.description, parts=(), joints=joints, ports=Ports(), **tables)
-
-
-def cuts_of(d: Description, at: Iterable[str]) -> tuple[Cut, ...]:
-    """The cuts of ``d``, as ``opened`` gives it, at the frames or coordinates ``at``. Raises MechanismError."""
-    found = tuple(cut_at(d, name, values_of(d)) for name in at)
-    frames = [cut.frame for cut in found]
-    twice = next((frame for i, frame in enumerate(frames) if frame in frames[:i]), None)
-    if twice is not None:
-        raise MechanismError(f"--at {twice}: is given twice; leave one out")
-    return found
-
-
-def with_pins(d: Description, cuts: Sequence[Cut]) -> Description:
-    """``d`` with outputs PIN_position_x, ... of pose and velocity of all pieces that are cut off."""
-    pins = tuple(Frame(cut.measured, cut.frame) for cut in cuts)
-    spots = [pin.name for pin in pins]
-    return replace(d, frames=(*d.frames, *pins), ports=Ports(poses=spots, velocities=spots))
-
-
 def in_pieces(d: Description, cuts: Sequence[Cut], start: Mapping[str, float]) -> CutMechanism:
     """The pieces of ``d`` between ``cuts``; ``start``: the values of its coordinates and of the outputs of the pins.
 
@@ -99,30 +66,36 @@ class _Splitter:
     """Who owns what: ``owners`` {name: pieces}; the coordinates of joints are owned by their cuts."""
 
     def __init__(self, d: Description, cuts: Sequence[Cut], start: Mapping[str, float]) -> None:
-        self.d, self.cuts, self.start = d, {cut.frame: cut for cut in cuts}, start
+        self.d, self.cuts, self.start = d, {cut.root: cut for cut in cuts}, start
         self.values, self.base = values_of(d), d.name
         if self.base in self.cuts:
             raise MechanismError(f"--at {self.base}: the mechanism has this name too; rename one of them")
-        parents = {frame.name: str(frame.parent) for frame in d.frames}
-        self.piece = {frame: self._piece(frame, parents) for frame in parents}
-        self.owners: dict[str, set[str]] = {_PART + frame: {piece} for frame, piece in self.piece.items()}
-        self.joints = {q: frame for frame, cut in self.cuts.items() for q in cut.coordinates}
+        self.parts = d.frames or d.places
+        self.piece = {part.name: self._piece({part.name}) for part in self.parts}
+        self.owners: dict[str, set[str]] = {_PART + part: {piece} for part, piece in self.piece.items()}
+        self.joints = {q: root for root, cut in self.cuts.items() for q in cut.coordinates}
         self._own_coordinates()
         for table, kind in (("bodies", _PART), ("points", _PART), ("definitions", ""), ("states", "")):
             for record in getattr(d, table):
-                name = kind + record.name
-                self.owners[name] = self.owners.get(name, set()) | self.of(record)
+                if record not in self.parts:
+                    name = kind + record.name
+                    self.owners[name] = self.owners.get(name, set()) | self.of(record)
 
-    def _piece(self, frame: str, parents: Mapping[str, str]) -> str:
-        """The piece of a ``frame``: the next one on the way to the world that is cut off, else the base."""
-        while frame != WORLD and frame not in self.cuts:
-            frame = parents[frame]
-        return self.base if frame == WORLD else frame
+    def _piece(self, parts: Collection[str]) -> str:
+        """The piece of the ``parts``: the smallest one that is cut off with one of them, else the base."""
+        holding = [cut for cut in self.cuts.values() if cut.carried & {*parts}]
+        return min(holding, key=lambda cut: len(cut.carried)).root if holding else self.base
+
+    def _freed(self, part: Any) -> Any:
+        """A frame, body or point as it is in its piece."""
+        cut = self.cuts.get(self.piece[part.name]) if part in self.parts else None
+        return part if cut is None else cut.freed(part)
 
     def _own_coordinates(self) -> None:
-        """A coordinate belongs to the pieces whose frames it moves, and to the base if it moves none."""
+        """A coordinate belongs to the piece whose parts it moves, and to the base if it moves none."""
+        movers = [(self.piece[part.name], _names(self._freed(part))) for part in self.parts]
         for q in self.d.coordinates:
-            moved = {self.piece[f.name] for f in self.d.frames if f.name not in self.cuts and q.name in _names(f)}
+            moved = {piece for piece, used in movers if q.name in used}
             if len(moved) > 1 or (moved and q.name in self.joints):
                 where = " and ".join(sorted(moved | {self.joints.get(q.name, "")} - {""}))
                 raise MechanismError(f"the coordinate '{q.name}' moves several pieces, {where}; cut elsewhere")
@@ -162,7 +135,7 @@ class _Splitter:
 
     def _owner(self, table: str, record: Any) -> str:
         """The one piece or joint to which an entry belongs; "" if there are several."""
-        if table == "frames":
+        if record in self.parts:
             return self.piece[record.name]
         owners = self.owners[record.name] if table == "coordinates" else self.of(record) or {self.base}
         return next(iter(owners)) if len(owners) == 1 else ""
@@ -186,7 +159,7 @@ class _Splitter:
                 ratio, size, _ = self._linear(cut, "dampers", record, record.rate, record.damping)
                 damping += size * ratio**2
         rest = -push / stiffness if stiffness else 0.0
-        return CutJoint(cut, self._below(cut), cut.frame, damping, stiffness, rest)
+        return CutJoint(cut, self._below(cut), cut.root, damping, stiffness, rest)
 
     def _linear(self, cut: Cut, table: str, record: Any, of: Any, constant: Any) -> tuple[float, float, float]:
         """Of a spring or damper: d(``of``)/d(the joint's angle or way), its ``constant``, and ``of`` at 0.
@@ -205,25 +178,28 @@ class _Splitter:
 
     def _below(self, cut: Cut) -> str:
         """The piece on which the piece of ``cut`` stands."""
-        return self.piece.get(str(cut.seat.parent), self.base)
+        used = _names(cut.seat)
+        parents = {name.removeprefix(_PART) for name in used if name.startswith(_PART)}
+        return self._piece(parents | {self.joints[name] for name in used & self.joints.keys()})
 
     # ------------------------------------------------------------------------------------------ one description
 
     def _description(self, piece: str, tables: Mapping[str, list[Any]]) -> Description:
         cut, seats = self.cuts.get(piece), [c.seat for c in self.cuts.values() if self._below(c) == piece]
-        frames = [cut.free_frame if cut and f.name == piece else f for f in tables.get("frames", ())]
         spots = [seat.name for seat in seats] + ([cut.pin.name] if cut else [])
         coordinates = [self._started(q) for q in tables.get("coordinates", ())]
-        own: dict[str, Any] = {name: tuple(tables.get(name, ())) for name, key in table_keys().items() if key.many}
+        own: dict[str, Any] = {
+            name: tuple(map(self._freed, tables.get(name, ()))) for name, key in table_keys().items() if key.many
+        }
         name, title = f"{self.base}_{piece if cut else 'base'}", f"{self.d.title}: {piece}"
         found = replace(self.d, **own | {"name": name, "title": title, "energy": self._energy(piece)})
         found = replace(
             found,
-            coordinates=(*(free_coordinates(cut, self.start) if cut else ()), *coordinates),
-            frames=(*frames, *seats, *([cut.pin] if cut else ())),
+            coordinates=(*(cut.free_coordinates(self.start) if cut else ()), *coordinates),
             ports=Ports(forces=spots, torques=spots, poses=spots, velocities=spots),
         )
-        return self._with_used(found)
+        places = [*(cut.freed(seat) if cut else seat for seat in seats), *([cut.pin] if cut else ())]
+        return self._with_used(with_places(found, places))
 
     def _started(self, q: Coordinate) -> Coordinate:
         """``q`` with the start that the whole has."""

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from lag2fmu.errors import MechanismError
 from lag2fmu.fmu.exporting import export
-from lag2fmu.mechanism.cutting import CutJoint, CutMechanism, cuts_of, in_pieces, opened, with_pins
+from lag2fmu.mechanism.cutting import CutJoint, CutMechanism, in_pieces
+from lag2fmu.mechanism.opening import cuts_of, opened, with_pins
 from lag2fmu.mechanism.record import Mechanism, complete
 from lag2fmu.reference.direct_integration import integrate
 from lag2fmu.systems.ssp import ssp

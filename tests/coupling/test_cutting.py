@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 from click.testing import CliRunner
 
 import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.errors import MechanismError
-from lag2fmu.mechanism import Body, Damper, Frame, Load, Mechanism, Output, Spring, coordinate, parameter, signal
+from lag2fmu.mechanism import Body, Damper, Frame, Load, Mechanism, Output, Point, Spring, coordinate, parameter, signal
 from lag2fmu.systems.cutting import cut
 
 pytestmark = pytest.mark.fmu
@@ -70,10 +71,40 @@ def test_every_kind_of_joint_can_be_cut(at: list[str], fmi: str, exported, tmp_p
     assert error_of(chain(), at, whole, tmp_path, stop=0.5, fmi=fmi) < 1e-7
 
 
+def rods(relative: bool) -> Mechanism:
+    """Four rods in the plane, each hinged to the one above, with springs in the hinges of relative angles."""
+    q = [coordinate(f"q{i}", "rad", start=0.3 * i, velocity=0.5) for i in range(4)]
+    k = parameter("k", 3.0, "N.m/rad")
+    x, y, angle, bodies = sp.S.Zero, sp.S.Zero, sp.S.Zero, []
+    for i in range(4):
+        angle = angle + q[i] if relative else q[i]
+        bodies.append(Body(f"rod{i}", 1.0, (x + sp.sin(angle) / 2, y - sp.cos(angle) / 2), angle=angle, inertia=0.08))
+        x, y = x + sp.sin(angle), y - sp.cos(angle)
+    springs = [Spring(f"hinge{i}", k, elongation=q[i] - 0.1) for i in range(1, 4)] if relative else []
+    points = [Point("end", (x, y), angle=angle)]
+    return Mechanism(
+        "rods", coordinates=q, parameters=[k], gravity=9.81, bodies=bodies, springs=springs, points=points,
+        outputs=[Output("end", point="end", quantity="position")],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("relative", "at"), [(True, ["q1", "q3"]), (False, ["q2"])])
+def test_hinges_in_the_plane(relative: bool, at: list[str], exported, tmp_path: Path) -> None:
+    """The hinge is where the rod's position does not follow its angle, whichever angle is the coordinate."""
+    mechanism = rods(relative)
+    assert error_of(mechanism, at, exported(mechanism).path, tmp_path, stop=0.5) < 1e-7
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "at"),
-    [("furuta_pendulum", ["beta"]), ("humanoid_planar", ["shank_l", "forearm_r"]), ("bricard", ["q3"])],
+    [
+        ("furuta_pendulum", ["beta"]),
+        ("humanoid_planar", ["shank_l", "forearm_r"]),
+        ("bricard", ["q3"]),
+        ("cart_pole", ["theta"]),
+        ("acrobot", ["q2"]),
+    ],
 )
 def test_bundled_mechanisms_in_pieces(model: str, at: list[str], exported, tmp_path: Path) -> None:
     """One of them has a loop with more equations than it needs: forces of the cut joint are then not unique."""
@@ -98,7 +129,9 @@ def test_places_that_cannot_be_cut(at: list[str], message: str, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("model", "at", "message"),
     [
-        ("cart_pole", "theta", "'cart_pole' has no frames; it is cut where a frame moves on another"),
+        ("cart_pole", "x", "no rigid body turns about a hinge by this coordinate"),
+        ("acrobot", "q1", "'rod1' hangs on the world; nothing is on the other side"),
+        ("andrews_squeezer", "Theta", r"constraints\.B_x: works across a cut, on 'andrews_squeezer' and 'joint K2'"),
         ("six_axis_arm", "theta_3", r"energy.kinetic: the term .*theta_3_dot\*\*2.* belongs to several pieces"),
     ],
 )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import NoReturn
+from typing import NoReturn, cast
 
 import sympy as sp
 
@@ -17,64 +16,48 @@ from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import DIMENSIONLESS, METRE
 from lag2fmu.language.vocabulary import symbol, value_of
+from lag2fmu.mechanism.cut import Axis, Cut, Part
 from lag2fmu.mechanism.poses import Poses
 
 _WHY = "which no joint between FMUs does; cut at a frame that turns about one axis, slides along one, or turns freely"
 
 
-Axis = tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Cut:
-    """The ``frame`` and the joint on its parent.
-
-    - ``kind`` of the joint, ``axis``: 3 numbers in the axes of both ends.
-    - ``coordinates``: those of the joint, which go with it; a single one is 1/``scale`` times the joint's angle (rad)
-      or way (m).
-    - ``seat``: a new frame on the parent, and ``pin``: one on the frame; both coincide but for the joint's motion.
-    """
-
-    frame: str
-    kind: str
-    axis: Axis
-    coordinates: tuple[str, ...]
-    scale: float
-    seat: Frame
-    pin: Frame
+class FrameCut(Cut):
+    """A cut between a frame and its parent."""
 
     @property
-    def measured(self) -> str:
-        """The name of a frame of the whole whose motion is that of the frame."""
-        return f"{self.frame}_cut"
+    def probe(self) -> Frame:
+        """A frame on the root."""
+        return Frame(self.measured, self.root)
 
-    @property
-    def free_frame(self) -> Frame:
-        """The frame as it is when it is cut off: three coordinates and a quaternion place it in the world."""
-        place = [symbol(f"{self.frame}_free_{x}") for x in AXES]
-        return Frame(self.frame, WORLD, place, quaternion=[symbol(f"{self.frame}_free_e{i}") for i in range(4)])
+    def freed(self, part: Part) -> Part:
+        """The root moves by three coordinates and a quaternion; what it carries is as before."""
+        if not isinstance(part, Frame) or part.name != self.root:
+            return part
+        place = [symbol(f"{self.root}_free_{x}") for x in AXES]
+        free = Frame(self.root, WORLD, place, quaternion=[symbol(f"{self.root}_free_e{i}") for i in range(4)])
+        return cast("Part", free)
+
+    def free_coordinates(self, start: Mapping[str, float]) -> Iterator[Coordinate]:
+        """Place and quaternion of the root.
+
+        e' = (0, omega) e/2 with omega in the world's axes: P. E. Nikravesh, Computer-Aided Analysis of Mechanical
+        Systems, section 6.6.
+        """
+
+        def of(quantity: str, ends: Iterable[object]) -> list[float]:
+            return [start[f"{self.measured}_{quantity}_{end}"] for end in ends]
+
+        for x, place, speed in zip(AXES, of("position", AXES), of("velocity", AXES), strict=True):
+            yield Coordinate(f"{self.root}_free_{x}", METRE, place, speed, doc=f"place of {self.root}, {x}")
+        (a, b, c, d), (u, v, w) = of("quaternion", range(4)), of("angular_velocity", AXES)
+        rates = -(b * u + c * v + d * w), a * u + v * d - w * c, a * v + w * b - u * d, a * w + u * c - v * b
+        for i, (e, rate) in enumerate(zip((a, b, c, d), rates, strict=True)):
+            name, doc = f"{self.root}_free_e{i}", f"quaternion of {self.root}"
+            yield Coordinate(name, DIMENSIONLESS, e, rate / 2, doc=doc, given=True, velocity_given=True)
 
 
-def free_coordinates(cut: Cut, start: Mapping[str, float]) -> Iterator[Coordinate]:
-    """The coordinates of the free frame of ``cut``; ``start`` has the motion of the frame ``measured``.
-
-    e' = (0, omega) e/2 with omega in the world's axes: P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems,
-    section 6.6.
-    """
-
-    def of(quantity: str, ends: Iterable[object]) -> list[float]:
-        return [start[f"{cut.measured}_{quantity}_{end}"] for end in ends]
-
-    for x, place, speed in zip(AXES, of("position", AXES), of("velocity", AXES), strict=True):
-        yield Coordinate(f"{cut.frame}_free_{x}", METRE, place, speed, doc=f"place of {cut.frame}, {x}")
-    (a, b, c, d), (u, v, w) = of("quaternion", range(4)), of("angular_velocity", AXES)
-    rates = -(b * u + c * v + d * w), a * u + v * d - w * c, a * v + w * b - u * d, a * w + u * c - v * b
-    for i, (e, rate) in enumerate(zip((a, b, c, d), rates, strict=True)):
-        name, doc = f"{cut.frame}_free_e{i}", f"quaternion of {cut.frame}"
-        yield Coordinate(name, DIMENSIONLESS, e, rate / 2, doc=doc, given=True, velocity_given=True)
-
-
-def cut_at(d: Description, name: str, values: Mapping[str, float]) -> Cut:
+def frame_cut_at(d: Description, name: str, values: Mapping[str, float]) -> Cut:
     """The cut at ``name``: a frame, or the coordinate by which one frame moves.
 
     ``values``: {parameter: SI value}. Raises MechanismError if there is none, or its joint is no joint between FMUs.
@@ -127,7 +110,15 @@ class _Mount:
         """The cut whose seat is at ``origin``, turned by ``turns``; the pin is turned ``back`` in the frame."""
         name = self.frame.name
         seat = Frame(f"{name}_seat", self.frame.parent, tuple(origin), turns)
-        return Cut(name, kind, axis, tuple(self.own), scale, seat, Frame(f"{name}_pin", name, rotations=back))
+        pin = Frame(f"{name}_pin", name, rotations=back)
+        return FrameCut(name, kind, axis, tuple(self.own), scale, seat, pin, self._carried())
+
+    def _carried(self) -> frozenset[str]:
+        """The names of the frame and of all that stand on it."""
+        found = {self.frame.name}
+        while more := {f.name for f in self.d.frames if str(f.parent) in found} - found:
+            found |= more
+        return frozenset(found)
 
     def _revolute(self) -> Cut:
         (i,), q = self.turning, symbol(self.own[0])
@@ -158,8 +149,6 @@ class _Mount:
 def _frame(d: Description, name: str) -> Frame:
     """The frame called ``name``, or the one that moves by the coordinate ``name``."""
     frames = {frame.name: frame for frame in d.frames}
-    if not frames:
-        raise MechanismError(f"--at {name}: '{d.name}' has no frames; it is cut where a frame moves on another")
     if name in frames:
         return frames[name]
     coordinates = [q.name for q in d.coordinates]
