@@ -1,6 +1,6 @@
-"""A mechanism in pieces: the frames of a tree that is cut, and what belongs to each piece.
+"""A mechanism in pieces: which entries belong to each piece of one that is cut.
 
-A piece that is cut off moves freely: its frame gets three coordinates and a quaternion. What works across a cut goes
+A piece that is cut off moves freely, by coordinates that its cut gives it. What works across a cut goes
 with the joint if it is a spring or a damper of the joint's coordinate; anything else is an error that names it.
 """
 
@@ -26,7 +26,7 @@ from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.opening import with_places
 
 _JOINT = "joint "
-"""Before the frame of a cut: the owner of what belongs to its joint."""
+"""Before the root of a cut: the owner of what belongs to its joint."""
 _PART = "part "
 """Before the name of a frame, body or point: a coordinate may have the same one."""
 _WHERE_USED = ("parameters", "inputs", "tables", "definitions", "points")
@@ -55,7 +55,7 @@ class CutMechanism:
 
 
 def in_pieces(d: Description, cuts: Sequence[Cut], start: Mapping[str, float]) -> CutMechanism:
-    """The pieces of ``d`` between ``cuts``; ``start``: the values of its coordinates and of the outputs of the pins.
+    """The pieces of ``d`` between ``cuts``; ``start``: the values of its coordinates and of the outputs of the probes.
 
     Raises MechanismError for what works across a cut and is no spring or damper of the joint's coordinate.
     """

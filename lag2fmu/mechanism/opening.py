@@ -57,8 +57,8 @@ def cuts_of(d: Description, at: Iterable[str]) -> tuple[Cut, ...]:
     return found
 
 
-def with_pins(d: Description, cuts: Sequence[Cut]) -> Description:
-    """``d`` with outputs PIN_position_x, ... of pose and velocity of all pieces that are cut off."""
+def with_probes(d: Description, cuts: Sequence[Cut]) -> Description:
+    """``d`` with outputs PROBE_position_x, ... of pose and velocity of all pieces that are cut off."""
     spots = [cut.measured for cut in cuts]
     return replace(with_places(d, [cut.probe for cut in cuts]), ports=Ports(poses=spots, velocities=spots))
 

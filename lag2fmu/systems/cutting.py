@@ -9,7 +9,7 @@ from pathlib import Path
 from lag2fmu.errors import MechanismError
 from lag2fmu.fmu.exporting import export
 from lag2fmu.mechanism.cutting import CutJoint, CutMechanism, in_pieces
-from lag2fmu.mechanism.opening import cuts_of, opened, with_pins
+from lag2fmu.mechanism.opening import cuts_of, opened, with_probes
 from lag2fmu.mechanism.record import Mechanism, complete
 from lag2fmu.reference.direct_integration import integrate
 from lag2fmu.systems.ssp import ssp
@@ -30,7 +30,7 @@ def cut(
     cuts = cuts_of(whole, at)
     if not cuts:
         raise MechanismError("nothing is cut; give --at with the name of a frame or of a coordinate")
-    first = integrate(complete(with_pins(whole, cuts)), [0.0, _SOON]).trajectory
+    first = integrate(complete(with_probes(whole, cuts)), [0.0, _SOON]).trajectory
     pieces = in_pieces(whole, cuts, dict(zip(first.names, first.values[0].tolist(), strict=True)))
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
         fmus = {

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lag2fmu.description.joints import across
 from lag2fmu.systems.joints import NUMBERS, Ends, groups_of, is_planar
 from lag2fmu.verify.run import Floats
 
@@ -105,9 +106,9 @@ def _columns(ends: Ends, axis: Floats) -> list[tuple[Floats, Floats, bool]]:
     """The directions (force, torque) of a joint, and whether they are along the world's axes; its own force is last."""
     planar, groups = is_planar(ends.first), groups_of(ends)
     unit, none = np.eye(3), np.zeros(3)
-    across = [np.cross(unit[2], axis)] if planar else _across(axis)
-    forces = {"point": unit[: 2 if planar else 3], "line": across, "plane": [axis]}
-    torques = {"axis": across, "turn": unit[2 if planar else 0 :]}
+    normals = [np.cross(unit[2], axis)] if planar else _across(axis)
+    forces = {"point": unit[: 2 if planar else 3], "line": normals, "plane": [axis]}
+    torques = {"axis": normals, "turn": unit[2 if planar else 0 :]}
     columns = [(f, none, group == "point") for group in groups for f in forces.get(group, ())]
     columns += [(none, t, False) for group in groups for t in torques.get(group, ())]
     if ends.joint.acts and ends.joint.kind == "revolute":
@@ -118,7 +119,5 @@ def _columns(ends: Ends, axis: Floats) -> list[tuple[Floats, Floats, bool]]:
 
 
 def _across(axis: Floats) -> Sequence[Floats]:
-    """Two unit vectors across the unit vector ``axis`` and each other."""
-    first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    first /= np.linalg.norm(first)
-    return [first, np.cross(axis, first)]
+    """Two unit vectors across the unit vector ``axis`` and each other, those of a joint in a mechanism."""
+    return [np.array(normal, dtype=float).ravel() for normal in across(tuple(axis.tolist()))]

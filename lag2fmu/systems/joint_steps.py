@@ -125,7 +125,10 @@ class JoinedSteps(FixedSteps):
             self._run(t, h)
             end = self._joints.state()
             course = partial(passing_of, start, end, h)
-            change, reached = correction(self._joints, end, forces, passing, [course(c * h) for c in GAUSS], h)
+            try:
+                change, reached = correction(self._joints, end, forces, passing, [course(c * h) for c in GAUSS], h)
+            except np.linalg.LinAlgError as error:  # what an FMU tells is no number, or nothing moves
+                raise self._open(end, t + h) from error
             miss = self._joints.open_by(reached[1] * h, reached[0], h)
             if miss <= _CLOSED:
                 self._check(end, t, h)

@@ -130,12 +130,15 @@ class JointSystem:
     def measure(self, t: float, h: float) -> None:
         """Measure the twists of all places by unit wrenches on them, in a step ``h`` (s) from ``t`` that is taken back.
 
-        They are kept in the axes of the places, in which they change little while an FMU turns.
+        They are kept in the axes of the places, in which they change little while an FMU turns. Raises SimulationError
+        for motions that are no numbers.
         """
         for places, part in zip(self._places, self._parts, strict=True):
             self._mobility[part, part] = _mobility(places, t, _SOON * h)
         state = self.state()
         matrix = self.effect(state, state.turned, state.directions)
+        if not np.isfinite(matrix).all():
+            raise SimulationError(f"at t = {t:g} s the motion of a joined place is no number; {self.worst(state)}")
         scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
         symmetric = scale[:, None] * (matrix + matrix.T) / 2 * scale
         sizes, vectors = np.linalg.eigh(symmetric[np.ix_(self.held, self.held)])

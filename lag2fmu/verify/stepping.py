@@ -37,11 +37,8 @@ class Simulation:
     def __init__(self, instance: Instance, scalars: Mapping[str, Scalar], time: float = 0.0) -> None:
         """Step the ``instance``, which has been initialized at ``time`` (s); ``scalars`` are its numbers by name."""
         self._instance, self._scalars, self._time = instance, scalars, time
-        self._grid = (
-            time,
-            0.0,
-            0,
-        )  # where equal steps began, their length, their number: times are sums of no roundings
+        # where equal steps began, their length and their number: their times do not add up roundings
+        self._grid = time, 0.0, 0
         self._third = is_fmi3(instance.description)
         self._saves = bool(instance.description.coSimulation.canGetAndSetFMUstate)
         self._channels: dict[tuple[str, ...], Channel] = {}
