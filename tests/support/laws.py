@@ -29,7 +29,17 @@ UNITS = (
         "impacts_without_collision",
         "laws",
     ),
-    *("least_norm", "lemke", "polyhedral", "vector_length", "complementarity_large", "envelope", "sparse_rows"),
+    *(
+        "least_norm",
+        "central_path",
+        "choices",
+        "newton",
+        "lu",
+        "vector_length",
+        "complementarity_large",
+        "envelope",
+        "sparse_rows",
+    ),
     *("scale", "arena"),
 )
 """The files of the runtime that know nothing of a mechanism but its sizes."""
@@ -69,14 +79,6 @@ class _Problem(ctypes.Structure):
         ("free", _Doubles),
         ("row", ctypes.POINTER(Row)),
         ("determined", ctypes.POINTER(ctypes.c_bool)),
-    ]
-
-
-class _Lcp(ctypes.Structure):
-    _fields_ = [
-        ("size", ctypes.c_int),
-        ("matrix", _Doubles),
-        ("offset", _Doubles),
     ]
 
 
@@ -185,7 +187,7 @@ class Laws:
         sources = {path.name: path.read_text("utf-8") for path in paths if path.is_file()}
         sources |= {"mechanism.h": SIZES, "batch.c": BATCH}
         self._library = compiled(folder, sources, "gcc" if "gcc" in COMPILERS else "zig")
-        for name in ("lemke_solve", "impacts_solve", "impacts_without_collision", "complementarity_large"):
+        for name in ("impacts_solve", "impacts_without_collision", "complementarity_large"):
             getattr(self._library, name).restype = ctypes.c_bool
         self._library.arena_begin.restype = ctypes.c_void_p
         self._memory = np.zeros(_ARENA // 8 + 64)  # numpy aligns it to 16 bytes
@@ -247,20 +249,6 @@ class Laws:
             ctypes.byref(residual),
         )
         return bool(solved), forces, motions
-
-    def lemke(self, matrix: Array, offset: Array) -> tuple[bool, Array]:
-        """Whether solved and z[n] of z >= 0, offset + matrix z >= 0, one of both 0 in each row."""
-        size = len(offset)
-        numbers, constants = np.ascontiguousarray(matrix, float), np.ascontiguousarray(offset, float)
-        problem = _Lcp(size, numbers.ctypes.data_as(_Doubles), constants.ctypes.data_as(_Doubles))
-        solution, positive = np.zeros(size), np.zeros(size, bool)
-        solved = self._library.lemke_solve(
-            ctypes.c_void_p(self._arena),
-            ctypes.byref(problem),
-            solution.ctypes.data_as(_Doubles),
-            positive.ctypes.data_as(ctypes.c_void_p),
-        )
-        return bool(solved), solution
 
     def impact(
         self,

@@ -4,10 +4,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "choices.h"
 #include "cones.h"
 #include "elimination.h"
 #include "islands.h"
-#include "polyhedral.h"
 #include "scale.h"
 
 /* The equations of the rows that hold at present. */
@@ -15,14 +15,6 @@ static void choose_present(const Elimination *e, Choice *choice) {
     for (int i = 0; i < e->active; i++) {
         choice->held[i] = e->problem->row[e->row[i]].holds;
     }
-}
-
-static bool in_space(const Laws *laws) {
-    bool found = false;
-    for (int k = 0; k < laws->size; k++) {
-        found = found || laws->width[k] == 2;
-    }
-    return found;
 }
 
 static bool is_lone_contact(const Laws *laws) {
@@ -48,8 +40,7 @@ static bool solve_laws(const Elimination *e, const Laws *laws, double x[]) {
     memset(x, 0, (size_t)laws->size * sizeof(double));
     choose_present(e, &present);
     const bool goes_on = laws_try(laws, &present, x) && laws_bounded(laws, &present, x);
-    return arena_leave(mark, goes_on || turns(laws, &present, x) ||
-                                 (in_space(laws) ? cones_solve(laws, x) : polyhedral_solve(laws, x)));
+    return arena_leave(mark, goes_on || turns(laws, &present, x) || cones_solve(laws, x));
 }
 
 /* Rows of friction that slip fall from the greatest holding force to that of sliding; returns whether any did. */
@@ -129,8 +120,8 @@ static int other_motion(const Problem *problem) {
     Laws laws;
     double *x;
     int other = -1;
-    if (any_slides(problem) && reduce_and_solve(problem, &elimination, &laws, &x) && !in_space(&laws)) {
-        other = polyhedral_other(&laws, x);
+    if (any_slides(problem) && reduce_and_solve(problem, &elimination, &laws, &x)) {
+        other = choices_other(&laws, x);
         other = other < 0 ? -1 : elimination.row[other];
     }
     arena_release(mark);

@@ -1,7 +1,7 @@
 /* Solves the laws of contacts and dry friction between the rows of a Delassus operator. Matrices are as large as the
-   rows that are not free. Sources: Pfeiffer, Glocker, Multibody Dynamics with Unilateral Contacts, 1996; Stewart,
-   Trinkle, An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction,
-   Int. J. Numer. Meth. Eng. 1996 (the complementarity problem whose solution Lemke's method finds). */
+   rows that are not free. Sources: Pfeiffer, Glocker, Multibody Dynamics with Unilateral Contacts, 1996; Acary,
+   Cadoux, Lemarechal, Malick, A formulation of the linear discrete Coulomb friction problem via convex optimization,
+   ZAMM 2011. */
 #ifndef COMPLEMENTARITY_H
 #define COMPLEMENTARITY_H
 

@@ -1,185 +1,125 @@
-/* Round friction cones. Pyramids with four sides, solved by Lemke's method, show where contacts open, stick and slide;
-   where that does not lead to a solution, block Gauss-Seidel iteration with proximal points may (Jourdan, Alart, Jean,
-   A Gauss-Seidel like algorithm to solve frictional contact problems, Comput. Methods Appl. Mech. Eng. 1998). From
-   there a generalised Newton method gives the solution to rounding (Alart, Curnier, A mixed formulation for frictional
-   contact problems prone to Newton like solution methods, Comput. Methods Appl. Mech. Eng. 1991). The proximal steps
-   are the same for both axes of a cone: the axes do not matter to the solution. */
+/* The order in which solutions are looked for decides on which of several is found. The convex program comes first. Its
+   solution rests if there is any way to rest, and shows else where Newton's method for Coulomb's law has to begin.
+   Where that leads to no solution, Coulomb's law has a path of its own. Rows that slide make the operator asymmetric;
+   then all choices of equations are tried, because friction that presses a contact to its support leaves several
+   solutions or none (Painleve's paradox). */
 #include "cones.h"
 
 #include <math.h>
-#include <string.h>
 
-#include "least_norm.h"
-#include "polyhedral.h"
+#include "central_path.h"
+#include "choices.h"
+#include "newton.h"
 #include "scale.h"
-#include "vector_length.h"
 
-enum { FIRST_CONE_SWEEPS = 16, MOST_CONE_SWEEPS = 16384, MOST_CONE_STEPS = 40 };
+/* More choices of equations are not tried one by one. */
+static const double MOST_CHOICES = 4096.0;
 
-/* A diagonal entry is taken for no less than this. */
-static const double LEAST_STEP = 1e-3;
+/* Ways of the central path that are tried in turn: contacts that give way more and more, and more and more through the
+   middle of the cones. */
+static const double SOFTER = 10.0, CENTRINGS[] = {0.0, 0.3, 0.8};
 
-/* The inverse of the proximal step of a row: a bound of the block's eigenvalues. */
-static double curvature(const Laws *laws, int k) {
-    const int first = laws->width[k] < 0 ? k - 1 : k;
-    double sum = laws->matrix[first * laws->size + first];
-    sum += laws->width[first] == 2 ? laws->matrix[(first + 1) * laws->size + first + 1] : 0.0;
-    return fmax(sum, LEAST_STEP);
+static bool may_rub(const Laws *laws, int k) {
+    return laws->width[k] > 0 && (laws->base[k] > 0.0 || laws->slope[k] > 0.0);
 }
 
-/* Moves x[k] and lets w follow. */
-static void move_row(const Laws *laws, int k, double to, double x[], double w[]) {
-    const double change = to - x[k];
-    x[k] = to;
-    for (int i = 0; i < laws->size && change != 0.0; i++) {
-        w[i] += laws->matrix[i * laws->size + k] * change;
+/* Does a friction cone bound the normal force of this row? */
+static bool is_framed(const Laws *laws, int k) {
+    bool framed = false;
+    for (int i = 0; i < laws->size; i++) {
+        framed = framed || (may_rub(laws, i) && laws->normal[i] == k && laws->base[i] == 0.0);
     }
+    return framed;
 }
 
-/* The row or the cone from k on: the nearest point that its law allows, from x - w / curvature. */
-static void relax(const Laws *laws, int k, double x[], double w[]) {
-    const double rate = 1.0 / curvature(laws, k);
-    if (laws->width[k] == 0) {
-        move_row(laws, k, fmax(x[k] - rate * w[k], 0.0), x, w);
+/* Rows of friction without any limit have no force, and no place[size] in the program; returns how many do. */
+static int place_rows(const Laws *laws, int place[], int *cones) {
+    int count = 0;
+    *cones = 0;
+    for (int k = 0; k < laws->size; k++) {
+        const int first = laws->width[k] < 0 ? k - 1 : k;
+        place[k] = laws->width[k] == 0 || may_rub(laws, first) ? count++ : -1;
+        *cones += laws->width[k] == 0 ? !is_framed(laws, k) : may_rub(laws, k);
     }
-    if (laws->width[k] <= 0) {
-        return;
-    }
-    double trial[2] = {0.0, 0.0};
-    for (int i = 0; i < laws->width[k]; i++) {
-        trial[i] = x[k + i] - rate * w[k + i];
-    }
-    const double length = vector_length(trial, 2), limit = laws_limit(laws, x, k);
-    const double part = length > limit ? limit / length : 1.0;
-    for (int i = 0; i < laws->width[k]; i++) {
-        move_row(laws, k + i, part * trial[i], x, w);
-    }
+    return count;
 }
 
-static void sweep_cones(const Laws *laws, int sweeps, double x[]) {
-    const ArenaMark mark = arena_mark(laws->arena);
-    double *w = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
-    laws_evaluate(laws, x, w);
-    for (int s = 0; s < sweeps; s++) {
-        for (int k = 0; k < laws->size; k++) {
-            relax(laws, k, x, w);
+static void put_cones_of(const Laws *laws, const int place[], ConeProgram *program) {
+    const int n = program->size;
+    for (int k = 0, c = 0; k < laws->size; k++) {
+        double *row = program->map + 3 * c * n;
+        if (laws->width[k] == 0 && !is_framed(laws, k)) {
+            row[place[k]] = 1.0;
+            c++;
+        } else if (may_rub(laws, k)) {
+            program->shift[3 * c] = laws->base[k];
+            if (laws->normal[k] >= 0) {
+                row[place[laws->normal[k]]] = laws->slope[k];
+            }
+            for (int i = 0; i < laws->width[k]; i++) {
+                row[(1 + i) * n + place[k + i]] = 1.0;
+            }
+            c++;
         }
     }
-    arena_release(mark);
 }
 
-/* Row k of the equations of a row or cone that sticks: w = 0, divided by the curvature. */
-static void put_held(const Laws *laws, int k, const double w[], double matrix[], double right[]) {
-    const double rate = 1.0 / curvature(laws, k);
-    for (int j = 0; j < laws->size; j++) {
-        matrix[k * laws->size + j] = rate * laws->matrix[k * laws->size + j];
-    }
-    right[k] = -rate * w[k];
-}
-
-/* Rows k and k + 1 of a cone that slides: x - limit u = 0 with the direction u of the trial x - rate w. */
-static void put_cone(const Laws *laws, int k, double rate, const double x[], const double trial[], double matrix[],
-                        double right[]) {
-    const int n = laws->size, width = laws->width[k], normal = laws->normal[k];
-    const double length = vector_length(trial, 2), limit = laws_limit(laws, x, k);
-    for (int i = 0; i < width; i++) {
-        const double u = trial[i] / length;
-        double *row = matrix + (k + i) * n;
-        memset(row, 0, (size_t)n * sizeof(double));
-        row[k + i] += 1.0;
-        right[k + i] = limit * u - x[k + i];
-        if (normal >= 0) {
-            row[normal] -= laws->slope[k] * u;
-        }
-        for (int j = 0; j < width; j++) {
-            const double turn = limit / length * ((i == j ? 1.0 : 0.0) - u * trial[j] / length);
-            row[k + j] -= turn;
-            for (int column = 0; column < n; column++) {
-                row[column] += turn * rate * laws->matrix[(k + j) * n + column];
+static void put_operator(const Laws *laws, const int place[], ConeProgram *program) {
+    for (int i = 0; i < laws->size; i++) {
+        for (int j = 0; place[i] >= 0 && j < laws->size; j++) {
+            if (place[j] >= 0) {
+                program->matrix[place[i] * program->size + place[j]] = laws->matrix[i * laws->size + j];
             }
         }
-    }
-}
-
-/* Row k of what is open: x = 0. */
-static void put_open(const Laws *laws, int k, const double x[], double matrix[], double right[]) {
-    memset(matrix + k * laws->size, 0, (size_t)laws->size * sizeof(double));
-    matrix[k * laws->size + k] = 1.0;
-    right[k] = -x[k];
-}
-
-/* The linearised equations of one row or cone for the change of x. */
-static void linearise(const Laws *laws, int k, double step, const double x[], const double w[], double matrix[],
-                      double right[]) {
-    const int width = laws->width[k], rows = width > 0 ? width : 1;
-    const double rate = (width > 0 ? step : 1.0) / curvature(laws, k);
-    double trial[2] = {0.0, 0.0};
-    for (int i = 0; i < rows; i++) {
-        trial[i] = x[k + i] - rate * w[k + i];
-    }
-    const double length = vector_length(trial, 2), limit = width > 0 ? laws_limit(laws, x, k) : 0.0;
-    const bool held = width == 0 ? trial[0] > 0.0 : length <= limit && limit > 0.0;
-    for (int i = k; i < k + rows; i++) {
-        if (held) {
-            put_held(laws, i, w, matrix, right);
-        } else if (width == 0 || length == 0.0) {
-            put_open(laws, i, x, matrix, right);
+        if (place[i] >= 0) {
+            program->offset[place[i]] = laws->offset[i];
         }
     }
-    if (!held && width > 0 && length > 0.0) {
-        put_cone(laws, k, rate, x, trial, matrix, right);
-    }
 }
 
-/* From x near a solution to it, with so many times the proximal step for friction. */
-static bool refine_with(const Laws *laws, double step, double x[]) {
+/* Newton's method from the end of a central path. */
+static bool solve_along(const Laws *laws, const ConeProgram *program, const int place[], PathOptions options,
+                        double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
-    const size_t bytes = (size_t)laws->size * sizeof(double);
-    double *matrix = arena_take(laws->arena, (size_t)laws->size * bytes), *right = arena_take(laws->arena, bytes);
-    double *w = arena_take(laws->arena, bytes), *change = arena_take(laws->arena, bytes);
-    bool done = false;
-    for (int count = 0; count < MOST_CONE_STEPS && !done; count++) {
-        double moved = 0.0, size = 0.0;
-        laws_evaluate(laws, x, w);
-        for (int k = 0; k < laws->size; k++) {
-            if (laws->width[k] >= 0) {
-                linearise(laws, k, step, x, w, matrix, right);
-            }
-        }
-        least_norm_solve(laws->arena, laws->size, matrix, right, change);
-        for (int k = 0; k < laws->size; k++) {
-            x[k] += change[k];
-            moved = fmax(moved, fabs(change[k]));
-            size = fmax(size, fabs(x[k]));
-        }
-        done = moved <= SOLVED * size;
+    double *y = arena_take(laws->arena, (size_t)program->size * sizeof(double));
+    double *start = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
+    central_path(program, options, y);
+    for (int k = 0; k < laws->size; k++) {
+        start[k] = place[k] >= 0 ? y[place[k]] : 0.0;
     }
-    return arena_leave(mark, laws_obeyed(laws, x));
+    return arena_leave(mark, newton_solve(laws, start, x));
 }
 
-/* From a start near a solution to it. The steps differ in where they lead to from afar; the long ones serve where
-   friction wedges. */
-static bool refine_cones(const Laws *laws, const double start[], double x[]) {
-    static const double STEPS[] = {1.0, 10.0, 0.1, 100.0, 3.0, 30.0};
-    bool solved = false;
-    for (size_t i = 0; i < sizeof STEPS / sizeof *STEPS && !solved; i++) {
-        memcpy(x, start, (size_t)laws->size * sizeof(double));
-        solved = refine_with(laws, STEPS[i], x);
+/* Rows that slide make the operator asymmetric: friction may press a contact to its support. */
+static bool is_asymmetric(const Laws *laws) {
+    bool found = false;
+    for (int i = 0; i < laws->size; i++) {
+        for (int j = 0; j < i; j++) {
+            const double a = laws->matrix[i * laws->size + j], b = laws->matrix[j * laws->size + i];
+            found = found || fabs(a - b) > OBEYED * fmax(fabs(a), fabs(b));
+        }
     }
-    return solved;
+    return found;
 }
 
 bool cones_solve(const Laws *laws, double x[]) {
+    if (is_asymmetric(laws) && choices_count(laws) <= MOST_CHOICES) {
+        return choices_solve(laws, NULL, x);
+    }
     const ArenaMark mark = arena_mark(laws->arena);
-    double *start = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
-    if (!polyhedral_approximate(laws, start)) {
+    ConeProgram program;
+    int *place = arena_take(laws->arena, (size_t)laws->size * sizeof(int)), cones;
+    const int size = place_rows(laws, place, &cones);
+    if (!cone_program_take(laws->arena, size, cones, &program)) {
         return arena_leave(mark, false);
     }
-    bool solved = refine_cones(laws, start, x);
-    memset(start, 0, (size_t)laws->size * sizeof(double));
-    for (int sweeps = FIRST_CONE_SWEEPS; sweeps <= MOST_CONE_SWEEPS && !solved; sweeps *= 2) {
-        sweep_cones(laws, sweeps, start);
-        solved = refine_cones(laws, start, x);
+    put_operator(laws, place, &program);
+    put_cones_of(laws, place, &program);
+    bool solved = solve_along(laws, &program, place, (PathOptions){0.0, DAMPING, 0.0}, x);
+    for (double weight = YIELDS; weight < 2.0 && !solved; weight *= SOFTER) {
+        for (int i = 0; i < 3 && !solved; i++) {
+            solved = solve_along(laws, &program, place, (PathOptions){1.0, weight, CENTRINGS[i]}, x);
+        }
     }
-    return arena_leave(mark, solved);
+    return arena_leave(mark, solved || (choices_count(laws) <= MOST_CHOICES && choices_solve(laws, NULL, x)));
 }

@@ -24,7 +24,7 @@ typedef struct {
 } Elimination;
 
 /* Takes the elimination and the laws from the arena, and fills all of them but the limits of friction. Returns false,
-   with arena->refused, if there is no memory for them and for their solution but for polyhedral.h. */
+   with arena->refused, if there is no memory for them and for their solution but for central_path.h. */
 bool eliminate_rows(const Problem *problem, Elimination *elimination, Laws *laws);
 
 /* Sets the limits of a row of friction among the laws: a coefficient of friction, or the force of a bounded row. */
