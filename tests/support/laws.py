@@ -19,28 +19,25 @@ FREE, BILATERAL, UNILATERAL, TANGENTIAL, SLIDING, BOUNDED, GIVEN = range(7)
 SEQUENTIAL, SIMULTANEOUS = range(2)
 MOST_ROWS, MOST_CONTACTS = 24, 8
 UNITS = (
-    *(
-        "complementarity",
-        "cones",
-        "contact_rows",
-        "elimination",
-        "islands",
-        "impacts",
-        "impacts_without_collision",
-        "laws",
-    ),
-    *(
-        "least_norm",
-        "central_path",
-        "choices",
-        "newton",
-        "lu",
-        "vector_length",
-        "complementarity_large",
-        "envelope",
-        "sparse_rows",
-    ),
-    *("scale", "arena"),
+    "arena",
+    "central_path",
+    "choices",
+    "complementarity",
+    "complementarity_large",
+    "cones",
+    "contact_rows",
+    "elimination",
+    "envelope",
+    "impacts",
+    "impacts_without_collision",
+    "islands",
+    "laws",
+    "least_norm",
+    "lu",
+    "newton",
+    "scale",
+    "sparse_rows",
+    "vector_length",
 )
 """The files of the runtime that know nothing of a mechanism but its sizes."""
 SIZES = f"#define SIZE_ROWS {MOST_ROWS}\n#define SIZE_ACTIVE {MOST_ROWS}\n#define SIZE_CONTACTS {MOST_CONTACTS}\n"

@@ -1,7 +1,7 @@
 /* A generalised Newton method for the equations that the laws choose: Alart, Curnier, A mixed formulation for
-   frictional contact problems prone to Newton like solution methods, Comput. Methods Appl. Mech. Eng. 1991. What is held, open or
-   slides, and how it turns, follows from x less a proximal step along w. The steps are the same for both axes of a
-   cone: the axes do not matter to the solution. */
+   frictional contact problems prone to Newton like solution methods, Comput. Methods Appl. Mech. Eng. 1991. What is
+   held, open or slides, and how it turns, follows from x less a proximal step along w. The steps are the same for both
+   axes of a cone: the axes do not matter to the solution. */
 #include "newton.h"
 
 #include <math.h>
