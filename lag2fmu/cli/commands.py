@@ -13,6 +13,7 @@ import click
 from lag2fmu.cli.options import (
     APART,
     CONNECT,
+    COUPLING,
     FMI,
     HOLD,
     INPUT,
@@ -204,6 +205,7 @@ def linearize(**choices: Any) -> None:
 @CONNECT
 @JOIN
 @APART
+@COUPLING
 @STOP_TIME
 @click.option("--step", type=float, metavar="S", help="Communication step in seconds.")
 @click.option("--tolerance", type=float, help="Relative tolerance of the solver.")

@@ -15,6 +15,7 @@ from lag2fmu.cli.terminal import console
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import named
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.systems.coupling import Coupling
 from lag2fmu.systems.source import is_system
 
 
@@ -26,6 +27,7 @@ class SimulateOptions:
     connect: tuple[str, ...]
     join: tuple[str, ...]
     apart: bool
+    coupling: Coupling
     stop_time: float | None
     step: float | None
     tolerance: float | None

@@ -94,6 +94,13 @@ JOIN = click.option(
     help="Two places that are ports, and the ideal joint between them; repeatable.",
 )
 APART = click.option("--apart", is_flag=True, help="Run each FMU of a system in a process of its own.")
+COUPLING = click.option(
+    "--coupling",
+    type=click.Choice(["jacobi", "gauss-seidel", "iterated"]),
+    default="jacobi",
+    help="How the components of a system make a step: side by side (the default), one after the other, or again until "
+    "no input misses what it hears.",
+)
 HOLD = click.option("--hold", is_flag=True, help="Hold the signals during each communication step.")
 FMI = click.option(
     "--fmi", type=click.Choice(["2.0", "3.0"]), help="Version of FMI of the FMU that is exported; default 2.0."

@@ -78,7 +78,9 @@ def run_system(asked: SimulateOptions) -> None:
         inputs = None if asked.inputs is None else read_csv(asked.inputs)
         progress = opened.enter_context(progress_bar("simulating", 1.0))
         try:
-            trajectory = simulate_system(network, run, inputs, progress or reached, apart=asked.apart)
+            trajectory = simulate_system(
+                network, run, inputs, progress or reached, apart=asked.apart, coupling=asked.coupling
+            )
         except SimulationError as error:
             if error.reached is not None and asked.out is not None:
                 write_motion(error.reached, asked.out, units)

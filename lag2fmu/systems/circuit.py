@@ -246,6 +246,43 @@ class Circuit:
                         inputs.derivatives[0, cable.places] = cable.smooth * inputs.slopes[cable.places]
                 member.drive(inputs.channel, inputs.values.copy(), inputs.derivatives.copy())
 
+    @property
+    def sequence(self) -> list[str]:
+        """All components, each behind those that it hears, as far as they do not hear it in turn."""
+        heard = {n: {c.source.name for c in self._cables.get(n, ()) if c.source.name != n} for n in self.members}
+        found = list[str]()
+        while len(found) < len(heard):
+            left = [name for name in heard if name not in found]
+            found.append(next((n for n in left if heard[n].issubset(found)), left[0]))
+        return found
+
+    def ends(self, name: str, sources: Collection[str]) -> dict[int, float]:
+        """{place among the inputs of the component ``name``: what it hears now} of those that hear the ``sources``.
+
+        What does not change continuously is left out.
+        """
+        cables = [c for c in self._cables.get(name, ()) if c.source.name in sources]
+        heard = [entry for c in cables for entry in zip(c.places, c.heard(), c.smooth, strict=True)]
+        return {place: value for place, value, smooth in heard if smooth}
+
+    def lead(self, name: str, ends: Mapping[int, float], h: float, part: float = 1.0, *, hold: bool = False) -> None:
+        """The inputs of the component ``name`` reach the ``ends`` {place: value} in the next step, of length ``h`` (s).
+
+        They set out as they are driven to, if an FMU tells their derivatives. With ``hold``, and where a component
+        takes no derivatives, they are held within it: at what they are, and this ``part`` of what they are to change.
+        """
+        inputs, places = self.inputs[name], list(ends)
+        changes = np.array(list(ends.values())) - inputs.values[places]
+        if not hold and self.members[name].takes_derivatives and inputs.channel.are_floats:
+            told = [p for c in self._cables[name] if c.source.gives_orders for p in c.places]
+            knows = np.isin(places, told)
+            first = np.where(knows, inputs.derivatives[0, places], changes / h)
+            inputs.derivatives[:, places] = first, 2 * (changes - h * first) / h**2
+            self.members[name].drive(inputs.channel, inputs.values.copy(), inputs.derivatives.copy())
+        else:
+            inputs.values[places] += part * changes
+            inputs.channel.write(inputs.values)
+
 
 def _elements(wire: Wire, members: Mapping[str, Member]) -> list[tuple[str, str]]:
     """(element of the source, element of the target) of the variables that the ``wire`` connects."""

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from lag2fmu.reference.trajectory import Trajectory
+
+Coupling = Literal["jacobi", "gauss-seidel", "iterated"]
+"""How components make a step: side by side, one after the other, or again until no input misses what it hears."""
 
 
 @dataclass(frozen=True)

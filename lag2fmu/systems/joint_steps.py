@@ -13,8 +13,7 @@ G. Wanner, Geometric Numerical Integration, section II.1.2, for the Gauss points
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -72,7 +71,7 @@ class JoinedSteps(FixedSteps):
         """
         super().begin(t)
         check_closed(self._joints, t, _OPEN)
-        with self._taken_back() as back:
+        with self.taken_back() as back:
             forces = self._close(t, self._step, back)
             back()
         self._past, self._last, self.runs = self._past[-1:], None, []
@@ -80,7 +79,7 @@ class JoinedSteps(FixedSteps):
 
     def advance(self, t: float, end: float) -> None:
         """From ``t`` to the ``end`` (s), where all joints are closed. Raises SimulationError where they cannot be."""
-        with self._taken_back() as back:
+        with self.taken_back() as back:
             forces = self._close(t, end - t, back)
         self._repeated += self.runs[-1] - 1
         self._arrive(end, forces(end - t))
@@ -90,22 +89,6 @@ class JoinedSteps(FixedSteps):
         """Bring all inputs to what they are at ``t`` (s)."""
         self._joints.set(wrenches)
         super().begin(t)
-
-    @contextmanager
-    def _taken_back(self) -> Iterator[Callable[[], None]]:
-        """A context with a function that brings all FMUs and inputs back to what they are at its begin."""
-        before, states = self.circuit.saved(), [(member, member.save()) for member in self._members.values()]
-
-        def back() -> None:
-            for member, state in states:
-                member.restore(state)
-            self.circuit.restore(before)
-
-        try:
-            yield back
-        finally:
-            for member, state in states:
-                member.forget(state)
 
     def _close(self, t: float, h: float, back: Callable[[], None]) -> Callable[[float], Floats]:
         """Run a step from ``t`` of length ``h`` (s) with the forces that close all joints.

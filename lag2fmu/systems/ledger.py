@@ -44,15 +44,15 @@ class _BondSide:
         """The value of the input."""
         return float(self.inputs.values[self.place])
 
-    def open(self, h: float) -> None:
-        """A step ``h`` (s) begins."""
-        first, second = self.inputs.derivatives[:, self.place]
+    def open(self) -> None:
+        """A step begins."""
         self.start = self.now
-        self.ahead = float(self.start + h * first + h**2 / 2 * second)
         self.size = max(self.size, abs(self.start))
 
-    def close(self) -> None:
-        """The step is made; the inputs do not hear of it yet."""
+    def close(self, h: float) -> None:
+        """The step ``h`` (s) is made; the inputs do not hear of it yet."""
+        first, second = self.inputs.derivatives[:, self.place]
+        self.ahead = float(self.now + h * first + h**2 / 2 * second)
         self.given = self.map(float(self.output.read()[0]))
 
 
@@ -104,17 +104,17 @@ class Ledger:
             for pair in pairs
         ]
 
-    def open(self, h: float) -> None:
-        """A step ``h`` (s) begins; how inputs go on is known."""
+    def open(self) -> None:
+        """A step begins."""
         for account in self._accounts:
-            account.effort.open(h)
-            account.motion.open(h)
+            account.effort.open()
+            account.motion.open()
 
-    def close(self) -> None:
-        """The step is made; the inputs do not hear of it yet."""
+    def close(self, h: float) -> None:
+        """The step ``h`` (s) is made, with inputs that went on as they were driven; they do not hear of it yet."""
         for account in self._accounts:
-            account.effort.close()
-            account.motion.close()
+            account.effort.close(h)
+            account.motion.close(h)
 
     def settled(self, h: float) -> float:
         """The greatest energy that the step ``h`` (s) has made in a bond, relative to the bond's largest energy."""

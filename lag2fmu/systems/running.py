@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from multiprocessing.sharedctypes import RawValue
 from pathlib import Path
-from typing import cast
+from typing import cast, get_args
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from lag2fmu.progress import reached
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.systems.bonds import bonds_of
 from lag2fmu.systems.circuit import Circuit
-from lag2fmu.systems.coupling import SystemRun
+from lag2fmu.systems.coupling import Coupling, SystemRun
 from lag2fmu.systems.joint_steps import JoinedSteps
 from lag2fmu.systems.joint_system import JointSystem
 from lag2fmu.systems.ledger import Ledger
@@ -33,7 +33,7 @@ from lag2fmu.systems.members import members_of
 from lag2fmu.systems.network import Network
 from lag2fmu.systems.recording import Recorder, end_of
 from lag2fmu.systems.sampling import Sampling
-from lag2fmu.systems.steps import ControlledSteps, FixedSteps
+from lag2fmu.systems.steps import ControlledSteps, FixedSteps, IteratedSteps
 from lag2fmu.verify.apart import FORKS, run_apart
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of
@@ -43,6 +43,8 @@ from lag2fmu.verify.run import Run
 _LOGGER = logging.getLogger("lag2fmu")
 _TOLERANCE = 1e-6
 """The relative tolerance of the coupling, where none is given: that of the FMUs of lag2fmu."""
+_ITERATED = 0.01
+"""Iterated steps end when inputs miss less than this part of the tolerance: the rest is left for many steps."""
 _DEFAULTS = Run()
 
 
@@ -53,6 +55,7 @@ def simulate_system(
     share: Callable[[float], None] = reached,
     *,
     apart: bool = False,
+    coupling: Coupling = "jacobi",
 ) -> SystemRun:
     """Run the system ``network`` by co-simulation.
 
@@ -60,8 +63,11 @@ def simulate_system(
     units of the FMUs. The ``values`` of the ``run`` are {COMPONENT.VARIABLE: value} in these units, ``inputs`` those of
     the system. Without stop time and step the default experiments of the system and of its FMUs tell them. Raises
     LoadError for what does not fit, SimulationError with the name of the component that fails. ``share`` is told the
-    part of the run that is done, 0 to 1; ``apart``: each FMU has a process of its own.
+    part of the run that is done, 0 to 1; ``apart``: each FMU has a process of its own. ``coupling``: how the components
+    make a step.
     """
+    if coupling not in get_args(Coupling):
+        raise LoadError(f"'{network.name}': coupling {coupling!r} is none; write jacobi, gauss-seidel or iterated")
     if run.kind != "co-simulation":
         raise LoadError(f"'{network.name}': a system runs by co-simulation alone; leave the kind out")
     start, stop, step = times_of_network(network, run.stop_time, run.step)
@@ -78,7 +84,7 @@ def simulate_system(
         def begin(name: str) -> None:
             called.value = numbers[name]
 
-        return _run(network, asked, begin, controlled=controlled, apart=apart)
+        return _run(network, asked, begin, controlled=controlled, apart=apart, coupling=coupling)
 
     def last() -> str:
         return f"the component '{names[called.value]}'" if called.value >= 0 else ""
@@ -110,7 +116,9 @@ def times_of_network(network: Network, stop: float | None, step: float | None) -
     return start, stop, step
 
 
-def _run(network: Network, run: Run, begin: Callable[[str], None], *, controlled: bool, apart: bool) -> SystemRun:
+def _run(
+    network: Network, run: Run, begin: Callable[[str], None], *, controlled: bool, apart: bool, coupling: Coupling
+) -> SystemRun:
     """The run of the ``network`` in this process; ``begin`` gets the name of each component before it is called.
 
     With ``controlled`` the error of the coupling chooses the steps, if the FMUs offer what that takes.
@@ -123,17 +131,29 @@ def _run(network: Network, run: Run, begin: Callable[[str], None], *, controlled
         recorder = Recorder(network, members, run)
         sampling = Sampling(members, network.wires)
         _initialize(network, members, values, outer, sampling, run)
-        steps, unjudged = _steps_of(network, members, outer, run, controlled=controlled)
+        steps, unjudged = _steps_of(network, members, outer, run, coupling, controlled=controlled)
         found = _steps(steps, sampling, members, recorder, run)
         return SystemRun(found.time, found.names, found.values, steps.facts(unjudged))
 
 
 def _steps_of(
-    network: Network, members: Mapping[str, Member], outer: _Outer, run: Run, *, controlled: bool
+    network: Network,
+    members: Mapping[str, Member],
+    outer: _Outer,
+    run: Run,
+    coupling: Coupling,
+    *,
+    controlled: bool,
 ) -> tuple[FixedSteps, tuple[str, ...]]:
-    """(the steps, what they do not judge): repeated for joints; else as long as the error allows, or of one length."""
+    """(the steps, what they do not judge): repeated for joints, or until inputs agree; else as the error allows.
+
+    Raises LoadError where the ``coupling`` cannot be had.
+    """
     circuit, step = Circuit(members, network.wires), float(run.step or 0.0)
     pairs, unjudged = bonds_of(network)
+    tolerance = _TOLERANCE if run.tolerance is None else run.tolerance
+    if coupling != "jacobi":
+        _check_coupling(network, members, circuit, coupling, hold=run.hold)
     if network.joints:
         joints = JointSystem(members, network.joints)
         beside = [f"the energy of {p.effort.source} to {p.effort.target}: it goes beside joints" for p in pairs]
@@ -141,11 +161,29 @@ def _steps_of(
         return JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold), (*beside, *unjudged)
     hold = run.hold or circuit.sampled
     ledger = Ledger(members, circuit.inputs, pairs, hold=hold)
+    if coupling == "iterated":
+        beside = ["the length of the steps: inputs agree at the ends of iterated steps; halve --step and compare"]
+        return IteratedSteps(members, circuit, outer.at, ledger, _ITERATED * tolerance), (*beside, *unjudged)
     fixed = _fixed(circuit, members, hold=hold) if controlled and not circuit.sampled else []
     if controlled and not hold and not fixed:
-        tolerance = _TOLERANCE if run.tolerance is None else run.tolerance
-        return ControlledSteps(members, circuit, outer.at, ledger, tolerance, step), tuple(unjudged)
-    return FixedSteps(members, circuit, outer.at, ledger, hold=hold), (*fixed, *unjudged)
+        return ControlledSteps(members, circuit, outer.at, ledger, tolerance, step, coupling), tuple(unjudged)
+    return FixedSteps(members, circuit, outer.at, ledger, hold=hold, coupling=coupling), (*fixed, *unjudged)
+
+
+def _check_coupling(
+    network: Network, members: Mapping[str, Member], circuit: Circuit, coupling: Coupling, *, hold: bool
+) -> None:
+    """Raise LoadError where components cannot make steps by this ``coupling``."""
+    once = [f"'{name}'" for name, member in members.items() if not member.repeats]
+    why = ""
+    if network.joints:
+        why = "joints repeat steps in a way of their own"
+    elif coupling == "iterated" and (hold or circuit.sampled):
+        why = "no input changes within steps"
+    elif coupling == "iterated" and once:
+        why = f"{', '.join(once)} cannot go back to a state before"
+    if why:
+        raise LoadError(f"'{network.name}': coupling {coupling} is not possible: {why}; leave it out")
 
 
 def _fixed(circuit: Circuit, members: Mapping[str, Member], *, hold: bool) -> list[str]:

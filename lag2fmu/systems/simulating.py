@@ -10,6 +10,7 @@ from lag2fmu.fmu.exported import Model
 from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.systems.assembling import Part, network_of
+from lag2fmu.systems.coupling import Coupling
 from lag2fmu.systems.running import simulate_system
 from lag2fmu.systems.source import is_system
 from lag2fmu.verify import entry_points
@@ -35,6 +36,7 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     sample_time: float | None = None,
     progress: Callable[[float], None] | None = None,
     apart: bool = False,
+    coupling: Coupling = "jacobi",
 ) -> Trajectory:
     """Run ``model`` as an FMU by fmpy and return its ``outputs`` every ``step`` (s) until ``stop_time`` (s).
 
@@ -42,7 +44,9 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     ``lag2fmu.ssp``. Its variables are called COMPONENT.VARIABLE. A component is an FMU, a mechanism, or a Python
     function, "FILE.py:NAME@SAMPLE_TIME" or a Controller of ``lag2fmu.systems.controller``. What is returned is then a
     SystemRun, whose ``coupling`` tells steps, errors and the energy that the coupling made in each bond.
-    With ``apart`` each FMU of it has a process of its own.
+    With ``apart`` each FMU of it has a process of its own. ``coupling`` tells how components make a step: side by side
+    ('jacobi'), one after the other along their connections ('gauss-seidel'), or again until no input misses what it
+    hears ('iterated').
 
     The trajectory has m times and k columns in SI units, (m, k); behind the outputs stand those variables of ``beside``
     that the FMU has. ``values`` are start values and parameters in SI units; ``kind`` is 'co-simulation' or
@@ -62,9 +66,9 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
             raise LoadError("a system has no sample_time; its controllers are components of their own")
         run = Run(stop_time, step, tolerance, values, None, hold, outputs, beside, kind, progress)
         with network_of(model if isinstance(model, Mapping) else Path(str(model)), connect, join) as network:
-            return simulate_system(network, run, inputs, apart=apart)
-    if [*connect, *join]:
-        raise LoadError("there is one model and nothing to connect; give {name: component}")
+            return simulate_system(network, run, inputs, apart=apart, coupling=coupling)
+    if [*connect, *join] or coupling != "jacobi":
+        raise LoadError("there is one model and nothing to connect or couple; give {name: component}")
     return entry_points.simulate(
         model, stop_time=stop_time, step=step, tolerance=tolerance, values=values, inputs=inputs, hold=hold,
         outputs=outputs, beside=beside, kind=kind, sample_time=sample_time, progress=progress,

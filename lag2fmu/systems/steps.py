@@ -5,15 +5,21 @@ beginning, less what it then hears. The energy that the step has made in a bond 
 large, all FMUs go back to the beginning and a shorter step is made.
 Sources: M. Arnold, C. Clauss, T. Schierz, Error analysis and error estimates for co-simulation in FMI for Model
 Exchange and Co-Simulation v2.0, Archive of Mechanical Engineering 60 (2013), section 5; of the energy see ``ledger``.
+
+The components make a step side by side (Jacobi), or one after the other along their connections, so that each knows
+where those before it have come to (Gauss and Seidel); or the step is repeated until no input misses what it hears
+(waveform relaxation). Source: C. Gomes, C. Thule, D. Broman, P. G. Larsen, H. Vangheluwe, Co-simulation: a survey, ACM
+Computing Surveys 51 (2018), section 4.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 
 from lag2fmu.systems.circuit import Circuit
-from lag2fmu.systems.coupling import CouplingReport
+from lag2fmu.systems.coupling import Coupling, CouplingReport
 from lag2fmu.systems.ledger import Ledger
 from lag2fmu.systems.member import Member
 from lag2fmu.verify.run import Floats
@@ -22,6 +28,8 @@ _SAFETY, _LEAST, _MOST = 0.9, 0.2, 3.0
 """The next step is shorter than the error asks for by the first factor, and no less and no more times the last one."""
 _SHORTEST = 1e-4
 """The shortest step as a part of the longest one. Where an input jumps, no step is short enough."""
+_ITERATIONS = 20
+"""The most repetitions of a step. Each makes what is missed smaller by a factor that falls with its length."""
 
 Outer = Callable[[float], Mapping[str, float]]
 """A function of time (s) that gives the values of the system's inputs."""
@@ -31,9 +39,18 @@ class FixedSteps:
     """One step from each communication point to the next; with ``hold`` all inputs keep their values within it."""
 
     def __init__(
-        self, members: Mapping[str, Member], circuit: Circuit, outer: Outer, ledger: Ledger, *, hold: bool
+        self,
+        members: Mapping[str, Member],
+        circuit: Circuit,
+        outer: Outer,
+        ledger: Ledger,
+        *,
+        hold: bool,
+        coupling: Coupling = "jacobi",
     ) -> None:
         """``outer`` gives the inputs of the system, ``ledger`` keeps the energies of its bonds."""
+        self._in_turn = coupling == "gauss-seidel"
+        self._sequence = circuit.sequence if self._in_turn else list(members)
         self._members, self.circuit, self._outer, self._ledger = members, circuit, outer, ledger
         self._hold = hold
         self._steps = self._repeated = self._jumps = 0
@@ -57,16 +74,38 @@ class FixedSteps:
         """
         before = [] if self._hold else self.circuit.saved()
         if not self._hold:
-            self.circuit.drive()
-        constant = self.circuit.sampled
-        expected = [] if constant else self.circuit.expected(h)
-        self._ledger.open(h)
-        for member in self._members.values():
-            member.step(t, h, last=last)
-        self._ledger.close()
+            self._drive(h)
+        self._ledger.open()
+        for i, name in enumerate(self._sequence):
+            ends = self.circuit.ends(name, self._sequence[:i]) if self._in_turn else {}
+            if ends:
+                self.circuit.lead(name, ends, h, hold=self._hold)
+            self._members[name].step(t, h, last=last)
+        self._ledger.close(h)
+        expected = self.circuit.expected(h)
         self.begin(t + h)
         self._before = before
-        return 0.0 if constant else self.circuit.missed(expected), self._ledger.settled(h)
+        return 0.0 if self.circuit.sampled else self.circuit.missed(expected), self._ledger.settled(h)
+
+    def _drive(self, h: float) -> None:
+        """Tell all inputs how they go on in the next step, of length ``h`` (s)."""
+        self.circuit.drive()
+
+    @contextmanager
+    def taken_back(self) -> Iterator[Callable[[], None]]:
+        """A context with a function that brings all components and inputs back to what they are at its begin."""
+        before, states = self.circuit.saved(), [(member, member.save()) for member in self._members.values()]
+
+        def back() -> None:
+            for member, state in states:
+                member.restore(state)
+            self.circuit.restore(before)
+
+        try:
+            yield back
+        finally:
+            for member, state in states:
+                member.forget(state)
 
     def accept(self, h: float, error: float) -> None:
         """Count a step of length ``h`` (s), whose inputs had a relative ``error``."""
@@ -102,9 +141,10 @@ class ControlledSteps(FixedSteps):
         ledger: Ledger,
         tolerance: float,
         longest: float,
+        coupling: Coupling = "jacobi",
     ) -> None:
         """No step is longer than ``longest`` (s)."""
-        super().__init__(members, circuit, outer, ledger, hold=False)
+        super().__init__(members, circuit, outer, ledger, hold=False, coupling=coupling)
         self._tolerance, self._limit, self._length = tolerance, longest, longest
         self._exponent = 1.0 / (circuit.order + 1)
 
@@ -122,18 +162,45 @@ class ControlledSteps(FixedSteps):
 
     def _try(self, t: float, h: float, shortest: float) -> float:
         """The error of a step, in units of the tolerance; where it is too large, all is as before the step."""
-        before = self.circuit.saved()
-        states = [(member, member.save()) for member in self._members.values()]
-        missed, made = self.make(t, h, last=False)
-        error = max(missed, made) / self._tolerance
-        if error > 1.0 and h > shortest:
-            for member, state in states:
-                member.restore(state)
-            self.circuit.restore(before)
-            self._repeated += 1
-        else:
-            self.accept(h, missed)
-            self._jumps += error > 1.0
-        for member, state in states:
-            member.forget(state)
+        with self.taken_back() as back:
+            missed, made = self.make(t, h, last=False)
+            error = max(missed, made) / self._tolerance
+            if error > 1.0 and h > shortest:
+                back()
+                self._repeated += 1
+            else:
+                self.accept(h, missed)
+                self._jumps += error > 1.0
         return error
+
+
+class IteratedSteps(FixedSteps):
+    """Steps that are repeated until all inputs come to what they hear at the end, to the relative ``tolerance``."""
+
+    def __init__(
+        self, members: Mapping[str, Member], circuit: Circuit, outer: Outer, ledger: Ledger, tolerance: float
+    ) -> None:
+        """All ``members`` can go back to a state before."""
+        super().__init__(members, circuit, outer, ledger, hold=False)
+        self._tolerance = tolerance
+        self._goal: list[Floats] = []
+
+    def advance(self, t: float, end: float) -> None:
+        """From ``t`` to the ``end`` (s). Raises SimulationError."""
+        h, self._goal = end - t, []
+        with self.taken_back() as back:
+            missed, _ = self.make(t, h, last=False)
+            for _ in range(_ITERATIONS):
+                if missed <= self._tolerance:
+                    break
+                self._goal = self.circuit.saved()
+                back()
+                missed, _ = self.make(t, h, last=False)
+                self._repeated += 1
+            self.accept(h, missed)
+
+    def _drive(self, h: float) -> None:
+        """By what the run before has come to."""
+        super()._drive(h)
+        for name, goal in zip(self.circuit.inputs, self._goal, strict=False):
+            self.circuit.lead(name, dict(enumerate(goal)), h, part=0.5)

@@ -63,6 +63,73 @@ def test_the_order_of_the_coupling(fmi: str, hold: bool, bar: float, exported, t
     assert np.log10(errors[0] / errors[1]) == pytest.approx(1 if hold else 3, abs=0.1)
 
 
+@pytest.mark.parametrize(
+    ("coupling", "fmi", "hold", "order", "better"),
+    [
+        ("gauss-seidel", "2.0", False, 3, 2),
+        ("gauss-seidel", "3.0", False, 3, 4),
+        ("gauss-seidel", "3.0", True, 1, 1.05),
+        ("iterated", "2.0", False, 3, 2.9),
+        ("iterated", "3.0", False, 3, 20),
+    ],
+)
+def test_other_ways_of_coupling(
+    coupling: str, fmi: str, hold: bool, order: int, better: float, exported, tmp_path
+) -> None:
+    """They have the order of steps side by side, and smaller errors; iterated steps make no energy in the bond."""
+    car = exported(CAR, fmi=fmi)
+    path = lag2fmu.ssp({"cart": car, "wagon": car}, tmp_path / "train.ssp", connect=CONNECT, values=VALUES)
+    errors, exact = [], wagon_in_one_piece()
+    for step, every in ((0.004, 4), (0.002, 2)):
+        run = lag2fmu.simulate(path, step=step, hold=hold, coupling=coupling, **PRECISE)
+        errors.append(float(np.abs(run["wagon.x"] - exact[::every]).max()))
+    beside = lag2fmu.simulate(path, step=0.002, hold=hold, **PRECISE)
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
+    assert errors[1] < np.abs(beside["wagon.x"] - exact[::2]).max() / better
+    if coupling == "iterated":
+        assert abs(run.coupling.bonds[0].made) < 1e-9
+        assert run.coupling.repeated < 2.1 * run.coupling.steps
+
+
+def test_components_in_turn_follow_their_connections(exported, tmp_path) -> None:
+    """In a chain without a way back no input is extrapolated, whatever the order in which components are named."""
+    car = exported(CAR)
+    chain = ("first.x:second.y", "second.x:third.y")
+    path = lag2fmu.ssp({"third": car, "second": car, "first": car}, tmp_path / "chain.ssp", connect=chain)
+    side_by_side, in_turn = (
+        lag2fmu.simulate(path, step=0.01, coupling=coupling, values={"first.x": 1.0}, **PRECISE)
+        for coupling in ("jacobi", "gauss-seidel")
+    )
+    assert in_turn.coupling.error < 1e-14
+    assert side_by_side.coupling.error > 1e-6
+
+
+def test_iterated_steps_of_what_takes_no_derivatives(exported, tmp_path) -> None:
+    """Inputs held at the mean of both ends: order 2, where held inputs have order 1."""
+    path = tmp_path / "held.fmu"
+    with zipfile.ZipFile(exported(CAR).path) as whole, zipfile.ZipFile(path, "w") as out:
+        for name in whole.namelist():
+            content = whole.read(name)
+            if name == "modelDescription.xml":
+                content = content.replace(b'canInterpolateInputs="true"', b'canInterpolateInputs="false"')
+            out.writestr(name, content)
+    asked = {"connect": CONNECT, "values": VALUES, "coupling": "iterated", **PRECISE}
+    errors = []
+    for step, every in ((0.004, 4), (0.002, 2)):
+        run = lag2fmu.simulate({"cart": path, "wagon": path}, step=step, **asked)
+        errors.append(float(np.abs(run["wagon.x"] - wagon_in_one_piece()[::every]).max()))
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("coupling", "hold", "why"),
+    [("iterated", True, "no input changes within steps"), ("waveform", False, "jacobi, gauss-seidel or iterated")],
+)
+def test_a_coupling_that_is_not_possible(coupling: str, hold: bool, why: str, train: Path) -> None:
+    with pytest.raises(LoadError, match=why):
+        lag2fmu.simulate(train, coupling=coupling, hold=hold, step=0.01)
+
+
 @pytest.fixture
 def car_without_derivatives(exported, tmp_path) -> Path:
     """As most tools write FMUs: it takes derivatives of inputs, and gives none of outputs."""
