@@ -230,7 +230,7 @@ static bool spread_loads(const Shares *p, const Margin margin[], int count, bool
         return arena_leave(mark, false);
     }
     for (int i = 0; i < p->loads; i++) {
-        program.matrix[i * size + i] = centre ? DAMPING : 1.0;
+        program.matrix[i * size + i] = centre ? YIELDS : 1.0;
     }
     if (centre) {
         program.offset[p->loads] = -p->greatest;
