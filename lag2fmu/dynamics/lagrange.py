@@ -256,6 +256,7 @@ def _equations(solved: _Solved) -> DerivedEquations:
     momenta = tuple(reverse(g, {parts.lagrangian(g): g.one}, v.qd))
     rate, accelerating = (Forward(g, v.direction(g, along)) for along in (False, True))
     residual = unconstrained_residual(g, v, parts, rate, accelerating)
+    drives = drive_forces(g, mechanism, v, parts, solved.constraints, solved.rows)
     return DerivedEquations(
         mechanism=started,
         completed=completed,
@@ -274,6 +275,7 @@ def _equations(solved: _Solved) -> DerivedEquations:
         mass_matrix=mass_matrix(g, solved.entries, v.qd),
         residual=with_constraints(g, v, residual, solved.constraints, accelerating),
         momenta=momenta,
-        drives=drive_forces(g, mechanism, v, parts, solved.constraints, solved.rows),
+        drives=drives,
+        powers=tuple(g.multiply(force, y_dot) for force, (_, y_dot) in zip(drives, v.driven, strict=True)),
         energies=named_energies(g, v, parts, momenta),
     )
