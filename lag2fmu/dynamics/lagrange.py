@@ -137,6 +137,8 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
     if not np.all(np.isfinite(at_start)):  # M may be finite where coefficients of its form are not
         at_start = matrix(g, equations.mass_matrix, states[0], len(forcing))
     check_start(mechanism, g, at_start, forcing, distances)
+    if not mechanism.coordinates:
+        return
     check_positive(mechanism, at_start)
     check_rank(mechanism, masses[1:], equations.solution is not None)
     check_agreement(mechanism, g, masses[1:], states[1:], forcing, equations.solution)
