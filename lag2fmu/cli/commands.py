@@ -131,6 +131,17 @@ def show(**choices: Any) -> None:
     help="Start as the model says, or at rest in the equilibrium found from there.",
 )
 @click.option(
+    "--inverse",
+    metavar="NAMES",
+    help="Inverse dynamics: these coordinates (a,b or 'all') are inputs, the forces that move them so are outputs.",
+)
+@click.option(
+    "--time-constant",
+    type=float,
+    metavar="S",
+    help="With --inverse: positions alone come in, and are smoothed by a filter of this time constant.",
+)
+@click.option(
     "--without",
     multiple=True,
     metavar="WORD",

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from lag2fmu.analysis.at_rest import resting
+from lag2fmu.analysis.inverse import inverse as inverse_of
+from lag2fmu.analysis.inverse import needed
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import damping, moved_starts, steps_over_impacts
 from lag2fmu.fmu.backends.backend import Backend, Choices
@@ -57,6 +59,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     fmi: str = "2.0",
     arrays: bool = False,
     start: str = "given",
+    inverse: str | Sequence[str] = (),
+    time_constant: float | None = None,
     without: Sequence[str] = (),
     page: str | None = None,
     samples: Samples | None = None,
@@ -73,6 +77,9 @@ def export(  # noqa: PLR0913 (choices of the user)
     - ``fmi``: the version of the standard, a name in VERSIONS.
     - ``arrays``: coordinates and the variables that belong to them are arrays, which FMI 3.0 has.
     - ``start``: "given", or "equilibrium" for a start at rest in the equilibrium found from the given start.
+    - ``inverse``: coordinates that are prescribed, or "all", see ``lag2fmu.analysis.inverse``; forces, powers and
+      multipliers that their motions need are outputs.
+    - ``time_constant``: that of a filter (s), by which positions alone are inputs of the ``inverse``.
     - ``without``: what is left out: files and variables of WITHOUT, parts of the mechanism of OMISSIBLE.
     - ``page``: "live", a page in which the mechanism moves, or "static"; by default live where that costs little.
     - ``samples``: a direct integration, with which a live page compares its trajectory.
@@ -84,6 +91,11 @@ def export(  # noqa: PLR0913 (choices of the user)
     mechanism = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
     _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start)
     mechanism = resting(mechanism) if start == STARTS[1] else mechanism
+    if time_constant is not None and not inverse:
+        raise ExportError("time_constant: it filters the motions of inverse dynamics; name these by inverse, or 'all'")
+    if inverse:
+        mechanism = inverse_of(mechanism, inverse, time_constant=time_constant)
+        outputs = (*outputs, *needed(mechanism))
     version = VERSIONS[fmi]
     if arrays and not version.has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
