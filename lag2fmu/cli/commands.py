@@ -201,6 +201,9 @@ def page_command(**choices: Any) -> None:
     metavar="NAME",
     help="An output y, any variable that is calculated; repeatable; by default those of the FMU.",
 )
+@click.option(
+    "--sample", type=float, metavar="S", help="Matrices of samples every S seconds, with inputs held between them."
+)
 @click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="Write .json, .mat or .npz too.")
 @SET
 def linearize(**choices: Any) -> None:

@@ -208,7 +208,7 @@ def test_positions_alone(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.fmu
-@pytest.mark.parametrize("name", ["six_axis_arm", "slider_crank"])
+@pytest.mark.parametrize("name", ["six_axis_arm", "four_bar_linkage"])
 def test_inverse_fmus_are_validated(name: str) -> None:
     report = lag2fmu.validate(inverse(name), stop_time=1.0)
     assert report.passed, str(report)
