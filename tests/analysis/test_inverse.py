@@ -210,7 +210,10 @@ def test_positions_alone(tmp_path: Path) -> None:
 @pytest.mark.fmu
 @pytest.mark.parametrize("name", ["six_axis_arm", "four_bar_linkage"])
 def test_inverse_fmus_are_validated(name: str) -> None:
-    report = lag2fmu.validate(inverse(name), stop_time=1.0)
+    m, t = inverse(name), np.linspace(0, 1, 101)
+    report = lag2fmu.validate(
+        m, stop_time=1.0, inputs={"time": t, **{u.name: plan_of(m, t)[u.name] for u in m.motions}}
+    )
     assert report.passed, str(report)
 
 
