@@ -91,11 +91,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     mechanism = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
     _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start)
     mechanism = resting(mechanism) if start == STARTS[1] else mechanism
-    if time_constant is not None and not inverse:
-        raise ExportError("time_constant: it filters the motions of inverse dynamics; name these by inverse, or 'all'")
-    if inverse:
-        mechanism = inverse_of(mechanism, inverse, time_constant=time_constant)
-        outputs = (*outputs, *needed(mechanism))
+    mechanism, needs = _prescribed(mechanism, inverse, time_constant)
     version = VERSIONS[fmi]
     if arrays and not version.has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
@@ -106,7 +102,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     _check_target(target)
     _check_texts(mechanism)
     ticking = version.has_ports and CLOCKS not in without
-    found = derived(mechanism, solver, BACKENDS[backend].solvers, outputs, events=ticking)
+    found = derived(mechanism, solver, BACKENDS[backend].solvers, (*outputs, *needs), events=ticking)
     mechanism, equations, program, method = found.mechanism, found.equations, found.program, METHODS[found.solver]
     content = build(mechanism, equations, program, found.solver, found.vibrations)
     scene = scene_at_start(equations)
@@ -123,6 +119,18 @@ def export(  # noqa: PLR0913 (choices of the user)
     at_events = steps_over_impacts(mechanism, method)
     remarks = "; ".join(filter(None, [found.choice, damping(found.missed, method), at_events]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
+
+
+def _prescribed(
+    mechanism: Mechanism, motions: str | Sequence[str], time_constant: float | None
+) -> tuple[Mechanism, tuple[str, ...]]:
+    """``mechanism`` with prescribed ``motions``, and the names of what they need; itself if there are none."""
+    if motions:
+        mechanism = inverse_of(mechanism, motions, time_constant=time_constant)
+        return mechanism, needed(mechanism)
+    if time_constant is not None:
+        raise ExportError("time_constant: it filters the motions of inverse dynamics; name these by inverse, or 'all'")
+    return mechanism, ()
 
 
 @contextmanager
