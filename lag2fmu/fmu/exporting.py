@@ -88,13 +88,10 @@ def export(  # noqa: PLR0913 (choices of the user)
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     _check_left_out(without)
-    mechanism = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
-    _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start)
-    mechanism = resting(mechanism) if start == STARTS[1] else mechanism
-    mechanism, needs = _prescribed(mechanism, inverse, time_constant)
+    _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start, arrays=arrays)
+    given = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
+    mechanism, needs = _prescribed(resting(given) if start == STARTS[1] else given, inverse, time_constant)
     version = VERSIONS[fmi]
-    if arrays and not version.has_ports:
-        raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
     left_out, maker = frozenset(without), page_maker(page)
     choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, left_out, maker)
     build = BACKENDS[backend].prepare(choices)
@@ -149,12 +146,14 @@ def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterato
         yield export(mechanism, path, solver=solver, fmi=fmi, page="static", without=(EQUATIONS,)).path
 
 
-def _check_words(solver: str, backend: str, fmi: str, start: str) -> None:
-    """Raise ExportError for words that are unknown."""
+def _check_words(solver: str, backend: str, fmi: str, start: str, *, arrays: bool) -> None:
+    """Raise ExportError for words that are unknown, and for arrays in a version that has none."""
     known = {"solver": METHODS, "backend": BACKENDS, "version of FMI": VERSIONS, "start": STARTS}
     for (what, words), word in zip(known.items(), (solver, backend, fmi, start), strict=True):
         if word not in words:
             raise ExportError(f"unknown {what} '{word}'; known are {', '.join(words)}")
+    if arrays and not VERSIONS[fmi].has_ports:
+        raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
 
 
 def _check_left_out(without: Sequence[str]) -> None:
