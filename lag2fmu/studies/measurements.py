@@ -34,7 +34,7 @@ def measurements_of(data: Data | Sequence[Data], library: StudyLibrary, units: M
 
 
 def _measurement(data: Data, number: int, library: StudyLibrary, units: Mapping[str, Unit]) -> Measurement:
-    label, time, columns = _columns(data, number, units)
+    label, time, columns = columns_of(data, number, units)
     if len(time) < 1 or not np.isfinite(time).all() or (np.diff(time) <= 0).any():
         raise LoadError(f"{label}: the times must be finite and increase")
     _check_known(label, columns, library)
@@ -72,8 +72,11 @@ def _inputs(label: str, time: Floats, columns: Mapping[str, Floats]) -> Trajecto
     return Trajectory.of(time, columns) if columns else None
 
 
-def _columns(data: Data, number: int, units: Mapping[str, Unit]) -> tuple[str, Floats, dict[str, Floats]]:
-    """A label, the times and {name: column} of one experiment."""
+def columns_of(data: Data, number: int, units: Mapping[str, Unit]) -> tuple[str, Floats, dict[str, Floats]]:
+    """A label, the times (m,) and {name: column (m,)} of one experiment, in SI units.
+
+    Raises LoadError for what cannot be read, and for columns of another length than the times.
+    """
     if isinstance(data, (str, os.PathLike)):
         names, table = parse_table(csv_text(data), str(data), units, gaps=True)
         return Path(data).name, table[:, 0], dict(zip(names, table[:, 1:].T, strict=True))
