@@ -87,6 +87,7 @@ ROOMS = {
             "formats",
             "reference",
             "dynamics",
+            "analysis",
             "solvers",
             "codegen",
         }
@@ -124,7 +125,7 @@ USERS = {
     "fmpy": {"verify/instances.py", "verify/by_fmpy.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "lxml": {"verify/instances.py"},
-    "matplotlib": {"verify/plots", "studies/calibration_figure.py"},
+    "matplotlib": {"verify/plots", "studies/calibration_figure.py", "studies/estimates_figure.py"},
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
 }

@@ -75,7 +75,9 @@ class Estimates:
         """A matplotlib figure: each estimate within two standard deviations, with what was measured of it."""
         from lag2fmu.studies.estimates_figure import estimates_figure
 
-        return estimates_figure(self)
+        estimates = dict(zip(self.names, zip(self.values.T, self.deviations.T, strict=True), strict=True))
+        samples = dict(zip(self.measured, self.samples.T, strict=True))
+        return estimates_figure(self.time, estimates, samples, self.units)
 
     def _place(self, name: str) -> int:
         if name not in self.names:

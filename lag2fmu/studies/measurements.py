@@ -50,7 +50,7 @@ def _measurement(data: Data, number: int, library: StudyLibrary, units: Mapping[
             )
     if not np.isfinite(values).any():
         raise LoadError(f"{label}: there is no measured value; a column must be named as a variable of the model")
-    return Measurement(label, time, tuple(measured), values, _inputs(label, time, driven))
+    return Measurement(label, time, tuple(measured), values, inputs_of(label, time, driven))
 
 
 def _check_known(label: str, columns: Iterable[str], library: StudyLibrary) -> None:
@@ -63,8 +63,11 @@ def _check_known(label: str, columns: Iterable[str], library: StudyLibrary) -> N
                 raise LoadError(f"{label}: {error}; remove the column, or give it a name of the model") from None
 
 
-def _inputs(label: str, time: Floats, columns: Mapping[str, Floats]) -> Trajectory | None:
-    """The columns of inputs over time; raises LoadError for one with gaps."""
+def inputs_of(label: str, time: Floats, columns: Mapping[str, Floats]) -> Trajectory | None:
+    """The ``columns`` {name: (m,)} of inputs over ``time`` (m,), in SI units; None without any.
+
+    Raises LoadError for one with gaps; ``label`` says where.
+    """
     for name, column in columns.items():
         if not np.isfinite(column).all():
             row = int(np.flatnonzero(~np.isfinite(column))[0])

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lag2fmu.description.names import rate, residual
-from lag2fmu.ensemble import StateFunction
+from lag2fmu.ensemble.function import StateFunction
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.record import Mechanism
@@ -198,7 +198,11 @@ class Observed:
         return count
 
     def moved(self, points: Floats, start: float, end: float) -> Floats:
-        """The states (m, n) at ``end`` (s) that begin at the ``points`` (m, n) at ``start``."""
+        """The states (m, n) at ``end`` (s) that begin at the ``points`` (m, n) at ``start``.
+
+        Raises SimulationError where the equations have no value, and where they are too stiff. Source: E. Hairer, S. P.
+        Norsett, G. Wanner, Solving Ordinary Differential Equations I, section II.1.
+        """
         count, self._before = self._steps(points.mean(axis=0), start, end), math.nextafter(end, -math.inf)
         h = (end - start) / count
         for i in range(count):
@@ -218,7 +222,11 @@ class Observed:
         return second, third, fourth, x + h / 6 * (a + 2 * b + 2 * c + d)
 
     def flow(self, x: Floats, start: float, end: float) -> Flow:
-        """The motion from x (n,) at ``start`` to ``end`` (s), with exact derivatives of its steps."""
+        """The motion from x (n,) at ``start`` to ``end`` (s), with exact derivatives of its steps.
+
+        Raises SimulationError as ``moved`` does. Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary
+        Differential Equations I, section I.14.
+        """
         count, one = self._steps(x, start, end), np.eye(len(x))
         h, whole, noise = (end - start) / count, np.eye(len(x)), np.zeros((len(x), 0))
         self._before = math.nextafter(end, -math.inf)

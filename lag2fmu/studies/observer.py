@@ -7,11 +7,15 @@ lives on the manifold of the constraints, so that each estimate meets them to ro
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from lag2fmu.analysis.state_space import SHARE
+from lag2fmu.analysis.subspaces import complement, reached
+from lag2fmu.description import names
+from lag2fmu.description.symbols import names_of
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.language.identifiers import suggestion
@@ -21,7 +25,7 @@ from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.estimates import Estimates
 from lag2fmu.studies.filters import FILTERS, Belief, Filter, Innovation, Prediction, Rows, smoothed, triangular
-from lag2fmu.studies.measurements import Data, columns_of
+from lag2fmu.studies.measurements import Data, columns_of, inputs_of
 from lag2fmu.studies.observed import Observed
 
 
@@ -61,10 +65,11 @@ def observe(  # noqa: PLR0913 (choices of the user)
     if method not in FILTERS:
         raise LoadError(f"there is no observer '{method}'; known are {', '.join(FILTERS)}")
     mechanism = as_mechanism(model, values)
-    _check_noise(measure)
-    samples = _samples(data, mechanism, measure, delays or {}, hold=hold)
+    _check_noise(measure, delays or {})
+    samples = _samples(data, mechanism, measure, delays or {})
     observed = Observed(mechanism, tuple(measure), process or {}, estimate, samples.signals, hold=hold)
     begin = _begin(observed, mechanism, samples, start or {})
+    samples = samples._replace(warnings=(*samples.warnings, *_not_shown(observed, begin, float(samples.time[0]))))
     run = _run(FILTERS[method](observed), begin, samples, np.array([*measure.values()], dtype=np.float64))
     beliefs = smoothed(observed, samples.time, run.after, run.between) if smooth else run.after
     return _estimates(observed, samples, run, beliefs, mechanism, smooth=smooth)
@@ -83,7 +88,7 @@ class _Samples(NamedTuple):
     warnings: tuple[str, ...]
 
 
-class _Run(NamedTuple):
+class _Filtered(NamedTuple):
     """The beliefs after each sample, the predictions between them, and the innovations with the columns they had."""
 
     after: list[Belief]
@@ -94,45 +99,49 @@ class _Run(NamedTuple):
 # ----------------------------------------------------------------------------------------------------------------- data
 
 
-def _check_noise(measure: Mapping[str, float]) -> None:
+def _check_noise(measure: Mapping[str, float], delays: Mapping[str, float]) -> None:
+    """Raise LoadError for standard deviations and delays that cannot be."""
     if not measure:
         raise LoadError("nothing is measured; give measure = {variable: standard deviation}")
     for name, size in measure.items():
         if not 0 < size < np.inf:
             raise LoadError(f"measure '{name}': {size!r} is no standard deviation; give a positive one")
+    for name, delay in delays.items():
+        if name not in measure or not 0 <= delay < np.inf:
+            raise LoadError(f"delay of '{name}': {delay!r} s; give a measured name and a time that is not negative")
 
 
-def _samples(
-    data: Data, mechanism: Mechanism, measure: Mapping[str, float], delays: Mapping[str, float], *, hold: bool
-) -> _Samples:
+def _samples(data: Data, mechanism: Mechanism, measure: Mapping[str, float], delays: Mapping[str, float]) -> _Samples:
     """The samples of ``data``; raises LoadError for times that go back, missing columns, and inputs with gaps."""
     label, time, columns = columns_of(data, 1, display_units(mechanism))
+    _check_times(label, time)
+    _check_measured(label, columns, measure)
+    known = {names.generalized_force(q.name) for q in mechanism.coordinates}
+    known |= {name for u in mechanism.inputs for name in names_of(u)}
+    driving = {name: column for name, column in columns.items() if name in known and name not in measure}
+    unused = [name for name in columns if name not in measure and name not in driving]
+    warnings = [f"{label}: not used: {', '.join(unused)}"] if unused else []
+    signals = inputs_of(label, time, driving)
+    return _delayed(time, {name: columns[name] for name in measure}, delays, signals, warnings)
+
+
+def _check_times(label: str, time: Floats) -> None:
+    """Raise LoadError unless the times are finite and increase."""
     if len(time) < 1 or not np.isfinite(time).all():
         raise LoadError(f"{label}: the times must be finite, and there must be one")
-    if (np.diff(time) <= 0).any():
-        row = int(np.flatnonzero(np.diff(time) <= 0)[0]) + 1
+    back = np.flatnonzero(np.diff(time) <= 0)
+    if len(back):
+        row = int(back[0]) + 1
         raise LoadError(f"{label}: the time goes from {time[row - 1]:g} s to {time[row]:g} s in row {row + 1}; sort it")
+
+
+def _check_measured(label: str, columns: Mapping[str, Floats], measure: Mapping[str, float]) -> None:
+    """Raise LoadError for a measured name without a column, and for values that are infinite."""
     for name in measure:
         if name not in columns:
             raise LoadError(f"{label}: there is no column '{name}' to measure; {suggestion(name, columns)}")
         if np.isinf(columns[name]).any():
             raise LoadError(f"{label}: '{name}' is infinite somewhere; a missing value is NaN or an empty cell")
-    for name, delay in delays.items():
-        if name not in measure or not 0 <= delay < np.inf:
-            raise LoadError(f"delay of '{name}': {delay!r} s; give a measured name and a time that is not negative")
-    known = {
-        x for u in mechanism.inputs for x in (u.name, f"{u.name}_dot", f"{u.name}_ddot") if u.motion or x == u.name
-    }
-    known |= {f"Q_{q.name}" for q in mechanism.coordinates}
-    driving = {name: column for name, column in columns.items() if name in known and name not in measure}
-    for name, column in driving.items():
-        if not np.isfinite(column).all():
-            row = int(np.flatnonzero(~np.isfinite(column))[0])
-            raise LoadError(f"{label}: the input '{name}' has no value at {time[row]:g} s; inputs may have no gaps")
-    unused = [name for name in columns if name not in measure and name not in driving]
-    warnings = [f"{label}: not used: {', '.join(unused)}"] if unused else []
-    signals = Trajectory.of(time, driving) if driving else None
-    return _delayed(time, {name: columns[name] for name in measure}, delays, signals, warnings)
 
 
 def _delayed(
@@ -180,8 +189,22 @@ def _begin(observed: Observed, mechanism: Mechanism, samples: _Samples, start: M
     return Belief(x, T, triangular(T.T * sizes))
 
 
-def _run(chosen: Filter, belief: Belief, samples: _Samples, noise: Floats) -> _Run:
-    run = _Run([], [], [])
+def _not_shown(observed: Observed, begin: Belief, t: float) -> Iterator[str]:
+    """A sentence on the states of which the samples say nothing, by the equations linearized at the start."""
+    T = begin.T
+    A, H = observed.rates_by_state(t, begin.x), observed.output_derivatives(t, begin.x)
+    hidden = T @ complement(reached((T.T @ A @ T).T, (H @ T).T))
+    shares = np.abs(hidden).max(axis=1, initial=0.0) > SHARE
+    hidden_states = [name for name, share in zip(observed.names, shares, strict=True) if share]
+    if hidden_states:
+        yield (
+            f"at the start what is measured does not show {', '.join(hidden_states)}; estimates of it rest on how "
+            "well the start is known, unless the motion shows more later"
+        )
+
+
+def _run(chosen: Filter, belief: Belief, samples: _Samples, noise: Floats) -> _Filtered:
+    run = _Filtered([], [], [])
     for i, t in enumerate(samples.time.tolist()):
         if i:
             run.between.append(chosen.predict(belief, float(samples.time[i - 1]), t))
@@ -197,7 +220,7 @@ def _run(chosen: Filter, belief: Belief, samples: _Samples, noise: Floats) -> _R
 
 
 def _estimates(
-    observed: Observed, samples: _Samples, run: _Run, beliefs: list[Belief], mechanism: Mechanism, *, smooth: bool
+    observed: Observed, samples: _Samples, run: _Filtered, beliefs: list[Belief], mechanism: Mechanism, *, smooth: bool
 ) -> Estimates:
     shape = samples.values.shape
     innovations, sizes, squared, degrees = np.full(shape, np.nan), np.full(shape, np.nan), *np.zeros((2, shape[0]))
