@@ -206,6 +206,18 @@ def test_positions_alone(tmp_path: Path) -> None:
     assert found["F_theta"][1:] == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.fmu
+def test_both_backends_calculate_without_states(tmp_path: Path) -> None:
+    found, t = [], np.linspace(0, 0.1, 11)
+    for backend in ("c", "python"):
+        fmu = lag2fmu.export("double_pendulum", tmp_path / f"{backend}.fmu", inverse="all", backend=backend)
+        assert not any(v.state for v in fmu.description.variables)
+        inputs = {"time": t, **plan_of(fmu.mechanism, t)}
+        run = lag2fmu.simulate(fmu, inputs=inputs, hold=True, stop_time=0.1, step=0.01)
+        found.append(run.columns(["F_theta1", "F_theta2", "P_theta1", "P_theta2"]))
+    assert found[1] == pytest.approx(found[0], rel=1e-13, abs=1e-13)
+
+
 @pytest.mark.slow
 @pytest.mark.fmu
 @pytest.mark.parametrize("name", ["six_axis_arm", "four_bar_linkage"])
