@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
@@ -15,6 +16,7 @@ import lag2fmu
 from lag2fmu.analysis.evaluation import Unknowns, at, operating_inputs
 from lag2fmu.analysis.inverse import inverse, needed
 from lag2fmu.analysis.subspaces import null_space
+from lag2fmu.cli import main
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
@@ -274,3 +276,15 @@ def test_a_time_constant_is_positive() -> None:
 def test_a_filter_needs_motions(tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="time_constant: it filters the motions of inverse dynamics"):
         lag2fmu.export("pendulum", tmp_path / "p.fmu", time_constant=0.1)
+
+
+@pytest.mark.fmu
+def test_the_option_of_export(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The file has a name of its own, so that the FMU of the mechanism itself is not overwritten."""
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(main, ["export", "pendulum_with_stop", "--inverse", "theta", "--without", "stops"])
+    assert done.exit_code == 0, done.output
+    assert [path.name for path in tmp_path.iterdir()] == ["pendulum_with_stop_inverse.fmu"]
+    alone = CliRunner().invoke(main, ["export", "pendulum", "--time-constant", "0.1"])
+    assert alone.exit_code == 2
+    assert "--time-constant goes with --inverse" in alone.stderr
