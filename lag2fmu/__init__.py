@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from lag2fmu.formats.loading import load as load
     from lag2fmu.mechanism import Mechanism as Mechanism
     from lag2fmu.studies.calibration import calibrate as calibrate
+    from lag2fmu.studies.observer import observe as observe
     from lag2fmu.studies.sensitivities import sensitivities as sensitivities
     from lag2fmu.studies.sweeping import sweep as sweep
     from lag2fmu.systems.simulating import simulate as simulate
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from lag2fmu.verify import linearize as linearize
     from lag2fmu.verify import start as start
     from lag2fmu.verify import validate as validate
-    from lag2fmu.verify.plots.animation import animate as animate
 
 _MOVED = {
     **dict.fromkeys(("Contact", "Friction", "State", "Stop", "Table"), "lag2fmu.mechanism"),
@@ -40,6 +40,7 @@ _MOVED = {
     "Runs": "lag2fmu.ensemble",
     "Sensitivities": "lag2fmu.studies.sensitivities",
     "Trajectory": "lag2fmu.reference",
+    "animate": "lag2fmu.verify.plots.animation",
 }
 """Names that the package had before: parts of a mechanism, and records that verbs return."""
 

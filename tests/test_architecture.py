@@ -87,6 +87,7 @@ ROOMS = {
             "formats",
             "reference",
             "dynamics",
+            "analysis",
             "solvers",
             "codegen",
         }
@@ -124,7 +125,7 @@ USERS = {
     "fmpy": {"verify/instances.py", "verify/by_fmpy.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "lxml": {"verify/instances.py"},
-    "matplotlib": {"verify/plots", "studies/calibration_figure.py"},
+    "matplotlib": {"verify/plots", "studies/calibration_figure.py", "studies/estimates_figure.py"},
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
 }
@@ -263,7 +264,6 @@ def test_the_public_names_are_these() -> None:
         "Fmu",
         "Lag2FmuError",
         "Mechanism",
-        "animate",
         "calibrate",
         "derive",
         "equilibria",
@@ -272,6 +272,7 @@ def test_the_public_names_are_these() -> None:
         "linearize",
         "load",
         "modes",
+        "observe",
         "page",
         "sensitivities",
         "simulate",

@@ -315,7 +315,7 @@ MASSLESS = HEAD + (
 BAD_MODELS = [
     ("raises", RAISES, r"line 5: ZeroDivisionError"),
     ("other", OTHER, "returned int instead of a Mechanism"),
-    ("bare", NO_COORDINATES, "has none; declare at least one generalized coordinate"),
+    ("bare", NO_COORDINATES, "has none, and no prescribed motion; declare at least one generalized coordinate"),
     ("unused", UNUSED, "coordinates.y: appears in no energy"),
     ("undefined", UNDEFINED, "undefined symbol 'stiffness'"),
     ("twice", TWICE, "'x' is already taken by coordinates.x"),

@@ -99,8 +99,8 @@ class Unknowns:
     def __call__(self, values: Values) -> tuple[Floats, Floats]:
         """At the state ``values`` {variable: SI value}."""
         M, G, forcing, gamma = np.split(self._evaluator(values), np.cumsum(self._sizes))
-        n = len(forcing)
-        solution = saddle(self._equations, M.reshape(n, n), G.reshape(-1, n)) @ np.concatenate([forcing, -gamma])
+        n, m = len(forcing), len(gamma)
+        solution = saddle(self._equations, M.reshape(n, n), G.reshape(m, n)) @ np.concatenate([forcing, -gamma])
         return solution[:n], solution[n:]
 
 

@@ -5,23 +5,24 @@ Source: K. J. Astrom, R. M. Murray, Feedback Systems, Princeton 2008, sections 5
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from lag2fmu.analysis.state_files import write_matrices
+from lag2fmu.analysis.subspaces import complement, reached
 from lag2fmu.errors import DerivationError, ExportError
 from lag2fmu.graph.batches import Floats, Values
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 
-FORMATS = (".json", ".mat", ".npz")
-"""The endings of files that a state space is written to."""
+SHARE = 1e-9
+"""A state has a share in a direction of unit length if its entry is more than this; less is rounding."""
 
 
 class Quantity(NamedTuple):
@@ -51,9 +52,21 @@ class Pole(NamedTuple):
         return 0.0 - self.value.real / abs(self.value) if self.value else float("nan")
 
 
+class Hidden(NamedTuple):
+    """The part of a state space that inputs cannot move, or outputs do not show.
+
+    ``states`` are the names of the states with a share in it, ``poles`` those of its own motion.
+    """
+
+    states: tuple[str, ...]
+    poles: tuple[Pole, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class StateSpace:
     """dx/dt = drift + A x + B u and y = C x + D u; x, u, y are deviations from the operating point, in SI units.
+
+    With a sample time ``step`` (s) it is x at the next sample = drift + A x + B u, with u held until then.
 
     ``states`` (k,), ``inputs`` (r,) and ``outputs`` (o,) carry names, units and the values at the operating point, at
     ``time`` (s). A is (k, k), B (k, r), C (o, k), D (o, r). ``drift`` (k,) is 0 about an equilibrium. Source: K. J.
@@ -70,11 +83,13 @@ class StateSpace:
     C: Floats
     D: Floats
     drift: Floats
+    step: float | None = None
 
     def __repr__(self) -> str:
         """One line: the mechanism and the sizes of x, u and y."""
         sizes = f"{len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} outputs"
-        return f"<StateSpace of {self.name} at t = {self.time:g} s: {sizes}>"
+        sampled = "" if self.step is None else f", sampled every {self.step:g} s"
+        return f"<StateSpace of {self.name} at t = {self.time:g} s{sampled}: {sizes}>"
 
     def __str__(self) -> str:
         """The names of x, u and y with their units, the matrices, and the drift where there is one."""
@@ -90,10 +105,11 @@ class StateSpace:
 
     @property
     def poles(self) -> tuple[Pole, ...]:
-        """The eigenvalues of A in 1/s, by rising frequency; of a pair the one with positive imaginary part is first."""
-        found = np.linalg.eigvals(self.A) if len(self.A) else np.zeros(0)
-        order = sorted(found, key=lambda x: (round(abs(x), 9), x.real, -x.imag))
-        return tuple(Pole(complex(x)) for x in order)
+        """The eigenvalues of A in 1/s, by rising frequency; of a pair the one with positive imaginary part is first.
+
+        Those z of sampled matrices are told as log(z)/step: the poles of the motion between the samples.
+        """
+        return self._poles(self.A)
 
     @property
     def resting(self) -> bool:
@@ -101,14 +117,51 @@ class StateSpace:
         size = np.abs(self.A).max(initial=0.0)
         return bool(np.abs(self.drift).max(initial=0.0) <= 1e-9 * max(size, 1.0))
 
+    @property
+    def uncontrollable(self) -> Hidden:
+        """The states that no input moves alone, and the poles that stay as they are whatever the inputs do.
+
+        A state is controllable if the inputs can move it and leave all others where they are. Source: K. J. Astrom, R.
+        M. Murray, Feedback Systems, Princeton 2008, sections 6.1 and 7.3 (Kalman's decomposition).
+        """
+        return self._hidden(self.A.T, complement(reached(self.A, self.B)))
+
+    @property
+    def unobservable(self) -> Hidden:
+        """The states that do not follow from the outputs as time goes on, and the poles of what is not seen.
+
+        Source: K. J. Astrom, R. M. Murray, Feedback Systems, Princeton 2008, sections 7.1 and 7.3.
+        """
+        return self._hidden(self.A, complement(reached(self.A.T, self.C.T)))
+
+    def sampled(self, step: float) -> StateSpace:
+        """The matrices of the samples every ``step`` (s), with inputs and drift held between them; exact for these.
+
+        Raises DerivationError for a step that is not positive, and for matrices that are sampled already. Source: C.
+        Van Loan, Computing integrals involving the matrix exponential, IEEE Transactions on Automatic Control 23
+        (1978).
+        """
+        from scipy.linalg import expm
+
+        if self.step is not None:
+            raise DerivationError(f"'{self.name}' is sampled already, every {self.step:g} s; sample the original")
+        if not 0 < step < np.inf:
+            raise DerivationError(f"the sample time {step!r} s is not positive; give one in s, such as 0.01")
+        k, r = self.B.shape
+        whole = np.zeros((k + r + 1, k + r + 1))
+        whole[:k] = np.column_stack([self.A, self.B, self.drift]) * step
+        found = expm(whole)[:k]
+        return replace(self, A=found[:, :k], B=found[:, k : k + r], drift=found[:, -1], step=float(step))
+
     def scipy(self) -> Any:
-        """A, B, C and D as a ``scipy.signal.StateSpace``, which knows no names."""
+        """A, B, C and D as a ``scipy.signal.StateSpace``, which knows no names; ``dt`` is the sample time."""
         from scipy.signal import StateSpace as Scipy
 
-        return Scipy(self.A, self.B, self.C, self.D)
+        sampling = {} if self.step is None else {"dt": self.step}
+        return Scipy(self.A, self.B, self.C, self.D, **sampling)
 
     def control(self) -> Any:
-        """A, B, C and D as a ``control.StateSpace`` of the package python-control, with names.
+        """A, B, C and D as a ``control.StateSpace`` of the package python-control, with names and sample time.
 
         Raises ExportError where that package is not installed.
         """
@@ -117,47 +170,36 @@ class StateSpace:
         except ImportError:
             raise ExportError("the package 'control' is not installed; install it with: pip install control") from None
         labels = {kind: [x.name for x in getattr(self, kind)] for kind in ("states", "inputs", "outputs")}
-        return ss(self.A, self.B, self.C, self.D, name=self.name, **labels)
+        sampling = () if self.step is None else (self.step,)
+        return ss(self.A, self.B, self.C, self.D, *sampling, name=self.name, **labels)
 
     def save(self, path: str | Path) -> None:
         """Write it to ``path``, a .json, .mat (MATLAB 5) or .npz (NumPy) file; raises ExportError for another ending.
 
-        They hold A, B, C, D, drift, time; states, inputs and outputs as names, and beside each its units and values.
+        They hold A, B, C, D, drift, time, the step of samples; states, inputs and outputs as names, and beside each its
+        units and values.
         """
-        path = Path(path)
-        if path.suffix not in FORMATS:
-            raise ExportError(f"'{path}': its ending must be one of {', '.join(FORMATS)}")
         content: dict[str, Any] = {"name": self.name, "time": self.time}
+        content |= {} if self.step is None else {"step": self.step}
         content |= {x: getattr(self, x) for x in ("A", "B", "C", "D", "drift")}
         for kind in ("states", "inputs", "outputs"):
             columns = getattr(self, kind)
             content |= {kind: [x.name for x in columns], f"{kind[:-1]}_units": [x.unit for x in columns]}
             content[f"{kind[:-1]}_values"] = np.array([x.value for x in columns])
-        try:
-            _WRITERS[path.suffix](path, content)
-        except OSError as error:
-            raise ExportError(f"cannot write '{path}': {error.strerror or error}; choose another place") from error
+        write_matrices(path, content)
 
+    def _poles(self, A: Floats) -> tuple[Pole, ...]:
+        found = np.linalg.eigvals(A).astype(complex)
+        if self.step is not None:
+            found = np.log(np.where(found == 0, 1e-300, found)) / self.step
+        order = sorted(found, key=lambda x: (round(abs(x), 9), x.real, -x.imag))
+        return tuple(Pole(complex(x)) for x in order)
 
-def _json(path: Path, content: dict[str, Any]) -> None:
-    plain = {x: value.tolist() if isinstance(value, np.ndarray) else value for x, value in content.items()}
-    lines = (f" {json.dumps(x)}: {json.dumps(value)}" for x, value in plain.items())
-    path.write_text("{\n" + ",\n".join(lines) + "\n}\n", "utf-8")
-
-
-def _mat(path: Path, content: dict[str, Any]) -> None:
-    from scipy.io import savemat
-
-    cells = {x: np.array(value, dtype=object) if isinstance(value, list) else value for x, value in content.items()}
-    savemat(path, cells, oned_as="column")
-
-
-def _npz(path: Path, content: dict[str, Any]) -> None:
-    arrays: dict[str, Any] = {x: np.array(value) for x, value in content.items()}
-    np.savez(path, **arrays)
-
-
-_WRITERS = {".json": _json, ".mat": _mat, ".npz": _npz}
+    def _hidden(self, A: Floats, basis: Floats) -> Hidden:
+        """What is hidden in the span of ``basis`` (k, j), which A (k, k) maps to itself."""
+        sharing = np.abs(basis).max(axis=1, initial=0.0) > SHARE
+        states = tuple(x.name for x, shares in zip(self.states, sharing, strict=True) if shares)
+        return Hidden(states, self._poles(basis.T @ A @ basis))
 
 
 @dataclass(frozen=True, eq=False)

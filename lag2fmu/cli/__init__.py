@@ -30,7 +30,7 @@ from lag2fmu.cli.commands import (
     simulate,
     validate,
 )
-from lag2fmu.cli.study_commands import calibrate, sweep
+from lag2fmu.cli.study_commands import calibrate, observe, sweep
 from lag2fmu.cli.system_commands import cut_command, ssp
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.version import VERSION
@@ -97,6 +97,6 @@ def main() -> None:
 
 
 _OF_MODELS = (demo, models, new, import_command, show, export_command, page_command, linearize)
-_OF_RUNS = (simulate, validate, check, sweep, calibrate, ssp, cut_command, cache)
+_OF_RUNS = (simulate, validate, check, sweep, calibrate, observe, ssp, cut_command, cache)
 for _command in (*_OF_MODELS, *_OF_RUNS):
     main.add_command(_command)

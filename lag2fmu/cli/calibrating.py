@@ -51,7 +51,7 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
             list(data),
             free=[name.strip() for name in free.split(",") if name.strip()],
             bounds={name: _range(name, text, units) for name, text in pairs_of(bounds).items()},
-            noise={name: _size(name, text, units) for name, text in pairs_of(noise).items()},
+            noise={name: size_of(name, text, units) for name, text in pairs_of(noise).items()},
             hold=hold,
             tolerance=TOLERANCE if tolerance is None else tolerance,
             progress=progress,
@@ -69,7 +69,7 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
         click.echo(f"wrote {plot}", err=True)
 
 
-def _size(name: str, text: str, units: Mapping[str, Unit]) -> float:
+def size_of(name: str, text: str, units: Mapping[str, Unit]) -> float:
     """The SI value of ``text``, a difference of values of ``name``; the offset of its unit, as of degC, is left out."""
     return value_in_si(name, text, units) - value_in_si(name, f"0 {text.lstrip('+-.0123456789eE').strip()}", units)
 
@@ -85,7 +85,7 @@ def _range(name: str, text: str, units: Mapping[str, Unit]) -> tuple[float, floa
     )
 
 
-def _in_unit(size: float, unit: Unit | None) -> float:
+def in_unit(size: float, unit: Unit | None) -> float:
     """A difference ``size`` (SI) in a ``unit``."""
     return size if unit is None else size / unit.factor
 
@@ -97,7 +97,7 @@ def _print(found: Calibration, units: Mapping[str, Unit]) -> None:
         click.echo("correlations")
         console().print(_of_correlations(found))
     sizes = ", ".join(
-        f"{name} {_in_unit(size, units.get(name)):.3g} {units[name].name if name in units else ''}".strip()
+        f"{name} {in_unit(size, units.get(name)):.3g} {units[name].name if name in units else ''}".strip()
         for name, size in found.noise.items()
     )
     click.echo(f"noise: {sizes}; {found.chi_squared:.4g} squares for {found.degrees_of_freedom} degrees of freedom")
@@ -109,7 +109,7 @@ def _of_estimates(found: Calibration, units: Mapping[str, Unit]) -> Table:
         unit = units.get(name.partition("[")[0])
         numbers = [float(x), *found.confidence(name)]
         value, low, high = numbers if unit is None else map(unit.from_si, numbers)
-        shown = (value, _in_unit(float(error), unit), low, high)
+        shown = (value, in_unit(float(error), unit), low, high)
         table.add_row(escape(name), escape(unit.name if unit else ""), *(f"{number:.6g}" for number in shown))
     return table
 

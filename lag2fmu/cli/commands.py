@@ -132,6 +132,17 @@ def show(**choices: Any) -> None:
     help="Start as the model says, or at rest in the equilibrium found from there.",
 )
 @click.option(
+    "--inverse",
+    metavar="NAMES",
+    help="Inverse dynamics: these coordinates (a,b or 'all') are inputs, the forces that move them so are outputs.",
+)
+@click.option(
+    "--time-constant",
+    type=float,
+    metavar="S",
+    help="With --inverse: positions alone come in, and are smoothed by a filter of this time constant.",
+)
+@click.option(
     "--without",
     multiple=True,
     metavar="WORD",
@@ -190,6 +201,9 @@ def page_command(**choices: Any) -> None:
     multiple=True,
     metavar="NAME",
     help="An output y, any variable that is calculated; repeatable; by default those of the FMU.",
+)
+@click.option(
+    "--sample", type=float, metavar="S", help="Matrices of samples every S seconds, with inputs held between them."
 )
 @click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="Write .json, .mat or .npz too.")
 @SET

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from lag2fmu.analysis.at_rest import resting
+from lag2fmu.analysis.inverse import INVERSE, inverse, needed
 from lag2fmu.cli.porting import with_choices
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
@@ -15,6 +16,7 @@ from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.fmu.contents import name_inside
 from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.live.samples import Samples
+from lag2fmu.mechanism.leaving_out import OMISSIBLE, leaving_out
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import progress_bar
 
@@ -35,6 +37,8 @@ class ExportOptions:
     fmi: str | None
     arrays: bool
     start: str
+    inverse: str | None
+    time_constant: float | None
     without: tuple[str, ...]
     page: str | None
     reference: bool
@@ -42,15 +46,20 @@ class ExportOptions:
     force: bool
     settings: tuple[str, ...]
 
+    @property
+    def left_out(self) -> list[str]:
+        """The words of ``without``, each for itself."""
+        return [word.strip() for words in self.without for word in words.split(",")]
+
 
 def export_model(asked: ExportOptions) -> None:
     """Write the FMU of the model and print which solver it has.
 
     Raises Lag2FmuError for a model or options that do not fit, and for a file that cannot be written.
     """
-    mechanism = with_choices(load_mechanism(asked.model, asked.settings), asked.inputs, asked.ports)
-    mechanism = resting(mechanism) if asked.start == "equilibrium" else mechanism
-    path = Path(f"{Path(asked.model).stem}.fmu") if asked.path is None else asked.path
+    mechanism, outputs = _asked_for(asked)
+    suffix = "" if asked.inverse is None else INVERSE
+    path = Path(f"{Path(asked.model).stem}{suffix}.fmu") if asked.path is None else asked.path
     if not asked.force:
         _refuse_to_overwrite(path, mechanism)
     extra, samples = _integrated(mechanism, asked) if asked.reference else ({}, None)
@@ -62,12 +71,12 @@ def export_model(asked: ExportOptions) -> None:
             compiler=asked.compiler,
             platform=asked.platform,
             backend=asked.backend,
-            outputs=asked.outputs,
+            outputs=outputs,
             extra=extra,
             progress=progress,
             fmi=asked.fmi or "2.0",
             arrays=asked.arrays,
-            without=[word.strip() for words in asked.without for word in words.split(",")],
+            without=asked.left_out,
             page=asked.page,
             samples=samples,
         )
@@ -76,6 +85,20 @@ def export_model(asked: ExportOptions) -> None:
         click.echo(fmu.moved_starts)
     for doubt in _doubts(mechanism, fmu.path) if asked.platform in ("host", "all") else ():
         click.echo(f"warning: {doubt}", err=True)
+
+
+def _asked_for(asked: ExportOptions) -> tuple[Mechanism, tuple[str, ...]]:
+    """The mechanism of which the FMU is made, and the names of what is promoted to outputs."""
+    mechanism = with_choices(load_mechanism(asked.model, asked.settings), asked.inputs, asked.ports)
+    mechanism = resting(mechanism) if asked.start == "equilibrium" else mechanism
+    if asked.inverse is None:
+        if asked.time_constant is not None:
+            raise ExportError("--time-constant goes with --inverse, whose motions it filters; add it, or leave it out")
+        return mechanism, asked.outputs
+    motions = [name.strip() for name in asked.inverse.split(",")]
+    omitted = [word for word in asked.left_out if word in OMISSIBLE]
+    mechanism = inverse(leaving_out(mechanism, omitted), motions, time_constant=asked.time_constant)
+    return mechanism, (*asked.outputs, *needed(mechanism))
 
 
 def _integrated(mechanism: Mechanism, asked: ExportOptions) -> tuple[dict[str, bytes], Samples | None]:

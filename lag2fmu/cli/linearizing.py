@@ -10,7 +10,8 @@ import click
 from rich.markup import escape
 from rich.table import Table
 
-from lag2fmu.analysis.state_space import FORMATS, Quantity, StateSpace
+from lag2fmu.analysis.state_files import FORMATS
+from lag2fmu.analysis.state_space import Hidden, Quantity, StateSpace
 from lag2fmu.cli.options import check_ending
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import console
@@ -34,10 +35,13 @@ def linearize_model(
     at: str,
     inputs: tuple[str, ...],
     outputs: tuple[str, ...],
+    sample: float | None,
     path: Path | None,
     settings: tuple[str, ...],
 ) -> None:
     """Print the state space of ``model`` about the state ``at``, and write it to ``path``.
+
+    With a ``sample`` time (s) the matrices are those of the samples.
 
     Raises Lag2FmuError for a model, state or names that do not fit.
     """
@@ -46,11 +50,16 @@ def linearize_model(
     equations = derive(load_mechanism(model, settings))
     about = linearize(equations, at, outputs=outputs or None)
     found = about.state_space(inputs or None)
+    found = found if sample is None else found.sampled(sample)
     for title, table in _tables(found):
         click.echo(title)
         console().print(table)
+    if found.states:
+        click.echo(_hidden("controllable", found.uncontrollable))
+        click.echo(_hidden("observable", found.unobservable))
     if not found.resting:
-        click.echo(f"the state at {found.time:g} s is no equilibrium: dx/dt = drift + A x + B u")
+        left = "dx/dt" if found.step is None else "the next x"
+        click.echo(f"the state at {found.time:g} s is no equilibrium: {left} = drift + A x + B u")
     if path is not None:
         found.save(path)
         click.echo(f"wrote {path}", err=True)
@@ -65,8 +74,17 @@ def _tables(found: StateSpace) -> Iterator[tuple[str, Table]]:
         rows, columns = getattr(found, of_rows), getattr(found, of_columns)
         if rows and columns and len(columns) <= _MOST:
             by = letters[of_columns]
-            title = f"{name}: dy/d{by}" if of_rows == "outputs" else f"{name}: d(dx/dt)/d{by}"
+            moved = "dx/dt" if found.step is None else f"x after {found.step:g} s"
+            title = f"{name}: dy/d{by}" if of_rows == "outputs" else f"{name}: d({moved})/d{by}"
             yield title, _of_matrix(getattr(found, name), rows, columns)
+
+
+def _hidden(word: str, hidden: Hidden) -> str:
+    """The line on what is not ``word``, "controllable" or "observable"."""
+    if not hidden.states:
+        return f"{word}: all states"
+    values = ", ".join(f"{pole.value:.6g}" if pole.value.imag else f"{pole.value.real:.6g}" for pole in hidden.poles)
+    return f"not {word}: {', '.join(hidden.states)}; their own poles: {values} 1/s"
 
 
 def _of_quantities(found: StateSpace) -> Table:

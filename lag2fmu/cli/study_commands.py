@@ -40,6 +40,35 @@ def calibrate(**choices: Any) -> None:
 
 
 @click.command()
+@click.argument("model")
+@click.argument("data", type=click.Path(path_type=Path), metavar="CSV")
+@click.option(
+    "--measure", multiple=True, required=True, metavar="NAME=STD", help="A measured column and its noise; repeatable."
+)
+@click.option(
+    "--process",
+    multiple=True,
+    metavar="NAME=DENSITY",
+    help="White noise of an input, state or parameter, in its unit by the root of Hz; repeatable.",
+)
+@click.option("--known", multiple=True, metavar="NAME=STD", help="How well the start of a state is known; repeatable.")
+@click.option("--estimate", default="", metavar="NAME,...", help="Parameters that are estimated too.")
+@click.option("--delay", multiple=True, metavar="NAME=S", help="Samples of it are so many s late; repeatable.")
+@click.option("--method", type=click.Choice(["ekf", "ukf"]), default="ekf", show_default=True)
+@click.option("--smooth", is_flag=True, help="Estimates know later samples too.")
+@HOLD
+@click.option("-o", "--out", type=click.Path(path_type=Path), metavar="CSV", help="Write the estimates over time.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Draw the estimates (.png, .svg, .pdf).")
+@click.option("--force", is_flag=True, help="Overwrite a CSV file that exists.")
+@SET
+def observe(**choices: Any) -> None:
+    """Estimate all states of MODEL from measured columns, time,name [unit],... in a CSV file, by a Kalman filter."""
+    from lag2fmu.cli.observing import observe_data
+
+    observe_data(**choices)
+
+
+@click.command()
 @click.argument("model", metavar="MODEL|FMU")
 @click.option(
     "--vary",

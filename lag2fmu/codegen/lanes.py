@@ -129,7 +129,7 @@ def render_function(functions: PlainFunctions, name: str, lanes: int, *, jacobia
     chosen = replace(functions.program.functions[jacobian], name="lanes_values")
     program = replace(functions.program, functions=(chosen,))
     sizes = _sizes(functions)
-    results = sizes["entries" if jacobian else "states"]
+    results = sum(array != "pivots" for array, *_ in chosen.results)
     context = {**sizes, **_printing(program, (chosen,)), "name": name, "lanes": lanes, "results": results}
     templates = resource_folder("templates")
     files = {file: (templates / "ensemble" / file).read_text("utf-8") for file in ("lanes.h", "lane_math.h")}

@@ -100,7 +100,7 @@ class Description:
         default=Energy(),
     )
     forces: tuple[Force, ...] = table_key(
-        Force, "expressions", "Generalized non-potential force on a coordinate: COORDINATE = expression."
+        Force, "expressions", "Generalized non-potential force on a coordinate or prescribed motion: NAME = expression."
     )
     gravity: Gravity | None = table_key(Gravity, "single", "Uniform gravity on all bodies.", default=None)
     frames: tuple[Frame, ...] = table_key(Frame, "tables", "Frames that move in space.")
@@ -140,7 +140,7 @@ class Description:
         forces = [Force(str(q), Q) for q, Q in given.items()] if isinstance(given, Mapping) else given
         own = {**vars(self), "forces": forces}
         tables = {name: _records(own[name], name, of.part) for name, of in table_keys().items() if of.many}
-        tables["coordinates"] = _with_declared(tables["coordinates"], tables["joints"])
+        tables["coordinates"] = _with_declared(tables["coordinates"], tables["joints"], tables["inputs"])
         tables["constraints"] = in_order_of_kinds(tables["constraints"])
         vars(self).update(
             tables,
@@ -287,12 +287,12 @@ def _records(declared: Iterable[Any], name: str, kind: type) -> tuple[Any, ...]:
     return records
 
 
-def _with_declared(coordinates: tuple[Coordinate, ...], joints: Iterable[Joint]) -> tuple[Coordinate, ...]:
-    """``coordinates`` with those that were declared together with a joint on a parent.
+def _with_declared(coordinates: tuple[Coordinate, ...], joints: Any, inputs: Any) -> tuple[Coordinate, ...]:
+    """``coordinates`` with those that were declared together with a joint on a parent, but for prescribed motions.
 
     If there is one, the other coordinates of joints are written down too, so that their order is kept.
     """
-    known = {q.name for q in coordinates}
+    known = {q.name for q in coordinates} | {u.name for u in inputs if u.motion}
     if all(q.name in known for joint in joints for q in joint.declared):
         return coordinates
     brought = {q.name: q for joint in joints for q in joint.own_coordinates() if q.name not in known}

@@ -86,6 +86,11 @@ def drive(motion: str) -> str:
     return f"F_{motion}"
 
 
+def drive_power(motion: str) -> str:
+    """Name of the power that the drive of the prescribed ``motion`` puts in."""
+    return f"P_{motion}"
+
+
 def derivative(name: str) -> str:
     """Name of the variable that carries the FMI attribute ``derivative`` for the state ``name``."""
     return f"der_{name}"

@@ -136,7 +136,10 @@ class Damper:
 
 @dataclass(frozen=True)
 class Force:
-    """A generalized non-potential force Q on one coordinate: in N, or N.m for an angle; Q qd is its power, in W."""
+    """A generalized non-potential force Q on one coordinate: in N, or N.m for an angle; Q qd is its power, in W.
+
+    On a prescribed motion it is a load that the drive of the motion has to overcome; nothing else feels it.
+    """
 
     coordinate: str
     expression: Expression = key("expression", "", names=ANY)

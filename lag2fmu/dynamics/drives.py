@@ -33,7 +33,7 @@ def drive_forces(
     if not v.driven:
         return ()
     y, y_dot = tuple(a for a, _ in v.driven), tuple(b for _, b in v.driven)
-    own = replace(energies, direct=(graph.zero,) * len(y), carried={})
+    own = replace(energies, direct=energies.on_motions, carried={})
     rate, accelerating = (Forward(graph, v.direction(graph, along)) for along in (False, True))
     residual = unconstrained_residual(graph, replace(v, q=y, qd=y_dot), own, rate, accelerating)
     bearing = zip(mechanism.constraints, constraints.velocities, v.multipliers, strict=True)

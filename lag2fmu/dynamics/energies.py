@@ -61,6 +61,7 @@ class Composer:
             effort=self.effort,
             impetus=self.impetus,
             direct=self._direct(),
+            on_motions=self._on_motions(),
             kinetic_energy=g.add(bodies_kinetic, user_kinetic),
             potential_energy=g.total([self._gravity_energy(), springs, user_potential]),
             split=given.lagrangian is None,
@@ -212,12 +213,18 @@ class Composer:
             total[node] = self.g.add(total.get(node, self.g.zero), component)
 
     def _direct(self) -> tuple[Node, ...]:
-        given = {force.coordinate: self.put(force.expression) for force in self.mechanism.forces}
-        coordinates = self.mechanism.coordinates
+        given, coordinates = self._given(), self.mechanism.coordinates
         return tuple(
             self.g.add(given.get(c.name, self.g.zero), external)
             for c, external in zip(coordinates, self.variables.Q, strict=True)
         )
+
+    def _on_motions(self) -> tuple[Node, ...]:
+        given = self._given()
+        return tuple(given.get(name, self.g.zero) for name in self.mechanism.driven)
+
+    def _given(self) -> dict[str, Node]:
+        return {force.coordinate: self.put(force.expression) for force in self.mechanism.forces}
 
 
 def _entries(vector: object) -> tuple[sp.Expr, ...]:

@@ -34,7 +34,7 @@ class EquationsOfMotion:
     - ``residual``: (n + m,), M qdd - forcing - G^T multiplier, and behind it the constraints' accelerations. The
       accelerations qdd and the multipliers are variables in it.
     - ``momenta``: p = dL/dqd, (n,).
-    - ``drives``: the force that carries each prescribed motion, (k,).
+    - ``drives``: the force that carries each prescribed motion, (k,); ``powers``: what its drive puts in (W), (k,).
     - ``energies``: the energies (J) and the power of the external inputs (W) by name, see ``terms.named_energies``.
 
     The graph is sealed: code that adds nodes works on the copy that ``apart`` returns.
@@ -58,6 +58,7 @@ class EquationsOfMotion:
     residual: tuple[Node, ...]
     momenta: tuple[Node, ...]
     drives: tuple[Node, ...]
+    powers: tuple[Node, ...]
     energies: Mapping[str, Node]
 
     def apart(self: _Equations) -> _Equations:
@@ -83,6 +84,8 @@ class EquationsOfMotion:
             yield names.momentum(coordinate.name), momentum
         for motion, drive in zip(self.mechanism.driven, self.drives, strict=True):
             yield names.drive(motion), drive
+        for motion, power in zip(self.mechanism.driven, self.powers, strict=True):
+            yield names.drive_power(motion), power
         yield from self.energies.items()
         yield from self.outputs.items()
         for constraint, residual in zip(self.mechanism.constraints, self.permanent.residuals, strict=True):

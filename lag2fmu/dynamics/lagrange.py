@@ -137,6 +137,8 @@ def _check(equations: EquationsOfMotion, distances: Mapping[str, Node]) -> None:
     if not np.all(np.isfinite(at_start)):  # M may be finite where coefficients of its form are not
         at_start = matrix(g, equations.mass_matrix, states[0], len(forcing))
     check_start(mechanism, g, at_start, forcing, distances)
+    if not mechanism.coordinates:
+        return
     check_positive(mechanism, at_start)
     check_rank(mechanism, masses[1:], equations.solution is not None)
     check_agreement(mechanism, g, masses[1:], states[1:], forcing, equations.solution)
@@ -256,6 +258,7 @@ def _equations(solved: _Solved) -> DerivedEquations:
     momenta = tuple(reverse(g, {parts.lagrangian(g): g.one}, v.qd))
     rate, accelerating = (Forward(g, v.direction(g, along)) for along in (False, True))
     residual = unconstrained_residual(g, v, parts, rate, accelerating)
+    drives = drive_forces(g, mechanism, v, parts, solved.constraints, solved.rows)
     return DerivedEquations(
         mechanism=started,
         completed=completed,
@@ -274,6 +277,7 @@ def _equations(solved: _Solved) -> DerivedEquations:
         mass_matrix=mass_matrix(g, solved.entries, v.qd),
         residual=with_constraints(g, v, residual, solved.constraints, accelerating),
         momenta=momenta,
-        drives=drive_forces(g, mechanism, v, parts, solved.constraints, solved.rows),
+        drives=drives,
+        powers=tuple(g.multiply(force, y_dot) for force, (_, y_dot) in zip(drives, v.driven, strict=True)),
         energies=named_energies(g, v, parts, momenta),
     )

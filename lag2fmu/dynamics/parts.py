@@ -138,6 +138,7 @@ class Energies:
     - ``effort``: {place: force} of the loads; the generalized forces are Q = sum force * dplace/dq.
     - ``impetus``: {velocity: force} of the loads on frames; Q = sum force * dvelocity/dqd.
     - ``direct``: forces on the coordinates themselves, (n,), with the external inputs Q.
+    - ``on_motions``: forces on the prescribed motions, (k,); their drives have to overcome them.
     - ``split``: whether T and V are told apart.
     - ``carried``: {velocity: inertia} of velocities that vanish along the motion. They get a fictitious inertia that
       makes M regular.
@@ -151,6 +152,7 @@ class Energies:
     effort: dict[Node, Node]
     impetus: dict[Node, Node]
     direct: tuple[Node, ...]
+    on_motions: tuple[Node, ...]
     kinetic_energy: Node
     potential_energy: Node
     split: bool

@@ -44,6 +44,8 @@ def mass_matrices(graph: Graph, entries: Entries, velocities: Sequence[Node], st
     The m nodes of the form are linear in the velocities. So their values at unit velocities are their coefficients J
     (m, n), and M = J^T H J.
     """
+    if not velocities:
+        return np.zeros((len(states), 0, 0))
     table = np.array([list(state.values()) for state in states])
     values: dict[str, float | Floats] = dict(zip(states[0], table.T[:, :, np.newaxis], strict=True))
     place = {node: i for i, node in enumerate(sorted({node for pair in entries for node in pair}))}

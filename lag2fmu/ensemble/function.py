@@ -43,6 +43,7 @@ class StateFunction:
         model: Mechanism | str | Path,
         *,
         without: str | Sequence[str] = (),
+        outputs: Sequence[str] = (),
         lanes: int | None = None,
         compiler: str = "zig",
         values: Mapping[str, float] | None = None,
@@ -51,13 +52,15 @@ class StateFunction:
 
         So does the first call of ``jacobians``, which derives them as well and takes longer.
 
-        ``without`` are words of OMISSIBLE for what is left out, such as "friction", because it makes events. ``lanes``,
-        ``compiler`` and ``values`` are as for ``Ensemble``. Raises LoadError, and DerivationError for mechanisms with
-        events or coordinates without mass.
+        ``outputs`` are the names of the o variables that ``outputs`` gives; any variable may be among them, as
+        accelerations and multipliers. ``without`` are words of OMISSIBLE for what is left out, such as "friction",
+        because it makes events. ``lanes``, ``compiler`` and ``values`` are as for ``Ensemble``. Raises LoadError, and
+        DerivationError for mechanisms with events or coordinates without mass.
         """
         mechanism = leaving_out(as_mechanism(model, values), without)
         self._equations = equations = derive(mechanism)
-        self._rates = plain_functions(equations, jacobian=False)
+        self._wanted = tuple(outputs)
+        self._rates = plain_functions(equations, jacobian=False, outputs=self._wanted)
         self._lane_count, self._compiler = lanes, compiler
         self.mechanism = equations.mechanism
         q = [c.name for c in self.mechanism.coordinates]
@@ -82,10 +85,13 @@ class StateFunction:
 
     @property
     def sparsity(self) -> dict[str, NDArray[np.bool_]]:
-        """Which entries of the Jacobians by "t", "x", "u", "p" are not always zero: (N, 1), (N, N), (N, m), (N, k)."""
+        """Which entries of the Jacobians by "t", "x", "u", "p" are not always zero: (N, 1), (N, N), (N, m), (N, k).
+
+        Rows of the outputs stand behind them.
+        """
         found = {}
         for known in KNOWNS:
-            found[known] = np.zeros((len(self.names["x"]), self._size(known)), dtype=bool)
+            found[known] = np.zeros((self._rows, self._size(known)), dtype=bool)
             for place in self._functions.sparsity[known]:
                 found[known][place] = True
         return found
@@ -98,7 +104,16 @@ class StateFunction:
         The times have the shape (...) in s. The leading dimensions broadcast. ``u`` and ``p`` are by default those of
         the start. The result is NaN at singular positions. Raises LoadError for shapes that do not fit.
         """
-        return self._evaluate(t, x, u, p, jacobian=False)
+        return self._evaluate(t, x, u, p, jacobian=False)[..., : len(self.names["x"])]
+
+    def outputs(
+        self, x: ArrayLike, u: ArrayLike | None = None, p: ArrayLike | None = None, t: ArrayLike = 0.0
+    ) -> Floats:
+        """The outputs (..., o) that were asked for, in SI units; the arguments are those of the call of the object.
+
+        Raises LoadError for shapes that do not fit.
+        """
+        return self._evaluate(t, x, u, p, jacobian=False)[..., len(self.names["x"]) :]
 
     def accelerations(
         self, x: ArrayLike, u: ArrayLike | None = None, p: ArrayLike | None = None, t: ArrayLike = 0.0
@@ -112,13 +127,15 @@ class StateFunction:
     ) -> dict[str, Floats]:
         """The derivatives of dx/dt by "t", "x", "u", "p": (..., N, 1), (..., N, N), (..., N, m), (..., N, k).
 
+        Rows of the outputs stand behind them, (..., N + o, 1) and so on.
+
         The arguments are those of the call of the object. Raises LoadError for shapes that do not fit.
         """
         entries = self._evaluate(t, x, u, p, jacobian=True)
         found, first = {}, 0
         for known in KNOWNS:
             places = self._functions.sparsity[known]
-            matrix = np.zeros((*entries.shape[:-1], len(self.names["x"]), self._size(known)))
+            matrix = np.zeros((*entries.shape[:-1], self._rows, self._size(known)))
             if places:
                 rows, columns = zip(*places, strict=True)
                 matrix[..., list(rows), list(columns)] = entries[..., first : first + len(places)]
@@ -144,12 +161,16 @@ class StateFunction:
             raise ExportError(f"cannot write '{path}': {error.strerror or error}; choose another folder") from error
         return path
 
+    @property
+    def _rows(self) -> int:
+        return len(self.names["x"]) + len(self._wanted)
+
     def _size(self, known: str) -> int:
         return 1 if known == "t" else len(self.names[known])
 
     @cached_property
     def _functions(self) -> PlainFunctions:
-        return plain_functions(self._equations)
+        return plain_functions(self._equations, outputs=self._wanted)
 
     @cached_property
     def _derivative(self) -> KernelLibrary:
@@ -181,7 +202,7 @@ class StateFunction:
             raise LoadError(f"the leading dimensions do not broadcast: {shapes}") from error
         count = int(np.prod(batch))
         arrays, strides = zip(*(_points(array, batch, count) for array in given.values()), strict=True)
-        width = sum(map(len, self._functions.sparsity.values())) if jacobian else len(self.names["x"])
+        width = sum(map(len, self._functions.sparsity.values())) if jacobian else self._rows
         results = np.empty((count, width))
         _call(self._jacobian if jacobian else self._derivative, arrays, strides, results)
         return results.reshape(*batch, width)
@@ -223,12 +244,13 @@ def function(
     model: Mechanism | str | Path,
     *,
     without: str | Sequence[str] = (),
+    outputs: Sequence[str] = (),
     values: Mapping[str, float] | None = None,
 ) -> StateFunction:
-    """The equations of ``model`` as plain functions, see ``StateFunction``.
+    """The equations of ``model`` as plain functions, see ``StateFunction``; ``outputs`` are names of o variables.
 
     ``without`` leaves out what makes events: "friction", "stops", "contacts", one word or several. ``values`` are other
     parameters and starts in SI units, those of ``start``. Raises LoadError and DerivationError; the latter names what
     makes events, and the word that leaves it out.
     """
-    return StateFunction(model, without=without, values=values)
+    return StateFunction(model, without=without, outputs=outputs, values=values)

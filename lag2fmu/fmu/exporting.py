@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from lag2fmu.analysis.at_rest import resting
+from lag2fmu.analysis.inverse import inverse as inverse_of
+from lag2fmu.analysis.inverse import needed
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import damping, moved_starts, steps_over_impacts
 from lag2fmu.fmu.backends.backend import Backend, Choices
@@ -57,6 +59,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     fmi: str = "2.0",
     arrays: bool = False,
     start: str = "given",
+    inverse: str | Sequence[str] = (),
+    time_constant: float | None = None,
     without: Sequence[str] = (),
     page: str | None = None,
     samples: Samples | None = None,
@@ -73,6 +77,9 @@ def export(  # noqa: PLR0913 (choices of the user)
     - ``fmi``: the version of the standard, a name in VERSIONS.
     - ``arrays``: coordinates and the variables that belong to them are arrays, which FMI 3.0 has.
     - ``start``: "given", or "equilibrium" for a start at rest in the equilibrium found from the given start.
+    - ``inverse``: coordinates that are prescribed, or "all", see ``lag2fmu.analysis.inverse``; forces, powers and
+      multipliers that their motions need are outputs.
+    - ``time_constant``: that of a filter (s), by which positions alone are inputs of the ``inverse``.
     - ``without``: what is left out: files and variables of WITHOUT, parts of the mechanism of OMISSIBLE.
     - ``page``: "live", a page in which the mechanism moves, or "static"; by default live where that costs little.
     - ``samples``: a direct integration, with which a live page compares its trajectory.
@@ -81,12 +88,10 @@ def export(  # noqa: PLR0913 (choices of the user)
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     _check_left_out(without)
-    mechanism = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
-    _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start)
-    mechanism = resting(mechanism) if start == STARTS[1] else mechanism
+    _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start, arrays=arrays)
+    given = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
+    mechanism, needs = _prescribed(resting(given) if start == STARTS[1] else given, inverse, time_constant)
     version = VERSIONS[fmi]
-    if arrays and not version.has_ports:
-        raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
     left_out, maker = frozenset(without), page_maker(page)
     choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, left_out, maker)
     build = BACKENDS[backend].prepare(choices)
@@ -94,7 +99,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     _check_target(target)
     _check_texts(mechanism)
     ticking = version.has_ports and CLOCKS not in without
-    found = derived(mechanism, solver, BACKENDS[backend].solvers, outputs, events=ticking)
+    found = derived(mechanism, solver, BACKENDS[backend].solvers, (*outputs, *needs), events=ticking)
     mechanism, equations, program, method = found.mechanism, found.equations, found.program, METHODS[found.solver]
     content = build(mechanism, equations, program, found.solver, found.vibrations)
     scene = scene_at_start(equations)
@@ -113,6 +118,18 @@ def export(  # noqa: PLR0913 (choices of the user)
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
 
 
+def _prescribed(
+    mechanism: Mechanism, motions: str | Sequence[str], time_constant: float | None
+) -> tuple[Mechanism, tuple[str, ...]]:
+    """``mechanism`` with prescribed ``motions``, and the names of what they need; itself if there are none."""
+    if motions:
+        mechanism = inverse_of(mechanism, motions, time_constant=time_constant)
+        return mechanism, needed(mechanism)
+    if time_constant is not None:
+        raise ExportError("time_constant: it filters the motions of inverse dynamics; name these by inverse, or 'all'")
+    return mechanism, ()
+
+
 @contextmanager
 def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterator[Path]:
     """The path of an FMU of ``model``; any other model is exported to a folder that is removed at the end.
@@ -129,12 +146,14 @@ def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterato
         yield export(mechanism, path, solver=solver, fmi=fmi, page="static", without=(EQUATIONS,)).path
 
 
-def _check_words(solver: str, backend: str, fmi: str, start: str) -> None:
-    """Raise ExportError for words that are unknown."""
+def _check_words(solver: str, backend: str, fmi: str, start: str, *, arrays: bool) -> None:
+    """Raise ExportError for words that are unknown, and for arrays in a version that has none."""
     known = {"solver": METHODS, "backend": BACKENDS, "version of FMI": VERSIONS, "start": STARTS}
     for (what, words), word in zip(known.items(), (solver, backend, fmi, start), strict=True):
         if word not in words:
             raise ExportError(f"unknown {what} '{word}'; known are {', '.join(words)}")
+    if arrays and not VERSIONS[fmi].has_ports:
+        raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
 
 
 def _check_left_out(without: Sequence[str]) -> None:

@@ -222,6 +222,7 @@ def _meanings(mechanism: Mechanism) -> Iterator[tuple[str, tuple[Unit | None, st
     docs = {names.gap(contact.name): f"gap of {contact.name}" for contact in mechanism.unilaterals}
     docs |= {names.residual(c.name): f"residual of the {c.kind} constraint {c.name}" for c in mechanism.constraints}
     docs |= {names.drive(x): f"generalized force that carries the motion {x}" for x in mechanism.driven}
+    docs |= {names.drive_power(x): f"power that the drive of {x} puts in" for x in mechanism.driven}
     docs |= {names.momentum(q.name): f"generalized momentum of {q.name}" for q in mechanism.coordinates}
     yield from ((name, (units[name], doc)) for name, doc in docs.items())
     for name, output in mechanism.output_names.items():

@@ -46,7 +46,7 @@ def assembled(written: Description) -> tuple[Description, dict[str, str]]:
         return written, {}
     _check_parts(written)
     whole = _opened(replace(written, parts=()))
-    own = {q.name for q in written.coordinates}
+    own = {*(q.name for q in written.coordinates), *written.driven}
     origins = {f"coordinates.{x}": f"joints.{j.name}" for j in whole.joints for x in j.coordinate_names if x not in own}
     for part in written.parts:
         try:
@@ -83,7 +83,7 @@ def _mechanism(part: Part) -> Description:
 
 def _opened(d: Description) -> Description:
     """``d`` with the coordinates that joints on a parent bring."""
-    known = {q.name for q in d.coordinates}
+    known = {*(q.name for q in d.coordinates), *d.driven}
     brought = {q.name: q for joint in d.joints for q in joint.own_coordinates() if q.name not in known}
     return replace(d, coordinates=(*d.coordinates, *brought.values()))
 

@@ -29,6 +29,7 @@ def calculated_units(mechanism: Mechanism) -> dict[str, Unit | None]:
     for name in mechanism.driven:
         unit = declared[name]
         found[names.drive(name)] = per(JOULE, parse_unit(unit) if isinstance(unit, str) else unit)
+        found[names.drive_power(name)] = WATT
     return found | dict(_of_rows(mechanism))
 
 

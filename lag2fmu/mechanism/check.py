@@ -29,8 +29,11 @@ def check(m: Description, brought: Container[str] = ()) -> tuple[Scope, tuple[st
     ``brought`` are the places of the constraints that joints bring. Raises MechanismError for the first fault. With
     ``strict_units`` a mismatch of units raises UnitError.
     """
-    if not m.coordinates:
-        raise MechanismError(f"coordinates: mechanism '{m.name}' has none; declare at least one generalized coordinate")
+    if not m.coordinates and not m.driven:
+        raise MechanismError(
+            f"coordinates: mechanism '{m.name}' has none, and no prescribed motion; "
+            "declare at least one generalized coordinate"
+        )
     check_names(m)
     _check_numbers(m)
     _check_parts(m)
@@ -119,11 +122,12 @@ def _check_parts(m: Description) -> None:
         _check_load(m, f"loads.{load.name}", load)
     for output in m.outputs:
         _check_output(m, f"outputs.{output.name}", output)
-    known = [q.name for q in m.coordinates]
+    known = [*(q.name for q in m.coordinates), *m.driven]
     for force in m.forces:
         if force.coordinate not in known:
             raise MechanismError(
-                f"forces.{force.coordinate}: there is no such coordinate; known are {', '.join(known)}"
+                f"forces.{force.coordinate}: there is no such coordinate or prescribed motion; "
+                f"known are {', '.join(known)}"
             )
 
 

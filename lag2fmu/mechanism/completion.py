@@ -78,8 +78,8 @@ def _places(table: str, parts: Iterable[Any]) -> list[str]:
 
 def _with_places(written: Description) -> tuple[Description, Origins]:
     """The description with the entries of filters, ports, loads and joints; outputs know their number of entries."""
+    known = {*(q.name for q in written.coordinates), *written.driven}
     written, origins = with_filters(written)
-    known = {q.name for q in written.coordinates}
     coordinates: dict[str, Coordinate] = {}
     frames: list[Frame] = []
     for joint in (joint for joint in written.joints if joint.parent is not None):

@@ -227,7 +227,7 @@ class _Between:
 
 def _ratio(m: Description, joint: Joint) -> Constraint:
     """The constraint that the first coordinate is ``ratio`` times the second."""
-    coordinates = [q.name for q in m.coordinates]
+    coordinates = [*(q.name for q in m.coordinates), *m.driven]
     carrying = {other.name: other.coordinate_names for other in m.joints if other.coordinate_names}
     found = []
     for end in map(str, joint.between or ()):

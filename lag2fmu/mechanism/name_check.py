@@ -11,6 +11,7 @@ from lag2fmu.description.names import (
     acceleration,
     derivative,
     drive,
+    drive_power,
     of_constraint,
     of_coordinate,
     of_friction,
@@ -37,6 +38,7 @@ def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
         yield acceleration(motion.name), f"the acceleration of motion input '{motion.name}'"
     for name in mechanism.driven:
         yield drive(name), f"the force that carries the motion '{name}'"
+        yield drive_power(name), f"the power that carries the motion '{name}'"
     moving = {q.name for q in mechanism.coordinates} | {velocity(q.name) for q in mechanism.coordinates}
     for state in (z for z in mechanism.states if z.name not in moving):  # other names clash
         yield derivative(state.name), f"the derivative of the further state '{state.name}'"

@@ -10,7 +10,7 @@ import sympy as sp
 
 from lag2fmu.description import names
 from lag2fmu.description.description import Description
-from lag2fmu.description.events import Contact
+from lag2fmu.description.events import Contact, State
 from lag2fmu.description.keys import OWN
 from lag2fmu.description.parts import Definition, Force
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
@@ -201,12 +201,13 @@ def _inferred(infer: DimensionOf, expression: sp.Expr) -> Dimension | None:
 
 def _expectations(m: Description, infer: DimensionOf) -> Iterator[tuple[str, sp.Expr, Dimension | None]]:
     """(place, expression, expected dimension) of every expression that should have a certain one."""
-    coordinates = {q.name: q.unit for q in m.coordinates}
+    parts: tuple[State | Input | Coordinate, ...] = (*m.states, *m.inputs, *m.coordinates)
+    moving = {part.name: part.unit for part in parts}
     for entry in m.entries():
         expected = entry.key.unit
         if isinstance(entry.part, Force):
-            unit = coordinates[entry.part.coordinate]
-            expected = None if unit is None else JOULE / unit
+            unit = moving[entry.part.coordinate]
+            expected = JOULE / unit if isinstance(unit, Unit) else None
         elif expected is None and entry.key.kind != "axis":
             continue  # definitions have been inferred, springs and dampers come below
         elif expected == OWN:

@@ -218,7 +218,8 @@ class Composition:
         s = self.symbols
         total = dict(zip(s.q, s.external, strict=True))
         for force in self.mechanism.forces:
-            total[symbol(force.coordinate)] += self.written(force.expression)
+            if symbol(force.coordinate) in total:  # one on a prescribed motion acts on its drive alone
+                total[symbol(force.coordinate)] += self.written(force.expression)
         for load in self.mechanism.loads:
             place = load.point if load.point is not None else load.body
             if not self.on_frame(place):

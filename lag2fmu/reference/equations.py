@@ -63,7 +63,7 @@ class Equations:
         state = self.energies.state(0.0, q, qd)
         # powers of two as velocities of about equal energy, so that coordinates of different units lose no digits
         diagonal = np.diagonal(self.terms(state).mass_matrix)
-        usable = np.isfinite(diagonal) & (diagonal > 1e-30 * np.nanmax(np.abs(diagonal)))
+        usable = np.isfinite(diagonal) & (diagonal > 1e-30 * np.nanmax(np.abs(diagonal), initial=0.0))
         self.scale = np.exp2(-np.round(0.5 * np.log2(np.where(usable, diagonal, 1.0))))
         self._units = self._unit_velocities()
         self._check_degree(state)
@@ -192,6 +192,8 @@ class Equations:
     def weakness(self, state: StateBatch) -> str:
         """Words that say what is wrong with the mass matrix at one of the states, and name the coordinates."""
         names = [c.name for c in self.mechanism.coordinates]
+        if not names:
+            return "all coordinates are prescribed"
         matrices = batch_first(self.terms(state).mass_matrix, 2).reshape(-1, self.n, self.n)
         if self.energies.constraints.m:
             jacobian = batch_first(self.energies.constraints(state)[3], 2).reshape(-1, *self._shape)

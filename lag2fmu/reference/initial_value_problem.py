@@ -94,7 +94,7 @@ class InitialValueProblem:
         """The start moved by 1e-8 in the norm of the ``units`` (s,), along a direction without symmetry."""
         direction = np.cos(np.arange(1, self.size + 1))
         moved: Floats = self.start.copy()
-        moved[: self.size] += PERTURBATION * units * direction / np.abs(direction).max()
+        moved[: self.size] += PERTURBATION * units * direction / np.abs(direction).max(initial=1e-300)
         back: Floats = self.projected(self.times[:1], moved[None])[0]
         return back
 

@@ -49,7 +49,7 @@ class Reference:
     @property
     def relative_error(self) -> Floats:
         """The estimated error relative to ``scales``, the worst of q, qd and z: (m,)."""
-        worst: Floats = (self.error.values / [self.scales[name] for name in self.error.names]).max(axis=1)
+        worst: Floats = (self.error.values / [self.scales[name] for name in self.error.names]).max(axis=1, initial=0.0)
         return worst
 
     @property
@@ -61,7 +61,7 @@ class Reference:
         """
         columns = [velocity(c) for c in self.scales if velocity(c) in self.scales]
         turns = np.abs(np.diff(self.trajectory.columns(columns), axis=0)) / [self.scales[name] for name in columns]
-        radians = np.pi * np.concatenate([[0.0], np.cumsum(turns, axis=0).max(axis=1)])
+        radians = np.pi * np.concatenate([[0.0], np.cumsum(turns, axis=0).max(axis=1, initial=0.0)])
         larger: Floats = np.maximum(np.maximum(1.0, self.amplification), radians / 100)
         return larger
 

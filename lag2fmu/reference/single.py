@@ -81,6 +81,8 @@ def _solved(matrix: Floats, right: Floats) -> Floats:
     """matrix^-1 right, (k,), by LAPACK with equilibration and refinement; NaN for a singular matrix."""
     from scipy.linalg.lapack import dgesvx
 
+    if not len(right):
+        return right
     *_, solution, _, _, _, info = dgesvx(matrix, right)
     singular = 0 < info <= len(right)  # len(right) + 1 means ill-conditioned, not singular
     found: Floats = np.full_like(right, np.nan) if singular else solution[:, 0]

@@ -110,13 +110,13 @@ def _assembled(
     for energy in ("kinetic_energy", "potential_energy", "generalized_energy"):
         columns[energy] = getattr(equations, energy)(times, q, qd, inputs)
     scales, units = measures
-    distance = (np.abs(coarse[:, 1, : problem.size] - coarse[:, 0, : problem.size]) / units).max(axis=1)
+    distance = (np.abs(coarse[:, 1, : problem.size] - coarse[:, 0, : problem.size]) / units).max(axis=1, initial=0.0)
     return Reference(
         trajectory=Trajectory.of(times, columns),
         work=fine[:, problem.size],
         scales=dict(zip(states, scales.tolist(), strict=True)),
         error=Trajectory(times, tuple(states), np.abs(fine - coarse[:, 0])[:, : problem.size]),
-        amplification=np.maximum.accumulate(distance / distance[0]),
+        amplification=np.maximum.accumulate(distance / (distance[0] or 1.0)),
         method=method,
         evaluations=evaluations,
     )

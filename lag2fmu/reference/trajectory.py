@@ -156,7 +156,7 @@ class Trajectory:
     def animate(self, model: Any, path: str | os.PathLike[str] | None = None) -> Any:
         """The motion of ``model``, a mechanism or what ``load`` takes, as a film that a notebook shows.
 
-        With ``path`` (.gif, .mp4 or .html) the film is written there instead. Raises the errors of ``lag2fmu.animate``.
+        With ``path`` (.gif, .mp4 or .html) the film is written there instead. Raises the errors of ``animate``.
         """
         if path is None:
             return looked_up("lag2fmu.verify.plots.animation", "film")(model, self)

@@ -34,7 +34,7 @@ def measurements_of(data: Data | Sequence[Data], library: StudyLibrary, units: M
 
 
 def _measurement(data: Data, number: int, library: StudyLibrary, units: Mapping[str, Unit]) -> Measurement:
-    label, time, columns = _columns(data, number, units)
+    label, time, columns = columns_of(data, number, units)
     if len(time) < 1 or not np.isfinite(time).all() or (np.diff(time) <= 0).any():
         raise LoadError(f"{label}: the times must be finite and increase")
     _check_known(label, columns, library)
@@ -50,7 +50,7 @@ def _measurement(data: Data, number: int, library: StudyLibrary, units: Mapping[
             )
     if not np.isfinite(values).any():
         raise LoadError(f"{label}: there is no measured value; a column must be named as a variable of the model")
-    return Measurement(label, time, tuple(measured), values, _inputs(label, time, driven))
+    return Measurement(label, time, tuple(measured), values, inputs_of(label, time, driven))
 
 
 def _check_known(label: str, columns: Iterable[str], library: StudyLibrary) -> None:
@@ -63,8 +63,11 @@ def _check_known(label: str, columns: Iterable[str], library: StudyLibrary) -> N
                 raise LoadError(f"{label}: {error}; remove the column, or give it a name of the model") from None
 
 
-def _inputs(label: str, time: Floats, columns: Mapping[str, Floats]) -> Trajectory | None:
-    """The columns of inputs over time; raises LoadError for one with gaps."""
+def inputs_of(label: str, time: Floats, columns: Mapping[str, Floats]) -> Trajectory | None:
+    """The ``columns`` {name: (m,)} of inputs over ``time`` (m,), in SI units; None without any.
+
+    Raises LoadError for one with gaps; ``label`` says where.
+    """
     for name, column in columns.items():
         if not np.isfinite(column).all():
             row = int(np.flatnonzero(~np.isfinite(column))[0])
@@ -72,8 +75,11 @@ def _inputs(label: str, time: Floats, columns: Mapping[str, Floats]) -> Trajecto
     return Trajectory.of(time, columns) if columns else None
 
 
-def _columns(data: Data, number: int, units: Mapping[str, Unit]) -> tuple[str, Floats, dict[str, Floats]]:
-    """A label, the times and {name: column} of one experiment."""
+def columns_of(data: Data, number: int, units: Mapping[str, Unit]) -> tuple[str, Floats, dict[str, Floats]]:
+    """A label, the times (m,) and {name: column (m,)} of one experiment, in SI units.
+
+    Raises LoadError for what cannot be read, and for columns of another length than the times.
+    """
     if isinstance(data, (str, os.PathLike)):
         names, table = parse_table(csv_text(data), str(data), units, gaps=True)
         return Path(data).name, table[:, 0], dict(zip(names, table[:, 1:].T, strict=True))

@@ -55,11 +55,10 @@ def pointwise_checks(task: Task, reference: Reference) -> list[Check]:
         relative, condition = _relative(own, independent), _relative(moved, independent)
         condition[:n] = np.maximum(condition[:n], _rounding_of_accelerations(equations, reference))
         labels = _labels(task.mechanism)
-        checks = [
-            _worst("accelerations, random states", labels[:n], relative[:n], condition[:n]),
-            _worst("momenta, energy, outputs, random states", labels[n:], relative[n:], condition[n:]),
-        ]
-        if n <= _SYMPY_LIMIT and not task.mechanism.constraints:
+        checks = [_worst("momenta, energy, outputs, random states", labels[n:], relative[n:], condition[n:])]
+        if n:
+            checks.insert(0, _worst("accelerations, random states", labels[:n], relative[:n], condition[:n]))
+        if 0 < n <= _SYMPY_LIMIT and not task.mechanism.constraints:
             checks.append(_sympy_check(task, fmu, reference, generator))
     return checks
 
@@ -70,7 +69,7 @@ def _rounding_of_accelerations(equations: Equations, reference: Reference) -> fl
     It is ten units of rounding times the condition of the scaled matrix; 0 under constraints, where M may be singular.
     Source: N. Higham, Accuracy and Stability of Numerical Algorithms, second edition, section 7.2.
     """
-    if equations.energies.constraints.m:
+    if equations.energies.constraints.m or not equations.n:
         return 0.0
     coordinates = [c.name for c in equations.mechanism.coordinates]
     start = reference.trajectory.columns([*coordinates, *map(names.velocity, coordinates)])[0]
@@ -118,7 +117,7 @@ def _random_states(
     held = moving if energies.constraints.m else set()
     ranges = _input_ranges(task, energies.input_names)
     scales = np.array([reference.scales[name] for name in task.states])
-    low, high = np.transpose([_bounds(c.minimum, c.maximum) for c in task.mechanism.coordinates])
+    low, high = np.reshape([_bounds(c.minimum, c.maximum) for c in task.mechanism.coordinates], (-1, 2)).T
     points = reference.trajectory.columns(task.states)
     points = points[((low <= points[:, :n]) & (points[:, :n] <= high)).all(axis=1)]
     points = points[generator.integers(0, len(points), count)]

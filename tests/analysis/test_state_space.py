@@ -11,6 +11,7 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 from scipy.io import loadmat
+from scipy.signal import cont2discrete
 from sympy import cos, sin
 
 import lag2fmu
@@ -213,3 +214,81 @@ def test_names_and_places_that_are_none() -> None:
     falling = Mechanism("falling", coordinates=[x], bodies=[Body("b", 1, (0, x))], gravity=G)
     with pytest.raises(DerivationError, match="'falling': no equilibrium was found"):
         lag2fmu.linearize(falling, "equilibrium")
+
+
+# -------------------------------------------------------------------------------------------------------- for control
+
+
+def masses(*, pushed: str) -> Mechanism:
+    """Three masses of 2 kg in a row, with springs of 8 N/m between them; F pushes one of them."""
+    a, b, c = (coordinate(name, "m") for name in "abc")
+    springs = [Spring("left", 8.0, elongation=b - a), Spring("right", 8.0, elongation=c - b)]
+    return Mechanism(
+        "row",
+        coordinates=[a, b, c],
+        inputs=[signal("F", "N")],
+        bodies=[Body(q.name, 2.0, (q, 0)) for q in (a, b, c)],
+        springs=springs,
+        forces={pushed: symbol("F")},
+    )
+
+
+def test_samples_of_a_free_mass() -> None:
+    x, F = coordinate("x", "m"), signal("F", "N")
+    m = Mechanism("m", coordinates=[x], inputs=[F], bodies=[Body("b", 2.0, (x, 0))], forces={x: F})
+    found = lag2fmu.linearize(m, outputs=["x"]).state_space(["F"]).sampled(0.1)
+    assert pytest.approx(np.array([[1, 0.1], [0, 1]]), abs=1e-15) == found.A
+    assert pytest.approx(np.array([[0.0025], [0.05]]), abs=1e-15) == found.B
+    assert found.step == 0.1
+
+
+def test_samples_with_a_drift_are_those_of_scipy() -> None:
+    """The drift is one more input that is held; poles are those of the motion between the samples."""
+    linear = lag2fmu.linearize(cart(start=0.7), outputs=["theta"]).state_space(["F"])
+    found, h = linear.sampled(0.05), 0.05
+    whole = (linear.A, np.column_stack([linear.B, linear.drift]), linear.C, np.zeros((1, 2)))
+    A, B, *_ = cont2discrete(whole, h)
+    assert pytest.approx(A, rel=1e-12) == found.A
+    assert pytest.approx(B, rel=1e-12) == np.column_stack([found.B, found.drift])
+    assert np.array([x.value for x in found.poles]) == pytest.approx(
+        np.array([x.value for x in linear.poles]), abs=1e-6
+    )
+    system = found.scipy()
+    assert (system.dt, system.A.shape) == (h, (4, 4))
+
+
+def test_a_sample_time_is_positive_and_given_once() -> None:
+    linear = lag2fmu.linearize(cart()).state_space()
+    with pytest.raises(DerivationError, match="the sample time 0 s is not positive"):
+        linear.sampled(0)
+    with pytest.raises(DerivationError, match=r"is sampled already, every 0\.1 s"):
+        linear.sampled(0.1).sampled(0.1)
+
+
+def test_files_know_the_sample_time(tmp_path: Path) -> None:
+    lag2fmu.linearize(cart()).state_space().sampled(0.1).save(tmp_path / "x.json")
+    assert json.loads((tmp_path / "x.json").read_text())["step"] == 0.1
+
+
+def test_the_place_of_a_cart_does_not_show_in_its_pole() -> None:
+    hanging = lag2fmu.linearize(cart(start=0.1), "equilibrium", outputs=["theta"]).state_space(["F"])
+    for found in (hanging, hanging.sampled(0.1)):
+        assert found.uncontrollable == ((), ())
+        assert found.unobservable.states == ("x", "x_dot")
+        assert np.array([x.value for x in found.unobservable.poles]) == pytest.approx([0, 0], abs=1e-6)
+
+
+def test_a_push_in_the_middle_leaves_the_antisymmetric_mode_alone() -> None:
+    """a - c moves by itself, with the frequency sqrt(k/m) = 2 rad/s; so neither a nor c is controllable alone."""
+    found = lag2fmu.linearize(masses(pushed="b"), outputs=["b"]).state_space(["F"])
+    for hidden in (found.uncontrollable, found.unobservable):
+        assert hidden.states == ("a", "c", "a_dot", "c_dot")
+        assert np.array([x.value for x in hidden.poles]) == pytest.approx([2j, -2j], abs=1e-9)
+    at_the_end = lag2fmu.linearize(masses(pushed="a"), outputs=["a"]).state_space(["F"])
+    assert at_the_end.uncontrollable == at_the_end.unobservable == ((), ())
+
+
+def test_no_input_moves_anything() -> None:
+    found = lag2fmu.linearize(masses(pushed="b"), outputs=["b"]).state_space([])
+    assert found.uncontrollable.states == ("a", "b", "c", "a_dot", "b_dot", "c_dot")
+    assert len(found.uncontrollable.poles) == 6

@@ -11,6 +11,7 @@ import pytest
 from sympy import cos, sin
 
 import lag2fmu
+from lag2fmu.description import names
 from lag2fmu.ensemble import StateFunction
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.formats.text import read
@@ -181,3 +182,24 @@ def test_an_fmu_without_friction_has_none(tmp_path: Path) -> None:
     assert (fmu.mechanism.frictions, len(fmu.mechanism.stops)) == ((), 1)
     run = lag2fmu.simulate(fmu, stop_time=np.pi / 2, step=np.pi / 2, tolerance=1e-9)
     assert run["x"][-1] == pytest.approx(0.5 * np.cos(np.pi), abs=1e-7)
+
+
+def test_outputs_beside_the_states() -> None:
+    """Accelerations, multipliers and residuals of a linkage: their values, and derivatives as differences."""
+    wanted = ["multiplier_loop_x", "b_ddot", "a", "residual_loop_x", names.rate("residual_loop_x")]
+    f = lag2fmu.function("four_bar_linkage", outputs=wanted)
+    x, n = f.start["x"], len(f.start["x"])
+    assert np.array_equal(f(x), function("four_bar_linkage")(x))
+    y = f.outputs(x)
+    assert y[1:3] == pytest.approx([f(x)[4], x[0]], rel=1e-14)
+    assert y[3:] == pytest.approx([0, 0], abs=1e-14)
+    jacobian = f.jacobians(x)["x"]
+    assert jacobian.shape == (n + len(wanted), n)
+    steps = 1e-6 * np.eye(n)
+    found = (f.outputs(x + steps) - f.outputs(x - steps)).T / 2e-6
+    assert jacobian[n:] == pytest.approx(found, abs=1e-6)
+
+
+def test_an_unknown_output() -> None:
+    with pytest.raises(DerivationError, match=r"'double_pendulum' has no variable 'theta3'; .*theta1"):
+        lag2fmu.function("double_pendulum", outputs=["theta3"])

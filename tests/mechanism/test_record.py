@@ -119,7 +119,7 @@ a, b, x = symbol("a"), symbol("b"), symbol("x")
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"coordinates": []}, "coordinates: mechanism 'p' has none"),
+        ({"coordinates": [], "inputs": []}, "coordinates: mechanism 'p' has none, and no prescribed motion"),
         ({"coordinates": [theta, coordinate("q")]}, "coordinates.q: appears in no energy"),
         ({"coordinates": [m]}, "coordinates: expected a coordinate, got Parameter"),
         (
@@ -188,7 +188,10 @@ a, b, x = symbol("a"), symbol("b"), symbol("x")
             {"loads": [Load("f", point=bob, force=(1, 0), input=True)]},
             "loads.f: 'input' and a value exclude each other",
         ),
-        ({"forces": [Force("phi", 1)]}, "forces.phi: there is no such coordinate; known are theta"),
+        (
+            {"forces": [Force("phi", 1)]},
+            "forces.phi: there is no such coordinate or prescribed motion; known are theta, y0",
+        ),
         ({"forces": [Force("theta", 1), Force("theta", 2)]}, "forces: the name 'theta' is used twice"),
         (
             {"outputs": [Output("theta", theta)]},

@@ -10,12 +10,13 @@ import pytest
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
-from lag2fmu import animate, load
+from lag2fmu import load
 from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.picture.drawing import frame
 from lag2fmu.picture.layout import layout_of
 from lag2fmu.picture.scene import Stroke
 from lag2fmu.reference import Trajectory
+from lag2fmu.verify.plots.animation import animate
 
 
 def swing(seconds: float) -> Trajectory:

@@ -34,6 +34,7 @@ def _data(description: ModelDescription, picture: Mapping[str, Any] | None, samp
     mechanism = description.mechanism
     experiment, coordinates = mechanism.experiment, [c.name for c in mechanism.coordinates]
     stop, units = experiment.stop_time, display_units(mechanism)
+    moving = coordinates or [*mechanism.driven]
     return {
         "name": mechanism.name,
         "experiment": {"stop": stop, "step": experiment.step, "tolerance": experiment.tolerance},
@@ -41,8 +42,8 @@ def _data(description: ModelDescription, picture: Mapping[str, Any] | None, samp
         "variables": [_variable(v, mechanism, units) for v in description.variables if _is_shown(v)],
         "coordinates": coordinates,
         "drawing": picture,
-        "plot": [q for q in coordinates if units.get(q) == units.get(coordinates[0])][:_LINES],
-        "phase": [coordinates[0], names.velocity(coordinates[0])],
+        "plot": [q for q in moving if units.get(q) == units.get(moving[0])][:_LINES],
+        "phase": [moving[0], names.velocity(moving[0])],
         "reference": None if samples is None else samples.data(),
     }
 

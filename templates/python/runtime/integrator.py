@@ -128,7 +128,7 @@ class Integrator:
     def _norm(self, v: Vector) -> float:
         """The greatest |v_i| / weight_i, weights at the present point."""
         weights = (self.tolerance * (abs(x) + size) for x, size in zip(self.state.states, self.nominal, strict=True))
-        return max(abs(entry) / weight for entry, weight in zip(v, weights, strict=True))
+        return max((abs(entry) / weight for entry, weight in zip(v, weights, strict=True)), default=0.0)
 
     def _choose(self, end: float) -> tuple[float, float, bool]:
         """Length (s) and end (s) of the next trial step, and whether the communication point cut it short."""
@@ -209,6 +209,8 @@ class Integrator:
         ]
         ratios = [abs(error) / weight for error, weight in zip(trial.error, weights, strict=True)]
         ratios = [math.inf if math.isnan(ratio) else ratio for ratio in ratios]
+        if not ratios:
+            return 0.0, 0
         largest = max(ratios)
         worst = ratios.index(largest)
         if trial.second and 0.0 < largest < math.inf:

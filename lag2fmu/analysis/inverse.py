@@ -1,0 +1,172 @@
+"""Inverse dynamics: the mechanism whose motion is given, and whose drives bear what the motion needs.
+
+Coordinates become prescribed motions; nothing else of the description changes. The force of a drive is that of
+``dynamics.drives``. The other coordinates follow: constraints determine them, or their own equations of motion where
+the mechanism has fewer drives than degrees of freedom.
+Source: J. J. Craig, Introduction to Robotics, 3rd edition, sections 6.5 and 10.2 (inverse dynamics, computed torque);
+M. W. Spong, Partial feedback linearization of underactuated mechanical systems, IROS 1994, for passive coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from lag2fmu.analysis.evaluation import operating_inputs
+from lag2fmu.analysis.subspaces import RANK
+from lag2fmu.description import names
+from lag2fmu.description.description import Description
+from lag2fmu.description.ports import Ports
+from lag2fmu.description.symbols import FILTERED, Coordinate, Input, Parameter
+from lag2fmu.dynamics.derivation import derive
+from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.errors import DerivationError, MechanismError
+from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.graph.batches import Floats, matrix
+from lag2fmu.language.identifiers import suggestion
+from lag2fmu.language.units import SECOND
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.assembly import assembled
+from lag2fmu.mechanism.norms import norm_constraints
+from lag2fmu.mechanism.record import Mechanism, complete
+
+ALL = "all"
+"""The word for as many coordinates as can be prescribed."""
+INVERSE = "_inverse"
+"""What stands behind the name of a mechanism whose motion is given."""
+TIME_CONSTANT = "time_constant"
+"""The name of the parameter of filters."""
+
+
+def inverse(
+    model: Mechanism | str | Path, motions: str | Sequence[str] = ALL, *, time_constant: float | None = None
+) -> Mechanism:
+    """The mechanism NAME_inverse whose coordinates ``motions`` are prescribed and whose drives' forces are outputs.
+
+    The FMU of it has inputs x, x_dot, x_ddot for each prescribed coordinate x, and the output F_x: what has to act on
+    x, beside all that acts in ``model`` already, for this motion. With a ``time_constant`` (s) of a critically damped
+    filter, which becomes a parameter, there is one input, x_target. "all" prescribes all coordinates or, of constrained
+    ones, an independent choice, those with a given start first. What is not prescribed follows by constraints, or by
+    its own equations of motion.
+
+    Raises LoadError as ``load`` does, DerivationError for names that are no coordinates, and for motions between which
+    constraints leave no choice, MechanismError for contacts, stops or frictions on prescribed coordinates alone.
+    Source: J. J. Craig, Introduction to Robotics, 3rd edition, section 6.5.
+    """
+    mechanism = as_mechanism(model)
+    equations = derive(mechanism)
+    asked = (motions,) if isinstance(motions, str) else tuple(dict.fromkeys(motions))
+    chosen = _independent(equations) if ALL in asked else _checked(equations, asked)
+    given = {q.name: q for q in mechanism.coordinates}
+    inputs = [_motion(given[name], filtered=time_constant is not None) for name in chosen]
+    written = assembled(mechanism.description)[0]
+    if time_constant is not None:
+        filtering = Parameter(TIME_CONSTANT, time_constant, SECOND, "of the filter of the prescribed motions")
+        written = replace(written, parameters=(*written.parameters, filtering))
+    try:
+        return complete(_prescribed(written, inputs, _passive(mechanism, chosen)))
+    except MechanismError as error:
+        remedy = "; prescribe fewer coordinates, or leave out stops, friction, contacts" if mechanism.hybrid else ""
+        raise MechanismError(
+            f"inverse dynamics of '{mechanism.name}' with {', '.join(chosen)} prescribed: {error}{remedy}"
+        ) from error
+
+
+def needed(mechanism: Mechanism) -> tuple[str, ...]:
+    """The names of what the motions of ``mechanism`` need beside F_x: powers of drives (W) and multipliers."""
+    norms = norm_constraints(mechanism) if mechanism.constraints else frozenset[str]()
+    bearing = (c.name for c in mechanism.constraints if not c.massless and c.name not in norms)
+    return (*map(names.drive_power, mechanism.driven), *map(names.multiplier, bearing))
+
+
+def _passive(mechanism: Mechanism, chosen: Sequence[str]) -> tuple[Coordinate, ...]:
+    """The coordinates that are not ``chosen``; constraints determine where they start, from guesses."""
+    rest = tuple(q for q in mechanism.coordinates if q.name not in chosen)
+    return tuple(replace(q, given=False, velocity_given=False) for q in rest) if mechanism.constraints else rest
+
+
+def _prescribed(d: Description, inputs: Sequence[Input], passive: tuple[Coordinate, ...]) -> Description:
+    """``d`` with ``inputs`` in place of all coordinates but the ``passive`` ones; the forces of their drives go out."""
+    return replace(
+        d,
+        name=d.name + INVERSE,
+        title=f"{d.title}, inverse dynamics",
+        coordinates=passive,
+        inputs=(*d.inputs, *inputs),
+        ports=_ports(d.ports, inputs),
+    )
+
+
+def _ports(ports: Ports, inputs: Sequence[Input]) -> Ports:
+    """``ports`` with the forces of the drives; a choice of inputs has the motions in place of their forces Q."""
+    moved = [u.name for u in inputs]
+    drives = (*ports.drives, *moved)
+    if ports.inputs is None:
+        return replace(ports, drives=drives)
+    forces = {names.generalized_force(name) for name in moved}
+    return replace(ports, drives=drives, inputs=(*(x for x in ports.inputs if x not in forces), *moved))
+
+
+def _motion(q: Coordinate, *, filtered: bool) -> Input:
+    kind, T = (FILTERED, symbol(TIME_CONSTANT)) if filtered else (True, None)
+    return Input(q.name, q.unit, q.start, kind, T, q.doc, q.minimum, q.maximum)
+
+
+# ---------------------------------------------------------------------------------------------------- which coordinates
+
+
+def _checked(equations: EquationsOfMotion, asked: Sequence[str]) -> tuple[str, ...]:
+    """The coordinates ``asked`` for; raises DerivationError unless they can move independently."""
+    m = equations.mechanism
+    known = [q.name for q in m.coordinates]
+    for name in asked:
+        if name not in known:
+            raise DerivationError(
+                f"mechanism '{m.name}': '{name}' is no coordinate that can be prescribed; {suggestion(name, known)}"
+            )
+    G = _jacobian(equations)
+    free: list[str] = []
+    for name in asked:
+        if _is_free(G, [known.index(x) for x in (*free, name)]):
+            free.append(name)
+            continue
+        rest = f"beside {', '.join(free)}" if free else "at the start"
+        raise DerivationError(
+            f"mechanism '{m.name}': the constraints leave no choice of the motion of '{name}' {rest}; leave it out, it "
+            "follows"
+        )
+    return tuple(free)
+
+
+def _independent(equations: EquationsOfMotion) -> tuple[str, ...]:
+    """As many coordinates as can move independently at the start, those with given starts first."""
+    coordinates = equations.mechanism.coordinates
+    G = _jacobian(equations)
+    order = sorted(range(len(coordinates)), key=lambda i: ({True: 0, None: 1, False: 2}[coordinates[i].given], i))
+    free: list[int] = []
+    for i in order:
+        if _is_free(G, [*free, i]):
+            free.append(i)
+    return tuple(coordinates[i].name for i in sorted(free))
+
+
+def _is_free(G: Floats, columns: Sequence[int]) -> bool:
+    """Whether all motions along ``columns`` of G (m, n) are possible: the other columns span what all of them span."""
+    return _rank(np.delete(G, columns, axis=1)) == _rank(G)
+
+
+def _rank(G: Floats) -> int:
+    return int(np.sum(np.linalg.svd(G, compute_uv=False) > RANK)) if G.size else 0
+
+
+def _jacobian(equations: EquationsOfMotion) -> Floats:
+    """G (m, n) at the start, by nominal values of the coordinates, with rows of unit length; no rows of equilibria."""
+    m, n = equations.mechanism, len(equations.forcing)
+    rows = [row for c, row in zip(m.constraints, equations.constraints.jacobian, strict=True) if not c.massless]
+    G = matrix(equations.graph, rows, operating_inputs(equations), n) * [q.nominal for q in m.coordinates]
+    length = np.linalg.norm(G, axis=1, keepdims=True)
+    scaled: Floats = G / np.where(length > 0, length, 1.0)
+    return scaled

@@ -1,0 +1,246 @@
+"""Observers on recorded data: estimates of all states, and of parameters, from what was measured of some variables.
+
+Between samples the equations of the mechanism move the estimate, at samples the measurements correct it. The error
+lives on the manifold of the constraints, so that each estimate meets them to rounding. The methods stand in
+``filters``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from lag2fmu.analysis.state_space import SHARE
+from lag2fmu.analysis.subspaces import complement, reached
+from lag2fmu.description import names
+from lag2fmu.description.symbols import names_of
+from lag2fmu.errors import LoadError
+from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.language.identifiers import suggestion
+from lag2fmu.mechanism.display import display_units
+from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.progress import telling
+from lag2fmu.reference.trajectory import Floats, Trajectory
+from lag2fmu.studies.estimates import Estimates
+from lag2fmu.studies.filters import FILTERS, Belief, Filter, Innovation, Prediction, Rows, smoothed, triangular
+from lag2fmu.studies.measurements import Data, columns_of, inputs_of
+from lag2fmu.studies.observed import Observed
+
+
+@telling("observing")
+def observe(  # noqa: PLR0913 (choices of the user)
+    model: object,
+    data: Data,
+    *,
+    measure: Mapping[str, float],
+    process: Mapping[str, float] | None = None,
+    start: Mapping[str, float] | None = None,
+    estimate: Sequence[str] = (),
+    values: Mapping[str, float] | None = None,
+    delays: Mapping[str, float] | None = None,
+    method: str = "ekf",
+    smooth: bool = False,
+    hold: bool = False,
+) -> Estimates:
+    """Estimate the states of ``model`` at the times of ``data`` from the columns that ``measure`` names.
+
+    All numbers are in SI units.
+
+    - ``measure`` {variable: standard deviation}: any variable, positions and forces of constraints too. NaN is a gap.
+    - ``process`` {input, state or parameter: density}: white noise, of which a state wanders by density * sqrt(s).
+    - ``start`` {state or parameter: standard deviation}: how well its start is known; by default to its nominal value,
+      a parameter to a tenth of its value.
+    - ``estimate``: parameters that are estimated too.
+    - ``values``: other parameters and starts of the model, from which the estimates begin.
+    - ``delays`` {variable: s}: samples of it belong to an earlier time.
+    - ``method``: "ekf" or "ukf"; ``smooth``: whether estimates know later samples too.
+    - ``hold``: whether inputs are constant between their times; by default they are linear.
+
+    Columns of ``data`` that are inputs drive the model. Raises LoadError for bad arguments and data, DerivationError
+    for a model with events, SimulationError where the estimate leaves what the equations know. Source: S. Sarkka,
+    Bayesian Filtering and Smoothing, Cambridge 2013, chapters 5, 6 and 8.
+    """
+    if method not in FILTERS:
+        raise LoadError(f"there is no observer '{method}'; known are {', '.join(FILTERS)}")
+    mechanism = as_mechanism(model, values)
+    _check_noise(measure, delays or {})
+    samples = _samples(data, mechanism, measure, delays or {})
+    observed = Observed(mechanism, tuple(measure), process or {}, estimate, samples.signals, hold=hold)
+    begin = _begin(observed, mechanism, samples, start or {})
+    samples = samples._replace(warnings=(*samples.warnings, *_not_shown(observed, begin, float(samples.time[0]))))
+    run = _run(FILTERS[method](observed), begin, samples, np.array([*measure.values()], dtype=np.float64))
+    beliefs = smoothed(observed, samples.time, run.after, run.between) if smooth else run.after
+    return _estimates(observed, samples, run, beliefs, mechanism, smooth=smooth)
+
+
+_SAME = 1e-12
+"""Times that differ by less than this part of the whole are one time: a delay is subtracted with rounding."""
+
+
+class _Samples(NamedTuple):
+    """Times (m,) in s, what was measured at them (m, p) with NaN as gaps, the inputs, and sentences on the data."""
+
+    time: Floats
+    values: Floats
+    signals: Trajectory | None
+    warnings: tuple[str, ...]
+
+
+class _Filtered(NamedTuple):
+    """The beliefs after each sample, the predictions between them, and the innovations with the columns they had."""
+
+    after: list[Belief]
+    between: list[Prediction]
+    innovations: list[tuple[Rows, Innovation] | None]
+
+
+# ----------------------------------------------------------------------------------------------------------------- data
+
+
+def _check_noise(measure: Mapping[str, float], delays: Mapping[str, float]) -> None:
+    """Raise LoadError for standard deviations and delays that cannot be."""
+    if not measure:
+        raise LoadError("nothing is measured; give measure = {variable: standard deviation}")
+    for name, size in measure.items():
+        if not 0 < size < np.inf:
+            raise LoadError(f"measure '{name}': {size!r} is no standard deviation; give a positive one")
+    for name, delay in delays.items():
+        if name not in measure or not 0 <= delay < np.inf:
+            raise LoadError(f"delay of '{name}': {delay!r} s; give a measured name and a time that is not negative")
+
+
+def _samples(data: Data, mechanism: Mechanism, measure: Mapping[str, float], delays: Mapping[str, float]) -> _Samples:
+    """The samples of ``data``; raises LoadError for times that go back, missing columns, and inputs with gaps."""
+    label, time, columns = columns_of(data, 1, display_units(mechanism))
+    _check_times(label, time)
+    _check_measured(label, columns, measure)
+    known = {names.generalized_force(q.name) for q in mechanism.coordinates}
+    known |= {name for u in mechanism.inputs for name in names_of(u)}
+    driving = {name: column for name, column in columns.items() if name in known and name not in measure}
+    unused = [name for name in columns if name not in measure and name not in driving]
+    warnings = [f"{label}: not used: {', '.join(unused)}"] if unused else []
+    signals = inputs_of(label, time, driving)
+    return _delayed(time, {name: columns[name] for name in measure}, delays, signals, warnings)
+
+
+def _check_times(label: str, time: Floats) -> None:
+    """Raise LoadError unless the times are finite and increase."""
+    if len(time) < 1 or not np.isfinite(time).all():
+        raise LoadError(f"{label}: the times must be finite, and there must be one")
+    back = np.flatnonzero(np.diff(time) <= 0)
+    if len(back):
+        row = int(back[0]) + 1
+        raise LoadError(f"{label}: the time goes from {time[row - 1]:g} s to {time[row]:g} s in row {row + 1}; sort it")
+
+
+def _check_measured(label: str, columns: Mapping[str, Floats], measure: Mapping[str, float]) -> None:
+    """Raise LoadError for a measured name without a column, and for values that are infinite."""
+    for name in measure:
+        if name not in columns:
+            raise LoadError(f"{label}: there is no column '{name}' to measure; {suggestion(name, columns)}")
+        if np.isinf(columns[name]).any():
+            raise LoadError(f"{label}: '{name}' is infinite somewhere; a missing value is NaN or an empty cell")
+
+
+def _delayed(
+    time: Floats,
+    columns: Mapping[str, Floats],
+    delays: Mapping[str, float],
+    signals: Trajectory | None,
+    warnings: list[str],
+) -> _Samples:
+    """The samples at the times to which they belong; those before the first time are left out, which is said."""
+    shifted = {name: time - delays.get(name, 0.0) for name in columns}
+    grid = np.unique(np.concatenate([time, *shifted.values()]))
+    grid = grid[grid >= time[0]]
+    grid = grid[np.concatenate([[True], np.diff(grid) > _SAME * max(float(np.ptp(time)), 1e-300)])]
+    found = np.full((len(grid), len(columns)), np.nan)
+    for j, (name, column) in enumerate(columns.items()):
+        inside = shifted[name] >= time[0] - _SAME * float(np.ptp(time))
+        found[np.abs(grid[:, None] - shifted[name][inside]).argmin(axis=0), j] = column[inside]
+        if not inside.all():
+            warnings.append(f"{np.sum(~inside)} samples of {name} belong to times before the first one; left out")
+    if not np.isfinite(found).any():
+        raise LoadError("there is no measured value in the data; nothing can be estimated from it")
+    return _Samples(grid, found, signals, tuple(warnings))
+
+
+# ------------------------------------------------------------------------------------------------------------------ run
+
+
+def _begin(observed: Observed, mechanism: Mechanism, samples: _Samples, start: Mapping[str, float]) -> Belief:
+    """The belief before the first sample; raises LoadError for standard deviations of what is not estimated."""
+    for name, size in start.items():
+        if name not in observed.names:
+            raise LoadError(f"start '{name}' is not estimated; {suggestion(name, observed.names)}")
+        if not 0 <= size < np.inf:
+            raise LoadError(f"start '{name}': {size!r} is no standard deviation; give one that is not negative")
+    nominal = {q.name: q.nominal for q in mechanism.coordinates}
+    nominal |= {f"{q.name}_dot": q.nominal for q in mechanism.coordinates} | {
+        z.name: z.nominal for z in mechanism.states
+    }
+    default = [nominal.get(name, 0.1 * abs(x)) for name, x in zip(observed.names, observed.start, strict=True)]
+    sizes = np.array([start.get(name, size) for name, size in zip(observed.names, default, strict=True)])
+    t = float(samples.time[0])
+    x = observed.projected(t, observed.start[None])[0]
+    T = observed.basis(t, x)
+    return Belief(x, T, triangular(T.T * sizes))
+
+
+def _not_shown(observed: Observed, begin: Belief, t: float) -> Iterator[str]:
+    """A sentence on the states of which the samples say nothing, by the equations linearized at the start."""
+    T = begin.T
+    A, H = observed.rates_by_state(t, begin.x), observed.output_derivatives(t, begin.x)
+    hidden = T @ complement(reached((T.T @ A @ T).T, (H @ T).T))
+    shares = np.abs(hidden).max(axis=1, initial=0.0) > SHARE
+    hidden_states = [name for name, share in zip(observed.names, shares, strict=True) if share]
+    if hidden_states:
+        yield (
+            f"at the start what is measured does not show {', '.join(hidden_states)}; estimates of it rest on how "
+            "well the start is known, unless the motion shows more later"
+        )
+
+
+def _run(chosen: Filter, belief: Belief, samples: _Samples, noise: Floats) -> _Filtered:
+    run = _Filtered([], [], [])
+    for i, t in enumerate(samples.time.tolist()):
+        if i:
+            run.between.append(chosen.predict(belief, float(samples.time[i - 1]), t))
+            belief = run.between[-1].belief
+        rows = np.flatnonzero(np.isfinite(samples.values[i]))
+        innovation = None
+        if len(rows):
+            belief, found = chosen.update(belief, t, rows, samples.values[i, rows], noise[rows])
+            innovation = rows, found
+        run.after.append(belief)
+        run.innovations.append(innovation)
+    return run
+
+
+def _estimates(
+    observed: Observed, samples: _Samples, run: _Filtered, beliefs: list[Belief], mechanism: Mechanism, *, smooth: bool
+) -> Estimates:
+    shape = samples.values.shape
+    innovations, sizes, squared, degrees = np.full(shape, np.nan), np.full(shape, np.nan), *np.zeros((2, shape[0]))
+    for i, item in enumerate(run.innovations):
+        if item is not None:
+            rows, found = item
+            innovations[i, rows], sizes[i, rows] = found.difference, np.linalg.norm(found.root, axis=1)
+            squared[i], degrees[i] = found.squared, len(rows)
+    return Estimates(
+        time=samples.time,
+        names=observed.names,
+        values=np.array([belief.x for belief in beliefs]),
+        deviations=np.array([belief.deviations for belief in beliefs]),
+        measured=observed.measured,
+        samples=samples.values,
+        innovations=innovations,
+        innovation_deviations=sizes,
+        squared=squared,
+        degrees=degrees,
+        smoothed=smooth,
+        warnings=samples.warnings,
+        units=display_units(mechanism),
+    )
