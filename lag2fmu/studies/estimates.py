@@ -68,8 +68,12 @@ class Estimates:
         return Trajectory.of(self.time, {**columns, "innovation_squared": self.squared})
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the ``trajectory`` as CSV to ``path``; raises LoadError where that cannot be done."""
-        self.trajectory.write_csv(path)
+        """Write the ``trajectory`` to ``path``, a CSV file with the units of the model in its headings.
+
+        Raises SimulationError where that cannot be done.
+        """
+        sizes = {f"{name}_std": unit for name, unit in self.units.items() if unit.from_si(0.0) == 0.0}
+        self.trajectory.write_csv(path, {**self.units, **sizes})
 
     def plot(self) -> Any:
         """A matplotlib figure: each estimate within two standard deviations, with what was measured of it."""
