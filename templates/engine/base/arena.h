@@ -4,6 +4,7 @@
    returns. Nothing in it has a meaning between calls, so it is no part of the State. Its memory is allocated together
    with the instance; arena_size.h says how much. The laws of contacts, whose matrices are as large as what touches,
    reserve theirs before they take it, which may allocate a further block; that block stays until the instance ends.
+   Where steps are bounded in real time there is no heap, and no further block (arena_blocks.h).
 
    Arrays of up to SMALL_WORK bytes lie on the stack of the call, so that small mechanisms pay nothing. With
    ARENA_ON_STACK all arrays of fixed size do: a compiler then tells how much memory they need, and a sanitizer sees

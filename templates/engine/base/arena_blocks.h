@@ -1,0 +1,13 @@
+/* Further blocks of an arena: from the heap, or none where there is no heap. */
+#ifndef ARENA_BLOCKS_H
+#define ARENA_BLOCKS_H
+
+#include "arena.h"
+
+/* The block behind the one in use, with so many bytes at least; nothing behind is in use. NULL: there is no memory. */
+ArenaBlock *arena_block_behind(ArenaBlock *block, size_t bytes);
+
+/* Frees the blocks behind this one. */
+void arena_free_behind(ArenaBlock *block);
+
+#endif
