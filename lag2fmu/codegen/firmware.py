@@ -20,7 +20,10 @@ HEADER = "firmware.h"
 SIZE = "FIRMWARE_SIZE"
 """The bytes of an instance, a constant of HEADER."""
 
-OWN_MATH = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "pow")
+OWN_MATH = (
+    *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
+    *("exp", "log", "pow", "hypot"),
+)
 """The functions of libm that have other bits on other targets, and own ones in own_math.c."""
 EXACT = ("sqrt", "fabs", "fmin", "fmax", "floor", "ceil", "fmod", "ldexp", "frexp", "copysign")
 """Those whose results IEEE 754 and C determine to the last bit."""

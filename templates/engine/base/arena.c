@@ -1,7 +1,5 @@
 #include "arena.h"
 
-#include "arena_blocks.h"
-
 Arena *arena_begin(void *memory, size_t capacity) {
     Arena *arena = memory;
     arena->first.after = NULL;

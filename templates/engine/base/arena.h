@@ -16,10 +16,7 @@
 #include <stddef.h>
 #include <string.h>
 
-typedef struct ArenaBlock {
-    struct ArenaBlock *after; /* NULL, or the block that is used when this one is full */
-    char *begin, *end;        /* its memory */
-} ArenaBlock;
+#include "arena_blocks.h"
 
 typedef struct {
     char *next, *end;  /* the free memory of the block in use */
@@ -35,10 +32,7 @@ typedef struct {
     ArenaBlock *block;
 } ArenaMark;
 
-enum {
-    ARENA_UNIT = 16, /* bytes; all arrays begin at a multiple of it */
-    ARENA_HEAD = (sizeof(Arena) + ARENA_UNIT - 1) / ARENA_UNIT * ARENA_UNIT
-};
+enum { ARENA_HEAD = (sizeof(Arena) + ARENA_UNIT - 1) / ARENA_UNIT * ARENA_UNIT };
 
 #ifndef SMALL_WORK
 #define SMALL_WORK 512 /* bytes */

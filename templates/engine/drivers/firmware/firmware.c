@@ -72,7 +72,7 @@ FirmwareStatus firmware_get(Firmware *firmware, int variable, double *value) {
         return FIRMWARE_NOT_NOW;
     }
     if (value_is_integer(chosen->kind)) {
-        *value = value_integer(instance, chosen);
+        *value = (double)value_integer(instance, chosen);
         return FIRMWARE_OK;
     }
     if (started(firmware) && !value_update(instance, chosen->kind)) {

@@ -1,6 +1,6 @@
-/* The gate of programs without a standard of exchange: firmware, and any other program in C. All values are in SI units.
-   Nothing is allocated, printed or waited for. The functions that a program calls have the names of its mechanism, and
-   are made of these. */
+/* The gate of programs without a standard of exchange: firmware, and any other program in C. All values are in SI
+   units. Nothing is allocated, printed or waited for. The functions that a program calls have the names of its
+   mechanism, and are made of these. */
 #ifndef FIRMWARE_H
 #define FIRMWARE_H
 
@@ -36,14 +36,14 @@ typedef struct {
 /* An instance in this memory, with all start values. NULL if the memory is too small. */
 Firmware *firmware_init(void *memory, size_t size);
 
-/* Gives a variable a value. Inputs and tunable parameters may be set at any time, states and fixed parameters before the
-   start. */
+/* Gives a variable a value. Inputs and tunable parameters may be set at any time, states and fixed parameters before
+   the start. */
 FirmwareStatus firmware_set(Firmware *firmware, int variable, double value);
 
 /* The value of a variable, which is not changed where it has none. What is calculated has none before the start. */
 FirmwareStatus firmware_get(Firmware *firmware, int variable, double *value);
 
-/* Begins at this time (s): solves for the start values that constraints determine, and decides the modes of contacts. */
+/* Begins at this time (s): solves for the start values that constraints determine, and decides modes of contacts. */
 FirmwareStatus firmware_start(Firmware *firmware, double time);
 
 /* Moves on by a step (s). The inputs hold throughout it. */
