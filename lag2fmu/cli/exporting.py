@@ -38,6 +38,8 @@ class ExportOptions:
     without: tuple[str, ...]
     page: str | None
     reference: bool
+    profile: str
+    step: float | None
     limit: float
     force: bool
     settings: tuple[str, ...]
@@ -70,6 +72,8 @@ def export_model(asked: ExportOptions) -> None:
             without=[word.strip() for words in asked.without for word in words.split(",")],
             page=asked.page,
             samples=samples,
+            profile=asked.profile,
+            step=asked.step,
         )
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
     if fmu.moved_starts:

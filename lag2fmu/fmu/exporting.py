@@ -24,6 +24,7 @@ from lag2fmu.fmu.live.module import page_maker
 from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.picture import scene_at_start
+from lag2fmu.fmu.realtime import REAL_TIME, RealTime, check_profile
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism
@@ -61,6 +62,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     page: str | None = None,
     samples: Samples | None = None,
     values: Mapping[str, float] | None = None,
+    profile: str = "desktop",
+    step: float | None = None,
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
@@ -77,6 +80,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     - ``page``: "live", a page in which the mechanism moves, or "static"; by default live where that costs little.
     - ``samples``: a direct integration, with which a live page compares its trajectory.
     - ``values``: other parameters and starts, in SI units.
+    - ``profile``: one of PROFILES; in "realtime" a communication step has a bound: at most ``step`` (s), by default
+      that of the experiment, solver steps of fixed length, and no memory is allocated after instantiation.
 
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
@@ -84,17 +89,20 @@ def export(  # noqa: PLR0913 (choices of the user)
     mechanism = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
     _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start)
     mechanism = resting(mechanism) if start == STARTS[1] else mechanism
-    version = VERSIONS[fmi]
+    check_profile(profile, backend, step)
+    version, realtime = VERSIONS[fmi], RealTime(step) if profile == REAL_TIME else None
     if arrays and not version.has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
     left_out, maker = frozenset(without), page_maker(page)
-    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, left_out, maker)
+    choices = Choices(
+        solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, left_out, maker, realtime
+    )
     build = BACKENDS[backend].prepare(choices)
     target = Path(f"{mechanism.name}.fmu" if path is None else path)
     _check_target(target)
     _check_texts(mechanism)
     ticking = version.has_ports and CLOCKS not in without
-    found = derived(mechanism, solver, BACKENDS[backend].solvers, outputs, events=ticking)
+    found = derived(mechanism, solver, BACKENDS[backend].solvers, outputs, events=ticking, bounded=realtime is not None)
     mechanism, equations, program, method = found.mechanism, found.equations, found.program, METHODS[found.solver]
     content = build(mechanism, equations, program, found.solver, found.vibrations)
     scene = scene_at_start(equations)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,6 +15,7 @@ from lag2fmu.fmu.backends.backend import identifier_of
 from lag2fmu.fmu.builder import VariableTable
 from lag2fmu.fmu.compilers import constant
 from lag2fmu.fmu.deriving import Derived, derived
+from lag2fmu.fmu.realtime import bounded, step_bound
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.formats.loading import as_mechanism
@@ -25,8 +25,6 @@ from lag2fmu.solvers.methods import METHODS
 
 _LEFT_OUT = frozenset({"VARIABLE_SETTING", "VARIABLE_CLOCK", "VARIABLE_INDICATOR"})
 """The kinds of variables that plain C has no use for."""
-MOST_SOLVER_STEPS = 10_000
-"""In a step; a longer one belongs to no loop in real time."""
 
 
 @dataclass(frozen=True)
@@ -81,12 +79,7 @@ def firmware(  # noqa: PLR0913 (choices of the user)
     found = derived(mechanism, solver, outputs=outputs, bounded=True)
     table = build_table(found.equations, found.program)
     bound = step_bound(found.mechanism, table.tables.default_solver_step, step, solver_steps)
-    tables = replace(
-        table.tables,
-        vibrations=found.vibrations,
-        bound=bound,
-        default_solver_step=bound.longest / bound.solver_steps,
-    )
+    tables = bounded(replace(table.tables, vibrations=found.vibrations), bound)
     sources = firmware_sources(found.program, tables, METHODS[found.solver], style)
     size = constant(sources, HEADER, SIZE, compiler)
     if ram is not None and size > ram:
@@ -98,25 +91,6 @@ def firmware(  # noqa: PLR0913 (choices of the user)
     remarks = "; ".join(filter(None, [found.choice, damping(found.missed, METHODS[found.solver]), at_events]))
     files = firmware_files(sources, style, size, _told(found, table, bound, remarks))
     return Firmware(files, found.solver, size, bound, remarks, moved_starts(mechanism, found.equations))
-
-
-def step_bound(
-    mechanism: Mechanism, solver_step: float, longest: float | None = None, solver_steps: int | None = None
-) -> StepBound:
-    """The bound of a step that is ``longest`` (s), by default that of the experiment, with solver steps (s) as long.
-
-    ``solver_steps`` names their number. Raises ExportError for lengths and numbers that none can have.
-    """
-    step = mechanism.experiment.step if longest is None else longest
-    if not (math.isfinite(step) and step > 0):
-        raise ExportError(f"--step {step:g}: expected a positive number of seconds")
-    count = math.ceil(step / solver_step * (1 - 1e-9)) if solver_steps is None else solver_steps
-    if not 1 <= count <= MOST_SOLVER_STEPS:
-        raise ExportError(
-            f"a step of {step:g} s would have {count} solver steps; expected 1 to {MOST_SOLVER_STEPS}: name a shorter "
-            "--step"
-        )
-    return StepBound(step, count)
 
 
 def _prefix(mechanism: Mechanism, prefix: str | None) -> str:
