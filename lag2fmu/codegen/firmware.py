@@ -30,7 +30,7 @@ EXACT = ("sqrt", "fabs", "fmin", "fmax", "floor", "ceil", "fmod", "ldexp", "frex
 
 
 @dataclass(frozen=True)
-class Entry:
+class FirmwareVariable:
     """A variable in plain C: its ``number``, its name as a part of an identifier, what it is in words."""
 
     number: int
@@ -39,7 +39,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Style:
+class FirmwareStyle:
     """How a mechanism is written in C.
 
     - ``prefix``: of all names that a program sees; an identifier.
@@ -52,7 +52,9 @@ class Style:
     own_math: bool = False
 
 
-def firmware_sources(program: Program, tables: RuntimeTables, method: Method, style: Style) -> Mapping[str, str]:
+def firmware_sources(
+    program: Program, tables: RuntimeTables, method: Method, style: FirmwareStyle
+) -> Mapping[str, str]:
     """{file name: text} of the engine for ``program`` in C, before it is joined; numbers are of the style's type."""
     sources = dict(render_sources(program, tables, method, "", "firmware"))
     single = style.real == "float"
@@ -75,7 +77,7 @@ def _with_own_math(text: str) -> str:
 
 def firmware_files(
     sources: Mapping[str, str],
-    style: Style,
+    style: FirmwareStyle,
     size: int,
     told: Mapping[str, object],
 ) -> dict[str, str]:

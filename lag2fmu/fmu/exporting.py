@@ -11,7 +11,7 @@ from pathlib import Path
 from lag2fmu.analysis.at_rest import resting
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import damping, moved_starts, steps_over_impacts
-from lag2fmu.fmu.backends.backend import Backend, Choices
+from lag2fmu.fmu.backends.backend import Backend, Choices, Content
 from lag2fmu.fmu.backends.native import NATIVE
 from lag2fmu.fmu.backends.python import PYTHON
 from lag2fmu.fmu.compilers import Progress
@@ -27,6 +27,7 @@ from lag2fmu.fmu.picture import scene_at_start
 from lag2fmu.fmu.realtime import REAL_TIME, RealTime, check_profile
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.versions import VERSIONS
+from lag2fmu.fmu.versions.version import Version
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.leaving_out import OMISSIBLE, leaving_out
@@ -106,19 +107,22 @@ def export(  # noqa: PLR0913 (choices of the user)
     mechanism, equations, program, method = found.mechanism, found.equations, found.program, METHODS[found.solver]
     content = build(mechanism, equations, program, found.solver, found.vibrations)
     scene = scene_at_start(equations)
-    files = {
-        **content.files,
-        "modelDescription.xml": version.to_xml(content.description),
-        **({} if DESCRIPTION in without else {MECHANISM_ENTRY: write(mechanism).encode()}),
-        TERMINALS: terminals(content.description, icon=Path(version.icon).parent == Path(TERMINALS).parent),
-        version.icon: icon(scene),
-        **documentation(Subject(equations, program, content, found.reason, scene, samples, without)),
-        **(extra or {}),
-    }
-    pack(files, target)
+    told = documentation(Subject(equations, program, content, found.reason, scene, samples, without))
+    described = {} if DESCRIPTION in without else {MECHANISM_ENTRY: write(mechanism).encode()}
+    pack({**_files(content, version, icon(scene)), **described, **told, **(extra or {})}, target)
     at_events = steps_over_impacts(mechanism, method)
     remarks = "; ".join(filter(None, [found.choice, damping(found.missed, method), at_events]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
+
+
+def _files(content: Content, version: Version, drawn: bytes) -> dict[str, bytes]:
+    """{name in the archive: content} of what the backend made, its description, its terminals and its icon."""
+    return {
+        **content.files,
+        "modelDescription.xml": version.to_xml(content.description),
+        TERMINALS: terminals(content.description, icon=Path(version.icon).parent == Path(TERMINALS).parent),
+        version.icon: drawn,
+    }
 
 
 @contextmanager

@@ -7,7 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lag2fmu.codegen.firmware import HEADER, REALS, SIZE, Entry, Style, firmware_files, firmware_sources
+from lag2fmu.codegen.firmware import (
+    HEADER,
+    REALS,
+    SIZE,
+    FirmwareStyle,
+    FirmwareVariable,
+    firmware_files,
+    firmware_sources,
+)
 from lag2fmu.codegen.tables import StepBound
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import damping, moved_starts, steps_over_impacts
@@ -71,7 +79,7 @@ def firmware(  # noqa: PLR0913 (choices of the user)
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     mechanism = as_mechanism(model, values)
-    style = Style(_prefix(mechanism, prefix), real, own_math)
+    style = FirmwareStyle(_prefix(mechanism, prefix), real, own_math)
     if real not in REALS:
         raise ExportError(f"--real {real}: known are {', '.join(REALS)}")
     if solver is not None and solver not in METHODS:
@@ -109,7 +117,7 @@ def _told(found: Derived, table: VariableTable, bound: StepBound, remarks: str) 
     kinds = {slot.name: slot.kind for slot in table.tables.slots}
     variables = [v for v in table.variables if v.derivative_of is None and kinds.get(v.name, "") not in _LEFT_OUT]
     names = _c_names(variables)
-    entries = {v.name: Entry(v.value_reference, names[v.name], _words(v)) for v in variables}
+    entries = {v.name: FirmwareVariable(v.value_reference, names[v.name], _words(v)) for v in variables}
     experiment = found.mechanism.experiment
     return {
         "title": found.mechanism.title,

@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 from compiling import COMPILERS
 
-from lag2fmu.codegen.firmware import Style, firmware_sources
+from lag2fmu.codegen.firmware import FirmwareStyle, firmware_sources
 from lag2fmu.codegen.lanes import render_scalar
 from lag2fmu.codegen.sources import ROOMS, page_sources, render_sources
 from lag2fmu.codegen.tables import StepBound
@@ -127,7 +127,7 @@ def _trees(folder: Path) -> Iterator[tuple[Path, Mapping[str, str]]]:
         trees["batch"] = render_scalar(found.program, table.tables, method)
         if METHODS[solver].error_order == 0:
             bounded = replace(table.tables, bound=StepBound(0.01, 10))
-            trees["firmware"] = firmware_sources(found.program, bounded, method, Style("a", own_math=True))
+            trees["firmware"] = firmware_sources(found.program, bounded, method, FirmwareStyle("a", own_math=True))
         if solver == "dopri5":
             trees["study"] = render_sources(found.program, table.tables, method, "", "study")
         for name, sources in trees.items():
