@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bare import Bare, program
-from compiling import COMPILERS
+from compiling import COMPILERS, QUICK
 
 from lag2fmu import export, simulate
 from lag2fmu.errors import ExportError
@@ -44,9 +44,7 @@ def test_it_moves_as_the_fmu_does(model: str, solver: str, tmp_path: Path) -> No
     """The same solver and the same steps, through another gate; main.c prints what the FMU has as outputs."""
     mechanism = short(model, 0.2)
     made = firmware(mechanism, solver=solver)
-    printed = subprocess.run(
-        [program(made.files, tmp_path, *COMPILERS["zig"])], capture_output=True, text=True, check=True
-    )
+    printed = subprocess.run([program(made.files, tmp_path, *QUICK)], capture_output=True, text=True, check=True)
     names, *lines = printed.stdout.splitlines()
     rows = np.array([line.split(",") for line in lines], float)
     fmu = export(mechanism, tmp_path / "it.fmu", solver=solver, page="static")
@@ -128,13 +126,13 @@ def test_float_is_near_double(model: str, worst: float, tmp_path: Path) -> None:
     for real in ("double", "float"):
         (folder := tmp_path / real).mkdir()
         made = firmware(short(model, 1.0), real=real, own_math=True)
-        options = ("-DSILENT", *(("-Wdouble-promotion",) if real == "float" else ()))
+        options = ("-DMAIN_SILENT", *(("-Wdouble-promotion",) if real == "float" else ()))
         files = made.files | {"main.c": made.files["main.c"].replace("%.9g", "%.6g")}
         if real == "float":
             text = re.sub(r"/\*.*?\*/", "", made.files[f"{model}.c"], flags=re.DOTALL)
             assert re.search(r"\bdouble\b", text) is None
         printed = subprocess.run(
-            [program(files, folder, *COMPILERS["zig"], options=options)], capture_output=True, text=True, check=True
+            [program(files, folder, *QUICK, options=options)], capture_output=True, text=True, check=True
         )
         final.append(np.array(printed.stdout.splitlines()[-1].split(","), float))
     error = np.abs(final[1] - final[0]) / (1 + np.abs(final[0]))
@@ -144,9 +142,7 @@ def test_float_is_near_double(model: str, worst: float, tmp_path: Path) -> None:
 def test_contacts_in_float(tmp_path: Path) -> None:
     """A woodpecker, of which impacts and friction obey their laws to the digits that float has."""
     made = firmware(short("woodpecker", 0.3), real="float", own_math=True)
-    printed = subprocess.run(
-        [program(made.files, tmp_path, *COMPILERS["zig"])], capture_output=True, text=True, check=True
-    )
+    printed = subprocess.run([program(made.files, tmp_path, *QUICK)], capture_output=True, text=True, check=True)
     rows = np.array([line.split(",") for line in printed.stdout.splitlines()[1:]], float)
     assert len(rows) == 601
     assert np.isfinite(rows).all()
@@ -157,14 +153,14 @@ def test_two_mechanisms_in_one_program_run_as_alone(tmp_path: Path) -> None:
     alone = []
     for model, one in made.items():
         (folder := tmp_path / model).mkdir()
-        run = program(one.files, folder, *COMPILERS["zig"], options=("-DSILENT",))
+        run = program(one.files, folder, *QUICK, options=("-DMAIN_SILENT",))
         alone.append(subprocess.run([run], capture_output=True, text=True, check=True).stdout)
     files = {"main.c": "int first(void); int second(void);\nint main(void) { return first() + second(); }\n"}
     for name, (model, one) in zip(("first", "second"), made.items(), strict=True):
         files |= {file: text for file, text in one.files.items() if file.startswith(model)}
         renamed = one.files["main.c"].replace("int main(void)", f"int {name}(void)")
         files[f"{name}.c"] = f"int {name}(void);\n{renamed}"
-    run = program(files, tmp_path, *COMPILERS["zig"], options=("-DSILENT",))
+    run = program(files, tmp_path, *QUICK, options=("-DMAIN_SILENT",))
     assert subprocess.run([run], capture_output=True, text=True, check=True).stdout == "".join(alone)
 
 

@@ -22,7 +22,7 @@ HERE = Path(__file__).parent / "cortex"
 MODELS = ("cart_pole", "six_axis_arm", "four_bar_linkage", "woodpecker", "sliding_sphere")
 STEPS = 500
 ZIG = (sys.executable, "-m", "ziglang", "cc")
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-DSILENT", f"-DSTEPS={STEPS}")
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-DMAIN_SILENT", f"-DMAIN_STEPS={STEPS}")
 BARE = (
     "-mthumb",
     "-mfloat-abi=hard",
@@ -52,6 +52,15 @@ def files(request: pytest.FixtureRequest) -> Mapping[str, str]:
     return firmware(model, real=real, own_math=True).files
 
 
+@pytest.fixture(scope="module")
+def here(files: Mapping[str, str], tmp_path_factory: pytest.TempPathFactory) -> str:
+    """What this machine prints."""
+    folder = tmp_path_factory.mktemp("here")
+    for name, text in files.items():
+        (folder / name).write_text(text, "utf-8")
+    return run(folder, (*ZIG, *FLAGS))
+
+
 @pytest.fixture
 def folder(files: Mapping[str, str], tmp_path: Path) -> Path:
     for name, text in files.items():
@@ -68,12 +77,6 @@ def run(folder: Path, command: tuple[str, ...], *start: str) -> str:
     assert built.returncode == 0, built.stderr
     done = subprocess.run([*start, folder / "run"], capture_output=True, text=True, check=True, timeout=300)
     return done.stdout.replace("\r", "")
-
-
-@pytest.fixture
-def here(folder: Path) -> str:
-    """What this machine prints."""
-    return run(folder, (*ZIG, *FLAGS))
 
 
 @pytest.mark.parametrize("board", CORTEX)
