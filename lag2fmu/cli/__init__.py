@@ -30,6 +30,7 @@ from lag2fmu.cli.commands import (
     simulate,
     validate,
 )
+from lag2fmu.cli.firmware_commands import c_command
 from lag2fmu.cli.study_commands import calibrate, observe, sweep
 from lag2fmu.cli.system_commands import cut_command, ssp
 from lag2fmu.errors import Lag2FmuError
@@ -96,6 +97,8 @@ def main() -> None:
     """
 
 
+_OF_MODELS = (demo, models, new, import_command, show, export_command, c_command, page_command, linearize)
+_OF_RUNS = (simulate, validate, check, sweep, calibrate, ssp, cut_command, cache)
 _OF_MODELS = (demo, models, new, import_command, show, export_command, page_command, linearize)
 _OF_RUNS = (simulate, validate, check, sweep, calibrate, observe, ssp, cut_command, cache)
 for _command in (*_OF_MODELS, *_OF_RUNS):

@@ -155,6 +155,14 @@ def show(**choices: Any) -> None:
     help="Page of the documentation: the mechanism in motion (the default), or a picture and less to carry.",
 )
 @click.option("--reference", is_flag=True, help="Put a reference trajectory in, to check FMU and page with.")
+@click.option(
+    "--profile",
+    type=click.Choice(["desktop", "realtime"]),
+    default="desktop",
+    show_default=True,
+    help="realtime: steps of bounded work, no memory after instantiation.",
+)
+@click.option("--step", type=float, metavar="S", help="Longest communication step of the profile realtime.")
 @WITHIN
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @loading

@@ -42,6 +42,8 @@ class ExportOptions:
     without: tuple[str, ...]
     page: str | None
     reference: bool
+    profile: str
+    step: float | None
     limit: float
     force: bool
     settings: tuple[str, ...]
@@ -79,6 +81,8 @@ def export_model(asked: ExportOptions) -> None:
             without=asked.left_out,
             page=asked.page,
             samples=samples,
+            profile=asked.profile,
+            step=asked.step,
         )
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
     if fmu.moved_starts:

@@ -83,6 +83,7 @@ def render_sources(
         "contacts": bool(program.places),
         "further": bool(tables.further),
         "tables": bool(program.arguments),
+        "heap": tables.bound is None,
     }
     needed = [*(_LOOKUP if lookups_of(program) else ()), *(_INTERVAL_LOOKUP if context["timed_lookups"] else ())]
     files = engine_files(method, kind, needed, gate, program.has_adjoints)
@@ -207,6 +208,11 @@ def public_names(files: Iterable[str]) -> list[str]:
     lines = (resource_folder("templates") / "engine" / "public_names.txt").read_text("utf-8").splitlines()
     names = {file: words for file, *words in map(str.split, lines)}
     return sorted(name for file in files for name in names.get(file, ()))
+
+
+def engine_text(path: str) -> str:
+    """The text of a file of the engine."""
+    return (resource_folder("templates") / "engine" / path).read_text("utf-8")
 
 
 def _texts(*folders: str) -> dict[str, str]:

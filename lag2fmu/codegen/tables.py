@@ -45,6 +45,14 @@ class PortTable:
 
 
 @dataclass(frozen=True)
+class StepBound:
+    """What bounds a step in real time: the ``longest`` communication step (s), and the most ``solver_steps`` in it."""
+
+    longest: float
+    solver_steps: int
+
+
+@dataclass(frozen=True)
 class RuntimeTables:
     """The numbers and names of one mechanism; values in SI units, states are (q, qd), slots in value reference order.
 
@@ -62,6 +70,7 @@ class RuntimeTables:
     - ``unilateral_names``: of contacts and stops; ``friction_names``: of dry frictions.
     - ``further_names``: of the further states, which follow (q, qd).
     - ``ports``: None if the value references are the slots.
+    - ``bound``: of steps in real time, which allocate no memory; None where nothing bounds them.
     """
 
     model_name: str
@@ -86,6 +95,7 @@ class RuntimeTables:
     friction_names: tuple[str, ...] = ()
     further_names: tuple[str, ...] = ()
     ports: PortTable | None = None
+    bound: StepBound | None = None
 
     @property
     def element_names(self) -> tuple[str, ...]:

@@ -267,8 +267,8 @@ def _timed_functions(graph: Graph, v: Variables, margins: Function, timed: Seque
     """The ``timed`` ones of the ``margins`` as a function, and a second one with their rates for intervals."""
     t, _, _, p = margins.arguments
     results = tuple(result for result in margins.results if result[1] in timed)
-    rates = tuple(("R", k, reverse(graph, {node: graph.one}, (v.t,))[0]) for _, k, node in results)
+    rates = tuple(("rates", k, reverse(graph, {node: graph.one}, (v.t,))[0]) for _, k, node in results)
     doc = "Margins S that depend on nothing but the time"
     values = Function("mechanism_timed", f"{doc}.", (t, p), ("S",), results)
-    bounds = Function("mechanism_timed_bounds", f"{doc}, and their rates R.", (t, p), ("S", "R"), (*results, *rates))
+    bounds = Function("mechanism_timed_bounds", f"{doc}, and their rates.", (t, p), ("S", "rates"), (*results, *rates))
     return values, bounds

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 import shlex
 import shutil
 import tempfile
@@ -208,6 +209,21 @@ def compile_module(sources: Mapping[str, str], functions: Iterable[str]) -> byte
     files = {**sources, **joined}
     made_of = (version("ziglang"), command[1:], sorted(files.items()))
     return kept(made_of, lambda: _built(command, files, "page.wasm"))
+
+
+def constant(sources: Mapping[str, str], header: str, expression: str, compiler: str = "zig") -> int:
+    """The value of a constant ``expression`` in C, with a ``header`` of ``sources`` {file name: text}.
+
+    Pointers have 64 bits, as on the processor with the largest ones. Raises BuildError with the compiler's output.
+    """
+    probe = f'#include "{header}"\nextern const unsigned long long probe;\n'
+    probe += f"const unsigned long long probe = (unsigned long long)({expression});\n"
+    command = [*compiler_command(compiler, "x86_64-linux-gnu"), "-std=c99", "-S", "-o", "probe.s", "probe.c"]
+    text = _built(command, {**sources, "probe.c": probe}, "probe.s").decode()
+    found = re.search(r"^_?probe:\s*(?:\.quad|\.xword|\.8byte|\.dword)\s+(\d+)", text, re.MULTILINE)
+    if found is None:
+        raise BuildError(f"the compiler '{command[0]}' writes no constants that can be read; use --compiler zig")
+    return int(found[1])
 
 
 def _report(running: Mapping[tuple[Platform, str], Future[bytes]], progress: Progress) -> None:

@@ -12,10 +12,10 @@ from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.dynamics.program import lower
 from lag2fmu.fmu.advice import missed_vibrations, suited_solver
-from lag2fmu.fmu.method_check import check_solver
+from lag2fmu.fmu.method_check import check_bounded, check_solver
 from lag2fmu.fmu.variables import promotable
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.solvers.methods import METHODS, TimeStepping
+from lag2fmu.solvers.methods import BOUNDED, METHODS, STEPPING_SOLVER, TimeStepping
 
 
 @dataclass(frozen=True)
@@ -48,25 +48,34 @@ def derived(
     outputs: Sequence[str] = (),
     *,
     events: bool = False,
+    bounded: bool = False,
 ) -> Derived:
     """Derive and lower ``mechanism`` for a solver, by default the one that suits ``among`` those of a backend.
 
-    ``outputs`` and ``events`` are those of ``promotable``. Raises DerivationError if the mechanism cannot be derived,
-    ExportError for a solver that cannot integrate it, and for unknown outputs.
+    ``outputs`` and ``events`` are those of ``promotable``. ``bounded``: the steps have to be, in real time. Raises
+    DerivationError if the mechanism cannot be derived, ExportError for a solver that cannot integrate it, and for
+    unknown outputs.
     """
     equations = derive(mechanism)
-    solver, choice, reason = _chosen_solver(equations, solver, among)
+    solver, choice, reason = _chosen_solver(equations, solver, among, bounded=bounded)
     check_solver(equations.mechanism, METHODS[solver])
     method = METHODS[solver]
     promoted = promotable(equations, outputs, events=events)
     program = lower(equations, promoted, method.variational, isinstance(method, TimeStepping))
+    if bounded:
+        check_bounded(equations.mechanism, method, [event.name for event in program.event_functions])
     missed = missed_vibrations(equations, method)
     return Derived(with_derived(mechanism, equations), equations, program, solver, choice, reason, missed)
 
 
-def _chosen_solver(equations: EquationsOfMotion, named: str | None, among: Collection[str]) -> tuple[str, str, str]:
+def _chosen_solver(
+    equations: EquationsOfMotion, named: str | None, among: Collection[str], *, bounded: bool
+) -> tuple[str, str, str]:
     """The solver that the user ``named`` or that suits, why it was chosen, and what is known of the start's motion."""
+    if bounded and named is None and equations.mechanism.hybrid:
+        return STEPPING_SOLVER, "its steps contain impacts", ""
     if named is not None and isinstance(METHODS[named], TimeStepping):
         return named, "", ""  # decays do not bound the steps of this solver
     suited, reason = suited_solver(equations, among)
+    suited = BOUNDED[suited] if bounded else suited
     return (named, "", reason) if named else (suited, reason, reason)

@@ -13,7 +13,7 @@ from lag2fmu.analysis.inverse import inverse as inverse_of
 from lag2fmu.analysis.inverse import needed
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import damping, moved_starts, steps_over_impacts
-from lag2fmu.fmu.backends.backend import Backend, Choices
+from lag2fmu.fmu.backends.backend import Backend, Choices, Content
 from lag2fmu.fmu.backends.native import NATIVE
 from lag2fmu.fmu.backends.python import PYTHON
 from lag2fmu.fmu.compilers import Progress
@@ -26,8 +26,10 @@ from lag2fmu.fmu.live.module import page_maker
 from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.picture import scene_at_start
+from lag2fmu.fmu.realtime import REAL_TIME, RealTime, check_profile
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.versions import VERSIONS
+from lag2fmu.fmu.versions.version import Version
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.leaving_out import OMISSIBLE, leaving_out
@@ -65,6 +67,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     page: str | None = None,
     samples: Samples | None = None,
     values: Mapping[str, float] | None = None,
+    profile: str = "desktop",
+    step: float | None = None,
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
@@ -84,6 +88,8 @@ def export(  # noqa: PLR0913 (choices of the user)
     - ``page``: "live", a page in which the mechanism moves, or "static"; by default live where that costs little.
     - ``samples``: a direct integration, with which a live page compares its trajectory.
     - ``values``: other parameters and starts, in SI units.
+    - ``profile``: one of PROFILES; in "realtime" a communication step has a bound: at most ``step`` (s), by default
+      that of the experiment, solver steps of fixed length, and no memory is allocated after instantiation.
 
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
@@ -91,28 +97,26 @@ def export(  # noqa: PLR0913 (choices of the user)
     _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start, arrays=arrays)
     given = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
     mechanism, needs = _prescribed(resting(given) if start == STARTS[1] else given, inverse, time_constant)
-    version = VERSIONS[fmi]
+    check_profile(profile, backend, step)
+    version, realtime = VERSIONS[fmi], RealTime(step) if profile == REAL_TIME else None
     left_out, maker = frozenset(without), page_maker(page)
-    choices = Choices(solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, left_out, maker)
+    choices = Choices(
+        solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, left_out, maker, realtime
+    )
     build = BACKENDS[backend].prepare(choices)
     target = Path(f"{mechanism.name}.fmu" if path is None else path)
     _check_target(target)
     _check_texts(mechanism)
     ticking = version.has_ports and CLOCKS not in without
-    found = derived(mechanism, solver, BACKENDS[backend].solvers, (*outputs, *needs), events=ticking)
+    found = derived(
+        mechanism, solver, BACKENDS[backend].solvers, (*outputs, *needs), events=ticking, bounded=realtime is not None
+    )
     mechanism, equations, program, method = found.mechanism, found.equations, found.program, METHODS[found.solver]
     content = build(mechanism, equations, program, found.solver, found.vibrations)
     scene = scene_at_start(equations)
-    files = {
-        **content.files,
-        "modelDescription.xml": version.to_xml(content.description),
-        **({} if DESCRIPTION in without else {MECHANISM_ENTRY: write(mechanism).encode()}),
-        TERMINALS: terminals(content.description, icon=Path(version.icon).parent == Path(TERMINALS).parent),
-        version.icon: icon(scene),
-        **documentation(Subject(equations, program, content, found.reason, scene, samples, without)),
-        **(extra or {}),
-    }
-    pack(files, target)
+    told = documentation(Subject(equations, program, content, found.reason, scene, samples, without))
+    described = {} if DESCRIPTION in without else {MECHANISM_ENTRY: write(mechanism).encode()}
+    pack({**_files(content, version, icon(scene)), **described, **told, **(extra or {})}, target)
     at_events = steps_over_impacts(mechanism, method)
     remarks = "; ".join(filter(None, [found.choice, damping(found.missed, method), at_events]))
     return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
@@ -128,6 +132,16 @@ def _prescribed(
     if time_constant is not None:
         raise ExportError("time_constant: it filters the motions of inverse dynamics; name these by inverse, or 'all'")
     return mechanism, ()
+
+
+def _files(content: Content, version: Version, drawn: bytes) -> dict[str, bytes]:
+    """{name in the archive: content} of what the backend made, its description, its terminals and its icon."""
+    return {
+        **content.files,
+        "modelDescription.xml": version.to_xml(content.description),
+        TERMINALS: terminals(content.description, icon=Path(version.icon).parent == Path(TERMINALS).parent),
+        version.icon: drawn,
+    }
 
 
 @contextmanager

@@ -85,3 +85,7 @@ DEFAULT_SOLVER = "dopri5"
 dop853 takes less time in long communication steps, as benchmarks/integrators.py measures. But if inputs change in each
 step, as in most co-simulations, dop853 needs 12 evaluations for a step and dopri5 needs 6.
 """
+STEPPING_SOLVER = "moreau"
+"""The solver of contacts, stops and dry friction where the steps have to be bounded, in real time."""
+BOUNDED = {DEFAULT_SOLVER: "rk4", STIFF_SOLVER: "ros2"}
+"""{solver: the one that takes its place where the steps have to be bounded}."""

@@ -50,7 +50,7 @@ def build(target: Path, mechanism: str, solver: str, compiler: list[str], flags:
     """Compile the runtime with a mechanism and a solver; returns target, raises AssertionError with the messages."""
     method = SOLVERS[solver]
     variants = ("constraints", "massless", "events", "timed", "contacts", "further", "tables")
-    files = engine_files(method, dict.fromkeys(variants, False))
+    files = engine_files(method, dict.fromkeys(variants, False) | {"heap": True})
     files |= {
         name: render(f"mechanism/{name}.jinja", {"method": method, "program": {"resting": 0}})
         for name in method.generated_files

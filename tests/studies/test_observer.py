@@ -292,7 +292,7 @@ def test_accelerations_and_inputs(tmp_path: Path) -> None:
     estimates = observe(pair(), columns, measure={"a_ddot": 0.01, "a": 0.05}, start=START)
     assert estimates["b"] == pytest.approx(run["b"], abs=0.02)
     estimates.save(tmp_path / "x.csv")
-    assert (tmp_path / "x.csv").read_text().startswith("time,a,b,")
+    assert (tmp_path / "x.csv").read_text().startswith("time,a [m],b [m],")
     assert len(estimates.plot().axes) == 4
 
 
@@ -349,7 +349,7 @@ def test_the_verb_prints_and_writes_the_estimates(tmp_path: Path) -> None:
     done = CliRunner().invoke(main, [*asked, "--process", "F=0.1", "-o", str(out), "--plot", str(plot)])
     assert done.exit_code == 0, done.output
     assert "mean innovation squared by degree: " in done.output
-    assert out.read_text().startswith("time,x,theta,x_dot,theta_dot,x_std,")
+    assert out.read_text().startswith("time,x [m],theta [rad],x_dot [m/s],theta_dot [rad/s],x_std [m],")
     assert plot.stat().st_size > 10_000
     again = CliRunner().invoke(main, [*asked, "-o", str(out)])
     assert again.exit_code == 2

@@ -16,6 +16,8 @@ STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "
 COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc"]}
 if shutil.which("gcc"):
     COMPILERS["gcc"] = ["gcc"]
+QUICK = COMPILERS.get("gcc", COMPILERS["zig"])
+"""The command of the compiler that takes least time for a file."""
 
 
 def compiled(

@@ -20,6 +20,7 @@ SEQUENTIAL, SIMULTANEOUS = range(2)
 MOST_ROWS, MOST_CONTACTS = 24, 8
 UNITS = (
     "arena",
+    "arena_blocks",
     "central_path",
     "choices",
     "complementarity",
@@ -91,7 +92,12 @@ class _SparseProblem(ctypes.Structure):
 
 
 class _LargeWork(ctypes.Structure):
-    _fields_ = [("integers", _Integers), ("numbers", _Doubles), ("capacity", ctypes.c_int)]
+    _fields_ = [
+        ("integers", _Integers),
+        ("numbers", _Doubles),
+        ("capacity", ctypes.c_int),
+        ("most_sweeps", ctypes.c_int),
+    ]
 
 
 class Contact(ctypes.Structure):
@@ -179,7 +185,7 @@ class Laws:
 
     def __init__(self, folder: Path) -> None:
         runtime = resource_folder("templates") / "engine"
-        folders = (runtime / "base", runtime / "laws")
+        folders = (runtime / "base", runtime / "base" / "heap", runtime / "laws")
         paths = [folder / f"{name}.{ending}" for folder in folders for name in UNITS for ending in "ch"]
         sources = {path.name: path.read_text("utf-8") for path in paths if path.is_file()}
         sources |= {"mechanism.h": SIZES, "batch.c": BATCH}
@@ -234,7 +240,7 @@ class Laws:
             free.ctypes.data_as(_Doubles),
             (Row * size)(*rows),
         )
-        work = _LargeWork(integers.ctypes.data_as(_Integers), numbers.ctypes.data_as(_Doubles), capacity)
+        work = _LargeWork(integers.ctypes.data_as(_Integers), numbers.ctypes.data_as(_Doubles), capacity, 16384)
         forces, motions = np.zeros(size) if guess is None else guess.copy(), np.zeros(size)
         residual = ctypes.c_double()
         solved = self._library.complementarity_large(

@@ -11,14 +11,17 @@ import subprocess
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 from compiling import COMPILERS
 
+from lag2fmu.codegen.firmware import FirmwareStyle, firmware_sources
 from lag2fmu.codegen.lanes import render_scalar
 from lag2fmu.codegen.sources import ROOMS, page_sources, render_sources
+from lag2fmu.codegen.tables import StepBound
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.deriving import derived
@@ -122,6 +125,9 @@ def _trees(folder: Path) -> Iterator[tuple[Path, Mapping[str, str]]]:
         extra = {"picture": no_spots(), "work": work(found.equations, references)}
         trees["page"] = page_sources(trees["2.0"], extra)
         trees["batch"] = render_scalar(found.program, table.tables, method)
+        if METHODS[solver].error_order == 0:
+            bounded = replace(table.tables, bound=StepBound(0.01, 10))
+            trees["firmware"] = firmware_sources(found.program, bounded, method, FirmwareStyle("a", own_math=True))
         if solver == "dopri5":
             trees["study"] = render_sources(found.program, table.tables, method, "", "study")
         for name, sources in trees.items():

@@ -266,12 +266,20 @@ int main(void) {
 """
 
 
-@pytest.mark.parametrize(("option", "code"), [("-DGROW", 0), ("-DREFUSE_BLOCKS", 2)])
-def test_the_arena_grows_or_tells_what_it_lacks(option: str, code: int, tmp_path: Path) -> None:
-    """A further block is kept for the next time, and freed with the arena."""
+@pytest.mark.parametrize(
+    ("option", "folder", "code"),
+    [
+        ("-DGROW", "heap/arena_blocks.c", 0),
+        ("-DREFUSE_BLOCKS", "heap/arena_blocks.c", 2),
+        ("-DNO_HEAP", "heap_none/arena_blocks_none.c", 2),
+    ],
+)
+def test_the_arena_grows_or_tells_what_it_lacks(option: str, folder: str, code: int, tmp_path: Path) -> None:
+    """A further block is kept for the next time, and freed with the arena. Without a heap there is none."""
     base = resource_folder("templates") / "engine" / "base"
     for name, text in {"growing.c": GROWING, "refusing.h": REFUSING}.items():
         (tmp_path / name).write_text(text, "utf-8")
     command = ["gcc", "-std=c99", "-g", "-fsanitize=address,undefined", "-include", "refusing.h", option, f"-I{base}"]
-    subprocess.run([*command, "growing.c", base / "arena.c", "-o", "growing"], cwd=tmp_path, check=True)
+    blocks = base / folder
+    subprocess.run([*command, "growing.c", base / "arena.c", blocks, "-o", "growing"], cwd=tmp_path, check=True)
     assert subprocess.run([tmp_path / "growing"], check=False).returncode == code

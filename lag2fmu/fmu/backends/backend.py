@@ -13,6 +13,7 @@ from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.compilers import Progress
 from lag2fmu.fmu.live.parts import Live
 from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.realtime import RealTime
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.versions.version import Version
 from lag2fmu.mechanism.record import Mechanism
@@ -27,6 +28,7 @@ class Choices:
 
     ``progress`` is told how a compiler gets on. ``version`` is that of FMI. ``arrays``: coordinates are to be arrays.
     ``live`` makes the content of a live page; None for a static one. ``without`` names what is left out, of WITHOUT.
+    ``realtime`` says how steps are bounded, None where they are not.
     """
 
     solver: str
@@ -37,6 +39,7 @@ class Choices:
     arrays: bool
     without: Collection[str] = ()
     live: Maker | None = None
+    realtime: RealTime | None = None
 
 
 @dataclass(frozen=True)

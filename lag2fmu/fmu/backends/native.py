@@ -22,6 +22,7 @@ from lag2fmu.fmu.contents import CLOCKS, SOURCES
 from lag2fmu.fmu.live.module import STILL
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.ports import port_table, ports_of
+from lag2fmu.fmu.realtime import RealTime, bounded, step_bound
 from lag2fmu.fmu.sources import ALL, source_files
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions.fmi2 import FMI2
@@ -52,7 +53,15 @@ class _Native:
             version = choices.version
             clocks = CLOCKS not in choices.without
             description, sources = describe(
-                mechanism, equations, program, solver, vibrations, version, arrays=choices.arrays, clocks=clocks
+                mechanism,
+                equations,
+                program,
+                solver,
+                vibrations,
+                version,
+                arrays=choices.arrays,
+                clocks=clocks,
+                realtime=choices.realtime,
             )
             identifier = description.model_identifier
             with compiling(1) as beside:
@@ -93,14 +102,18 @@ def describe(
     *,
     arrays: bool = False,
     clocks: bool = True,
+    realtime: RealTime | None = None,
 ) -> tuple[ModelDescription, Mapping[str, str]]:
     """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both.
 
     ``vibrations`` are those of which the FMU warns if its steps do not resolve them. ``arrays``: coordinates and the
     variables that belong to them are arrays; ``clocks`` tick at impacts. FMI 2.0 has neither. Values are in SI units.
+    ``realtime`` says how communication steps are bounded. Raises ExportError for a longest step that none can have.
     """
     table = build_table(equations, program, events=version.has_ports, clocks=clocks)
     tables = replace(table.tables, vibrations=vibrations)
+    if realtime:
+        tables = bounded(tables, step_bound(mechanism, tables.default_solver_step, realtime.step))
     ports = ports_of(mechanism, table, arrays=arrays) if version.has_ports else ()
     tables = replace(tables, ports=port_table(ports) if ports else None)
     identifier = identifier_of(mechanism.name)

@@ -4,6 +4,7 @@
    returns. Nothing in it has a meaning between calls, so it is no part of the State. Its memory is allocated together
    with the instance; arena_size.h says how much. The laws of contacts, whose matrices are as large as what touches,
    reserve theirs before they take it, which may allocate a further block; that block stays until the instance ends.
+   Where steps are bounded in real time there is no heap, and no further block (arena_blocks.h).
 
    Arrays of up to SMALL_WORK bytes lie on the stack of the call, so that small mechanisms pay nothing. With
    ARENA_ON_STACK all arrays of fixed size do: a compiler then tells how much memory they need, and a sanitizer sees
@@ -15,10 +16,7 @@
 #include <stddef.h>
 #include <string.h>
 
-typedef struct ArenaBlock {
-    struct ArenaBlock *after; /* NULL, or the block that is used when this one is full */
-    char *begin, *end;        /* its memory */
-} ArenaBlock;
+#include "arena_blocks.h"
 
 typedef struct {
     char *next, *end;  /* the free memory of the block in use */
@@ -34,10 +32,7 @@ typedef struct {
     ArenaBlock *block;
 } ArenaMark;
 
-enum {
-    ARENA_UNIT = 16, /* bytes; all arrays begin at a multiple of it */
-    ARENA_HEAD = (sizeof(Arena) + ARENA_UNIT - 1) / ARENA_UNIT * ARENA_UNIT
-};
+enum { ARENA_HEAD = (sizeof(Arena) + ARENA_UNIT - 1) / ARENA_UNIT * ARENA_UNIT };
 
 #ifndef SMALL_WORK
 #define SMALL_WORK 512 /* bytes */

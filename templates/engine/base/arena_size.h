@@ -23,6 +23,6 @@
 #define ARENA_CAPACITY                                                                                                \
     ((12 * VECTOR_ENTRIES + 5 * MATRIX_ENTRIES + 2 * (size_t)N_COORDINATES * N_COORDINATES + SIZE_FACTOR) *            \
          sizeof(double) +                                                                                             \
-     (N_CONSTRAINTS > 0 ? SMALL_LAWS : 0) + 4096)
+     (N_UNILATERALS + N_FRICTIONS > 0 ? SMALL_LAWS : 0) + 4096)
 
 #endif

@@ -154,7 +154,8 @@ typedef enum {
     NOTICE_POISSON = 64, /* Newton's law would have made the energy grow in an impact */
     NOTICE_CLOSED = 128, /* the rounds of an impact had no end */
     NOTICE_REDUCED = 256, /* the restitution of an impact was reduced, or the energy would have grown */
-    NOTICE_TWO_SOLUTIONS = 512 /* the laws of contact allow two motions (Painleve's paradox) */
+    NOTICE_TWO_SOLUTIONS = 512, /* the laws of contact allow two motions (Painleve's paradox) */
+    NOTICE_UNSOLVED = 1024 /* in real time: a step had not the work that the laws of contact asked for */
 } NoticeKind;
 
 /* notice_sentence.h puts it in words. */
@@ -165,7 +166,7 @@ typedef struct {
     int index;   /* for MOTION: the index of the motion; for RANGE: the index in BOUNDED */
 } Notice;
 
-enum { MOST_NOTICES = 9 + SIZE_BOUNDED }; /* each kind is given once, that of ranges once for each coordinate */
+enum { MOST_NOTICES = 10 + SIZE_BOUNDED }; /* each kind is given once, that of ranges once for each coordinate */
 
 /* The longest message, with its end; what is longer is cut. */
 enum { SENTENCE_SIZE = 1024 };

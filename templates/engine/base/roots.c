@@ -57,7 +57,7 @@ static double value_at(const double bernstein[], int degree, double theta, doubl
             work[i] += theta * (work[i + 1] - work[i]);
         }
     }
-    *slope = degree * (work[1] - work[0]);
+    *slope = (double)degree * (work[1] - work[0]);
     return work[0] + theta * (work[1] - work[0]);
 }
 
@@ -161,7 +161,7 @@ double roots_first_descent(const double bernstein[ROOT_NODES], double noise) {
             return NO_ROOT;
         }
         for (int i = 0; i < degree; i++) {
-            b[i] = fabs(b[i + 1]) <= noise ? 0.0 : b[i + 1] * degree / (i + 1);
+            b[i] = fabs(b[i + 1]) <= noise ? 0.0 : b[i + 1] * (double)degree / (double)(i + 1);
         }
         degree--;
     }

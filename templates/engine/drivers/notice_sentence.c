@@ -102,6 +102,11 @@ void notice_sentence(const Notice *notice, char text[], size_t size) {
                  "bounds are no stops, and the motion goes on without them", state_name(BOUNDED[notice->index]),
                  RANGES[notice->index][0], RANGES[notice->index][1], notice->time);
         break;
+    case NOTICE_UNSOLVED:
+        snprintf(text, size, "before time %.17g s the laws of contact asked for more work than a step in real "
+                 "time has: impulses obey their limits, and what is left of the laws goes to the next steps; take "
+                 "shorter steps", notice->time);
+        break;
     case NOTICE_NO_FORCES:
     case NOTICE_TWO_SOLUTIONS:
     case NOTICE_POISSON:

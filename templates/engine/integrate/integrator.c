@@ -17,7 +17,6 @@
 #include "watching.h"
 
 static const double FARTHEST = 1000.0;       /* a solver step may pass so many communication steps */
-static const double MOST_STEPS = 1e12;       /* the most steps of a fixed-step method in a communication step */
 
 /* The time (s) up to which steps may go. It is beyond the end of the communication step only if the same inputs may
    well hold there: they do not if they move, and are not expected to if something was changed before this communication
@@ -174,7 +173,7 @@ static bool integrate_in_equal_steps(Instance *instance) {
     const double span = end - state->grid_start;
     const double whole = span * (1.0 - INSTANT) - rounding_of_length(end); /* less: H = 10 h takes 10 steps */
     const double count = whole <= longest ? 1.0 : ceil(whole / longest);
-    if (!(count <= MOST_STEPS)) {
+    if (!(count <= (double)MOST_SOLVER_STEPS)) {
         instance->failure.kind = FAILURE_STEP_COUNT;
         instance->failure.time = begun;
         instance->failure.amount = count;

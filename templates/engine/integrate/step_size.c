@@ -16,7 +16,7 @@ static const double WORTHWHILE = 1.25; /* steps pass the communication point onl
 
 /* The exponent's denominator: the error estimate of a step h is proportional to h to this power. */
 static double error_power(void) {
-    return 1.0 + (METHOD.error_order < METHOD.order ? METHOD.error_order : METHOD.order);
+    return 1.0 + (double)(METHOD.error_order < METHOD.order ? METHOD.error_order : METHOD.order);
 }
 
 double longest_step(const State *state) {

@@ -11,7 +11,7 @@
 
 /* Newton's method ends when MOST_FAILURES steps in turn have not halved the residual. Sweeps follow each of its steps,
    because they correct single contacts that the step wrongly took for open or closed. */
-enum { FIRST_SWEEPS = 8, MOST_SWEEPS = 16384, MOST_LARGE_STEPS = 60, MOST_FAILURES = 4, SWEEPS_AFTER_A_STEP = 5 };
+enum { FIRST_SWEEPS = 8, MOST_LARGE_STEPS = 60, MOST_FAILURES = 4, SWEEPS_AFTER_A_STEP = 5 };
 
 /* Greater forces for a free motion of 1 mean that there is no solution. */
 static const double MOST_GROWTH_OF_FORCES = 1e10;
@@ -284,7 +284,7 @@ bool complementarity_large(const SparseProblem *problem, double tolerance, const
     const int entries = units_order(problem, &large.units);
     find_curvature(&large);
     *residual = find_residual(&large);
-    for (int sweeps = FIRST_SWEEPS; sweeps <= MOST_SWEEPS && *residual > tolerance; sweeps *= 2) {
+    for (int sweeps = FIRST_SWEEPS; sweeps <= work->most_sweeps && *residual > tolerance; sweeps *= 2) {
         descend(&large, sweeps);
         memcpy(large.swept, lambda, size);
         const double before = find_residual(&large);
@@ -293,4 +293,17 @@ bool complementarity_large(const SparseProblem *problem, double tolerance, const
     }
     *residual = find_residual(&large);
     return *residual <= tolerance;
+}
+
+void complementarity_project(const SparseProblem *problem, const LargeWork *work, double lambda[], double w[]) {
+    Large large;
+    large.problem = problem;
+    large.x = lambda;
+    large.w = w;
+    place_work(work, &large);
+    units_order(problem, &large.units);
+    find_curvature(&large);
+    evaluate_large(&large);
+    sweep(&large);
+    evaluate_large(&large);
 }

@@ -13,6 +13,7 @@ typedef struct {
     int *integers;   /* [7 * rows + 1] */
     double *numbers; /* [4 * rows + 2 * capacity] */
     int capacity;    /* of the envelope of the elimination; rows * (rows + 1) / 2 serves always, often far less */
+    int most_sweeps; /* of one round; each round has twice as many as the one before */
 } LargeWork;
 
 /* Solves for lambda[rows] and w[rows], from the lambda given: that of the step before, or zeros. Accelerated block
@@ -23,5 +24,8 @@ typedef struct {
    each in units of its row. False: more than tolerance is left; lambda is then the best that was found. */
 bool complementarity_large(const SparseProblem *problem, double tolerance, const LargeWork *work, double lambda[],
                            double w[], double *residual);
+
+/* A last sweep from the best that was found: lambda obeys the limits of all laws, whatever is left of the equations. */
+void complementarity_project(const SparseProblem *problem, const LargeWork *work, double lambda[], double w[]);
 
 #endif

@@ -320,7 +320,7 @@ static bool count_event(Instance *instance) {
     if (state->events_there <= MOST_EVENTS_AT_ONCE + 2 * N_EVENTS) {
         return true;
     }
-    const int latest = (int)larger(events_latest(state, state->time), 0);
+    const int last = events_latest(state, state->time), latest = last > 0 ? last : 0;
     bool pushed = true;
     const bool known = latest >= N_SWITCHES || events_push_back(instance, latest, &pushed);
     instance->failure.kind = known && pushed ? FAILURE_CHATTERING : FAILURE_EVENT_POLE;

@@ -134,7 +134,7 @@ bool contacts_slide(Instance *instance, const System *system, double time, const
 static void add_answers(Arena *arena, const Sliding *sliding, const Slope *slope, const double change[],
                         double answer[]) {
     const ArenaMark mark = arena_mark(arena);
-    WORK(mark, double, rest, SIZE_FRICTIONAL);
+    WORK_ZEROS(mark, double, rest, SIZE_FRICTIONAL);
     WORK(mark, double, z, SIZE_FRICTIONAL);
     for (int k = 0; k < sliding->count; k++) {
         rest[k] = change[sliding->row[k] - FIRST_SLIP];

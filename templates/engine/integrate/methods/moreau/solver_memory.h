@@ -49,6 +49,7 @@ typedef struct {
     double accelerations[N_COORDINATES];     /* without forces of rows, there */
     double delassus[N_MEETINGS];             /* of active rows */
     double pace;                             /* the greatest velocity in nominal values, at least 1/s */
+    bool unsolved;                           /* the laws asked for more work than a step in real time has */
     bool active[N_CONSTRAINTS];              /* obey their laws in this step: contacts if they touch */
     double restitution[SIZE_UNILATERALS];    /* of contacts that collide in this step; 0 of others */
     double friction[SIZE_UNILATERALS];       /* what friction bears of the normal force */

@@ -10,7 +10,8 @@
 #include "notices.h"
 #include "scale.h"
 
-enum { MOST_LOADS = 50, LOAD_BISECTIONS = 30 };
+/* In real time the laws are met as well as so much work allows. */
+enum { MOST_LOADS = REAL_TIME ? 8 : 50, LOAD_BISECTIONS = REAL_TIME ? 8 : 30, MOST_SWEEPS = REAL_TIME ? 128 : 16384 };
 
 /* A velocity along a row that is as good as 0. */
 static double least_speed(const SolverScratch *scratch, int row) {
@@ -56,10 +57,14 @@ void choose_rows(SolverScratch *scratch, const bool which[]) {
 bool solve_chosen(ChosenRows *chosen) {
     const SparseProblem problem = {chosen->count, chosen->start, chosen->column,
                                    chosen->value, chosen->free,  chosen->row};
-    const LargeWork work = {chosen->integers, chosen->numbers, K * (K + 1) / 2};
+    const LargeWork work = {chosen->integers, chosen->numbers, K * (K + 1) / 2, MOST_SWEEPS};
     double residual;
-    return complementarity_large(&problem, SOLVED, &work, chosen->lambda, chosen->w, &residual) ||
-           residual <= TOLERATED;
+    const bool solved = complementarity_large(&problem, SOLVED, &work, chosen->lambda, chosen->w, &residual) ||
+                        residual <= TOLERATED;
+    if (REAL_TIME && !solved) {
+        complementarity_project(&problem, &work, chosen->lambda, chosen->w);
+    }
+    return solved;
 }
 
 /* The greatest velocity in nominal values, at least 1/s. */
@@ -181,7 +186,10 @@ static bool solve_step_laws(SolverScratch *scratch, double length, double part) 
     choose_rows(scratch, scratch->active);
     set_laws(scratch, length, part);
     if (chosen->count > 0 && !solve_chosen(chosen)) {
-        return false;
+        scratch->unsolved = true;
+        if (!REAL_TIME) {
+            return false;
+        }
     }
     memset(scratch->impulses, 0, sizeof scratch->impulses);
     memset(scratch->after, 0, sizeof scratch->after);
@@ -248,11 +256,13 @@ void step_begin(Instance *instance, double time, const double states[], double l
     for (int row = 0; row < K; row++) {
         scratch->impulses[row] = length * instance->state.solver.forces[row];
     }
+    scratch->unsolved = false;
     memset(scratch->dry, 0, sizeof scratch->dry);
     find_dry(instance, time, states, length);
 }
 
-bool step_impulses(Instance *instance, double time, const double states[], double length) {
+/* The impulses, with no more of the restitution than keeps the energy from growing. */
+static bool find_impulses(Instance *instance, double time, const double states[], double length) {
     const SolverScratch *scratch = &instance->scratch.solver;
     if (!solve_loads(instance, time, states, length, 1.0)) {
         return fail_step(instance, time);
@@ -262,6 +272,16 @@ bool step_impulses(Instance *instance, double time, const double states[], doubl
             give_notice(instance, NOTICE_REDUCED, 0.0, N_SWITCHES + 2 * c);
             return reduce_loads(instance, time, states, length) || fail_step(instance, time);
         }
+    }
+    return true;
+}
+
+bool step_impulses(Instance *instance, double time, const double states[], double length) {
+    if (!find_impulses(instance, time, states, length)) {
+        return false;
+    }
+    if (REAL_TIME && instance->scratch.solver.unsolved) {
+        give_notice(instance, NOTICE_UNSOLVED, length, 0);
     }
     return true;
 }

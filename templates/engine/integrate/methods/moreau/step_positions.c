@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "notices.h"
 #include "scale.h"
 #include "step_impulses.h"
 
@@ -101,6 +102,10 @@ bool step_positions(Instance *instance, double time, double states[]) {
             break;
         }
         correct_positions(instance, at, moved, states);
+    }
+    if (REAL_TIME && worst > LOCATED && isfinite(worst)) {
+        give_notice(instance, NOTICE_UNSOLVED, 0.0, 0);
+        return arena_leave(mark, true);
     }
     return arena_leave(mark, worst <= LOCATED || fail_positions(instance, time, which, at->positions[which]));
 }

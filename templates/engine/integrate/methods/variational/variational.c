@@ -152,14 +152,14 @@ static double correct_velocities(Instance *instance, Step step, const double p[]
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ROWS(mark, double, changes, S, N_UNKNOWNS);
     WORK(mark, double, missing, N_COORDINATES);
-    static const double RESTING[SIZE_CONSTRAINTS];
+    static const double NO_REST[SIZE_CONSTRAINTS];
     double greatest = 0.0;
     for (int i = 0; i < S; i++) {
         for (int k = 0; k < N; k++) {
             const double force = weighed(COLLOCATION.hat + i * S, stages->forces, k) + stages_reaction(stages, i, k);
             missing[k] = p[k] + step.length * force - stages->momenta[i][k];
         }
-        system_solve(&instance->scratch.system, missing, RESTING, NULL, changes[i]);
+        system_solve(&instance->scratch.system, missing, NO_REST, NULL, changes[i]);
     }
     stages_meet_constraints(&instance->scratch.system, step.length, stages, changes);
     for (int i = 0; i < S; i++) {

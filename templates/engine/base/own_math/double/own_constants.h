@@ -1,0 +1,54 @@
+/* The constants of own_math.c for numbers of type double. Polynomials of sine, cosine and arctangent: FreeBSD's
+   msun, Copyright 1993 by Sun Microsystems, which permits use with this notice. The other series are Taylor's. */
+#ifndef OWN_CONSTANTS_H
+#define OWN_CONSTANTS_H
+
+/* A number as the sum of two, of which the second is less than half a unit in the last place of the first. */
+typedef struct {
+    double high, low;
+} Pair;
+
+static const double SPLITTER = 134217729.0; /* 2^27 + 1: halves of numbers have products without rounding */
+static const double TINY = 7.450580596923828e-09;     /* what is smaller is its own sine, tangent and so on */
+static const double ROOT_OF_HALF = 0.7071067811865476;
+static const double LARGE_ANGLE = 1e6; /* rad */
+static const double MOST_RATIO = 1.152921504606847e+18; /* of the sides of a triangle; beyond, an angle is right */
+static const double MOST_EXPONENT = 709.79, LEAST_EXPONENT = -745.2; /* beyond, exp is infinite, or 0 */
+static const double MOST_HYPERBOLIC = 710.4758600739439, MOST_TANH = 22.0; /* beyond, sinh is infinite, and tanh is 1 */
+static const double SMALL_EXPONENT = 0.34657;
+static const Pair HALF_PI = {1.5707963267948966, 6.123233995736766e-17};
+static const double HALF_PI_PARTS[] = {
+    1.5707963267341256, 6.077100506303966e-11, 2.0222662487111665e-21, 8.4784276603689e-32};
+static const double LN_2[] = {
+    0.6931471805598903, 5.49792301870721e-14, 1.1612227229362532e-26};
+static const Pair ODD_PARTS[] = {
+    {0.3333333333333333, 1.850371707708594e-17},
+    {0.2, -1.1102230246251566e-17},
+    {0.14285714285714285, 7.93016446160826e-18}}; /* 1/3, 1/5, 1/7 */
+static const Pair ANGLES[] = {
+    {0.4636476090008061, 2.2698777452961687e-17},
+    {0.7853981633974483, 3.061616997868383e-17},
+    {0.982793723247329, 1.3903311031230998e-17}}; /* atan of 1/2, 1, 3/2 */
+enum { EXPONENTIAL_TERMS = 13, LOGARITHM_TERMS = 11, SINE_TERMS = 6, COSINE_TERMS = 6, ARCTANGENT_TERMS = 11 };
+static const double EXPONENTIAL[] = {
+    0.16666666666666666, 0.041666666666666664, 0.008333333333333333, 0.001388888888888889,
+    0.0001984126984126984, 2.48015873015873e-05, 2.7557319223985893e-06, 2.755731922398589e-07,
+    2.505210838544172e-08, 2.08767569878681e-09, 1.6059043836821613e-10, 1.1470745597729725e-11,
+    7.647163731819816e-13};
+static const double LOGARITHM[] = {
+    0.1111111111111111, 0.09090909090909091, 0.07692307692307693, 0.06666666666666667, 0.058823529411764705,
+    0.05263157894736842, 0.047619047619047616, 0.043478260869565216, 0.04, 0.037037037037037035,
+    0.034482758620689655};
+static const double SINE[] = {
+    -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04,
+    2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10};
+static const double COSINE[] = {
+    4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05,
+    -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11};
+static const double ARCTANGENT[] = {
+    3.33333333333329318027e-01, -1.99999999998764832476e-01, 1.42857142725034663711e-01,
+    -1.11111104054623557880e-01, 9.09088713343650656196e-02, -7.69187620504482999495e-02,
+    6.66107313738753120669e-02, -5.83357013379057348645e-02, 4.97687799461593236017e-02,
+    -3.65315727442169155270e-02, 1.62858201153657823623e-02};
+
+#endif

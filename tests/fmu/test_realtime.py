@@ -1,0 +1,124 @@
+"""The profile for real time: steps with a bound, no memory after instantiation, contacts that never fail a step."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bare import Bare
+from compiling import COMPILERS, compiled
+from fmpy.fmi1 import FMICallException
+from stepping import Stepping
+
+from lag2fmu import export, simulate
+from lag2fmu.errors import ExportError
+from lag2fmu.fmu.backends.native import describe
+from lag2fmu.fmu.deriving import derived
+from lag2fmu.fmu.firmware import firmware
+from lag2fmu.fmu.realtime import RealTime
+from lag2fmu.formats.loading import load
+
+pytestmark = pytest.mark.fmu
+
+
+def test_the_solver_is_one_of_fixed_steps(tmp_path: Path) -> None:
+    found = [
+        export(model, tmp_path / f"{model}.fmu", profile="realtime", page="static").description.solver
+        for model in ("pendulum", "slides_problem_5_small", "bouncing_ball")
+    ]
+    assert found[0] == "rk4"
+    assert found[1] in ("rk4", "ros2")
+    assert found[2] == "moreau"
+
+
+def test_longer_steps_are_discarded_and_shorter_ones_taken(tmp_path: Path) -> None:
+    fmu = export("cart_pole", tmp_path / "it.fmu", profile="realtime", step=0.004, page="static")
+    with Stepping(fmu.path) as host:
+        host.start()
+        assert len(host.steps(3, 0.004)) == 3
+        assert len(host.steps(1, 0.001)) == 1
+        with pytest.raises(FMICallException, match="discard"):
+            host.steps(1, 0.005)
+        assert any("steps" in sentence for _, _, sentence in host.log)
+
+
+def test_it_moves_as_without_the_profile(tmp_path: Path) -> None:
+    """The profile bounds a step; within the bound it is the same solver with the same steps."""
+    mechanism = load("newtons_cradle")
+    mechanism = replace(mechanism, experiment=replace(mechanism.experiment, stop_time=0.5))
+    runs = [
+        simulate(export(mechanism, tmp_path / f"{profile}.fmu", solver="moreau", page="static", profile=profile)).values
+        for profile in ("desktop", "realtime")
+    ]
+    assert np.array_equal(*runs)
+
+
+@pytest.mark.skipif("gcc" not in COMPILERS, reason="no gcc")
+def test_nothing_is_allocated_after_instantiation(tmp_path: Path) -> None:
+    """An allocator that counts: one call for the instance, none for the steps of a stack that falls."""
+    found = derived(load("stack_of_blocks"), None, bounded=True)
+    _, sources = describe(
+        found.mechanism, found.equations, found.program, found.solver, found.vibrations, realtime=RealTime()
+    )
+    counting = "#include <stdlib.h>\nextern int allocations;\nstatic inline void *counted(size_t n, size_t s) "
+    counting += "{ allocations++; return calloc(n, s); }\n#define calloc counted\n"
+    counting += "#define malloc(size) counted(1, size)\n"
+    counter = '__attribute__((visibility("default"))) int allocations;\n'
+    texts = {**sources, "counting.h": counting, "counter.c": counter}
+    library = compiled(tmp_path, texts, "gcc", options=("-include", "counting.h"))
+    guid = re.search(r'MODEL_GUID "([^"]+)"', sources["mechanism.h"])[1]
+    library.fmi2Instantiate.restype = ctypes.c_void_p
+    callbacks = (ctypes.c_void_p * 5)()
+    it = ctypes.c_void_p(library.fmi2Instantiate(b"one", 1, guid.encode(), None, callbacks, 0, 0))
+    count = ctypes.c_int.in_dll(library, "allocations")
+    assert count.value == 1
+    assert library.fmi2EnterInitializationMode(it) == library.fmi2ExitInitializationMode(it) == 0
+    step = found.mechanism.experiment.step
+    for i in range(50):
+        assert library.fmi2DoStep(it, ctypes.c_double(i * step), ctypes.c_double(step), 1) == 0
+    assert count.value == 1
+
+
+def test_what_is_left_of_the_laws_is_projected_and_told_once(tmp_path: Path) -> None:
+    """With no work for the laws a stack of blocks sinks, but no step fails and no speed grows."""
+    made = firmware("stack_of_blocks")
+    name = next(file for file in made.files if file.endswith(".c") and file != "main.c")
+    assert "MOST_SWEEPS = REAL_TIME ? 128 : 16384" in made.files[name]
+    poor = {
+        **made.files,
+        name: made.files[name].replace("MOST_SWEEPS = REAL_TIME ? 128", "MOST_SWEEPS = REAL_TIME ? 0"),
+    }
+    unsolved, energies = [], []
+    for files in (made.files, poor):
+        (folder := tmp_path / str(len(unsolved))).mkdir()
+        it = Bare(files, folder)
+        assert it.start() == 0
+        for _ in range(100):
+            assert it.step(made.bound.longest) == 0
+        unsolved.append(bool(it.notices() & 1024))
+        energies.append(it.get("kinetic_energy")[1])
+    assert unsolved == [False, True]
+    assert all(math.isfinite(energy) for energy in energies)
+    assert energies[1] < 1e3 * (energies[0] + 1.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"profile": "hard"}, "--profile hard: known are desktop, realtime"),
+        ({"profile": "realtime", "solver": "dop853"}, "nothing bounds them in real time; take rk4"),
+        ({"profile": "realtime", "backend": "python"}, "Python answers when it likes"),
+        ({"profile": "realtime", "step": -1.0}, "--step -1: expected a positive number"),
+        ({"profile": "realtime", "step": math.nan}, "--step nan: expected a positive number"),
+        ({"step": 0.1}, "--step bounds the steps of --profile realtime"),
+    ],
+)
+def test_refusals_name_the_remedy(options: dict, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match=sentence):
+        export("pendulum", tmp_path / "it.fmu", page="static", **options)
+    assert not (tmp_path / "it.fmu").exists()

@@ -1,0 +1,98 @@
+"""Plain C on processors that are no PC's, under QEMU: with own sines the bits are those of this machine.
+
+Cortex-M4F and M7 run bare, without an operating system; the others run by QEMU's user mode, with zig's musl.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lag2fmu.fmu.firmware import firmware
+
+pytestmark = [pytest.mark.toolchain, pytest.mark.fmu, pytest.mark.slow]
+
+HERE = Path(__file__).parent / "cortex"
+MODELS = ("cart_pole", "six_axis_arm", "four_bar_linkage", "woodpecker", "sliding_sphere")
+STEPS = 500
+ZIG = (sys.executable, "-m", "ziglang", "cc")
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-DMAIN_SILENT", f"-DMAIN_STEPS={STEPS}")
+BARE = (
+    "-mthumb",
+    "-mfloat-abi=hard",
+    "-ffunction-sections",
+    "-fdata-sections",
+    "-nostartfiles",
+    "--specs=rdimon.specs",
+)
+CORTEX = {
+    "mps2-an386": ("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"),
+    "mps2-an500": ("-mcpu=cortex-m7", "-mfpu=fpv5-d16"),
+}
+"""QEMU's board -> its processor"""
+USER = {
+    "arm": ("arm-linux-musleabihf",),
+    "aarch64": ("aarch64-linux-musl",),
+    "riscv64": ("riscv64-linux-musl",),
+    "i386": ("x86-linux-musl", "-msse2", "-mfpmath=sse"),
+}
+"""QEMU's processor -> zig's target and flags"""
+CASES = [(model, real) for model in MODELS for real in ("double", "float")]
+
+
+@pytest.fixture(scope="module", params=CASES, ids="_".join)
+def files(request: pytest.FixtureRequest) -> Mapping[str, str]:
+    model, real = request.param
+    return firmware(model, real=real, own_math=True).files
+
+
+@pytest.fixture(scope="module")
+def here(files: Mapping[str, str], tmp_path_factory: pytest.TempPathFactory) -> str:
+    """What this machine prints."""
+    folder = tmp_path_factory.mktemp("here")
+    for name, text in files.items():
+        (folder / name).write_text(text, "utf-8")
+    return run(folder, (*ZIG, *FLAGS))
+
+
+@pytest.fixture
+def folder(files: Mapping[str, str], tmp_path: Path) -> Path:
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, "utf-8")
+    return tmp_path
+
+
+def run(folder: Path, command: tuple[str, ...], *start: str) -> str:
+    """What the program that ``command`` makes in ``folder`` prints, if ``start`` runs it."""
+    units = sorted(path.name for path in folder.glob("*.c"))
+    built = subprocess.run(
+        [*command, *units, "-lm", "-o", "run"], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert built.returncode == 0, built.stderr
+    done = subprocess.run([*start, folder / "run"], capture_output=True, text=True, check=True, timeout=300)
+    return done.stdout.replace("\r", "")
+
+
+@pytest.mark.parametrize("board", CORTEX)
+def test_bits_on_a_bare_processor(board: str, folder: Path, here: str) -> None:
+    if not (shutil.which("arm-none-eabi-gcc") and shutil.which("qemu-system-arm")):
+        pytest.skip("no qemu-system-arm with gcc-arm-none-eabi on this machine")
+    shutil.copy(HERE / "startup.c", folder)
+    command = ("arm-none-eabi-gcc", *FLAGS, *CORTEX[board], *BARE, "-Wl,--gc-sections", "-T", str(HERE / "cortex.ld"))
+    options = ("-M", board, "-nographic", "-semihosting-config", "enable=on,target=native", "-kernel")
+    assert run(folder, command, "qemu-system-arm", *options) == here
+    assert np.isfinite(np.array(here.splitlines()[-1].split(","), float)).all()
+
+
+@pytest.mark.parametrize("processor", USER)
+def test_bits_on_other_processors(processor: str, folder: Path, here: str) -> None:
+    if shutil.which(f"qemu-{processor}") is None:
+        pytest.skip(f"no qemu-{processor} on this machine")
+    target, *flags = USER[processor]
+    assert run(folder, (*ZIG, "-target", target, *FLAGS, *flags), f"qemu-{processor}") == here
