@@ -14,6 +14,7 @@ def test_units_include_files_as_they_are() -> None:
     assert translation_units(sources) == {"unit_1.c": '#include "one.c"\n#include "two.c"\n'}
 
 
+@pytest.mark.usefixtures("optimised")
 def test_long_files_stand_apart() -> None:
     """And what still fits in the first unit joins it."""
     joined = translation_units({"a.c": " " * (MOST - 10), "b.c": " " * 20, "c.c": " " * 10})
