@@ -29,7 +29,8 @@ def calculated_units(mechanism: Mechanism) -> dict[str, Unit | None]:
     for name in mechanism.driven:
         unit = declared[name]
         found[names.drive(name)] = per(JOULE, parse_unit(unit) if isinstance(unit, str) else unit)
-    return found | dict(_of_rows(mechanism))
+    rows = mechanism.unilaterals or mechanism.frictions or mechanism.latches
+    return found | dict(_of_rows(mechanism)) if rows else found
 
 
 def _of_rows(mechanism: Mechanism) -> Iterator[tuple[str, Unit | None]]:
