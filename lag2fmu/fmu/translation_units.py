@@ -1,26 +1,39 @@
 """C files joined to few translation units: starting a compiler for each of forty files costs more than compiling them.
 
-Files are joined by inclusion, as they are: what one of them keeps to itself has a name that no other one has.
+Files are joined by inclusion, as they are: what one of them keeps to itself has a name that no other one has. What
+calls each other at each stage of a solver stands in one unit, where the compiler sees both sides of the calls. What is
+generated for a mechanism stands apart from the engine.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cache
 
-MOST = 60_000
+from lag2fmu.resources import resource_folder
+
+MOST = 100_000
 """No file joins a unit with more characters, so that several units are compiled side by side."""
+HOT = ("integrate", "system")
+"""The rooms of the engine that work at each stage of a solver."""
+OF_STAGES = "tableau.c"
+"""The generated file that does so as well; it depends on the solver and on sizes alone."""
 
 
 def translation_units(sources: Mapping[str, str]) -> dict[str, str]:
     """{file: text} to compile in place of the .c files in ``sources`` {file: text}; each includes some of them."""
     units: list[list[str]] = []
-    for name in c_files(sources):
-        room = (unit for unit in units if sum(len(sources[other]) for other in (*unit, name)) <= MOST)
-        unit = next(room, None)
-        if unit is None:
-            units.append([name])
-        else:
-            unit.append(name)
+    for rank in (0, 1, 2):
+        first = len(units)
+        for name in c_files(sources):
+            if _rank(name) != rank:
+                continue
+            room = (unit for unit in units[first:] if sum(len(sources[other]) for other in (*unit, name)) <= MOST)
+            unit = next(room, None)
+            if unit is None:
+                units.append([name])
+            else:
+                unit.append(name)
     return {f"unit_{i}.c": including(unit) for i, unit in enumerate(units, start=1)}
 
 
@@ -32,3 +45,16 @@ def c_files(sources: Iterable[str]) -> list[str]:
 def including(files: Iterable[str]) -> str:
     """The text of a C file that includes ``files``."""
     return "".join(f'#include "{name}"\n' for name in files)
+
+
+def _rank(name: str) -> int:
+    """0 for what works at each stage of a solver, 1 for the rest of the engine, 2 for what is generated."""
+    room = _rooms().get(name)
+    return 0 if room in HOT or name == OF_STAGES else 2 if room is None else 1
+
+
+@cache
+def _rooms() -> dict[str, str]:
+    """{file: room} of the .c files of the engine."""
+    engine = resource_folder("templates") / "engine"
+    return {path.name: path.relative_to(engine).parts[0] for path in engine.rglob("*.c")}

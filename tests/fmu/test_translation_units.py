@@ -28,3 +28,14 @@ def test_each_file_stands_in_one_unit(model: str) -> None:
     stands = [file for text in joined.values() for file in re.findall(r'#include "(.*)"', text)]
     assert sorted(stands) == sorted(file for file in sources if file.endswith(".c"))
     assert len(joined) <= len(stands) / 10 + 2
+
+
+@pytest.mark.usefixtures("optimised")
+def test_a_stage_of_the_solver_stands_in_one_unit() -> None:
+    """And what is generated stands in units without files of the engine."""
+    _, sources = described(load("double_pendulum"))
+    units = [set(re.findall(r'#include "(.*)"', text)) for text in translation_units(sources).values()]
+    stage = {"integrator.c", "runge_kutta.c", "tableau.c", "derivative.c", "constraints_none.c", "mass_matrix.c"}
+    assert stage <= units[0]
+    generated = {"mechanism.c", "derivatives.c", "second_derivatives.c", "locals_derivatives.c", "tables.c"}
+    assert generated in units
