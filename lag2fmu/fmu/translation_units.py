@@ -22,19 +22,24 @@ OF_STAGES = "tableau.c"
 
 def translation_units(sources: Mapping[str, str]) -> dict[str, str]:
     """{file: text} to compile in place of the .c files in ``sources`` {file: text}; each includes some of them."""
-    units: list[list[str]] = []
-    for rank in (0, 1, 2):
-        first = len(units)
-        for name in c_files(sources):
-            if _rank(name) != rank:
-                continue
-            room = (unit for unit in units[first:] if sum(len(sources[other]) for other in (*unit, name)) <= MOST)
-            unit = next(room, None)
-            if unit is None:
-                units.append([name])
-            else:
-                unit.append(name)
+    names = c_files(sources)
+    few = sum(len(sources[name]) for name in names) <= MOST
+    groups = [names] if few else [[name for name in names if _rank(name) == rank] for rank in (0, 1, 2)]
+    units = [unit for group in groups for unit in _packed(group, sources)]
     return {f"unit_{i}.c": including(unit) for i, unit in enumerate(units, start=1)}
+
+
+def _packed(names: Iterable[str], sources: Mapping[str, str]) -> list[list[str]]:
+    """The ``names`` in lists of at most MOST characters together; each name in the first one that has room."""
+    units: list[list[str]] = []
+    for name in names:
+        room = (unit for unit in units if sum(len(sources[other]) for other in (*unit, name)) <= MOST)
+        unit = next(room, None)
+        if unit is None:
+            units.append([name])
+        else:
+            unit.append(name)
+    return units
 
 
 def c_files(sources: Iterable[str]) -> list[str]:
