@@ -29,6 +29,20 @@ def translation_units(sources: Mapping[str, str]) -> dict[str, str]:
     return {f"unit_{i}.c": including(unit) for i, unit in enumerate(units, start=1)}
 
 
+def shared_files(unit: str, sources: Mapping[str, str]) -> dict[str, str] | None:
+    """{file: text} of all that a ``unit`` of ``sources`` includes, itself among them; None if some of it is generated.
+
+    Other mechanisms of the same kind and size have the same.
+    """
+    found, waiting = {}, [unit]
+    while waiting:
+        name = waiting.pop()
+        if name in sources and name not in found:
+            found[name] = sources[name]
+            waiting += [line.split('"')[1] for line in sources[name].splitlines() if line.startswith('#include "')]
+    return None if any(_rank(name) == 2 for name in found if name.endswith(".c") and name != unit) else found
+
+
 def _packed(names: Iterable[str], sources: Mapping[str, str]) -> list[list[str]]:
     """The ``names`` in lists of at most MOST characters together; each name in the first one that has room."""
     units: list[list[str]] = []

@@ -3,10 +3,12 @@
 import re
 
 import pytest
+import sympy as sp
 from describing import described
 
-from lag2fmu.fmu.translation_units import MOST, translation_units
+from lag2fmu.fmu.translation_units import MOST, shared_files, translation_units
 from lag2fmu.formats.loading import load
+from lag2fmu.mechanism import Body, Mechanism, coordinate
 
 
 def test_units_include_files_as_they_are() -> None:
@@ -39,3 +41,19 @@ def test_a_stage_of_the_solver_stands_in_one_unit() -> None:
     assert stage <= units[0]
     generated = {"mechanism.c", "derivatives.c", "second_derivatives.c", "locals_derivatives.c", "tables.c"}
     assert generated in units
+
+
+@pytest.mark.usefixtures("optimised")
+def test_mechanisms_of_one_kind_and_size_share_what_is_compiled_of_the_engine() -> None:
+    """A name, values and a motion that differ stand in generated units, which nothing shares."""
+    shared = []
+    for name, length in (("one", 1.0), ("other", 2.0)):
+        theta = coordinate("theta", "rad", start=0.1 * length)
+        bob = Body("bob", 1.0, (length * sp.sin(theta), -length * sp.cos(theta)))
+        _, sources = described(Mechanism(name, coordinates=[theta], bodies=[bob], gravity=9.81))
+        units = translation_units(sources)
+        files = {**sources, **units}
+        shared.append({unit: found for unit in units if (found := shared_files(unit, files)) is not None})
+        assert 0 < len(shared[-1]) < len(units)
+    assert shared[0] == shared[1]
+    assert {"integrator.c", "fmi2_common.c", "mechanism.h"} <= {name for found in shared[0].values() for name in found}
