@@ -6,7 +6,8 @@ import os
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,8 @@ LIMIT = 0.7
 """A test that takes longer than this (s) belongs into SLOW."""
 WEEK = 7 * 24 * 3600.0
 """s"""
+FLAGS, MOST = compilers._flags, translation_units.MOST
+"""Those of users."""
 
 _seconds: dict[str, float] = defaultdict(float)
 
@@ -90,13 +93,44 @@ def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(build_cache.VARIABLE, build_cache.OFF)
 
 
+@contextmanager
+def compiling(optimised: bool) -> Iterator[None]:
+    """What is compiled in this process meanwhile is optimised, as users get it, or not.
+
+    Without it the compiler takes a sixth of the time, and the result runs a few times as long. Its files are one unit:
+    units beside each other read the same headers anew, and both processors have other tests to run.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compilers, "_flags", FLAGS if optimised else _unoptimised)
+        patch.setattr(translation_units, "MOST", MOST if optimised else sys.maxsize)
+        yield
+
+
+def _unoptimised(sources: Mapping[str, str], compiler: str) -> tuple[str, ...]:
+    """The flags of users, and for zig one that leaves out the optimisation alone: without -O2 it builds other parts."""
+    return (*FLAGS(sources, compiler), *(("-Xclang", "-O0") if compiler == "zig" else ()))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled_quickly(pytestconfig: pytest.Config) -> Iterator[None]:
+    """Nothing is optimised where no test asks for it, except with ``--all-models``."""
+    with compiling(optimised=pytestconfig.getoption("--all-models")):
+        yield
+
+
+@pytest.fixture
+def optimised() -> Iterator[None]:
+    """For tests of what users get from the compiler, and for long runs."""
+    with compiling(optimised=True):
+        yield
+
+
 @pytest.fixture(scope="session")
 def exported(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config) -> Exported:
     """``exported(name_or_mechanism, solver=..., outputs=..., fmi=..., **arguments)``: an FMU, built once a session.
 
-    Without ``optimised`` the compiler takes a sixth of the time, and the FMU runs a few times as long. That is the
-    default, except with ``--all-models``. Its files are one unit: units beside each other read the same headers anew,
-    and both processors have other tests to run. Only tests of the page ask for its equations, by ``without=()``.
+    By default it is optimised with ``--all-models`` alone, see ``compiling``. Only tests of the page ask for its
+    equations, by ``without=()``.
     """
     built: dict[object, Fmu] = {}
     seen: list[str | Mechanism] = []  # kept, so that no other mechanism gets the id of one that is in use
@@ -120,10 +154,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Conf
             mechanism = load(model, arguments) if isinstance(model, str) else model
             path: Path = tmp_path_factory.mktemp("fmu") / f"{mechanism.name}.fmu"
             seen.append(model)
-            with pytest.MonkeyPatch.context() as patch:
-                if not optimised:
-                    patch.setattr(compilers, "FLAGS", (*compilers.FLAGS, "-Xclang", "-O0"))
-                    patch.setattr(translation_units, "MOST", sys.maxsize)
+            with compiling(optimised):
                 options = {"solver": solver, "outputs": outputs, "fmi": fmi, "arrays": arrays, "without": without}
                 built[key] = export(mechanism, path, **options)
         return built[key]

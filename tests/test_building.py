@@ -285,3 +285,27 @@ def test_folders_of_old_weeks_and_of_removed_installations_go(monkeypatch, tmp_p
     assert environment[process.CACHE] == str(kept_folder)
     assert not gone.exists()
     assert [place.name for place in kept_folder.glob("objects-*")] == [Path(environment["ZIG_LOCAL_CACHE_DIR"]).name]
+
+
+# ------------------------------------------------------------------------------------------------------ kept sources
+
+
+def test_equal_sources_stand_at_one_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By which zig finds what it made of them; what was changed there is written anew."""
+    monkeypatch.setenv(process.CACHE, str(tmp_path))
+    files = {"a.c": '#include "a.h"\n', "a.h": "int a;\n"}
+    folder = process.placed(files)
+    assert folder is not None
+    assert {file.name: file.read_text("utf-8") for file in folder.iterdir()} == files
+    assert process.placed({**files, "a.h": "int b;\n"}) != folder
+    (folder / "a.h").write_text("int c;\n", "utf-8")
+    assert process.placed(files) == folder
+    assert (folder / "a.h").read_text("utf-8") == files["a.h"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows guards the user's folders by itself")
+def test_sources_are_kept_nowhere_where_others_may_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tmp_path.chmod(0o777)
+    monkeypatch.setenv(process.CACHE, str(tmp_path))
+    assert process.placed({"a.c": "int a;\n"}) is None
+    assert list(tmp_path.iterdir()) == []

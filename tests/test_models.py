@@ -133,6 +133,6 @@ def test_an_fmu_whose_variables_are_all_outputs_runs(model: str, exported) -> No
 
 @pytest.mark.parametrize("model", ["four_bar_linkage", "six_axis_arm"])
 def test_the_text_inside_an_fmu_gives_that_fmu_byte_for_byte(model: str, exported, tmp_path) -> None:
-    first = exported(model, optimised=True, without=())
+    first = exported(model, without=())
     again = export(read_mechanism(first.path), tmp_path / "again.fmu", solver=DEFAULT_SOLVER)
     assert filecmp.cmp(again.path, first.path, shallow=False)

@@ -10,7 +10,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
+from uuid import uuid4
 
 from lag2fmu.building.folders import cache_folder, refusal, say_once
 from lag2fmu.errors import BuildError
@@ -57,6 +58,14 @@ def zig() -> str:
     return str(Path(found.submodule_search_locations[0], "zig.exe" if os.name == "nt" else "zig"))
 
 
+def is_zig(command: Sequence[str]) -> bool:
+    """Whether the ``command`` is one of the installed zig, which finds again what it compiled.
+
+    Raises BuildError if what is installed has no folder.
+    """
+    return find_spec("ziglang") is not None and command[0] == zig()
+
+
 @telling("compiling")
 def run(command: Sequence[str], folder: Path) -> Result:
     """Run a compiler in ``folder``, which is removed later.
@@ -65,7 +74,7 @@ def run(command: Sequence[str], folder: Path) -> Result:
     """
     if shutil.which(command[0]) is None:
         raise BuildError(f"the compiler '{command[0]}' could not be started: there is no such program")
-    environment = _with_cache(folder) if find_spec("ziglang") and command[0] == zig() else None
+    environment = _with_cache(folder) if is_zig(command) else None
     with tempfile.TemporaryFile() as output, tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(
             [sys.executable, "-I", "-S", _SUPERVISOR, *command],
@@ -170,6 +179,37 @@ def compiler_folder() -> Path:
     """
     key = hashlib.sha256(zig().encode()).hexdigest()[:12]
     return cache_folder() / "compiler" / f"{version('ziglang')}-{key}"
+
+
+def placed(files: Mapping[str, str]) -> Path | None:
+    """A folder with ``files`` {name: text}, the same one for the same texts; None if nothing can be kept.
+
+    Zig knows a source by its path. What it made of sources in such a folder it finds again. Raises BuildError if zig is
+    not installed.
+    """
+    if os.environ.get(CACHE):
+        kept = Path(os.environ[CACHE])
+    else:
+        kept = compiler_folder()
+        kept = kept if refusal(kept) else _objects(kept)
+    if refusal(kept):
+        return None
+    folder = kept / "sources" / hashlib.sha256(repr(sorted(files.items())).encode()).hexdigest()[:32]
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        for name, text in files.items():
+            _write_once(folder / name, text.encode())
+    except OSError:
+        return None
+    return folder
+
+
+def _write_once(file: Path, content: bytes) -> None:
+    """Make sure that ``file`` has this ``content``, whoever writes or reads it meanwhile."""
+    if not file.is_file() or file.read_bytes() != content:
+        written = file.with_name(f"{file.name}.{uuid4().hex}")
+        written.write_bytes(content)
+        written.replace(file)
 
 
 def _objects(kept: Path) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 from lag2fmu.codegen.c import INTERVALS
@@ -217,5 +218,11 @@ def engine_text(path: str) -> str:
 
 def _texts(*folders: str) -> dict[str, str]:
     """{file name: text} of the C files in these folders of the engine, without their subfolders."""
-    engine = resource_folder("templates") / "engine"
-    return {path.name: path.read_text("utf-8") for folder in folders for path in (engine / folder).glob("*.[ch]")}
+    return {name: text for folder in folders for name, text in _folder_texts(folder).items()}
+
+
+@cache
+def _folder_texts(folder: str) -> dict[str, str]:
+    """The same of one folder, which no one changes."""
+    place = resource_folder("templates") / "engine" / folder
+    return {path.name: path.read_text("utf-8") for path in place.glob("*.[ch]")}

@@ -20,11 +20,11 @@ from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 
-from lag2fmu.building.build_cache import kept
-from lag2fmu.building.process import compiling, run, zig
+from lag2fmu.building.build_cache import kept, place
+from lag2fmu.building.process import compiling, is_zig, placed, run, zig
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.mach import hide, universal
-from lag2fmu.fmu.translation_units import translation_units
+from lag2fmu.fmu.translation_units import shared_files, translation_units
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 
@@ -260,7 +260,8 @@ def _built(command: list[str], files: Mapping[str, str], library: str) -> bytes:
         with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
             for file, text in files.items():
                 (Path(folder) / file).write_text(text, "utf-8", newline="\n")
-            _run(command, Path(folder))
+            keeps = is_zig(command) and place() is not None
+            _run([_kept_path(word, files) if keeps else word for word in command], Path(folder))
             built = Path(folder, library).read_bytes() if Path(folder, library).is_file() else b""
     except OSError as error:
         raise BuildError(
@@ -270,6 +271,13 @@ def _built(command: list[str], files: Mapping[str, str], library: str) -> bytes:
     if not built:
         raise BuildError(f"the compiler '{command[0]}' ended without an error but wrote no library")
     return built
+
+
+def _kept_path(word: str, files: Mapping[str, str]) -> str:
+    """The ``word`` of a command, or where it is a unit of the engine alone in ``files`` {name: text} its kept path."""
+    shared = shared_files(word, files) if word in files else None
+    folder = None if shared is None else placed(shared)
+    return word if folder is None else str(folder / word)
 
 
 def _run(command: list[str], folder: Path) -> str:

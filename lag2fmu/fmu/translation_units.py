@@ -1,27 +1,59 @@
 """C files joined to few translation units: starting a compiler for each of forty files costs more than compiling them.
 
-Files are joined by inclusion, as they are: what one of them keeps to itself has a name that no other one has.
+Files are joined by inclusion, as they are: what one of them keeps to itself has a name that no other one has. What
+calls each other at each stage of a solver stands in one unit, where the compiler sees both sides of the calls. What is
+generated for a mechanism stands apart from the engine.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cache
 
-MOST = 60_000
+from lag2fmu.resources import resource_folder
+
+MOST = 100_000
 """No file joins a unit with more characters, so that several units are compiled side by side."""
+HOT = ("integrate", "system")
+"""The rooms of the engine that work at each stage of a solver."""
+OF_STAGES = "tableau.c"
+"""The generated file that does so as well; it depends on the solver and on sizes alone."""
 
 
 def translation_units(sources: Mapping[str, str]) -> dict[str, str]:
     """{file: text} to compile in place of the .c files in ``sources`` {file: text}; each includes some of them."""
+    names = c_files(sources)
+    few = sum(len(sources[name]) for name in names) <= MOST
+    groups = [names] if few else [[name for name in names if _rank(name) == rank] for rank in (0, 1, 2)]
+    units = [unit for group in groups for unit in _packed(group, sources)]
+    return {f"unit_{i}.c": including(unit) for i, unit in enumerate(units, start=1)}
+
+
+def shared_files(unit: str, sources: Mapping[str, str]) -> dict[str, str] | None:
+    """{file: text} of all that a ``unit`` of ``sources`` includes, itself among them; None if some of it is generated.
+
+    Other mechanisms of the same kind and size have the same.
+    """
+    found, waiting = {}, [unit]
+    while waiting:
+        name = waiting.pop()
+        if name in sources and name not in found:
+            found[name] = sources[name]
+            waiting += [line.split('"')[1] for line in sources[name].splitlines() if line.startswith('#include "')]
+    return None if any(_rank(name) == 2 for name in found if name.endswith(".c") and name != unit) else found
+
+
+def _packed(names: Iterable[str], sources: Mapping[str, str]) -> list[list[str]]:
+    """The ``names`` in lists of at most MOST characters together; each name in the first one that has room."""
     units: list[list[str]] = []
-    for name in c_files(sources):
+    for name in names:
         room = (unit for unit in units if sum(len(sources[other]) for other in (*unit, name)) <= MOST)
         unit = next(room, None)
         if unit is None:
             units.append([name])
         else:
             unit.append(name)
-    return {f"unit_{i}.c": including(unit) for i, unit in enumerate(units, start=1)}
+    return units
 
 
 def c_files(sources: Iterable[str]) -> list[str]:
@@ -32,3 +64,16 @@ def c_files(sources: Iterable[str]) -> list[str]:
 def including(files: Iterable[str]) -> str:
     """The text of a C file that includes ``files``."""
     return "".join(f'#include "{name}"\n' for name in files)
+
+
+def _rank(name: str) -> int:
+    """0 for what works at each stage of a solver, 1 for the rest of the engine, 2 for what is generated."""
+    room = _rooms().get(name)
+    return 0 if room in HOT or name == OF_STAGES else 2 if room is None else 1
+
+
+@cache
+def _rooms() -> dict[str, str]:
+    """{file: room} of the .c files of the engine."""
+    engine = resource_folder("templates") / "engine"
+    return {path.name: path.relative_to(engine).parts[0] for path in engine.rglob("*.c")}

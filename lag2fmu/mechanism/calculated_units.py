@@ -30,7 +30,8 @@ def calculated_units(mechanism: Mechanism) -> dict[str, Unit | None]:
         unit = declared[name]
         found[names.drive(name)] = per(JOULE, parse_unit(unit) if isinstance(unit, str) else unit)
         found[names.drive_power(name)] = WATT
-    return found | dict(_of_rows(mechanism))
+    rows = mechanism.unilaterals or mechanism.frictions or mechanism.latches
+    return found | dict(_of_rows(mechanism)) if rows else found
 
 
 def _of_rows(mechanism: Mechanism) -> Iterator[tuple[str, Unit | None]]:

@@ -77,13 +77,7 @@ class Equations:
 
     def accelerations(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
         """qdd (n,) or (m, n), in SI units. Raises SimulationError where M is singular or a value is not finite."""
-        state = self.energies.state(t, q, qd, inputs)
-        qdd, _, _ = self.rates(state)
-        if not np.isfinite(qdd).all():
-            raise SimulationError(
-                f"{self._where(state, qdd)}: the accelerations are not finite ({self.weakness(state)})"
-            )
-        return batch_first(qdd, 1)
+        return batch_first(self.solved(self.energies.state(t, q, qd, inputs))[0], 1)
 
     def multipliers(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
         """The constraints' multipliers (m,) or (batch, m), in W by the unit of the constraint's rate."""
@@ -125,11 +119,6 @@ class Equations:
         state = self.energies.state(t, q, qd, inputs)
         return self.energies.outputs(state, self.rates(state)[:2])
 
-    def further(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, inputs: InputValues | None = None) -> Floats:
-        """The derivatives of the further states, (f,) or (m, f), in SI units; ``inputs`` hold their values."""
-        state = self.energies.state(t, q, qd, inputs)
-        return batch_first(self.energies.further(state, self.rates(state)[:2]), 1)
-
     def balance(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, inputs: InputValues | None = None
     ) -> Balance:
@@ -147,7 +136,7 @@ class Equations:
         terms = self.terms(state)
         inertia = np.einsum("ij...,j...->i...", np.abs(terms.mass_matrix), np.abs(x))
         parts = (terms.forces, terms.dissipation_slope, terms.lagrangian_slope, terms.inertial, inertia)
-        multipliers = self.rates(state)[1]
+        multipliers = self.rates(state, terms=terms)[1]
         scale = (
             np.abs(terms.explicit_rate)
             + np.abs(self._constraint_power(state, multipliers))
@@ -157,18 +146,32 @@ class Equations:
 
     # ------------------------------------------------------------------------------------------------- how it is done
 
-    def rates(self, state: StateBatch, damping: float = 0.0) -> tuple[Floats, Floats, Floats]:
+    def rates(
+        self, state: StateBatch, damping: float = 0.0, terms: Terms | None = None
+    ) -> tuple[Floats, Floats, Floats]:
         """qdd (n, *batch), multipliers (m, *batch) and the power (*batch,), in W, that changes h.
 
         NaN where there is no solution. ``damping`` (1/s) pulls the motion back onto the constraints, see
-        ``ConstraintFunctions.solve``.
+        ``ConstraintFunctions.solve``. ``terms`` are those of the ``state``, if they are known.
         """
-        terms = self.terms(state)
+        terms = terms or self.terms(state)
         forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial
         if self.energies.constraints.m:
             qdd, multipliers = self.energies.constraints.solve(terms.mass_matrix, forcing, state, damping)
             return qdd, multipliers, self._power(state, terms) + self._constraint_power(state, multipliers)
         return self._unconstrained(terms, forcing), np.empty((0, *state.t.shape)), self._power(state, terms)
+
+    def solved(self, state: StateBatch) -> tuple[Floats, Floats]:
+        """qdd (n, *batch) and multipliers (m, *batch) in SI units.
+
+        Raises SimulationError where M is singular or an acceleration is not finite.
+        """
+        qdd, multipliers, _ = self.rates(state)
+        if not np.isfinite(qdd).all():
+            raise SimulationError(
+                f"{self._where(state, qdd)}: the accelerations are not finite ({self.weakness(state)})"
+            )
+        return qdd, multipliers
 
     def _unconstrained(self, terms: Terms, forcing: Floats) -> Floats:
         """M^-1 forcing"""
@@ -195,8 +198,8 @@ class Equations:
         if not names:
             return "all coordinates are prescribed"
         matrices = batch_first(self.terms(state).mass_matrix, 2).reshape(-1, self.n, self.n)
-        if self.energies.constraints.m:
-            jacobian = batch_first(self.energies.constraints(state)[3], 2).reshape(-1, *self._shape)
+        if m := self.energies.constraints.m:
+            jacobian = batch_first(self.energies.constraints(state)[3], 2).reshape(-1, m, self.n)
             size = np.abs(matrices).max(axis=(1, 2)) / np.maximum((jacobian**2).max(axis=(1, 2)), 1e-300)
             matrices = matrices + np.swapaxes(jacobian, 1, 2) @ (size[:, None, None] * jacobian)
         return weakness(names, matrices)
@@ -266,10 +269,6 @@ class Equations:
         """Q . qd - qd . dR/dqd - dL/dt, in W."""
         power: Floats = (state.qd * (terms.forces - terms.dissipation_slope)).sum(axis=0) - terms.explicit_rate
         return power
-
-    @property
-    def _shape(self) -> tuple[int, int]:
-        return self.energies.constraints.m, self.n
 
     def _constraint_power(self, state: StateBatch, multipliers: Floats) -> Floats:
         """-multiplier . b, in W: the power that moving constraints put into the mechanism."""

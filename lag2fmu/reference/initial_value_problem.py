@@ -21,8 +21,8 @@ from lag2fmu.reference.state import Floats, StateBatch
 PERTURBATION = 1e-8
 PULL_BACK = 0.1
 SCIPY_METHODS = ("DOP853", "Radau")
-COMPILED_AFTER = 1000
-"""Up to so many evaluations of a small mechanism NumPy is quicker than a compiler and its library."""
+COMPILED_AFTER, COMPILED_SOON = 1000, 100
+"""Up to so many evaluations of a small and of another mechanism NumPy is quicker than a compiler and its library."""
 LONGEST_PART = 0.02
 """The longest step as a part of the run."""
 MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
@@ -57,7 +57,7 @@ class InitialValueProblem:
         self._step: float | None = None  # s, the step that the method proposed at the last break, to go on with
         self.whole = float(times[-1] - times[0])  # s, the length of the whole run that this run is a part of
         self.last = float(times[0]), start
-        self._before_compiling = COMPILED_AFTER if equations.small else 0
+        self._before_compiling = COMPILED_AFTER if equations.small else COMPILED_SOON
         self._single: SingleState | None = None
         self.progress: Callable[[float], None] | None = None
         self.jumps = equations.energies.composition.jumps()

@@ -102,11 +102,14 @@ def _assembled(
     states = [*names, *map(velocity, names), *problem.further]
     q, qd = fine[:, :n], fine[:, n : 2 * n]
     columns = dict(zip(states, fine.T, strict=False))
-    columns |= dict(zip(map(acceleration, names), equations.accelerations(times, q, qd, inputs).T, strict=True))
-    columns |= equations.outputs(times, q, qd, inputs)
+    state = equations.energies.state(times, q, qd, inputs)
+    qdd, multipliers = equations.solved(state)
+    columns |= dict(zip(map(acceleration, names), qdd, strict=True))
+    columns |= equations.energies.outputs(state, (qdd, multipliers))
     constraints = equations.energies.constraints.names
-    for name, found in ((multiplier, equations.multipliers), (residual, equations.residuals)):
-        columns |= dict(zip(map(name, constraints), found(times, q, qd, inputs).T, strict=True))
+    residuals = equations.residuals(times, q, qd, inputs).T
+    for name, found in ((multiplier, multipliers), (residual, residuals)):
+        columns |= dict(zip(map(name, constraints), found, strict=True))
     for energy in ("kinetic_energy", "potential_energy", "generalized_energy"):
         columns[energy] = getattr(equations, energy)(times, q, qd, inputs)
     scales, units = measures

@@ -15,7 +15,7 @@ from lag2fmu.reference.direct_integration import integrate
 from lag2fmu.systems.ssp import ssp
 
 _SOON = 1e-9
-"""The time (s) over which the whole is integrated to have its motion at the start."""
+"""The time (s) over which the whole is integrated, in a step or two, to have its motion at the start."""
 
 
 def cut(
@@ -30,7 +30,7 @@ def cut(
     cuts = cuts_of(whole, at)
     if not cuts:
         raise MechanismError("nothing is cut; give --at with the name of a frame or of a coordinate")
-    first = integrate(complete(with_probes(whole, cuts)), [0.0, _SOON]).trajectory
+    first = integrate(complete(with_probes(whole, cuts)), [0.0, _SOON], whole=1.0).trajectory
     pieces = in_pieces(whole, cuts, dict(zip(first.names, first.values[0].tolist(), strict=True)))
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
         fmus = {

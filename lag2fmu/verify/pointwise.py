@@ -202,12 +202,14 @@ def _labels(mechanism: Mechanism) -> list[str]:
 
 def _calculated(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:
     """The quantities of ``_labels`` from the independent path."""
-    state, equations = (BEGUN, q, qd, inputs), drives.equations
-    energy, outputs = equations.generalized_energy(*state), equations.outputs(*state)
-    constraints, bearing = equations.mechanism.constraints, _bearing(equations.mechanism)
-    forces = [value for c, value in zip(constraints, equations.multipliers(*state), strict=True) if c in bearing]
-    found = (equations.accelerations(*state), equations.momenta(*state), [energy], forces, drives(*state))
-    return np.concatenate([*found, equations.further(*state), list(outputs.values())])
+    at, equations = (BEGUN, q, qd, inputs), drives.equations
+    state, constraints = equations.energies.state(*at), equations.mechanism.constraints
+    qdd, multipliers = solved = equations.solved(state)
+    bearing = _bearing(equations.mechanism)
+    forces = [value for c, value in zip(constraints, multipliers, strict=True) if c in bearing]
+    found = (qdd, equations.momenta(*at), [equations.generalized_energy(*at)], forces, drives(*at))
+    further, outputs = equations.energies.further(state, solved), equations.energies.outputs(state, solved)
+    return np.concatenate([*found, further, list(outputs.values())])
 
 
 def _bearing(mechanism: Mechanism) -> list[Constraint]:

@@ -36,7 +36,7 @@ def same(one: Path, other: Path) -> bool:
 def test_exporting_twice_gives_the_same_bytes(exported, tmp_path) -> None:
     """Also where the solver is chosen and not named."""
     again = export(load("double_pendulum"), tmp_path / "other_name.fmu")
-    assert same(again.path, exported("double_pendulum", solver="dopri5", optimised=True, without=()).path)
+    assert same(again.path, exported("double_pendulum", solver="dopri5", without=()).path)
 
 
 @pytest.mark.parametrize("seed", ["0", "1", "4711"])
@@ -51,7 +51,7 @@ def test_the_hash_seed_does_not_matter(seed: str, exported, tmp_path) -> None:
 @pytest.mark.usefixtures("compiled_anew")
 @pytest.mark.parametrize(("epoch", "expected"), [("1700000000", "2023-11-14T22:13:20Z"), ("0", "1970-01-01T00:00:00Z")])
 def test_source_date_epoch_is_the_only_date(epoch: str, expected: str, exported, tmp_path, monkeypatch) -> None:
-    plain = exported("pendulum", optimised=True)
+    plain = exported("pendulum")
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
     dated = export(load("pendulum"), tmp_path / "pendulum.fmu")
     assert xml(dated).attrib.pop("generationDateAndTime") == expected
@@ -108,5 +108,5 @@ def test_a_file_that_is_no_fmu_of_ours(tmp_path) -> None:
 def test_a_new_export_replaces_the_older_file(tmp_path, exported) -> None:
     target = tmp_path / "pendulum.fmu"
     target.write_bytes(b"older")
-    assert same(export(load("pendulum"), target).path, exported("pendulum", optimised=True, without=()).path)
+    assert same(export(load("pendulum"), target).path, exported("pendulum", without=()).path)
     assert [path.name for path in tmp_path.iterdir()] == ["pendulum.fmu"]

@@ -115,6 +115,6 @@ def test_a_receiver_can_repeat_the_experiment(with_reference: Path) -> None:
 
 
 def test_the_reference_leaves_the_fmu_as_it_is(with_reference: Path, exported) -> None:
-    plain, more = files(exported("cart_pole", optimised=True, without=()).path), files(with_reference)
+    plain, more = files(exported("cart_pole", without=()).path), files(with_reference)
     assert {name: more[name] for name in plain} == plain
     assert len(more) == len(plain) + 4

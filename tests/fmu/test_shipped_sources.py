@@ -18,9 +18,9 @@ from fmpy.model_description import read_build_description
 from stepping import Stepping, bits
 
 from lag2fmu.codegen.c import c_string
-from lag2fmu.fmu import Fmu
+from lag2fmu.fmu import Fmu, compilers
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.compilers import FLAGS, host_platform
+from lag2fmu.fmu.compilers import host_platform
 from lag2fmu.fmu.sources import ALL
 from lag2fmu.fmu.translation_units import including, translation_units
 
@@ -125,7 +125,8 @@ def test_zig_gives_the_library_that_was_shipped(fmu: Fmu, folder: Path) -> None:
     joined = translation_units({name: text for name, text in texts.items() if name != ALL})
     for name, text in joined.items():
         (folder / "sources" / name).write_text(text, "utf-8")
-    again = build(folder, sys.executable, "-m", "ziglang", "cc", "-target", target, *FLAGS, "-s", files=joined)
+    flags = compilers._flags(texts, "zig")
+    again = build(folder, sys.executable, "-m", "ziglang", "cc", "-target", target, *flags, "-s", files=joined)
     assert again == shipped
 
 

@@ -5,15 +5,14 @@ The mechanisms here are written by hand, in place of the generator: a double pen
 
 import ctypes
 import re
-import shutil
 import subprocess
-import sys
 from fractions import Fraction
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
+from compiling import COMPILERS
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from scipy.integrate import solve_ivp
 
@@ -27,10 +26,6 @@ STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "
 STRICT += ["-fvisibility=hidden", "-ffp-contract=off"]
 SANITIZE = ["-O1", "-g", "-DARENA_ON_STACK", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 GUID = "{6c1e5f0a-0d6b-4b0e-8a55-3f1d3b7a9c01}"
-
-COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc"]}
-if shutil.which("gcc"):
-    COMPILERS["gcc"] = ["gcc"]
 HEUN = Tableau(
     solver="heun_euler",
     title="Heun's method with Euler's embedded",

@@ -10,10 +10,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from lag2fmu.fmu.backends.native import fmi_headers
+from lag2fmu.fmu.compilers import host_platform
 from lag2fmu.fmu.translation_units import translation_units
 
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-fPIC"]
-COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc"]}
+TARGET = ["-target", host_platform().targets[0]] if sys.platform == "linux" else []
+"""That of FMUs, for which zig has built the parts of the C library already; what it takes for itself is another one."""
+COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc", *TARGET]}
 if shutil.which("gcc"):
     COMPILERS["gcc"] = ["gcc"]
 QUICK = COMPILERS.get("gcc", COMPILERS["zig"])

@@ -227,7 +227,7 @@ def _instance(folder: Path, *options: str) -> tuple[int | None, list[str]]:
     hear = logger(lambda _e, _n, _s, _c, _format, text: logged.append(text.decode()))
     callbacks = (ctypes.c_void_p * 5)(ctypes.cast(hear, ctypes.c_void_p))
     library.fmi2Instantiate.restype = ctypes.c_void_p
-    guid = re.search(r'MODEL_GUID "([^"]+)"', sources["mechanism.h"])
+    guid = re.search(r'MODEL_GUID\[\] = "([^"]+)"', sources["tables.c"])
     assert guid is not None
     made = library.fmi2Instantiate(b"one", 1, guid[1].encode(), None, callbacks, 0, 0)
     return made, logged

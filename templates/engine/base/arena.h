@@ -64,6 +64,9 @@ static inline ArenaMark arena_mark(Arena *arena) {
 }
 
 static inline void arena_release(ArenaMark mark) {
+    if (mark.arena == NULL) {
+        return;
+    }
     mark.arena->next = mark.next;
     if (mark.arena->block != mark.block) {
         mark.arena->block = mark.block;
@@ -87,6 +90,12 @@ static inline bool arena_leave(ArenaMark mark, bool result) {
 #define WORK_IS_SMALL(bytes) ((bytes) <= SMALL_WORK)
 #define WORK_OF(mark, type, name) type *const name = arena_take((mark).arena, sizeof(type))
 #endif
+
+/* The mark of a function whose largest array has so many bytes, a constant: there is nothing to give back if all its
+   arrays lie on the stack. */
+static inline ArenaMark arena_mark_of(Arena *arena, size_t bytes) {
+    return WORK_IS_SMALL(bytes) ? (ArenaMark){NULL, NULL, NULL} : arena_mark(arena);
+}
 
 /* Declares an array of so many entries; the count is a constant. */
 #define WORK(mark, type, name, count)                                                                                 \

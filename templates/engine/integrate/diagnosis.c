@@ -40,9 +40,6 @@ bool runs_into_singularity(Instance *instance, const double accelerations[]) {
 }
 
 bool leaps_over_singularity(Instance *instance, double length) {
-    const ArenaMark mark = arena_mark(instance->arena);
-    WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
-    WORK_ZEROS(mark, bool, ignored, N_COORDINATES);
     const double *old = instance->state.states, *new = instance->scratch.new_states;
     bool leaps = false;
     for (int i = N; i < 2 * N; i++) {
@@ -50,8 +47,14 @@ bool leaps_over_singularity(Instance *instance, double length) {
         const double mean = 0.5 * (instance->state.first_stage[i] + instance->scratch.new_derivatives[i]);
         leaps = leaps || fabs(change - length * mean) > fabs(change) + fabs(old[i]) + NOMINAL_STATES[i];
     }
-    return arena_leave(mark, leaps && (mass_about_to_vanish(instance, old, SINGULAR_NEAR, concerned) ||
-                                 mass_about_to_vanish(instance, new, SINGULAR_NEAR, concerned)) &&
+    if (!leaps) {
+        return false;
+    }
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
+    WORK_ZEROS(mark, bool, ignored, N_COORDINATES);
+    return arena_leave(mark, (mass_about_to_vanish(instance, old, SINGULAR_NEAR, concerned) ||
+                              mass_about_to_vanish(instance, new, SINGULAR_NEAR, concerned)) &&
                                  !mass_about_to_vanish(instance, START_STATES, REGULAR, ignored) &&
                                  !report_coordinates(instance, FAILURE_SINGULAR, instance->state.time, concerned));
 }

@@ -27,7 +27,7 @@ static bool evaluate_further(Instance *instance, double time, const double state
 }
 
 bool derivative_at(Instance *instance, double time, const double states[], double derivatives[]) {
-    const ArenaMark mark = arena_mark(instance->arena);
+    const ArenaMark mark = arena_mark_of(instance->arena, N_UNKNOWNS * sizeof(double));
     WORK(mark, double, solution, N_UNKNOWNS);
     double *accelerations = derivatives + N_COORDINATES;
     double *unknowns = N_UNKNOWNS > N_COORDINATES ? solution : accelerations; /* in place without multipliers */

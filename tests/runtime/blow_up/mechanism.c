@@ -4,6 +4,9 @@
 #include <math.h>
 #include <stddef.h>
 
+const char MODEL_NAME[] = "blow_up";
+const char MODEL_GUID[] = "{0f7a2b5e-93a1-4a0f-b3a4-5d2c8e6f1b02}";
+
 const Variable VARIABLES[N_VARIABLES] = {
     {"time", VARIABLE_TIME, 0, -HUGE_VAL, HUGE_VAL, 0},
     {"xi", VARIABLE_STATE, 0, -HUGE_VAL, HUGE_VAL, 1},

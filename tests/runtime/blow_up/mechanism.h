@@ -5,8 +5,6 @@
 
 #include "variables.h"
 
-#define MODEL_NAME "blow_up"
-#define MODEL_GUID "{0f7a2b5e-93a1-4a0f-b3a4-5d2c8e6f1b02}"
 #define N_COORDINATES 1
 #define N_STATES (2 * N_COORDINATES)
 #define N_RESTING 0
@@ -41,6 +39,7 @@
 #define N_ARGUMENTS 0
 #define SIZE_VIBRATIONS 1
 
+extern const char MODEL_NAME[], MODEL_GUID[];
 extern const Variable VARIABLES[N_VARIABLES];
 extern const int CONTINUOUS_STATES[N_CONTINUOUS];
 extern const double START_STATES[N_STATES];

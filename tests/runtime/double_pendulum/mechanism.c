@@ -10,6 +10,9 @@
 #define ANY -HUGE_VAL, HUGE_VAL
 #define NOT_NEGATIVE 0.0, HUGE_VAL
 
+const char MODEL_NAME[] = "double_pendulum";
+const char MODEL_GUID[] = "{6c1e5f0a-0d6b-4b0e-8a55-3f1d3b7a9c01}";
+
 const Variable VARIABLES[N_VARIABLES] = {
     {"time", VARIABLE_TIME, 0, ANY, 0},
     {"theta1", VARIABLE_STATE, 0, ANY, 1},

@@ -10,8 +10,6 @@
 
 #include "variables.h"
 
-#define MODEL_NAME "double_pendulum"
-#define MODEL_GUID "{6c1e5f0a-0d6b-4b0e-8a55-3f1d3b7a9c01}"
 #define N_COORDINATES 2
 #define N_STATES (2 * N_COORDINATES)
 #define N_RESTING 0
@@ -46,6 +44,7 @@
 #define N_ARGUMENTS 0
 #define SIZE_VIBRATIONS 1
 
+extern const char MODEL_NAME[], MODEL_GUID[];
 extern const Variable VARIABLES[N_VARIABLES];
 extern const int CONTINUOUS_STATES[N_CONTINUOUS];
 extern const double START_STATES[N_STATES];

@@ -55,7 +55,7 @@ static const char *fault_of(const Component *component, const Block *block) {
         return "has another layout; it was saved by an FMU of another version";
     }
     if (block->guid != hash(MODEL_GUID, strlen(MODEL_GUID))) {
-        return "belongs to an FMU with another GUID than " MODEL_GUID;
+        return "belongs to an FMU with another GUID";
     }
     if (block->payload != payload_hash(block)) {
         return "is damaged: its checksum does not match";

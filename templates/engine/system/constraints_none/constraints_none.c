@@ -19,7 +19,7 @@ static bool factorize_densely(Instance *instance, double time, const double stat
 
 bool accelerations_at(Instance *instance, double time, const double states[], const double inputs[],
                       double accelerations[]) {
-    const ArenaMark mark = arena_mark(instance->arena);
+    const ArenaMark mark = arena_mark_of(instance->arena, N_COORDINATES * sizeof(double));
     WORK(mark, double, pivots, N_COORDINATES);
     System *system = &instance->scratch.system;
     mechanism_accelerations(time, states, inputs, instance->state.parameters, accelerations, pivots);
