@@ -98,8 +98,6 @@ def main() -> None:
 
 
 _OF_MODELS = (demo, models, new, import_command, show, export_command, c_command, page_command, linearize)
-_OF_RUNS = (simulate, validate, check, sweep, calibrate, ssp, cut_command, cache)
-_OF_MODELS = (demo, models, new, import_command, show, export_command, page_command, linearize)
 _OF_RUNS = (simulate, validate, check, sweep, calibrate, observe, ssp, cut_command, cache)
 for _command in (*_OF_MODELS, *_OF_RUNS):
     main.add_command(_command)
