@@ -22,7 +22,6 @@ from lag2fmu.cli.commands import (
     demo,
     export_command,
     import_command,
-    linearize,
     models,
     new,
     page_command,
@@ -31,7 +30,7 @@ from lag2fmu.cli.commands import (
     validate,
 )
 from lag2fmu.cli.firmware_commands import c_command
-from lag2fmu.cli.study_commands import calibrate, observe, sweep
+from lag2fmu.cli.study_commands import calibrate, linearize, observe, sweep
 from lag2fmu.cli.system_commands import cut_command, ssp
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.version import VERSION

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import BASE, HOLD, INPUT, SET, STOP_TIME, STOPS
+from lag2fmu.cli.options import BASE, HOLD, INPUT, MODEL, PATH, SET, STOP_TIME, STOPS
 
 
 @click.command()
@@ -112,3 +112,32 @@ def sweep(**choices: Any) -> None:
     from lag2fmu.cli.sweeping import SweepOptions, sweep_model
 
     sweep_model(SweepOptions(**choices))
+
+
+@click.command()
+@MODEL
+@click.option(
+    "--at",
+    default="start",
+    show_default=True,
+    metavar="start|equilibrium|S",
+    help="About the start, the equilibrium found from there, or the state reached after S seconds.",
+)
+@click.option("--input", "inputs", multiple=True, metavar="NAME", help="An input u; repeatable; by default all.")
+@click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="NAME",
+    help="An output y, any variable that is calculated; repeatable; by default those of the FMU.",
+)
+@click.option(
+    "--sample", type=float, metavar="S", help="Matrices of samples every S seconds, with inputs held between them."
+)
+@click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="Write .json, .mat or .npz too.")
+@SET
+def linearize(**choices: Any) -> None:
+    """Print the state space dx/dt = A x + B u, y = C x + D u of small motions, and its poles."""
+    from lag2fmu.cli.linearizing import linearize_model
+
+    linearize_model(**choices)

@@ -89,7 +89,11 @@ static void find_scaling(const double s[], const double z[], ConeScaling *scalin
         w[i] /= 2.0 * gamma;
     }
     const double length = sqrt(2.0 * (w[0] + 1.0));
-    *scaling = (ConeScaling){sqrt(of_s / of_z), {(w[0] + 1.0) / length, w[1] / length, w[2] / length}};
+    w[0] += 1.0;
+    for (int i = 0; i < 3; i++) {
+        scaling->v[i] = w[i] / length;
+    }
+    scaling->factor = sqrt(of_s / of_z);
 }
 
 /* The greatest part of dv, at most 1, up to which v + part dv stays in the cone. */
