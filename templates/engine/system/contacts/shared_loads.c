@@ -95,7 +95,7 @@ static Margin contact_margin(const Shares *p, int contact) {
     const int normal = ROW_PLACES[contact], first = SLIP_ROWS[contact];
     const double holding = p->sharing->holding[contact];
     const bool sticks = contact_sticks(p->sharing->state, contact) && holding > 0.0;
-    Margin margin = {0.0, {sticks ? holding : 1.0, 0.0, 0.0}, {normal, normal, normal}};
+    Margin margin = {.row = {normal, normal, normal}, .factor = {sticks ? holding : 1.0, 0.0, 0.0}, .offset = 0.0};
     for (int i = 0; sticks && first + i < SLIP_ROWS[contact + 1]; i++) {
         margin.row[1 + i] = ROW_PLACES[first + i];
         margin.factor[1 + i] = scale_of(p, margin.row[1 + i]) / scale_of(p, normal);
@@ -105,7 +105,8 @@ static Margin contact_margin(const Shares *p, int contact) {
 
 static Margin friction_margin(const Shares *p, int friction) {
     const int row = ROW_PLACES[FIRST_FRICTION + friction];
-    return (Margin){p->sharing->capacity[friction] / scale_of(p, row), {0.0, 1.0, 0.0}, {row, row, row}};
+    const double capacity = p->sharing->capacity[friction] / scale_of(p, row);
+    return (Margin){.row = {row, row, row}, .factor = {0.0, 1.0, 0.0}, .offset = capacity};
 }
 
 /* Of the scaled multipliers[m]. */
