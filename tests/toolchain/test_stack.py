@@ -86,8 +86,8 @@ def _sources(model: str, solver: str, fmi: str) -> Mapping[str, str]:
 
 
 def _capacity(folder: Path) -> int:
-    """The bytes of the arena of the sources in ``folder``."""
-    text = '#include <stdio.h>\n#include "arena_size.h"\nint main(void) { printf("%.0f", (double)ARENA_CAPACITY); }\n'
+    """The bytes that calls of the sources in ``folder`` may take of the arena without a reservation."""
+    text = '#include <stdio.h>\n#include "arena_size.h"\nint main(void) { printf("%.0f", (double)ARENA_WORK); }\n'
     (folder / "capacity.c").write_text(text, "utf-8")
     subprocess.run(["gcc", "-std=c99", "capacity.c", "-o", "capacity"], cwd=folder, check=True)
     return int(subprocess.run([folder / "capacity"], capture_output=True, text=True, check=True).stdout)
@@ -244,7 +244,7 @@ GROWING = """#include <assert.h>
 #include "arena.h"
 static double memory[64];
 int main(void) {
-    Arena *arena = arena_begin(memory, 64);
+    Arena *arena = arena_begin(memory, 64, 0);
     const ArenaMark mark = arena_mark(arena);
     assert(arena_reserve(arena, 64) && arena_take(arena, 64) != NULL);
     const bool grown = arena_reserve(arena, 1000);

@@ -1,6 +1,6 @@
 #include "arena.h"
 
-Arena *arena_begin(void *memory, size_t capacity) {
+Arena *arena_begin(void *memory, size_t capacity, size_t work) {
     Arena *arena = memory;
     arena->first.after = NULL;
     arena->first.begin = (char *)memory + ARENA_HEAD;
@@ -8,6 +8,7 @@ Arena *arena_begin(void *memory, size_t capacity) {
     arena->block = &arena->first;
     arena->next = arena->first.begin;
     arena->end = arena->first.end;
+    arena->work = work;
     arena->refused = 0;
     return arena;
 }
@@ -19,10 +20,10 @@ void arena_end(Arena *arena) {
 }
 
 bool arena_reserve(Arena *arena, size_t bytes) {
-    if (bytes <= (size_t)(arena->end - arena->next)) {
+    if (bytes + arena->work <= (size_t)(arena->end - arena->next)) {
         return true;
     }
-    ArenaBlock *block = arena_block_behind(arena->block, bytes);
+    ArenaBlock *block = arena_block_behind(arena->block, bytes + arena->work);
     if (block == NULL) {
         arena->refused = bytes;
         return false;

@@ -22,6 +22,7 @@ typedef struct {
     char *next, *end;  /* the free memory of the block in use */
     ArenaBlock *block; /* in use */
     ArenaBlock first;
+    size_t work;       /* bytes that calls take without a reservation */
     size_t refused;    /* bytes that could not be allocated at last; whoever asks puts it to 0 before */
 } Arena;
 
@@ -38,14 +39,15 @@ enum { ARENA_HEAD = (sizeof(Arena) + ARENA_UNIT - 1) / ARENA_UNIT * ARENA_UNIT }
 #define SMALL_WORK 512 /* bytes */
 #endif
 
-/* An arena in this memory of ARENA_HEAD + capacity bytes, which begins at a multiple of ARENA_UNIT. */
-Arena *arena_begin(void *memory, size_t capacity);
+/* An arena in this memory of ARENA_HEAD + capacity bytes, which begins at a multiple of ARENA_UNIT. Calls may take so
+   many bytes of work without a reservation. */
+Arena *arena_begin(void *memory, size_t capacity, size_t work);
 
 /* Frees the blocks that were allocated since arena_begin. NULL is no arena. */
 void arena_end(Arena *arena);
 
-/* Makes room for arrays of so many bytes together, each rounded up to ARENA_UNIT. Returns false, with
-   arena->refused, if there is no memory for them. */
+/* Makes room for arrays of so many bytes together, each rounded up to ARENA_UNIT, beside the work of calls. Returns
+   false, with arena->refused, if there is no memory for them. */
 bool arena_reserve(Arena *arena, size_t bytes);
 
 static inline size_t arena_bytes(size_t count, size_t size) {

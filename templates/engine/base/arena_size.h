@@ -20,9 +20,12 @@
 #define SMALL_LAWS 262144 /* bytes; laws that need no more are solved without a further block */
 #endif
 
-#define ARENA_CAPACITY                                                                                                \
+/* Bytes that calls take without a reservation. */
+#define ARENA_WORK                                                                                                    \
     ((12 * VECTOR_ENTRIES + 5 * MATRIX_ENTRIES + 2 * (size_t)N_COORDINATES * N_COORDINATES + SIZE_FACTOR) *            \
          sizeof(double) +                                                                                             \
-     (N_UNILATERALS + N_FRICTIONS > 0 ? SMALL_LAWS : 0) + 4096)
+     4096)
+
+#define ARENA_CAPACITY (ARENA_WORK + (N_UNILATERALS + N_FRICTIONS > 0 ? SMALL_LAWS : 0))
 
 #endif

@@ -293,8 +293,17 @@ static void *take_doubles(Arena *arena, int count) {
     return arena_take(arena, (size_t)count * sizeof(double));
 }
 
-static void begin_path(Arena *arena, const ConeProgram *program, PathOptions options, Path *path) {
+/* So many doubles, in at most so many arrays. */
+static bool reserve_doubles(Arena *arena, size_t count, size_t arrays) {
+    return arena_reserve(arena, count * sizeof(double) + arrays * ARENA_UNIT);
+}
+
+/* The beginning of the path, y = 0. False: there is no memory. */
+static bool begin_path(Arena *arena, const ConeProgram *program, PathOptions options, Path *path) {
     const int n = program->size, rows = 3 * program->cones;
+    if (!reserve_doubles(arena, (size_t)(n * n + 5 * n + 7 * rows + 4 * program->cones), 16)) {
+        return false;
+    }
     double **vectors[] = {&path->y, &path->dy, &path->right, &path->dual};
     double **cones[] = {&path->s,      &path->z,      &path->ds,     &path->dz,
                         &path->primal, &path->middle, &path->target};
@@ -315,12 +324,12 @@ static void begin_path(Arena *arena, const ConeProgram *program, PathOptions opt
         path->s[i] = i % 3 == 0 ? 1.0 : 0.0;
         path->z[i] = path->s[i];
     }
+    return true;
 }
 
 bool cone_program_take(Arena *arena, int size, int cones, ConeProgram *program) {
     const size_t n = (size_t)size, rows = 3 * (size_t)cones, map = rows * n;
-    const size_t doubles = 2 * n * n + 7 * n + map + 9 * rows + 4 * (size_t)cones;
-    if (!arena_reserve(arena, arena_bytes(doubles, sizeof(double)) + 32 * ARENA_UNIT)) {
+    if (!reserve_doubles(arena, n * n + n + map + rows, 4)) {
         return false;
     }
     *program = (ConeProgram){.arena = arena,
@@ -337,13 +346,15 @@ bool cone_program_take(Arena *arena, int size, int cones, ConeProgram *program) 
     return true;
 }
 
-void central_path(const ConeProgram *program, PathOptions options, double y[]) {
+bool central_path(const ConeProgram *program, PathOptions options, double y[]) {
     const ArenaMark mark = arena_mark(program->arena);
     const size_t bytes = (size_t)program->size * sizeof(double);
     Path path;
     double best = HUGE_VAL, gap, size;
-    begin_path(program->arena, program, options, &path);
     memset(y, 0, bytes);
+    if (!begin_path(program->arena, program, options, &path)) {
+        return arena_leave(mark, false);
+    }
     for (int i = 0, stalls = 0; i < MOST_PATH_STEPS && stalls <= MOST_STALLS && best > SOLVED; i++) {
         const double rest = find_residuals(&path, &gap, &size);
         stalls = rest < 0.5 * best ? 0 : stalls + 1;
@@ -358,5 +369,5 @@ void central_path(const ConeProgram *program, PathOptions options, double y[]) {
     for (int i = 0; i < program->size; i++) {
         y[i] *= path.scale;
     }
-    arena_release(mark);
+    return arena_leave(mark, true);
 }

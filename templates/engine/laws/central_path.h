@@ -28,12 +28,11 @@ typedef struct {
     double centring; /* least part of the way that leads to the centre of the cones: 0, or more where the way is bent */
 } PathOptions;
 
-/* The arrays of the arena, with zeros, for a program of this size. False, with arena->refused: there is no memory for
-   them and for the way. */
+/* The arrays of the arena, with zeros, for a program of this size. False, with arena->refused: there is no memory. */
 bool cone_program_take(Arena *arena, int size, int cones, ConeProgram *program);
 
 /* Where the central path of the program ends, or the place nearest to its end: y[size], to some 1e-12 of its greatest
-   entry. */
-void central_path(const ConeProgram *program, PathOptions options, double y[]);
+   entry. False, with arena->refused: there is no memory. */
+bool central_path(const ConeProgram *program, PathOptions options, double y[]);
 
 #endif

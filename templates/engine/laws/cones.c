@@ -81,9 +81,14 @@ static void put_operator(const Laws *laws, const int place[], ConeProgram *progr
 static bool solve_along(const Laws *laws, const ConeProgram *program, const int place[], PathOptions options,
                         double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
-    double *y = arena_take(laws->arena, (size_t)program->size * sizeof(double));
-    double *start = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
-    central_path(program, options, y);
+    const size_t bytes = (size_t)laws->size * sizeof(double);
+    if (!arena_reserve(laws->arena, 2 * arena_bytes(bytes, 1))) {
+        return arena_leave(mark, false);
+    }
+    double *y = arena_take(laws->arena, bytes), *start = arena_take(laws->arena, bytes);
+    if (!central_path(program, options, y)) {
+        return arena_leave(mark, false);
+    }
     for (int k = 0; k < laws->size; k++) {
         start[k] = place[k] >= 0 ? y[place[k]] : 0.0;
     }
@@ -102,10 +107,8 @@ static bool is_asymmetric(const Laws *laws) {
     return found;
 }
 
-bool cones_solve(const Laws *laws, double x[]) {
-    if (is_asymmetric(laws) && choices_count(laws) <= MOST_CHOICES) {
-        return choices_solve(laws, NULL, x);
-    }
+/* The convex program, and then the ways of Coulomb's law. */
+static bool solve_by_paths(const Laws *laws, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     ConeProgram program;
     int *place = arena_take(laws->arena, (size_t)laws->size * sizeof(int)), cones;
@@ -121,5 +124,13 @@ bool cones_solve(const Laws *laws, double x[]) {
             solved = solve_along(laws, &program, place, (PathOptions){1.0, weight, CENTRINGS[i]}, x);
         }
     }
-    return arena_leave(mark, solved || (choices_count(laws) <= MOST_CHOICES && choices_solve(laws, NULL, x)));
+    return arena_leave(mark, solved);
+}
+
+bool cones_solve(const Laws *laws, double x[]) {
+    const bool few = choices_count(laws) <= MOST_CHOICES;
+    if (is_asymmetric(laws) && few) {
+        return choices_solve(laws, NULL, x);
+    }
+    return solve_by_paths(laws, x) || (few && choices_solve(laws, NULL, x));
 }

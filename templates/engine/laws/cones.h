@@ -4,7 +4,7 @@
 
 #include "laws.h"
 
-/* Solves any laws; x[size]. False: no solution was found. */
+/* Solves any laws; x[size]. False: no solution was found, or there is no memory, which laws->arena tells. */
 bool cones_solve(const Laws *laws, double x[]);
 
 #endif

@@ -90,7 +90,10 @@ static void linearise(const Laws *laws, int k, double step, const double x[], co
 /* From x near a solution to it, with so many times the proximal step for friction. */
 static bool refine_with(const Laws *laws, double step, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
-    const size_t bytes = (size_t)laws->size * sizeof(double);
+    const size_t n = (size_t)laws->size, bytes = n * sizeof(double);
+    if (!arena_reserve(laws->arena, 2 * (n + 6) * arena_bytes(bytes, 1))) {
+        return arena_leave(mark, false);
+    }
     double *matrix = arena_take(laws->arena, (size_t)laws->size * bytes), *right = arena_take(laws->arena, bytes);
     double *w = arena_take(laws->arena, bytes), *change = arena_take(laws->arena, bytes);
     bool done = false;

@@ -134,7 +134,7 @@ EXPORTED int64_t scalar_memory(void) {
 static Run *run_in(char *memory, const Batch *batch) {
     Run *run = (Run *)(void *)(memory + (64 - (uintptr_t)memory % 64));
     run->batch = batch;
-    run->instance.arena = arena_begin((char *)run + arena_bytes(sizeof(Run), 1), ARENA_CAPACITY);
+    run->instance.arena = arena_begin((char *)run + arena_bytes(sizeof(Run), 1), ARENA_CAPACITY, ARENA_WORK);
     return run;
 }
 

@@ -27,7 +27,7 @@ Firmware *firmware_init(void *memory, size_t size) {
     Firmware *firmware = (Firmware *)(void *)begin;
     memset(firmware, 0, sizeof *firmware);
     firmware->instance.policy = &OWN_SOLVER;
-    instance_work_in(&firmware->instance, arena_begin(begin + FIRMWARE_HEAD, ARENA_CAPACITY));
+    instance_work_in(&firmware->instance, arena_begin(begin + FIRMWARE_HEAD, ARENA_CAPACITY, ARENA_WORK));
     instance_start(&firmware->instance);
     return firmware;
 }

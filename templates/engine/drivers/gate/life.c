@@ -36,7 +36,7 @@ Component *component_new(const Importer *importer, InterfaceType type, const cha
                            "work", (double)(own + work), (double)work);
         return NULL;
     }
-    instance_work_in(&component->instance, arena_begin((char *)component + own, ARENA_CAPACITY));
+    instance_work_in(&component->instance, arena_begin((char *)component + own, ARENA_CAPACITY, ARENA_WORK));
     memcpy(component->name, name, name_size);
     component->type = type;
     component->importer = *importer;

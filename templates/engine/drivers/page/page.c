@@ -44,7 +44,7 @@ void page_begin(double start, double stop, double tolerance) {
     the_instance.policy = &OWN_SOLVER;
     the_instance.listener.awaits_events = true;
     arena_end(the_instance.arena);
-    instance_work_in(&the_instance, arena_begin(the_work, ARENA_CAPACITY));
+    instance_work_in(&the_instance, arena_begin(the_work, ARENA_CAPACITY, ARENA_WORK));
     instance_start(&the_instance);
     state->time = state->start_time = start;
     state->stop_time_defined = 1;

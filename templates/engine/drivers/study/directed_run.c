@@ -13,7 +13,7 @@ void *study_new(int directions) {
     const size_t own = arena_bytes(sizeof(Variations) + (size_t)directions * sizeof(Direction), 1);
     Variations *variations = calloc(1, own + ARENA_HEAD + ARENA_CAPACITY);
     if (variations != NULL) {
-        Arena *arena = arena_begin((char *)variations + own, ARENA_CAPACITY);
+        Arena *arena = arena_begin((char *)variations + own, ARENA_CAPACITY, ARENA_WORK);
         instance_work_in(&variations->study.instance, arena);
         instance_work_in(&variations->probe, arena); /* they work in turn */
         variations->count = directions;

@@ -222,7 +222,10 @@ static bool spread_loads(const Shares *p, const Margin margin[], int count, bool
     if (!cone_program_take(p->sharing->arena, size, count + 1, &program)) {
         return arena_leave(mark, false);
     }
-    double *x = arena_take(p->sharing->arena, (size_t)size * sizeof(double));
+    double *x = take_shares(p, (size_t)size);
+    if (x == NULL) {
+        return arena_leave(mark, false);
+    }
     program.cones = 0;
     for (int i = 0; i < count; i++) {
         put_margin(p, &margin[i], &program);
@@ -241,9 +244,9 @@ static bool spread_loads(const Shares *p, const Margin margin[], int count, bool
         program.map[3 * program.cones * size + p->loads] = -1.0;
         program.shift[3 * program.cones++] = p->greatest;
     }
-    central_path(&program, (PathOptions){0.0, 0.0, 0.0}, x);
+    const bool found = central_path(&program, (PathOptions){0.0, 0.0, 0.0}, x);
     combine(p, x, scaled);
-    return arena_leave(mark, true);
+    return arena_leave(mark, found);
 }
 
 /* multipliers[m] for scaled ones; those without a row are kept. */
