@@ -165,7 +165,7 @@ OTHERS = {
         "name-grammar",
     ),
     "derivative of nothing": (put("der_theta", value=True, derivative="99"), "derivative"),
-    "derivative of itself": (put("der_theta", value=True, derivative="24"), "derivative"),
+    "derivative of itself": (put("der_theta", value=True, derivative="25"), "derivative"),
     "derivative of an input": (put("der_theta", value=True, derivative="5"), "derivative"),
     "unit of a derivative": (put("der_theta_dot", value=True, unit="m/s2"), "derivative-unit"),
     "reinit of an output": (put("x", value=True, reinit="true"), "reinit"),
