@@ -163,7 +163,7 @@ static double find_residuals(Path *path, double *gap, double *size) {
     *gap = 0.0;
     for (int i = 0; i < rows; i++) {
         path->primal[i] += program->shift[i] / path->scale - path->s[i];
-        *gap += path->s[i] * path->z[i] / program->cones;
+        *gap += path->s[i] * path->z[i] / (double)program->cones;
     }
     *size = 1.0 + greatest_of(path->y, n);
     const double rest = fmax(greatest_of(path->dual, n), greatest_of(path->primal, rows)) / *size;
