@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
+import sys
 import zipfile
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
 import pytest
-from compiling import COMPILERS, QUICK
+from compiling import COMPILERS, QUICK, TARGET
 from fmpy.model_description import read_build_description
 from headers import headers_of_fmi
 from stepping import Stepping
@@ -32,6 +35,12 @@ pytestmark = pytest.mark.fmu
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror", "-ffp-contract=off"]
 HERE = Path(__file__).parent
 BUILD = "sources/buildDescription.xml"
+C = (*QUICK, *STRICT)
+CPLUSPLUS = {"zig": [sys.executable, "-m", "ziglang", "c++", *TARGET, "-Wno-c99-designator"]}
+if shutil.which("g++"):
+    CPLUSPLUS["gcc"] = ["g++"]
+OF_CPLUSPLUS = ["-x", "c++", "-std=c++20", "-Wall", "-Wextra", "-Werror", "-Wno-missing-field-initializers"]
+"""Fields without initializers are zeros, which is meant."""
 CASES = [
     ("double_pendulum", "2.0", "dopri5"),
     ("double_pendulum", "3.0", "dopri5"),
@@ -144,8 +153,20 @@ LINKED = [
 """Model, version of FMI, and a prefix where the default one would come twice."""
 
 
-@pytest.mark.parametrize("form", FORMS)
-def test_fmus_in_one_program(exported, form: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("compiler", CPLUSPLUS)
+@pytest.mark.parametrize(("model", "fmi", "solver"), CASES)
+def test_it_is_cpp_as_well(model: str, fmi: str, solver: str, compiler: str, tmp_path: Path) -> None:
+    (tmp_path / ALL).write_text(files_of(model, fmi, solver, SINGLE)[ALL], "utf-8")
+    command = [*CPLUSPLUS[compiler], *OF_CPLUSPLUS, "-O0"]
+    run(*command, "-isystem", headers_of_fmi(tmp_path), "-c", tmp_path / ALL, "-o", tmp_path / "all.o")
+
+
+@pytest.mark.parametrize(
+    ("form", "command"),
+    [(MANY, C), (SINGLE, C), (SINGLE, (*CPLUSPLUS[min(CPLUSPLUS)], *OF_CPLUSPLUS, "-ffp-contract=off"))],
+    ids=["many", "single", "cpp"],
+)
+def test_fmus_in_one_program(exported, form: str, command: Sequence[str], tmp_path: Path) -> None:
     """Linked without hiding a symbol; each moves as its own library does."""
     headers, runs, objects, expected = headers_of_fmi(tmp_path), [], [], []
     for number, (model, fmi, prefix) in enumerate(LINKED):
@@ -153,13 +174,13 @@ def test_fmus_in_one_program(exported, form: str, tmp_path: Path) -> None:
         file = delivered(fmu, form, VERSIONS[fmi].gate, tmp_path / str(number))
         objects.append(tmp_path / f"{number}.o")
         own = [f"-DFMI{fmi[0]}_FUNCTION_PREFIX={prefix}"] if prefix else []
-        run(*QUICK, *STRICT, "-O1", *own, "-isystem", headers, "-c", file, "-o", objects[-1])
+        run(*command, "-O1", *own, "-isystem", headers, "-c", file, "-o", objects[-1])
         runs.append(f"RUN_FMI{fmi[0]}({prefix or f'{model}_'}, {c_string(fmu.description.guid)}, 4)")
         expected.append(alone(fmu.path, fmi))
     main = "\n    ".join(["int main(void) {", *runs, "return 0;\n}\n"])
     (tmp_path / "main.c").write_text(f'#include "linked_fmus.h"\n\n{main}', "utf-8")
     includes = [f"-I{HERE}", "-isystem", headers]
-    run(*QUICK, *STRICT, *includes, tmp_path / "main.c", *objects, "-lm", "-o", tmp_path / "program")
+    run(*C, *includes, tmp_path / "main.c", *objects, "-lm", "-o", tmp_path / "program")
     found = [[float(number) for number in line.split()] for line in run(tmp_path / "program").splitlines()]
     assert [len(row) for row in found] == [4] * len(LINKED)
     for one, other in zip(found, expected, strict=True):
