@@ -162,6 +162,13 @@ def show(**choices: Any) -> None:
     help="realtime: steps of bounded work, no memory after instantiation.",
 )
 @click.option("--step", type=float, metavar="S", help="Longest communication step of the profile realtime.")
+@click.option(
+    "--sources",
+    type=click.Choice(["many", "single"]),
+    default="many",
+    show_default=True,
+    help="The C code in many files, or in a single one.",
+)
 @WITHIN
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @loading

@@ -44,6 +44,7 @@ class ExportOptions:
     reference: bool
     profile: str
     step: float | None
+    sources: str
     limit: float
     force: bool
     settings: tuple[str, ...]
@@ -83,6 +84,7 @@ def export_model(asked: ExportOptions) -> None:
             samples=samples,
             profile=asked.profile,
             step=asked.step,
+            sources=asked.sources,
         )
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
     if fmu.moved_starts:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 _TOKEN = re.compile(
     r'(?P<text>/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|^#include[^\n]*)'
@@ -19,6 +19,11 @@ SINGLE: Mapping[str, str] = {
     "HUGE_VAL": "HUGE_VALF",
 }
 """{word for numbers of type double: that for float}."""
+
+
+def words(code: str) -> Iterator[str]:
+    """The words of ``code`` in C, each as often as it stands there."""
+    return (found[0] for found in _TOKEN.finditer(code) if found.lastgroup == "word")
 
 
 def with_words(code: str, words: Mapping[str, str]) -> str:

@@ -17,7 +17,7 @@ from lag2fmu.fmu.backends.backend import Backend, Choices, Content
 from lag2fmu.fmu.backends.native import NATIVE
 from lag2fmu.fmu.backends.python import PYTHON
 from lag2fmu.fmu.compilers import Progress
-from lag2fmu.fmu.contents import CLOCKS, DESCRIPTION, EQUATIONS, MECHANISM_ENTRY, WITHOUT
+from lag2fmu.fmu.contents import CLOCKS, DESCRIPTION, EQUATIONS, MECHANISM_ENTRY, SOURCES, WITHOUT
 from lag2fmu.fmu.deriving import derived
 from lag2fmu.fmu.documentation import Subject, documentation
 from lag2fmu.fmu.exported import Fmu, Model, fmu_path, is_fmu
@@ -27,6 +27,7 @@ from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.picture import scene_at_start
 from lag2fmu.fmu.realtime import REAL_TIME, RealTime, check_profile
+from lag2fmu.fmu.sources import FORMS, MANY, SINGLE
 from lag2fmu.fmu.terminals import terminals
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.fmu.versions.version import Version
@@ -69,6 +70,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     values: Mapping[str, float] | None = None,
     profile: str = "desktop",
     step: float | None = None,
+    sources: str = MANY,
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
@@ -90,18 +92,18 @@ def export(  # noqa: PLR0913 (choices of the user)
     - ``values``: other parameters and starts, in SI units.
     - ``profile``: one of PROFILES; in "realtime" a communication step has a bound: at most ``step`` (s), by default
       that of the experiment, solver steps of fixed length, and no memory is allocated after instantiation.
+    - ``sources``: the C code in "many" files, or in a "single" one.
 
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
-    _check_left_out(without)
+    _check_parts(without, sources, backend)
     _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start, arrays=arrays)
     given = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
     mechanism, needs = _prescribed(resting(given) if start == STARTS[1] else given, inverse, time_constant)
     check_profile(profile, backend, step)
-    version, realtime = VERSIONS[fmi], RealTime(step) if profile == REAL_TIME else None
-    left_out, maker = frozenset(without), page_maker(page)
+    version, realtime, maker = VERSIONS[fmi], RealTime(step) if profile == REAL_TIME else None, page_maker(page)
     choices = Choices(
-        solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, left_out, maker, realtime
+        solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, without, maker, realtime, sources
     )
     build = BACKENDS[backend].prepare(choices)
     target = Path(f"{mechanism.name}.fmu" if path is None else path)
@@ -170,11 +172,17 @@ def _check_words(solver: str, backend: str, fmi: str, start: str, *, arrays: boo
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
 
 
-def _check_left_out(without: Sequence[str]) -> None:
-    """Raise ExportError for parts that cannot be left out."""
+def _check_parts(without: Sequence[str], form: str, backend: str) -> None:
+    """Raise ExportError for parts that cannot be left out, and for a ``form`` of C code that there is not."""
     for word in without:
         if word not in WITHOUT and word not in OMISSIBLE:
             raise ExportError(f"--without {word}: known are {', '.join((*WITHOUT, *OMISSIBLE))}")
+    if form not in FORMS:
+        raise ExportError(f"--sources {form}: known are {', '.join(FORMS)}")
+    if form == SINGLE and backend != NATIVE.name:
+        raise ExportError(f"--sources {form}: the backend '{backend}' has no C code; leave one of them out")
+    if form == SINGLE and SOURCES in without:
+        raise ExportError(f"--sources {form}: --without {SOURCES} leaves the C code out; take one of them")
 
 
 def _check_target(path: Path) -> None:

@@ -1,46 +1,57 @@
-"""The folder ``sources/`` of an FMU: all C files, and how to build them (FMI 2.0.5, sections 2.1.1 and 2.3)."""
+"""The folder ``sources/`` of an FMU: its C files, and how to build them (FMI 2.0.5, sections 2.1.1 and 2.3)."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 
+from lag2fmu.codegen.amalgamation import amalgamated
 from lag2fmu.codegen.sources import public_names
 from lag2fmu.fmu.translation_units import c_files, including
 from lag2fmu.fmu.xml_text import document
 
 ALL = "all.c"
-"""The one file that an importer compiles. It includes the others, as in the Modelica Association's Reference FMUs."""
+"""The one file that an importer compiles, as in the Modelica Association's Reference FMUs."""
 PREFIX_HEADER = "prefix.h"
+MANY, SINGLE = FORMS = ("many", "single")
+"""How the C code is delivered: as files that all.c includes, or in all.c as a whole."""
 
 
-def source_files(sources: Mapping[str, str], identifier: str, gate: str) -> dict[str, bytes]:
-    """{name in the archive: content} of ``sources`` {file name: text} with all.c, prefix.h and buildDescription.xml.
+def source_files(sources: Mapping[str, str], identifier: str, gate: str, form: str = MANY) -> dict[str, bytes]:
+    """{name in the archive: content} of ``sources`` {file name: text} in a ``form`` of FORMS, and buildDescription.xml.
 
-    All names that the linker sees get the prefix IDENTIFIER_ in all.c, by prefix.h. So several FMUs can be linked into
-    one program, and an importer's shared library that hides no symbols calls no functions of the same name in the
-    program and its other libraries. The functions of FMI have plain names in a shared library:
-    FMI2_OVERRIDE_FUNCTION_PREFIX (or FMI3_...) takes their prefix back. ``gate`` is the beginning of the functions'
-    names, fmi2 or fmi3.
+    All names that the linker sees get the prefix FMI2_FUNCTION_PREFIX (or FMI3_...) in all.c, IDENTIFIER_ unless the
+    importer defines another one. So several FMUs can be linked into one program, and an importer's shared library that
+    hides no symbols calls no functions of the same name in the program and its other libraries. The functions of FMI
+    have plain names in a shared library: FMI2_OVERRIDE_FUNCTION_PREFIX takes their prefix back. ``gate`` is the
+    beginning of the functions' names, fmi2 or fmi3.
     """
-    comment = "/* The whole FMU in one file. The others compile one by one as well, without the prefix of names. */"
-    texts = {
-        **sources,
-        ALL: f"{comment}\n{including([PREFIX_HEADER, *c_files(sources)])}",
-        PREFIX_HEADER: _prefix_header(sources, identifier, gate),
-    }
+    header = _prefix_header(sources, identifier, gate)
+    if form == SINGLE:
+        comment = f"/* The FMU {identifier} in one file of C99. It needs the headers of FMI, and libm. */"
+        texts = {ALL: f"{comment}\n{amalgamated({**sources, PREFIX_HEADER: header}, first=(PREFIX_HEADER,))}"}
+    else:
+        comment = "/* The whole FMU in one file. The others compile one by one as well, without the prefix of names. */"
+        joined = including([PREFIX_HEADER, *c_files(sources)])
+        texts = {**sources, ALL: f"{comment}\n{joined}", PREFIX_HEADER: header}
     files = {f"sources/{file}": text.encode() for file, text in texts.items()}
     return files | {"sources/buildDescription.xml": build_description(identifier, gate)}
 
 
 def _prefix_header(sources: Mapping[str, str], identifier: str, gate: str) -> str:
-    """A header that puts the prefix IDENTIFIER_ before the functions and variables that the linker sees."""
-    lines = [f"#define {name} {identifier}_{name}" for name in public_names(sources)]
-    comment = "/* The names that the linker sees, with the prefix of this FMU: they meet no others of the same name. */"
-    guard = ["#ifndef PREFIX_H", "#define PREFIX_H", ""]
-    return "\n".join(
-        [comment, *guard, f"#define {gate.upper()}_FUNCTION_PREFIX {identifier}_", *lines, "", "#endif", ""]
-    )
+    """A header that puts the prefix, by default IDENTIFIER_, before the names that the linker sees."""
+    prefix = f"{gate.upper()}_FUNCTION_PREFIX"
+    lines = [
+        "/* The names that the linker sees, with the prefix of this FMU: they meet no others of the same name. */",
+        *("#ifndef PREFIX_H", "#define PREFIX_H", ""),
+        *(f"#ifndef {prefix}", f"#define {prefix} {identifier}_", "#endif", ""),
+        "#define PREFIX_PASTED(prefix, name) prefix##name",
+        "#define PREFIX_JOINED(prefix, name) PREFIX_PASTED(prefix, name)",
+        f"#define PREFIXED(name) PREFIX_JOINED({prefix}, name)",
+        *(f"#define {name} PREFIXED({name})" for name in public_names(sources)),
+        *("", "#endif", ""),
+    ]
+    return "\n".join(lines)
 
 
 def build_description(identifier: str, gate: str) -> bytes:

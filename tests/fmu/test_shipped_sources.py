@@ -15,9 +15,9 @@ from archives import functions_of_fmi, xml
 from elf import Library
 from fmpy.build import build_platform_binary
 from fmpy.model_description import read_build_description
+from headers import headers_of_fmi
 from stepping import Stepping, bits
 
-from lag2fmu.codegen.c import c_string
 from lag2fmu.fmu import Fmu, compilers
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import host_platform
@@ -27,7 +27,6 @@ from lag2fmu.fmu.translation_units import including, translation_units
 pytestmark = pytest.mark.fmu
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="reads ELF libraries")
 
-COMPILER = ["gcc"] if shutil.which("gcc") else [sys.executable, "-m", "ziglang", "cc"]
 MODELS = ["double_pendulum", "motion_driven_pendulum", "slides_problem_6"]
 
 
@@ -173,83 +172,3 @@ def test_a_library_that_hides_no_symbol_calls_its_own_functions(fmu: Fmu, folder
     with Stepping(packed(folder)) as host:
         host.unit.setDebugLogging(True, ["logStatusWarning", "logWeather"])
         assert [(status, sentence.split(":")[0]) for status, _, sentence in host.log] == [(1, "fmi2SetDebugLogging")]
-
-
-def test_two_fmus_in_one_program(exported, tmp_path: Path) -> None:
-    """All sources linked together, without hiding a symbol; each moves as its own library does."""
-    headers, host, objects, expected = headers_of_fmi(tmp_path), [], [], []
-    for model in ("double_pendulum", "cart_pole"):
-        fmu = exported(model)
-        with zipfile.ZipFile(fmu.path) as archive:
-            archive.extractall(tmp_path / model)
-        folder = tmp_path / model / "sources"
-        flags = ["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{headers}"]
-        objects.append(str(folder / "all.o"))
-        subprocess.run([*COMPILER, *flags, "-c", str(folder / ALL), "-o", objects[-1]], check=True)
-        host.append(f"RUN({model}_, {c_string(fmu.description.guid)}, 4)")
-        with Stepping(fmu.path) as alone:
-            expected.append(alone.start().steps(20, 0.1)[-1])
-    (tmp_path / "host.c").write_text(HOST.replace("RUNS", "\n".join(host)), "utf-8")
-    program = str(tmp_path / "program")
-    command = [*COMPILER, f"-I{headers}", str(tmp_path / "host.c"), *objects, "-lm", "-o", program]
-    subprocess.run(command, check=True)
-    lines = subprocess.run([program], check=True, capture_output=True, text=True).stdout.splitlines()
-    found = [[float(number) for number in line.split()] for line in lines]
-    assert [len(row) for row in found] == [4, 4]
-    for one, other in zip(found, expected, strict=True):
-        assert one == pytest.approx(other, rel=1e-9, abs=1e-9)
-
-
-HOST = """
-#include <stdio.h>
-#include <string.h>
-#include "fmi2FunctionTypes.h"
-#define RUN(prefix, guid, states) {                                                                             \\
-    extern fmi2Component prefix##fmi2Instantiate(fmi2String, fmi2Type, fmi2String, fmi2String,                  \\
-                                                 const fmi2CallbackFunctions *, fmi2Boolean, fmi2Boolean);      \\
-    extern fmi2EnterInitializationModeTYPE prefix##fmi2EnterInitializationMode;                                 \\
-    extern fmi2ExitInitializationModeTYPE prefix##fmi2ExitInitializationMode;                                   \\
-    extern fmi2DoStepTYPE prefix##fmi2DoStep;                                                                   \\
-    extern fmi2GetRealTYPE prefix##fmi2GetReal;                                                                 \\
-    fmi2Component c = prefix##fmi2Instantiate("it", fmi2CoSimulation, guid, NULL, &callbacks, 0, 0);            \\
-    prefix##fmi2EnterInitializationMode(c);                                                                     \\
-    prefix##fmi2ExitInitializationMode(c);                                                                      \\
-    for (int i = 0; i < 20; i++) prefix##fmi2DoStep(c, 0.1 * i, 0.1, fmi2True);                                 \\
-    for (fmi2ValueReference i = 1; i <= states; i++) {                                                          \\
-        prefix##fmi2GetReal(c, &i, 1, &value);                                                                  \\
-        printf("%.17g ", value);                                                                                \\
-    }                                                                                                           \\
-    printf("\\n");                                                                                              \\
-}
-int main(void) {
-    fmi2CallbackFunctions callbacks;
-    double value = 0.0;
-    memset(&callbacks, 0, sizeof callbacks);
-    RUNS
-    return 0;
-}
-"""
-
-
-def headers_of_fmi(folder: Path) -> Path:
-    """The headers of FMI 2.0.5, made of fmpy's, which know no prefix."""
-    headers = folder / "headers"
-    headers.mkdir()
-    for header in fmi_headers().glob("fmi2*.h"):
-        text = header.read_text("utf-8").replace("#define fmi2FullName(name) name", HEADER_OF_FMI_2_0_5)
-        (headers / header.name).write_text(text, "utf-8")
-    return headers
-
-
-HEADER_OF_FMI_2_0_5 = """
-#if !defined(FMI2_OVERRIDE_FUNCTION_PREFIX) && defined(FMI2_FUNCTION_PREFIX)
-  #define FMI2_ACTUAL_FUNCTION_PREFIX FMI2_FUNCTION_PREFIX
-#endif
-#if defined(FMI2_ACTUAL_FUNCTION_PREFIX)
-  #define fmi2Paste(a,b) a ## b
-  #define fmi2PasteB(a,b) fmi2Paste(a,b)
-  #define fmi2FullName(name) fmi2PasteB(FMI2_ACTUAL_FUNCTION_PREFIX, name)
-#else
-  #define fmi2FullName(name) name
-#endif
-"""

@@ -198,7 +198,11 @@ class Laws:
 
     def arena(self, memory: Array) -> int:
         """The address of an arena in ``memory``."""
-        return int(self._library.arena_begin(memory.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(_ARENA), ctypes.c_size_t(0)))
+        return int(
+            self._library.arena_begin(
+                memory.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(_ARENA), ctypes.c_size_t(0)
+            )
+        )
 
     def solve_all(self, delassus: Array, free: Array, rows: Sequence[Row]) -> tuple[NDArray[np.bool_], Array, Array]:
         """Whether solved[count], lambda[count, rows] and w[count, rows] of many problems with the same rows."""

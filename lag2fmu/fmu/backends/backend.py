@@ -15,8 +15,12 @@ from lag2fmu.fmu.live.parts import Live
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.realtime import RealTime
 from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.fmu.sources import MANY
 from lag2fmu.fmu.versions.version import Version
 from lag2fmu.mechanism.record import Mechanism
+
+MOST_OF_A_NAME = 63
+"""Characters of an identifier that C99 distinguishes (section 5.2.4.1), and the most in a name of MATLAB."""
 
 Maker = Callable[[EquationsOfMotion, Program, Sequence[ScalarVariable], Mapping[str, str]], Live | None]
 """A function from equations, program, variables and C sources of an FMU to the content of a live page."""
@@ -28,7 +32,7 @@ class Choices:
 
     ``progress`` is told how a compiler gets on. ``version`` is that of FMI. ``arrays``: coordinates are to be arrays.
     ``live`` makes the content of a live page; None for a static one. ``without`` names what is left out, of WITHOUT.
-    ``realtime`` says how steps are bounded, None where they are not.
+    ``realtime`` says how steps are bounded, None where they are not. ``sources`` is the form of the C code, of FORMS.
     """
 
     solver: str
@@ -40,6 +44,7 @@ class Choices:
     without: Collection[str] = ()
     live: Maker | None = None
     realtime: RealTime | None = None
+    sources: str = MANY
 
 
 @dataclass(frozen=True)
@@ -87,4 +92,4 @@ class Backend(Protocol):
 
 def identifier_of(name: str) -> str:
     """A short C identifier for the library of the mechanism ``name``."""
-    return re.sub(r"\W", "_", name)[:64]
+    return re.sub(r"\W", "_", name)[:MOST_OF_A_NAME]

@@ -74,7 +74,7 @@ class _Native:
                     sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
                 )
             delivered = SOURCES not in choices.without
-            files = source_files(sources, identifier, version.gate) if delivered else {}
+            files = source_files(sources, identifier, version.gate, choices.sources) if delivered else {}
             description = description if delivered else replace(description, source_files=())
             for built_for, library in zip(platforms, libraries, strict=True):
                 folders = version.folders(built_for)

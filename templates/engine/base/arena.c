@@ -1,7 +1,7 @@
 #include "arena.h"
 
 Arena *arena_begin(void *memory, size_t capacity, size_t work) {
-    Arena *arena = memory;
+    Arena *arena = (Arena *)memory;
     arena->first.after = NULL;
     arena->first.begin = (char *)memory + ARENA_HEAD;
     arena->first.end = arena->first.begin + capacity;

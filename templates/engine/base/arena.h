@@ -90,7 +90,7 @@ static inline bool arena_leave(ArenaMark mark, bool result) {
     type *const name = ((void)(mark), &name##_here)
 #else
 #define WORK_IS_SMALL(bytes) ((bytes) <= SMALL_WORK)
-#define WORK_OF(mark, type, name) type *const name = arena_take((mark).arena, sizeof(type))
+#define WORK_OF(mark, type, name) type *const name = (type *)arena_take((mark).arena, sizeof(type))
 #endif
 
 /* The mark of a function whose largest array has so many bytes, a constant: there is nothing to give back if all its
@@ -103,7 +103,7 @@ static inline ArenaMark arena_mark_of(Arena *arena, size_t bytes) {
 #define WORK(mark, type, name, count)                                                                                 \
     type name##_small[WORK_IS_SMALL((count) * sizeof(type)) ? (count) : 1];                                           \
     type *const name = WORK_IS_SMALL((count) * sizeof(type)) ? name##_small                                           \
-                                                             : arena_take((mark).arena, (count) * sizeof(type))
+                                                             : (type *)arena_take((mark).arena, (count) * sizeof(type))
 
 /* The same with zeros. */
 #define WORK_ZEROS(mark, type, name, count)                                                                           \
@@ -112,9 +112,9 @@ static inline ArenaMark arena_mark_of(Arena *arena, size_t bytes) {
 
 /* The same for an array of rows of so many columns. */
 #define WORK_ROWS(mark, type, name, rows, columns)                                                                    \
-    type name##_small[WORK_IS_SMALL((rows) * (columns) * sizeof(type)) ? (rows) : 1][columns];                        \
-    type(*const name)[columns] = WORK_IS_SMALL((rows) * (columns) * sizeof(type))                                     \
+    type name##_small[WORK_IS_SMALL(sizeof(type[rows][columns])) ? (rows) : 1][columns];                              \
+    type(*const name)[columns] = WORK_IS_SMALL(sizeof(type[rows][columns]))                                           \
                                      ? name##_small                                                                   \
-                                     : arena_take((mark).arena, (rows) * (columns) * sizeof(type))
+                                     : (type(*)[columns])arena_take((mark).arena, sizeof(type[rows][columns]))
 
 #endif

@@ -40,10 +40,10 @@ bool runs_into_singularity(Instance *instance, const double accelerations[]) {
 }
 
 bool leaps_over_singularity(Instance *instance, double length) {
-    const double *old = instance->state.states, *new = instance->scratch.new_states;
+    const double *old = instance->state.states, *next = instance->scratch.new_states;
     bool leaps = false;
     for (int i = N; i < 2 * N; i++) {
-        const double change = new[i] - old[i];
+        const double change = next[i] - old[i];
         const double mean = 0.5 * (instance->state.first_stage[i] + instance->scratch.new_derivatives[i]);
         leaps = leaps || fabs(change - length * mean) > fabs(change) + fabs(old[i]) + NOMINAL_STATES[i];
     }
@@ -54,7 +54,7 @@ bool leaps_over_singularity(Instance *instance, double length) {
     WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
     WORK_ZEROS(mark, bool, ignored, N_COORDINATES);
     return arena_leave(mark, (mass_about_to_vanish(instance, old, SINGULAR_NEAR, concerned) ||
-                              mass_about_to_vanish(instance, new, SINGULAR_NEAR, concerned)) &&
+                              mass_about_to_vanish(instance, next, SINGULAR_NEAR, concerned)) &&
                                  !mass_about_to_vanish(instance, START_STATES, REGULAR, ignored) &&
                                  !report_coordinates(instance, FAILURE_SINGULAR, instance->state.time, concerned));
 }

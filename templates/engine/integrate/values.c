@@ -16,7 +16,7 @@ bool value_is_real(VariableKind kind) {
 /* While the rest of accumulating impacts lasts, a contact is open, though they are not followed one by one. */
 static int64_t mode_of(const State *state, int element) {
     const bool contact = N_UNILATERALS > 0 && element < N_UNILATERALS;
-    return contact && state->cascading[element] ? MODE_OPEN : state->modes[element];
+    return contact && state->cascading[element] ? (int64_t)MODE_OPEN : state->modes[element];
 }
 
 int value_integer(const Instance *instance, const Variable *variable) {

@@ -163,7 +163,7 @@ static double find_residuals(Path *path, double *gap, double *size) {
     *gap = 0.0;
     for (int i = 0; i < rows; i++) {
         path->primal[i] += program->shift[i] / path->scale - path->s[i];
-        *gap += path->s[i] * path->z[i] / program->cones;
+        *gap += path->s[i] * path->z[i] / (double)program->cones;
     }
     *size = 1.0 + greatest_of(path->y, n);
     const double rest = fmax(greatest_of(path->dual, n), greatest_of(path->primal, rows)) / *size;
@@ -289,8 +289,8 @@ static bool path_step(Path *path, double gap) {
     return true;
 }
 
-static void *take_doubles(Arena *arena, int count) {
-    return arena_take(arena, (size_t)count * sizeof(double));
+static double *take_doubles(Arena *arena, int count) {
+    return (double *)arena_take(arena, (size_t)count * sizeof(double));
 }
 
 /* So many doubles, in at most so many arrays. */
@@ -317,8 +317,8 @@ static bool begin_path(Arena *arena, const ConeProgram *program, PathOptions opt
         *cones[i] = take_doubles(arena, rows);
     }
     path->matrix = take_doubles(arena, n * n);
-    path->order = arena_take(arena, (size_t)n * sizeof(int));
-    path->scaling = arena_take(arena, (size_t)program->cones * sizeof(ConeScaling));
+    path->order = (int *)arena_take(arena, (size_t)n * sizeof(int));
+    path->scaling = (ConeScaling *)arena_take(arena, (size_t)program->cones * sizeof(ConeScaling));
     memset(path->y, 0, (size_t)n * sizeof(double));
     for (int i = 0; i < rows; i++) {
         path->s[i] = i % 3 == 0 ? 1.0 : 0.0;

@@ -39,7 +39,7 @@ double choices_count(const Laws *laws) {
 /* The first row whose accelerations differ, where these are `own` for the one and w of x for the other; -1: none. */
 static int moved_row(const Laws *laws, const double own[], const double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
-    double *w = arena_take(laws->arena, (size_t)laws->size * sizeof(double)), greatest = 0.0, terms = 0.0;
+    double *w = (double *)arena_take(laws->arena, (size_t)laws->size * sizeof(double)), greatest = 0.0, terms = 0.0;
     int moved = -1;
     laws_evaluate(laws, x, w);
     for (int k = 0; k < laws->size; k++) {
@@ -55,7 +55,7 @@ static int moved_row(const Laws *laws, const double own[], const double x[]) {
 
 bool choices_solve(const Laws *laws, const double known[], double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
-    int *digit = arena_take(laws->arena, (size_t)laws->size * sizeof(int));
+    int *digit = (int *)arena_take(laws->arena, (size_t)laws->size * sizeof(int));
     bool solved = false;
     memset(digit, 0, (size_t)laws->size * sizeof(int));
     for (bool more = true; more && !solved; more = next_choice(laws, digit)) {
@@ -76,8 +76,8 @@ bool choices_solve(const Laws *laws, const double known[], double x[]) {
 
 int choices_other(const Laws *laws, const double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
-    double *other = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
-    double *own = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
+    double *other = (double *)arena_take(laws->arena, (size_t)laws->size * sizeof(double));
+    double *own = (double *)arena_take(laws->arena, (size_t)laws->size * sizeof(double));
     laws_evaluate(laws, x, own);
     const bool found = choices_count(laws) <= MOST_OTHERS && choices_solve(laws, own, other);
     const int moved = found ? moved_row(laws, own, other) : -1;

@@ -69,7 +69,7 @@ static void spread(const Laws *laws, double x[]) {
     }
     const ArenaMark mark = arena_mark(laws->arena);
     Choice choice = choice_take(laws->arena, laws->size);
-    double *other = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
+    double *other = (double *)arena_take(laws->arena, (size_t)laws->size * sizeof(double));
     memset(other, 0, (size_t)laws->size * sizeof(double));
     for (int k = 0; k < laws->size; k++) {
         const double limit = laws_limit(laws, x, k), side = limit > 0.0 ? x[k] / limit : 0.0;
@@ -90,7 +90,7 @@ static bool reduce_and_solve(const Problem *problem, Elimination *elimination, L
     if (!eliminate_rows(problem, elimination, laws)) {
         return false;
     }
-    double *x = arena_take(problem->arena, (size_t)laws->size * sizeof(double));
+    double *x = (double *)arena_take(problem->arena, (size_t)laws->size * sizeof(double));
     *solution = x;
     for (int i = 0; i < laws->size; i++) {
         const int row = elimination->row[i];
@@ -178,7 +178,7 @@ static bool take_and_solve(const Problem *problem, const Islands *islands, int w
     if (!arena_reserve(problem->arena, arena_bytes((size_t)n, sizeof(double)))) {
         return arena_leave(mark, false);
     }
-    double *own = arena_take(problem->arena, (size_t)n * sizeof(double));
+    double *own = (double *)arena_take(problem->arena, (size_t)n * sizeof(double));
     if (!solve_island(&island.problem, own)) {
         return arena_leave(mark, false);
     }
@@ -201,8 +201,8 @@ static bool evaluate_rows(const Problem *problem, const double lambda[], double 
     if (!arena_reserve(problem->arena, 3 * arena_bytes(bytes, 1))) {
         return false;
     }
-    double *terms = arena_take(problem->arena, bytes), *scale = arena_take(problem->arena, bytes);
-    int *acts = arena_take(problem->arena, (size_t)n * sizeof(int)), count = 0;
+    double *terms = (double *)arena_take(problem->arena, bytes), *scale = (double *)arena_take(problem->arena, bytes);
+    int *acts = (int *)arena_take(problem->arena, (size_t)n * sizeof(int)), count = 0;
     find_scales(problem, scale);
     for (int k = 0; k < n; k++) {
         acts[count] = k;

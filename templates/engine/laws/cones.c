@@ -85,7 +85,7 @@ static bool solve_along(const Laws *laws, const ConeProgram *program, const int 
     if (!arena_reserve(laws->arena, 2 * arena_bytes(bytes, 1))) {
         return arena_leave(mark, false);
     }
-    double *y = arena_take(laws->arena, bytes), *start = arena_take(laws->arena, bytes);
+    double *y = (double *)arena_take(laws->arena, bytes), *start = (double *)arena_take(laws->arena, bytes);
     if (!central_path(program, options, y)) {
         return arena_leave(mark, false);
     }
@@ -111,7 +111,7 @@ static bool is_asymmetric(const Laws *laws) {
 static bool solve_by_paths(const Laws *laws, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     ConeProgram program;
-    int *place = arena_take(laws->arena, (size_t)laws->size * sizeof(int)), cones;
+    int *place = (int *)arena_take(laws->arena, (size_t)laws->size * sizeof(int)), cones;
     const int size = place_rows(laws, place, &cones);
     if (!cone_program_take(laws->arena, size, cones, &program)) {
         return arena_leave(mark, false);

@@ -220,20 +220,20 @@ static double difference(double a, const double b[], const double c[], int count
 static void take_rows(Elimination *e) {
     Arena *arena = e->problem->arena;
     const size_t rows = (size_t)e->problem->rows;
-    e->scale = arena_take(arena, rows * sizeof(double));
-    e->free = arena_take(arena, rows * sizeof(double));
-    e->row_kept = arena_take(arena, rows * sizeof(int));
-    e->place_kept = arena_take(arena, rows * sizeof(int));
-    e->row = arena_take(arena, rows * sizeof(int));
-    e->place = arena_take(arena, rows * sizeof(int));
-    e->order = arena_take(arena, rows * sizeof(int));
+    e->scale = (double *)arena_take(arena, rows * sizeof(double));
+    e->free = (double *)arena_take(arena, rows * sizeof(double));
+    e->row_kept = (int *)arena_take(arena, rows * sizeof(int));
+    e->place_kept = (int *)arena_take(arena, rows * sizeof(int));
+    e->row = (int *)arena_take(arena, rows * sizeof(int));
+    e->place = (int *)arena_take(arena, rows * sizeof(int));
+    e->order = (int *)arena_take(arena, rows * sizeof(int));
 }
 
 static void take_matrices(Elimination *e) {
     Arena *arena = e->problem->arena;
     const size_t kept = (size_t)e->kept, bilateral = (size_t)e->bilateral;
-    e->delassus = arena_take(arena, kept * kept * sizeof(double));
-    e->factor = arena_take(arena, bilateral * bilateral * sizeof(double));
+    e->delassus = (double *)arena_take(arena, kept * kept * sizeof(double));
+    e->factor = (double *)arena_take(arena, bilateral * bilateral * sizeof(double));
     memset(e->factor, 0, bilateral * bilateral * sizeof(double));
 }
 
@@ -251,9 +251,10 @@ static void fill_laws(const Elimination *e, Laws *laws) {
     const ArenaMark mark = arena_mark(problem->arena);
     const size_t bytes = (size_t)problem->rows * sizeof(double);
     const int m = e->bilateral;
-    double *column = arena_take(problem->arena, bytes), *known = arena_take(problem->arena, bytes), terms;
-    double *seen = arena_take(problem->arena, bytes);
-    double *response = arena_take(problem->arena, (size_t)(e->active * m) * sizeof(double));
+    double *column = (double *)arena_take(problem->arena, bytes), terms;
+    double *known = (double *)arena_take(problem->arena, bytes);
+    double *seen = (double *)arena_take(problem->arena, bytes);
+    double *response = (double *)arena_take(problem->arena, (size_t)(e->active * m) * sizeof(double));
     memcpy(column, e->free, bytes);
     for (int a = 0; a < e->kept; a++) {
         add_column(e, e->row_kept[a], given(e, e->row_kept[a]), column);
@@ -303,8 +304,8 @@ static void solve_bilateral(const Elimination *e, double lambda[]) {
     const ArenaMark mark = arena_mark(arena);
     const int m = e->bilateral;
     const size_t bytes = (size_t)m * sizeof(double);
-    double *matrix = arena_take(arena, (size_t)m * bytes), *right = arena_take(arena, bytes);
-    double *x = arena_take(arena, bytes);
+    double *matrix = (double *)arena_take(arena, (size_t)m * bytes), *right = (double *)arena_take(arena, bytes);
+    double *x = (double *)arena_take(arena, bytes);
     for (int i = 0; i < m; i++) {
         right[i] = -e->free[e->order[i]];
         for (int a = 0; a < e->kept; a++) {

@@ -37,9 +37,9 @@ bool islands_find(const Problem *problem, Islands *islands) {
     if (!arena_reserve(problem->arena, 2 * arena_bytes(bytes, 1))) {
         return false;
     }
-    islands->island = arena_take(problem->arena, bytes);
+    islands->island = (int *)arena_take(problem->arena, bytes);
     const ArenaMark mark = arena_mark(problem->arena);
-    int *waiting = arena_take(problem->arena, bytes);
+    int *waiting = (int *)arena_take(problem->arena, bytes);
     islands->count = 0;
     memset(islands->island, -1, bytes);
     for (int k = 0; k < problem->rows; k++) {
@@ -76,12 +76,12 @@ bool island_take(const Problem *problem, const Islands *islands, int which, Isla
     if (!arena_reserve(arena, bytes)) {
         return false;
     }
-    double *delassus = arena_take(arena, (n * n + n) * sizeof(double)), *free_motion = delassus + n * n;
-    Row *row = arena_take(arena, n * sizeof(Row));
-    bool *determined = arena_take(arena, n * sizeof(bool));
-    island->row = arena_take(arena, n * sizeof(int));
+    double *delassus = (double *)arena_take(arena, (n * n + n) * sizeof(double)), *free_motion = delassus + n * n;
+    Row *row = (Row *)arena_take(arena, n * sizeof(Row));
+    bool *determined = (bool *)arena_take(arena, n * sizeof(bool));
+    island->row = (int *)arena_take(arena, n * sizeof(int));
     const ArenaMark mark = arena_mark(arena);
-    int *place = arena_take(arena, rows * sizeof(int));
+    int *place = (int *)arena_take(arena, rows * sizeof(int));
     for (int k = 0, next = 0; k < problem->rows; k++) {
         if (islands->island[k] == which) {
             place[k] = next;

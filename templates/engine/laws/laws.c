@@ -12,14 +12,14 @@ Laws laws_take(Arena *arena, int size) {
     const size_t n = (size_t)size;
     return (Laws){.arena = arena,
                   .size = size,
-                  .matrix = arena_take(arena, n * n * sizeof(double)),
-                  .offset = arena_take(arena, n * sizeof(double)),
-                  .terms = arena_take(arena, n * sizeof(double)),
-                  .determined = arena_take(arena, n * sizeof(bool)),
-                  .width = arena_take(arena, n * sizeof(int)),
-                  .normal = arena_take(arena, n * sizeof(int)),
-                  .slope = arena_take(arena, n * sizeof(double)),
-                  .base = arena_take(arena, n * sizeof(double))};
+                  .matrix = (double *)arena_take(arena, n * n * sizeof(double)),
+                  .offset = (double *)arena_take(arena, n * sizeof(double)),
+                  .terms = (double *)arena_take(arena, n * sizeof(double)),
+                  .determined = (bool *)arena_take(arena, n * sizeof(bool)),
+                  .width = (int *)arena_take(arena, n * sizeof(int)),
+                  .normal = (int *)arena_take(arena, n * sizeof(int)),
+                  .slope = (double *)arena_take(arena, n * sizeof(double)),
+                  .base = (double *)arena_take(arena, n * sizeof(double))};
 }
 
 static void *take_zeros(Arena *arena, size_t bytes) {
@@ -28,9 +28,9 @@ static void *take_zeros(Arena *arena, size_t bytes) {
 
 Choice choice_take(Arena *arena, int size) {
     const size_t n = (size_t)size;
-    return (Choice){.held = take_zeros(arena, n * sizeof(bool)),
-                    .slope = take_zeros(arena, n * sizeof(double)),
-                    .value = take_zeros(arena, n * sizeof(double))};
+    return (Choice){.held = (bool *)take_zeros(arena, n * sizeof(bool)),
+                    .slope = (double *)take_zeros(arena, n * sizeof(double)),
+                    .value = (double *)take_zeros(arena, n * sizeof(double))};
 }
 
 void laws_evaluate(const Laws *laws, const double x[], double w[]) {
@@ -46,8 +46,9 @@ static void solve_choice(const Laws *laws, const Choice *choice, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     const int n = laws->size;
     const size_t bytes = (size_t)n * sizeof(double);
-    double *matrix = arena_take(laws->arena, (size_t)n * bytes), *right = arena_take(laws->arena, bytes);
-    double *change = arena_take(laws->arena, bytes), *w = arena_take(laws->arena, bytes);
+    double *matrix = (double *)arena_take(laws->arena, (size_t)n * bytes);
+    double *right = (double *)arena_take(laws->arena, bytes);
+    double *change = (double *)arena_take(laws->arena, bytes), *w = (double *)arena_take(laws->arena, bytes);
     laws_evaluate(laws, x, w);
     for (int k = 0; k < n; k++) {
         double *row = matrix + k * n;
@@ -121,7 +122,7 @@ static bool law_obeyed(const Laws *laws, const double x[], const double w[], dou
 
 bool laws_obeyed(const Laws *laws, const double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
-    double *w = arena_take(laws->arena, (size_t)laws->size * sizeof(double));
+    double *w = (double *)arena_take(laws->arena, (size_t)laws->size * sizeof(double));
     bool obeyed = true;
     const double rounding = noise(laws, x);
     laws_evaluate(laws, x, w);

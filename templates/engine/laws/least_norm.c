@@ -98,13 +98,13 @@ static void reflect_row(Decomposition *d, int k) {
 static Decomposition take_decomposition(Arena *arena, int n) {
     const size_t bytes = (size_t)n * sizeof(double);
     return (Decomposition){.n = n,
-                           .entry = arena_take(arena, (size_t)n * bytes),
-                           .diagonal = arena_take(arena, bytes),
-                           .left = arena_take(arena, bytes),
-                           .right = arena_take(arena, bytes),
-                           .head = arena_take(arena, bytes),
-                           .sums = arena_take(arena, bytes),
-                           .column = arena_take(arena, (size_t)n * sizeof(int))};
+                           .entry = (double *)arena_take(arena, (size_t)n * bytes),
+                           .diagonal = (double *)arena_take(arena, bytes),
+                           .left = (double *)arena_take(arena, bytes),
+                           .right = (double *)arena_take(arena, bytes),
+                           .head = (double *)arena_take(arena, bytes),
+                           .sums = (double *)arena_take(arena, bytes),
+                           .column = (int *)arena_take(arena, (size_t)n * sizeof(int))};
 }
 
 static void decompose(Decomposition *d, const double a[]) {
@@ -176,7 +176,7 @@ void least_norm_solve(Arena *arena, int n, const double a[], const double b[], d
     }
     const ArenaMark mark = arena_mark(arena);
     Decomposition d = take_decomposition(arena, n);
-    double *rest = arena_take(arena, (size_t)n * sizeof(double));
+    double *rest = (double *)arena_take(arena, (size_t)n * sizeof(double));
     decompose(&d, a);
     memset(x, 0, (size_t)n * sizeof(double));
     for (int refinement = 0; refinement < 2; refinement++) {

@@ -94,8 +94,9 @@ static bool refine_with(const Laws *laws, double step, double x[]) {
     if (!arena_reserve(laws->arena, 2 * (n + 6) * arena_bytes(bytes, 1))) {
         return arena_leave(mark, false);
     }
-    double *matrix = arena_take(laws->arena, (size_t)laws->size * bytes), *right = arena_take(laws->arena, bytes);
-    double *w = arena_take(laws->arena, bytes), *change = arena_take(laws->arena, bytes);
+    double *matrix = (double *)arena_take(laws->arena, (size_t)laws->size * bytes);
+    double *right = (double *)arena_take(laws->arena, bytes);
+    double *w = (double *)arena_take(laws->arena, bytes), *change = (double *)arena_take(laws->arena, bytes);
     bool done = false;
     for (int count = 0; count < MOST_NEWTON_STEPS && !done; count++) {
         double moved = 0.0, size = 0.0;

@@ -17,7 +17,7 @@ ArenaBlock *arena_block_behind(ArenaBlock *block, size_t bytes) {
         return block->after;
     }
     arena_free_behind(block);
-    ArenaBlock *made = malloc(BLOCK_HEAD + bytes);
+    ArenaBlock *made = (ArenaBlock *)malloc(BLOCK_HEAD + bytes);
     if (made != NULL) {
         made->after = NULL;
         made->begin = (char *)made + BLOCK_HEAD;

@@ -33,7 +33,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
     (void)noSetFMUStatePriorToCurrentPoint; /* no earlier point is kept, so this allows nothing */
     const double point = currentCommunicationPoint, step = communicationStepSize;
-    Component *component = c;
+    Component *component = (Component *)c;
     const bool usual = component != NULL && component->session.mode == MODE_STEP_COMPLETE && !component->logging &&
                        step > 0.0 &&
                        fabs(point - component->instance.state.time) <= COMMUNICATION_POINT * step;

@@ -86,7 +86,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
                       fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
                       fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime) {
     (void)noSetFMUStatePriorToCurrentPoint; /* no earlier point is kept, so this allows nothing */
-    Component *component = instance;
+    Component *component = (Component *)instance;
     fmi3Status status = fmi3OK;
     if (component != NULL && (eventHandlingNeeded == NULL || terminateSimulation == NULL || earlyReturn == NULL ||
                               lastSuccessfulTime == NULL)) {

@@ -3,7 +3,7 @@
 
 /* A state that is saved in an intermediate update is one of step mode. */
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState) {
-    Component *component = instance;
+    Component *component = (Component *)instance;
     const bool intermediate = component != NULL && component->session.mode == MODE_INTERMEDIATE_UPDATE;
     if (intermediate) {
         set_mode(component, MODE_STEP);

@@ -49,7 +49,7 @@ static bool update(Component *component, double time, bool sets, bool *early, do
 
 /* The listener's part, see Listener. */
 static double follow_updates(void *owner, double end) {
-    Component *component = owner;
+    Component *component = (Component *)owner;
     const double time = component->instance.state.time;
     bool early = false;
     double early_time = time;

@@ -9,8 +9,8 @@
 
 /* Says with the running function how far a given start was moved. */
 static void say_start_moved(void *owner, int state, double given, double taken) {
-    note(owner, "the given start values missed the constraints by little and were moved, furthest %s from %.17g to "
-         "%.17g", state_name(state), given, taken);
+    note((Component *)owner, "the given start values missed the constraints by little and were moved, furthest %s from "
+         "%.17g to %.17g", state_name(state), given, taken);
 }
 
 void component_start(Component *component) {
@@ -41,7 +41,7 @@ static void report_illegal_call(Component *component, Call call, Mode mode) {
 }
 
 Component *enter(void *handle, Call call) {
-    Component *component = handle;
+    Component *component = (Component *)handle;
     if (component == NULL) {
         return NULL;
     }

@@ -30,7 +30,7 @@ bool names_fit(const Importer *importer, const char *name, const char *token, co
 Component *component_new(const Importer *importer, InterfaceType type, const char *name, bool logging) {
     const size_t name_size = strlen(name) + 1, own = arena_bytes(sizeof(Component) + name_size, 1);
     const size_t work = ARENA_HEAD + ARENA_CAPACITY;
-    Component *component = calloc(1, own + work);
+    Component *component = (Component *)calloc(1, own + work);
     if (component == NULL) {
         report_no_instance(importer, name, "there is no memory for an instance of %.0f bytes, of which %.0f are for "
                            "work", (double)(own + work), (double)work);
@@ -46,7 +46,7 @@ Component *component_new(const Importer *importer, InterfaceType type, const cha
 }
 
 void component_free(void *handle) {
-    Component *component = handle;
+    Component *component = (Component *)handle;
     if (component != NULL) {
         arena_end(component->instance.arena);
         free(component);

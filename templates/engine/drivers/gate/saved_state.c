@@ -23,7 +23,7 @@ static const uint64_t VERSION = 6;
 
 /* 64-bit FNV-1a (Fowler, Noll, Vo) of some bytes. */
 static uint64_t hash(const void *bytes, size_t size) {
-    const unsigned char *byte = bytes;
+    const unsigned char *byte = (const unsigned char *)bytes;
     uint64_t value = 0xcbf29ce484222325u;
     for (size_t i = 0; i < size; i++) {
         value = (value ^ byte[i]) * 0x100000001b3u;
@@ -89,22 +89,22 @@ Status get_state(void *handle, Call call, void **saved) {
     }
     if (*saved == NULL) {
         *saved = malloc(sizeof(Block));
-    } else if (check(component, *saved) != STATUS_OK) {
+    } else if (check(component, (const Block *)*saved) != STATUS_OK) {
         return STATUS_ERROR;
     }
     if (*saved == NULL) {
         return fail(component, "there is no memory for a state of %u bytes", (unsigned)sizeof(Block));
     }
-    save(component, *saved);
+    save(component, (Block *)*saved);
     return STATUS_OK;
 }
 
 Status set_state(void *handle, Call call, void *saved) {
     Component *component = enter(handle, call);
-    if (component == NULL || check(component, saved) != STATUS_OK) {
+    if (component == NULL || check(component, (const Block *)saved) != STATUS_OK) {
         return STATUS_ERROR;
     }
-    const Block *block = saved;
+    const Block *block = (const Block *)saved;
     component->session = block->session;
     memcpy(&component->instance.state, &block->state, sizeof(State));
     instance_forget_cache(&component->instance);
@@ -119,7 +119,7 @@ Status free_state(void *handle, Call call, void **saved) {
     if (saved == NULL || *saved == NULL) {
         return STATUS_OK;
     }
-    if (check(component, *saved) != STATUS_OK) {
+    if (check(component, (const Block *)*saved) != STATUS_OK) {
         return STATUS_ERROR;
     }
     free(*saved);
@@ -129,7 +129,7 @@ Status free_state(void *handle, Call call, void **saved) {
 
 Status state_size(void *handle, Call call, void *saved, size_t *size) {
     Component *component = enter(handle, call);
-    if (component == NULL || check(component, saved) != STATUS_OK) {
+    if (component == NULL || check(component, (const Block *)saved) != STATUS_OK) {
         return STATUS_ERROR;
     }
     if (size == NULL) {
@@ -141,7 +141,7 @@ Status state_size(void *handle, Call call, void *saved, size_t *size) {
 
 Status serialize_state(void *handle, Call call, void *saved, void *bytes, size_t size) {
     Component *component = enter(handle, call);
-    if (component == NULL || check(component, saved) != STATUS_OK) {
+    if (component == NULL || check(component, (const Block *)saved) != STATUS_OK) {
         return STATUS_ERROR;
     }
     if (bytes == NULL || size != sizeof(Block)) {
@@ -162,7 +162,7 @@ Status deserialize_state(void *handle, Call call, const void *bytes, size_t size
                     "bytes%s", (unsigned)sizeof(Block), (unsigned)size,
                     bytes == NULL || saved == NULL ? " and a NULL argument" : "");
     }
-    Block *block = malloc(sizeof *block);
+    Block *block = (Block *)malloc(sizeof *block);
     if (block == NULL) {
         return fail(component, "there is no memory for a state of %u bytes", (unsigned)sizeof(Block));
     }

@@ -11,7 +11,7 @@ STUDY_EXPORT void study_seed(void *study, int direction, int reference, double c
 
 void *study_new(int directions) {
     const size_t own = arena_bytes(sizeof(Variations) + (size_t)directions * sizeof(Direction), 1);
-    Variations *variations = calloc(1, own + ARENA_HEAD + ARENA_CAPACITY);
+    Variations *variations = (Variations *)calloc(1, own + ARENA_HEAD + ARENA_CAPACITY);
     if (variations != NULL) {
         Arena *arena = arena_begin((char *)variations + own, ARENA_CAPACITY, ARENA_WORK);
         instance_work_in(&variations->study.instance, arena);

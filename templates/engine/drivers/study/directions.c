@@ -49,7 +49,7 @@ static bool project_level(Variations *variations, double time, const double stat
     WORK(mark, double, change, N_RESIDUALS);
     WORK(mark, double, right, SIZE_CONSTRAINTS);
     WORK(mark, double, answer, N_UNKNOWNS);
-    static const double ZERO[N_UNKNOWNS];
+    static const double ZERO[N_UNKNOWNS] = {0.0};
     const int rows = positions ? N_HOLONOMIC : N_CONSTRAINTS;
     Instance *instance = &variations->study.instance;
     System *system = &instance->scratch.system;

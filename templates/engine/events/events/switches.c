@@ -170,7 +170,7 @@ static bool settle_rows(Instance *instance, const bool due[], bool *turned) {
 }
 
 bool events_settle(Instance *instance, const bool due[], bool *jumped) {
-    static const bool NONE[SIZE_EVENTS];
+    static const bool NONE[SIZE_EVENTS] = {false};
     bool turned = true;
     *jumped = false;
     if (due != NULL && !contacts_undo_drift(instance, jumped)) {

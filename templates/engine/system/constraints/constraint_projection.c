@@ -23,7 +23,7 @@ static void correct_states(const Values *values, Level level, const System *syst
     const ArenaMark mark = arena_mark(system->arena);
     WORK(mark, double, right, N_CONSTRAINTS);
     WORK(mark, double, change, N_UNKNOWNS);
-    static const double ZERO[N_COORDINATES];
+    static const double ZERO[N_COORDINATES] = {0.0};
     for (int k = 0; k < rows_of(level); k++) {
         right[k] = level == POSITIONS ? -values->positions[k] : -values->velocities[k];
     }

@@ -87,7 +87,7 @@ void multipliers_spread_rates(const Instance *instance, const Seed *seed, double
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, still, N_UNKNOWNS);
     WORK(mark, double, own, N_CONSTRAINTS);
-    static const double NOTHING[N_UNKNOWNS];
+    static const double NOTHING[N_UNKNOWNS] = {0.0};
     double *rates = unknowns + N_COORDINATES;
     if (multipliers_unique(instance)) {
         arena_release(mark);

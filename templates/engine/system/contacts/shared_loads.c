@@ -50,7 +50,8 @@ static void project_row(const Shares *p, int row, double unfelt[]) {
 /* So many doubles; NULL where there is no memory. */
 static double *take_shares(const Shares *p, size_t count) {
     Arena *arena = p->sharing->arena;
-    return arena_reserve(arena, arena_bytes(count, sizeof(double))) ? arena_take(arena, count * sizeof(double)) : NULL;
+    const bool fits = arena_reserve(arena, arena_bytes(count, sizeof(double)));
+    return fits ? (double *)arena_take(arena, count * sizeof(double)) : NULL;
 }
 
 /* By the method of Gram and Schmidt, twice for the sake of rounding. False: there is no memory. */
@@ -87,15 +88,16 @@ static bool find_shared_loads(Shares *p) {
 /* The margin offset + factor[0] l[row[0]] - |(factor[1] l[row[1]], ...)| of scaled multipliers l; factors are 0 where
    there is no row. */
 typedef struct {
-    double offset, factor[3];
+    double factor[3];
     int row[3];
+    double offset;
 } Margin;
 
 static Margin contact_margin(const Shares *p, int contact) {
     const int normal = ROW_PLACES[contact], first = SLIP_ROWS[contact];
     const double holding = p->sharing->holding[contact];
     const bool sticks = contact_sticks(p->sharing->state, contact) && holding > 0.0;
-    Margin margin = {.row = {normal, normal, normal}, .factor = {sticks ? holding : 1.0, 0.0, 0.0}, .offset = 0.0};
+    Margin margin = {.factor = {sticks ? holding : 1.0, 0.0, 0.0}, .row = {normal, normal, normal}, .offset = 0.0};
     for (int i = 0; sticks && first + i < SLIP_ROWS[contact + 1]; i++) {
         margin.row[1 + i] = ROW_PLACES[first + i];
         margin.factor[1 + i] = scale_of(p, margin.row[1 + i]) / scale_of(p, normal);
@@ -106,7 +108,7 @@ static Margin contact_margin(const Shares *p, int contact) {
 static Margin friction_margin(const Shares *p, int friction) {
     const int row = ROW_PLACES[FIRST_FRICTION + friction];
     const double capacity = p->sharing->capacity[friction] / scale_of(p, row);
-    return (Margin){.row = {row, row, row}, .factor = {0.0, 1.0, 0.0}, .offset = capacity};
+    return (Margin){.factor = {0.0, 1.0, 0.0}, .row = {row, row, row}, .offset = capacity};
 }
 
 /* Of the scaled multipliers[m]. */

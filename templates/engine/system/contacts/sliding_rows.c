@@ -36,7 +36,7 @@ void sliding_evaluate(Instance *instance, const System *system, double time, con
                       const double inputs[], Sliding *sliding) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, ElementRows, rows);
-    static const double NOTHING[N_CONSTRAINTS];
+    static const double NOTHING[N_CONSTRAINTS] = {0.0};
     rows_evaluate(instance, time, states, inputs, rows);
     sliding->count = sliding_find(&instance->state, sliding->row);
     for (int k = 0; k < sliding->count; k++) {
@@ -58,7 +58,7 @@ void sliding_slope(const Instance *instance, double time, const double states[],
                    const double unknowns[], const Sliding *sliding, double slope[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, change, SIZE_FRICTIONAL);
-    static const Seed STILL;
+    static const Seed STILL = {.time = 0.0};
     for (int k = 0; k < sliding->count; k++) {
         sliding_change(instance, time, states, inputs, unknowns, &STILL, sliding->answer[k], change);
         for (int i = 0; i < sliding->count; i++) {

@@ -56,10 +56,10 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
     (void)step;
     *worst = 0;
     for (int i = 0; i < N_STATES; i++) {
-        const double old = fabs(instance->state.states[i]), new = fabs(scratch->new_states[i]);
+        const double old = fabs(instance->state.states[i]), next = fabs(scratch->new_states[i]);
         const double first = fabs(scratch->solver.errors[0][i]) * by_inner;
         const double second = fabs(scratch->solver.errors[1][i]) * by_tolerance;
-        const double error = (first > second ? first : second) / ((old > new ? old : new) + NOMINAL_STATES[i]);
+        const double error = (first > second ? first : second) / ((old > next ? old : next) + NOMINAL_STATES[i]);
         if (!(error <= largest)) {
             largest = error;
             *worst = i;
@@ -99,7 +99,7 @@ static bool estimate(Instance *instance, Step step, const double accelerations[]
 
 bool solver_step(Instance *instance, Step step) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, accelerations, S * R);
+    WORK(mark, double, accelerations, (int)S * R);
     Scratch *scratch = &instance->scratch;
     SolverMemory *memory = &instance->state.solver;
     bool moved;

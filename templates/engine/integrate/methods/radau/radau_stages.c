@@ -12,7 +12,7 @@
 #include "radau_stages.h"
 #include "step_failure.h"
 
-enum { SIZE_OF_STAGES = S * R, MOST_STAGE_ITERATIONS = 10 };
+enum { SIZE_OF_STAGES = (int)S * R, MOST_STAGE_ITERATIONS = 10 };
 
 static const double MOST_GROWTH = 4.0; /* the second change may be this many times the first one */
 static const double KEEP = 0.02; /* changes that fall below this part keep K and D for the next step */

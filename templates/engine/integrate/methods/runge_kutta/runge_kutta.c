@@ -49,12 +49,12 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, estimate, N_STATES);
     WORK(mark, double, other, N_STATES);
-    const double *old = instance->state.states, *new = instance->scratch.new_states;
+    const double *old = instance->state.states, *next = instance->scratch.new_states;
     double error = 0.0, second = 0.0;
     tableau_errors(step.length, stages_of(instance), estimate, other);
     *worst = 0;
     for (int i = 0; i < N_MOVING; i++) {
-        const double size = fabs(old[i]) > fabs(new[i]) ? fabs(old[i]) : fabs(new[i]);
+        const double size = fabs(old[i]) > fabs(next[i]) ? fabs(old[i]) : fabs(next[i]);
         const double unit = 1.0 / (tolerance * (size + NOMINAL_STATES[i]));
         const double one = unit * fabs(estimate[i]), two = unit * fabs(other[i]);
         if (!(one <= error)) {

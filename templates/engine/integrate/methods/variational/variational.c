@@ -152,7 +152,7 @@ static double correct_velocities(Instance *instance, Step step, const double p[]
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ROWS(mark, double, changes, S, N_UNKNOWNS);
     WORK(mark, double, missing, N_COORDINATES);
-    static const double NO_REST[SIZE_CONSTRAINTS];
+    static const double NO_REST[SIZE_CONSTRAINTS] = {0.0};
     double greatest = 0.0;
     for (int i = 0; i < S; i++) {
         for (int k = 0; k < N; k++) {

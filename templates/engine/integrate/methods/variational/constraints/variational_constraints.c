@@ -13,7 +13,7 @@
 #include "system.h"
 #include "variational.h"
 
-static const double NO_FORCE[N_COORDINATES]; /* zeros */
+static const double NO_FORCE[N_COORDINATES] = {0.0}; /* zeros */
 
 void stages_guess_multipliers(const System *system, Stages *stages) {
     const ArenaMark mark = arena_mark(system->arena);
