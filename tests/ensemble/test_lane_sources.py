@@ -66,7 +66,7 @@ def rendered(model: str, lanes: int, solver: str) -> Mapping[str, Mapping[str, s
 )
 def test_compilers_have_nothing_to_say(model: str, lanes: int, solver: str, compiler: str, tmp_path: Path) -> None:
     """With -Wall -Wextra -Wpedantic -Wconversion -Werror; the scalar engine once."""
-    own = ("-march=native",) if compiler == "gcc" else ()  # it warns of vectors that no register holds
+    own = ("-march=native" if compiler == "gcc" else "-mcpu=native",)  # they warn of vectors that no register holds
     for name, sources in rendered(model, lanes, solver).items():
         if name != "scalar" or model == "four_bar_linkage":
             folder = tmp_path / name
