@@ -71,7 +71,7 @@ def test_nothing_is_allocated_after_instantiation(tmp_path: Path) -> None:
     counter = '__attribute__((visibility("default"))) int allocations;\n'
     texts = {**sources, "counting.h": counting, "counter.c": counter}
     library = compiled(tmp_path, texts, "gcc", options=("-include", "counting.h"))
-    guid = re.search(r'MODEL_GUID "([^"]+)"', sources["mechanism.h"])[1]
+    guid = re.search(r'MODEL_GUID\[\] = "([^"]+)"', sources["tables.c"])[1]
     library.fmi2Instantiate.restype = ctypes.c_void_p
     callbacks = (ctypes.c_void_p * 5)()
     it = ctypes.c_void_p(library.fmi2Instantiate(b"one", 1, guid.encode(), None, callbacks, 0, 0))
