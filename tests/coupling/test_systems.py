@@ -15,6 +15,7 @@ from train import CAR, WAGON_ALONE, K, M, W, wagon_in_one_piece
 import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.errors import Lag2FmuError, LoadError, SimulationError
+from lag2fmu.fmu import Fmu
 from lag2fmu.mechanism import Body, Mechanism, Output, coordinate, parameter, signal
 from lag2fmu.verify import apart
 
@@ -106,13 +107,7 @@ def test_components_in_turn_follow_their_connections(exported, tmp_path) -> None
 
 def test_iterated_steps_of_what_takes_no_derivatives(exported, tmp_path) -> None:
     """Inputs held at the mean of both ends: order 2, where held inputs have order 1."""
-    path = tmp_path / "held.fmu"
-    with zipfile.ZipFile(exported(CAR).path) as whole, zipfile.ZipFile(path, "w") as out:
-        for name in whole.namelist():
-            content = whole.read(name)
-            if name == "modelDescription.xml":
-                content = content.replace(b'canInterpolateInputs="true"', b'canInterpolateInputs="false"')
-            out.writestr(name, content)
+    path = described_as(exported(CAR), b'canInterpolateInputs="true"', b'canInterpolateInputs="false"', tmp_path)
     asked = {"connect": CONNECT, "values": VALUES, "coupling": "iterated", **PRECISE}
     errors = []
     for step, every in ((0.004, 4), (0.002, 2)):
@@ -130,17 +125,21 @@ def test_a_coupling_that_is_not_possible(coupling: str, hold: bool, why: str, tr
         lag2fmu.simulate(train, coupling=coupling, hold=hold, step=0.01)
 
 
+def described_as(fmu: Fmu, words: bytes, others: bytes, folder: Path) -> Path:
+    """The FMU with ``others`` for ``words`` in its description."""
+    path = folder / "other.fmu"
+    with zipfile.ZipFile(fmu.path) as whole, zipfile.ZipFile(path, "w") as out:
+        for name in whole.namelist():
+            content = whole.read(name)
+            out.writestr(name, content.replace(words, others) if name == "modelDescription.xml" else content)
+    return path
+
+
 @pytest.fixture
 def car_without_derivatives(exported, tmp_path) -> Path:
     """As most tools write FMUs: it takes derivatives of inputs, and gives none of outputs."""
-    path = tmp_path / "plain.fmu"
-    with zipfile.ZipFile(exported(CAR).path) as whole, zipfile.ZipFile(path, "w") as out:
-        for name in whole.namelist():
-            content = whole.read(name)
-            if name == "modelDescription.xml":
-                content = content.replace(b'maxOutputDerivativeOrder="2"', b'maxOutputDerivativeOrder="0"')
-            out.writestr(name, content)
-    return path
+    words = b'maxOutputDerivativeOrder="2"', b'maxOutputDerivativeOrder="0"'
+    return described_as(exported(CAR), *words, tmp_path)
 
 
 def test_inputs_go_on_as_they_did(car_without_derivatives: Path) -> None:
