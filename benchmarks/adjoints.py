@@ -22,7 +22,8 @@ from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.dynamics import Program, derive, lower
 from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.fmu.backends.native import describe, fmi_headers
-from lag2fmu.fmu.compilers import FLAGS, host_platform
+from lag2fmu.fmu.compilers import FLAGS
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.formats.loading import load
 
 CALLS, ROUNDS = 200, 300

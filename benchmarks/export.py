@@ -27,7 +27,8 @@ from rich.table import Table
 from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.backends.native import describe, fmi_headers
-from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.fmu.compilers import compile_library
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.formats.loading import load
 
 RUNS = 9

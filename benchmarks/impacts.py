@@ -30,7 +30,8 @@ from scipy.special import ellipk
 from benchmarks.running import KERNELS
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.backends.native import describe, fmi_headers
-from lag2fmu.fmu.compilers import FLAGS, compiler_command, host_platform
+from lag2fmu.fmu.compilers import FLAGS, compiler_command
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.fmu.translation_units import translation_units
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.language.vocabulary import symbol

@@ -21,7 +21,8 @@ from rich.table import Table
 from benchmarks.running import KERNELS
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.fmu.backends.native import describe, fmi_headers
-from lag2fmu.fmu.compilers import FLAGS, host_platform
+from lag2fmu.fmu.compilers import FLAGS
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.fmu.translation_units import translation_units
 from lag2fmu.formats.loading import load
 

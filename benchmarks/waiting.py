@@ -38,8 +38,9 @@ from benchmarks.peers import casadi_text, of_lagrangian
 from benchmarks.robots import robot_files
 from lag2fmu.building.process import zig
 from lag2fmu.fmu.backends.native import describe, fmi_headers
-from lag2fmu.fmu.compilers import FLAGS, compile_library, host_platform
+from lag2fmu.fmu.compilers import FLAGS, compile_library
 from lag2fmu.fmu.deriving import derived
+from lag2fmu.fmu.platforms import host_platform
 
 RUNS = 3
 CASES = ("P20", "P40", "C8", "S6", "S7", "S12", "T14", "B40")

@@ -18,7 +18,8 @@ from lag2fmu.cli import main
 from lag2fmu.codegen import templates
 from lag2fmu.fmu import compilers
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.fmu.compilers import compile_library
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.formats.loading import load
 from lag2fmu.reference import native
 

@@ -25,6 +25,7 @@ Version = tuple[int, ...]
 _OF_LINKERS = {"_init", "_fini", "_edata", "_end", "__bss_start", "__dso_handle", "_mh_dylib_header"}
 _PARTS_OF_SYSTEMS = (
     *("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "librt.so.1", "ld-linux*.so.*"),
+    *("libc.so", "libc.musl-*.so.1"),
     *("kernel32.dll", "api-ms-win-*.dll", "ucrtbase.dll", "msvcrt.dll", "ntdll.dll", "user32.dll", "advapi32.dll"),
     *("shell32.dll", "ole32.dll", "ws2_32.dll", "/usr/lib/*", "/system/library/*"),
 )
@@ -43,6 +44,7 @@ _FOLDERS = {
     "x86_64-linux": ("ELF", "x86_64"),
     "aarch64-linux": ("ELF", "aarch64"),
     "aarch32-linux": ("ELF", "arm"),
+    "riscv64-linux": ("ELF", "riscv"),
     "win32": ("PE", "i386"),
     "x86-windows": ("PE", "i386"),
     "win64": ("PE", "amd64"),
@@ -75,6 +77,7 @@ def read_libraries(data: bytes) -> tuple[LibraryFacts, ...]:
     if not _is_whole(data):
         return ()
     lief.logging.disable()
+    lief.disable_leak_warning()  # else it prints a page about itself when Python ends
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # LIEF warns of numbers that it has no name for
         return _parsed(data)

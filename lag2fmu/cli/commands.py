@@ -22,10 +22,12 @@ from lag2fmu.cli.options import (
     MODEL_OR_FMU,
     MODELS,
     PATH,
+    PLATFORMS,
     SOLVER,
     STOP_TIME,
     TIME_LIMIT,
     WITHIN,
+    Several,
     loading,
 )
 from lag2fmu.cli.terminal import console
@@ -90,10 +92,11 @@ def show(**choices: Any) -> None:
 @click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="The FMU; default MODEL.fmu.")
 @click.option(
     "--platform",
-    type=click.Choice(["host", "linux64", "win64", "darwin", "aarch64-linux", "all"]),
+    type=Several(PLATFORMS),
+    metavar="NAMES",
     default="host",
     show_default=True,
-    help="Platform of the binary, or all of them.",
+    help=f"Platforms of the libraries, with commas: {', '.join(PLATFORMS)}. all: of desktops; every: all but musl.",
 )
 @SOLVER
 @click.option("--compiler", type=click.Choice(["zig", "host"]), default="zig", show_default=True)

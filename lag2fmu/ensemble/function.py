@@ -19,7 +19,8 @@ from lag2fmu.dynamics.starts import start_values
 from lag2fmu.ensemble.libraries import KernelLibrary, built, in_threads, lanes_here
 from lag2fmu.errors import ExportError, LoadError
 from lag2fmu.fmu.backends.backend import identifier_of
-from lag2fmu.fmu.compilers import compile_here, host_platform
+from lag2fmu.fmu.compilers import compile_here
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.leaving_out import leaving_out
 from lag2fmu.mechanism.record import Mechanism

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from lag2fmu.errors import BuildError
-from lag2fmu.fmu.compilers import compile_here, host_platform, processor_macros
+from lag2fmu.fmu.compilers import compile_here, processor_macros
+from lag2fmu.fmu.platforms import host_platform
 
 Part = TypeVar("Part")
 _LANES = (("__AVX512F__", 16), ("__AVX__", 8))

@@ -1,4 +1,4 @@
-"""Platforms and compilers: C sources in, shared libraries out.
+"""Compilers: C sources in, shared libraries out.
 
 The pinned zig (a dependency) is the default: it builds for every platform on every platform, needs nothing on the
 machine, gives the same bytes everywhere and, for Linux, libraries that need no glibc newer than 2.17. No other module
@@ -15,7 +15,6 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, as_completed
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
@@ -24,6 +23,7 @@ from lag2fmu.building.build_cache import kept, place
 from lag2fmu.building.process import compiling, is_zig, placed, run, zig
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.mach import hide, universal
+from lag2fmu.fmu.platforms import Platform, host_platform
 from lag2fmu.fmu.translation_units import shared_files, translation_units
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
@@ -43,70 +43,6 @@ OF_ZIG = frozenset({"__mh_dylib_header", "___dso_handle"})
 
 Progress = Callable[[int, int, str], None]
 """A function called with the number of libraries done, the number of all, and the name of the one done or begun."""
-
-
-@dataclass(frozen=True)
-class Platform:
-    """A platform: its folders in ``binaries/``, the suffix of its libraries, its targets as zig calls them.
-
-    The libraries of several targets are joined in one file. ``folders`` are those of FMI 2.0, ``tuples`` those of
-    FMI 3.0 for the same processors, in the same order.
-    """
-
-    folders: tuple[str, ...]
-    tuples: tuple[str, ...]
-    suffix: str
-    targets: tuple[str, ...]
-
-
-PLATFORMS = {
-    "linux64": Platform(("linux64",), ("x86_64-linux",), ".so", ("x86_64-linux-gnu.2.17",)),
-    "win64": Platform(("win64",), ("x86_64-windows",), ".dll", ("x86_64-windows-gnu",)),
-    "darwin": Platform(
-        ("aarch64-darwin", "darwin64"),
-        ("aarch64-darwin", "x86_64-darwin"),
-        ".dylib",
-        ("x86_64-macos.11.0", "aarch64-macos.11.0"),
-    ),
-    "aarch64-linux": Platform(("aarch64-linux",), ("aarch64-linux",), ".so", ("aarch64-linux-gnu.2.17",)),
-}
-"""{name: platform}. Importers on Apple silicon look in either of two folders, hence the same file stands in both."""
-
-_HOSTS = {
-    ("Linux", "x86_64"): "linux64",
-    ("Linux", "aarch64"): "aarch64-linux",
-    ("Darwin", "x86_64"): "darwin",
-    ("Darwin", "arm64"): "darwin",
-    ("Windows", "AMD64"): "win64",
-}
-"""{(system, machine) by Python's ``platform``: name in PLATFORMS}."""
-
-
-def host_platform() -> Platform:
-    """The platform of this machine; raises BuildError if it is none of PLATFORMS."""
-    key = (platform.system(), platform.machine())
-    if key not in _HOSTS:
-        raise BuildError(f"this machine ({' '.join(key)}) is none of the supported platforms: {', '.join(PLATFORMS)}")
-    return PLATFORMS[_HOSTS[key]]
-
-
-def choose_platforms(choice: str, compiler: str = "zig") -> tuple[Platform, ...]:
-    """The platforms of ``choice``, which is 'host', a name in PLATFORMS, or 'all'.
-
-    The compiler 'host' makes libraries for this machine only. Raises BuildError for any other choice.
-    """
-    if choice not in {"host", "all", *PLATFORMS}:
-        raise BuildError(f"unknown platform '{choice}'; known are host, {', '.join(PLATFORMS)}, all")
-    if compiler != "host":
-        return tuple(PLATFORMS.values()) if choice == "all" else (PLATFORMS.get(choice) or host_platform(),)
-    host = host_platform()
-    if choice != "host" and PLATFORMS.get(choice) != host:
-        raise BuildError(f"the host compiler builds for this machine only, not for '{choice}'; use --compiler zig")
-    if (
-        platform.machine() == "x86_64" and len(host.folders) > 1
-    ):  # a library built on an Intel Mac does not run on Apple silicon
-        host = replace(host, folders=host.folders[1:], tuples=host.tuples[1:])
-    return (host,)
 
 
 def compiler_command(compiler: str, target: str) -> list[str]:
@@ -287,13 +223,3 @@ def _run(command: list[str], folder: Path) -> str:
         shown = (done.errors or done.output).strip()[-4000:]
         raise BuildError(f"the compiler failed with exit code {done.code} ({' '.join(command[:5])} ...):\n{shown}")
     return done.output
-
-
-def binaries_text(folders: Iterable[str], compiler: str) -> str:
-    """Which libraries there are in the ``folders`` of binaries/ and what they need, as a phrase."""
-    listed = ", ".join(sorted(folders))
-    if compiler == "host":
-        name, version = platform.libc_ver()
-        needed = f"{name} {version}" if name else "the C library"
-        return f"{listed}; built by the compiler of one machine, it needs {needed} as there or newer"
-    return f"{listed}; they need the C library of the system only (on Linux glibc 2.17 or newer, on macOS 11 or newer)"

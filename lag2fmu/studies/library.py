@@ -16,8 +16,9 @@ from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.dynamics.program import lower
 from lag2fmu.ensemble.libraries import KernelLibrary
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.compilers import compile_here, host_platform
+from lag2fmu.fmu.compilers import compile_here
 from lag2fmu.fmu.method_check import check_solver
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.formats.loading import as_mechanism

@@ -19,7 +19,7 @@ from lag2fmu.checking.binaries import read_libraries
 from lag2fmu.cli import main
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu import export
-from lag2fmu.fmu.compilers import host_platform
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.formats.loading import load
 
 pytestmark = pytest.mark.fmu

@@ -21,7 +21,8 @@ from lag2fmu.checking.fmi2.illegal import ANY, OWN
 from lag2fmu.checking.fmi2.rulebook import FMI2
 from lag2fmu.checking.illegal import COMMON
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.fmu.compilers import compile_library
+from lag2fmu.fmu.platforms import host_platform
 
 pytestmark = pytest.mark.fmu
 

@@ -23,7 +23,8 @@ from lag2fmu.checking.fmi3.illegal_own import OWN
 from lag2fmu.checking.fmi3.rulebook import FMI3
 from lag2fmu.checking.illegal import COMMON
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.fmu.compilers import compile_library
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.fmu.versions import VERSIONS
 
 pytestmark = pytest.mark.fmu

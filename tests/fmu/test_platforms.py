@@ -22,8 +22,9 @@ from lag2fmu.checking.binaries import read_libraries
 from lag2fmu.cli import main
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu import export
-from lag2fmu.fmu.compilers import PLATFORMS, choose_platforms, compile_library, host_platform
+from lag2fmu.fmu.compilers import compile_library
 from lag2fmu.fmu.mach import universal
+from lag2fmu.fmu.platforms import CHOICES, DESKTOP, PLATFORMS, choose_platforms, host_platform
 from lag2fmu.formats.loading import load
 
 FILES = {
@@ -139,15 +140,29 @@ class TestAll:
 
 def test_choices() -> None:
     assert choose_platforms("host") == (host_platform(),)
-    assert choose_platforms("all") == tuple(PLATFORMS.values())
+    assert choose_platforms("all") == tuple(PLATFORMS[name] for name in DESKTOP)
     assert choose_platforms("win64") == (PLATFORMS["win64"],)
-    with pytest.raises(BuildError, match=r"unknown platform 'win32'; known are host, linux64, .*all"):
-        choose_platforms("win32")
+    assert choose_platforms("win32, linux64,win32") == (PLATFORMS["win32"], PLATFORMS["linux64"])
+    with pytest.raises(BuildError, match=r"unknown platform 'qnx'; known are host, linux64, .*all, every"):
+        choose_platforms("linux64,qnx")
+
+
+@pytest.mark.parametrize("version", ["folders", "tuples"])
+def test_every_platform_has_a_folder_of_its_own(version: str) -> None:
+    chosen = choose_platforms("every")
+    places = [folder for platform in chosen for folder in getattr(platform, version)]
+    assert len(places) == len(set(places))
+    assert len(chosen) == len(PLATFORMS) - 1
+
+
+def test_glibc_and_musl_are_two_fmus() -> None:
+    with pytest.raises(BuildError, match="stand in one folder of an FMU; name one of the two, or make two FMUs"):
+        choose_platforms("all,linux64-musl")
 
 
 def test_the_command_line_offers_all_platforms() -> None:
     (option,) = [p for p in main.commands["export"].params if p.name == "platform"]
-    assert list(option.type.choices) == ["host", *PLATFORMS, "all"]
+    assert list(option.type.choices) == list(CHOICES)
 
 
 @pytest.mark.parametrize(("machine", "folders"), [("arm64", ["aarch64-darwin", "darwin64"]), ("x86_64", ["darwin64"])])
@@ -163,8 +178,8 @@ def test_the_host_compiler_builds_for_the_host_only(monkeypatch) -> None:
     monkeypatch.setattr("platform.system", lambda: "Linux")
     monkeypatch.setattr("platform.machine", lambda: "x86_64")
     assert choose_platforms("linux64", "host") == (PLATFORMS["linux64"],)
-    for choice in ("win64", "all"):
-        with pytest.raises(BuildError, match=f"not for '{choice}'; use --compiler zig"):
+    for choice in ("win64", "linux64,win64", "all"):
+        with pytest.raises(BuildError, match="not for 'win64'; use --compiler zig"):
             choose_platforms(choice, "host")
 
 
@@ -172,7 +187,7 @@ def test_a_machine_that_is_not_supported(monkeypatch) -> None:
     monkeypatch.setattr("platform.system", lambda: "Plan9")
     with pytest.raises(BuildError, match="Plan9"):
         choose_platforms("host")
-    assert choose_platforms("all") == tuple(PLATFORMS.values()), "zig builds for others even there"
+    assert len(choose_platforms("every")) > len(choose_platforms("all")), "zig builds for others even there"
 
 
 def test_progress_is_told(tmp_path) -> None:

@@ -20,7 +20,7 @@ from stepping import Stepping, bits
 
 from lag2fmu.fmu import Fmu, compilers
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.compilers import host_platform
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.fmu.sources import ALL
 from lag2fmu.fmu.translation_units import including, translation_units
 

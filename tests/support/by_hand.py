@@ -6,7 +6,8 @@ import zipfile
 from pathlib import Path
 
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.compilers import compile_library, host_platform
+from lag2fmu.fmu.compilers import compile_library
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.fmu.versions import VERSIONS
 
 SOURCES = Path(__file__).parents[1] / "checking"

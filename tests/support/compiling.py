@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.compilers import host_platform
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.fmu.translation_units import translation_units
 
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-fPIC"]

@@ -1,4 +1,4 @@
-"""Libraries for other platforms, run on this machine: win64 under Wine, aarch64-linux under qemu, against linux64."""
+"""Libraries for other platforms, run on this machine against linux64: win64 under Wine, those of Linux under qemu."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,8 @@ import pytest
 from numpy.typing import NDArray
 
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.compilers import PLATFORMS, compile_libraries
+from lag2fmu.fmu.compilers import compile_libraries
+from lag2fmu.fmu.platforms import PLATFORMS
 
 pytestmark = [
     pytest.mark.toolchain,
@@ -74,6 +76,32 @@ def aarch64_linux() -> Machine:
 MACHINES = {"linux64": linux64, "win64": win64, "aarch64-linux": aarch64_linux}
 
 
+def emulated(program: str, root: str, target: str) -> Callable[[], Machine]:
+    """A machine for ``target``: qemu's ``program`` with the C library below the folder ``root``."""
+
+    def machine() -> Machine:
+        if shutil.which(program) is None or not Path(root).is_dir():
+            pytest.skip(f"there is no {program}, or no C library in {root} (Debian: qemu-user, libc6-*-cross)")
+        return Machine(target, ("-ldl", "-lpthread", "-lm"), (program, "-L", root), {})
+
+    return machine
+
+
+def musl() -> Machine:
+    if not Path("/lib/ld-musl-x86_64.so.1").exists():
+        pytest.skip("the C library musl is not on this machine (Debian: musl)")
+    return Machine("x86_64-linux-musl", ("-dynamic",), (), {})
+
+
+FURTHER = {
+    "linux32": emulated("qemu-i386", "/usr/i686-linux-gnu", "x86-linux-gnu.2.17"),
+    "aarch32-linux": emulated("qemu-arm", "/usr/arm-linux-gnueabihf", "arm-linux-gnueabihf.2.17"),
+    "riscv64-linux": emulated("qemu-riscv64", "/usr/riscv64-linux-gnu", "riscv64-linux-gnu.2.27"),
+    "linux64-musl": musl,
+}
+"""Platforms on which one mechanism is tried; nothing here runs libraries for win32 and aarch64-windows."""
+
+
 @pytest.fixture(scope="module")
 def programs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Platform -> the host for it, built when it is first needed."""
@@ -82,7 +110,7 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
     class Programs(dict[str, Path]):
         def __missing__(self, platform: str) -> Path:
-            machine = MACHINES[platform]()
+            machine = (MACHINES | FURTHER)[platform]()
             name = folder / f"{platform}.exe"
             self[platform] = hosts.build(name, hosts.zig(machine.target), hosts.HOST, *machine.libraries)
             return self[platform]
@@ -95,7 +123,7 @@ Lines = list[NDArray[np.float64]]
 
 def run(folder: Path, platform: str, program: Path, *arguments: str) -> str:
     """What ``program`` for ``platform`` prints, run in ``folder``."""
-    machine = MACHINES[platform]()
+    machine = (MACHINES | FURTHER)[platform]()
     out, wrong = folder / "out.txt", folder / "err.txt"
     with out.open("w") as output, wrong.open("w") as error:  # files: Wine's servers would hold pipes open
         done = subprocess.run(
@@ -117,15 +145,17 @@ def numbers(text: str) -> Lines:
 
 
 class Installed:
-    """An FMU in ``folder``, for several platforms."""
+    """An FMU in ``folder``, for several ``platforms``."""
 
-    def __init__(self, model: str, exported, folder: Path, programs: dict[str, Path]) -> None:
+    def __init__(
+        self, model: str, exported, folder: Path, programs: dict[str, Path], platforms: Iterable[str] = MACHINES
+    ) -> None:
         fmu = exported(hosts.representative(model))
         self.folder, self.programs = folder, programs
         unpacked = hosts.unpack_sources(fmu, folder)
         sources = {path.name: path.read_text("utf-8") for path in unpacked.parent.glob("*.[ch]") if path != unpacked}
-        libraries = compile_libraries(sources, fmi_headers(), model, [PLATFORMS[name] for name in MACHINES])
-        for name, library in zip(MACHINES, libraries, strict=True):
+        libraries = compile_libraries(sources, fmi_headers(), model, [PLATFORMS[name] for name in platforms])
+        for name, library in zip(platforms, libraries, strict=True):
             (folder / f"{name}{PLATFORMS[name].suffix}").write_bytes(library)
         (folder / "fmu.txt").write_text(hosts.description(fmu))
 
@@ -173,6 +203,18 @@ def test_other_platforms_agree_with_linux64(model: str, installed) -> None:
         fmu.run(platform, "random_calls", "10000", "7")
     if not reached:
         pytest.skip("there is neither Wine nor qemu on this machine (Debian: wine64, qemu-user, libc6-arm64-cross)")
+
+
+@pytest.mark.parametrize("platform", FURTHER)
+def test_further_platforms_agree_with_linux64(platform: str, exported, tmp_path: Path, programs) -> None:
+    """Also from a state that linux64 saved: its bytes are the same where pointers have 32 bits."""
+    FURTHER[platform]()
+    fmu = Installed("cart_pole", exported, tmp_path, programs, ["linux64", platform])
+    expected = fmu.numbers("linux64", "move")
+    fmu.run("linux64", "save", "state.bin")
+    assert difference(fmu.numbers(platform, "move"), expected) < AGREEMENT
+    assert difference(fmu.numbers(platform, "go_on", "state.bin"), expected[100:200]) < AGREEMENT
+    fmu.run(platform, "random_calls", "10000", "7")
 
 
 def test_fmi_3_agrees_with_linux64(exported, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.fmu.compilers import host_platform
+from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify import apart
 from lag2fmu.verify.run import Run

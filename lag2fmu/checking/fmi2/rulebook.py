@@ -15,17 +15,20 @@ from lag2fmu.checking.fmi2.structure import structure_findings
 from lag2fmu.checking.fmi2.variables import variable_findings
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.errors import BuildError
-from lag2fmu.fmu.compilers import host_platform
+from lag2fmu.fmu.platforms import host_platform
 
 _SUFFIXES = {
     "linux32": ".so",
     "linux64": ".so",
     "aarch32-linux": ".so",
     "aarch64-linux": ".so",
+    "riscv64-linux": ".so",
+    "x86-linux": ".so",
     "x86_64-linux": ".so",
     "win32": ".dll",
     "win64": ".dll",
     "aarch64-windows": ".dll",
+    "x86-windows": ".dll",
     "x86_64-windows": ".dll",
     "darwin64": ".dylib",
     "aarch64-darwin": ".dylib",

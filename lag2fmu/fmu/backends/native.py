@@ -17,10 +17,11 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
-from lag2fmu.fmu.compilers import binaries_text, choose_platforms, compile_libraries
+from lag2fmu.fmu.compilers import compile_libraries
 from lag2fmu.fmu.contents import CLOCKS, SOURCES
 from lag2fmu.fmu.live.module import STILL
 from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.platforms import binaries_text, choose_platforms
 from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.realtime import RealTime, bounded, step_bound
 from lag2fmu.fmu.sources import ALL, source_files
@@ -79,8 +80,7 @@ class _Native:
             for built_for, library in zip(platforms, libraries, strict=True):
                 folders = version.folders(built_for)
                 files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in folders}
-            places = [folder for built_for in platforms for folder in version.folders(built_for)]
-            binaries = binaries_text(places, choices.compiler)
+            binaries = binaries_text(platforms, version.folders, choices.compiler)
             made = None if page is None else page.result()
             resources = [_SOURCES.format(version.name)] if delivered else []
             resources += [STILL] if choices.live and made is None else []

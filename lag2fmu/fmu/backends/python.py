@@ -21,10 +21,10 @@ from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.backends.native import describe
-from lag2fmu.fmu.compilers import PLATFORMS, host_platform
 from lag2fmu.fmu.contents import EQUATIONS, SOURCES
 from lag2fmu.fmu.live.module import STILL
 from lag2fmu.fmu.model_description import Interface, ModelDescription
+from lag2fmu.fmu.platforms import host_name
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions.fmi2 import FMI2
@@ -103,18 +103,17 @@ def check_choices(solver: str, platform: str, compiler: str) -> tuple[str, ...]:
         raise ExportError(f"--solver {solver}: the python backend has {', '.join(SOLVERS)} only; or use --backend c")
     if compiler != "zig":
         raise ExportError(f"--compiler {compiler}: the python backend compiles nothing; leave --compiler out")
-    if platform == "all":
-        return tuple(LIBRARIES)
-    name = platform
-    if platform == "host":
-        name = next((key for key, row in PLATFORMS.items() if row == host_platform()), platform)
-    if name not in LIBRARIES:
-        place = f"this machine ({name})" if platform == "host" else f"'{name}'"
-        raise ExportError(
-            f"the python backend has no library for {place}: PythonFMU brings those for {' and '.join(LIBRARIES)} "
-            "(x86-64) only; use --platform all for these, or --backend c"
-        )
-    return (name,)
+    found: dict[str, None] = {}
+    for word in map(str.strip, platform.split(",")):
+        name = host_name() if word == "host" else word
+        if name not in {"all", *LIBRARIES}:
+            place = f"this machine ({name})" if word == "host" else f"'{name}'"
+            raise ExportError(
+                f"the python backend has no library for {place}: PythonFMU brings those for {' and '.join(LIBRARIES)} "
+                "(x86-64) only; use --platform all for these, or --backend c"
+            )
+        found |= dict.fromkeys(LIBRARIES if name == "all" else (name,))
+    return tuple(found)
 
 
 def binaries_of_pythonfmu(platforms: Sequence[str]) -> str:

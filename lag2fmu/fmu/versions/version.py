@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from lag2fmu.fmu.compilers import Platform
 from lag2fmu.fmu.model_description import Interface, ModelDescription
+from lag2fmu.fmu.platforms import Platform
 
 CATEGORIES = {
     "logSingularLinearSystems": "states in which the mass matrix is singular",
