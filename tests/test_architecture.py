@@ -71,6 +71,10 @@ ROOMS = {
         {"sympy", "numpy", "fmpy", "lxml", "rich", "matplotlib"},
     ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
+    "evidence": (
+        {"deadline", "errors", "version", "mechanism", "formats", "reference", "fmu", "verify", "checking"},
+        {"numpy", "fmpy", "casadi", "libcosimpy"},
+    ),
     "systems": (
         {"errors", "progress", "xml_tree", "version", "language", "description", "mechanism", "formats", "reference"}
         | {"fmu", "verify", "checking"},
@@ -108,7 +112,8 @@ ROOMS = {
             "reference",
             "dynamics",
         }
-        | {"analysis", "procedure", "solvers", "building", "fmu", "verify", "studies", "checking", "systems"},
+        | {"analysis", "procedure", "solvers", "building", "fmu", "verify", "studies", "checking", "evidence"}
+        | {"systems"},
         {"click", "rich"},
     ),
 }
@@ -122,7 +127,9 @@ USERS = {
     "platformdirs": {"building/folders.py"},
     "subprocess": {"building/process.py", "building/supervisor.py", "checking/process.py"},
     "zipfile": {"fmu/pack.py"},
-    "fmpy": {"verify/instances.py", "verify/by_fmpy.py", "verify/simulate.py"},
+    "casadi": {"evidence/importers.py"},
+    "libcosimpy": {"evidence/importers.py"},
+    "fmpy": {"evidence/checks.py", "verify/instances.py", "verify/by_fmpy.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "lxml": {"verify/instances.py"},
     "matplotlib": {"verify/plots", "studies/calibration_figure.py", "studies/estimates_figure.py"},

@@ -30,6 +30,7 @@ from lag2fmu.cli.commands import (
     validate,
 )
 from lag2fmu.cli.firmware_commands import c_command
+from lag2fmu.cli.recording import record_command
 from lag2fmu.cli.study_commands import calibrate, linearize, observe, sweep
 from lag2fmu.cli.system_commands import cut_command, ssp
 from lag2fmu.errors import Lag2FmuError
@@ -97,6 +98,6 @@ def main() -> None:
 
 
 _OF_MODELS = (demo, models, new, import_command, show, export_command, c_command, page_command, linearize)
-_OF_RUNS = (simulate, validate, check, sweep, calibrate, observe, ssp, cut_command, cache)
+_OF_RUNS = (simulate, validate, check, record_command, sweep, calibrate, observe, ssp, cut_command, cache)
 for _command in (*_OF_MODELS, *_OF_RUNS):
     main.add_command(_command)

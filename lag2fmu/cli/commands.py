@@ -22,12 +22,11 @@ from lag2fmu.cli.options import (
     MODEL_OR_FMU,
     MODELS,
     PATH,
-    PLATFORMS,
+    PLATFORM,
     SOLVER,
     STOP_TIME,
     TIME_LIMIT,
     WITHIN,
-    Several,
     loading,
 )
 from lag2fmu.cli.terminal import console
@@ -90,14 +89,7 @@ def show(**choices: Any) -> None:
 @click.command("export")
 @MODEL
 @click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="The FMU; default MODEL.fmu.")
-@click.option(
-    "--platform",
-    type=Several(PLATFORMS),
-    metavar="NAMES",
-    default="host",
-    show_default=True,
-    help=f"Platforms of the libraries, with commas: {', '.join(PLATFORMS)}. all: of desktops; every: all but musl.",
-)
+@PLATFORM
 @SOLVER
 @click.option("--compiler", type=click.Choice(["zig", "host"]), default="zig", show_default=True)
 @click.option(

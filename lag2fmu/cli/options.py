@@ -119,6 +119,25 @@ PLATFORMS = (
     *("all", "every"),
 )
 """The choices of ``--platform``, as ``fmu.platforms`` knows them; written here so that the command line starts fast."""
+
+
+class Several(click.Choice[str]):
+    """One or several of some choices, with commas between them."""
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The words of ``value`` joined by commas; fails with click's message for one that is no choice."""
+        one = super().convert
+        return ",".join(one(word.strip(), param, ctx) for word in value.split(","))
+
+
+PLATFORM = click.option(
+    "--platform",
+    type=Several(PLATFORMS),
+    metavar="NAMES",
+    default="host",
+    show_default=True,
+    help=f"Platforms of the libraries, with commas: {', '.join(PLATFORMS)}. all: of desktops; every: all but musl.",
+)
 WITHIN = click.option(
     "--limit",
     type=float,
@@ -130,15 +149,6 @@ WITHIN = click.option(
 PICTURES = (".png", ".svg", ".pdf")
 ANIMATIONS = (".gif", ".mp4", ".html")
 CSV = (".csv", ".txt", "")
-
-
-class Several(click.Choice[str]):
-    """One or several of some choices, with commas between them."""
-
-    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """The words of ``value`` joined by commas; fails with click's message for one that is no choice."""
-        one = super().convert
-        return ",".join(one(word.strip(), param, ctx) for word in value.split(","))
 
 
 def check_picture(plot: Path | None) -> None:
