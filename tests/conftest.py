@@ -40,6 +40,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     """The options of this project's tests."""
     parser.addoption("--update", action="store_true", help="write golden files anew; read the diff before you commit")
     parser.addoption("--all-models", action="store_true", help="what takes minutes with every model ('make test-all')")
+    parser.addoption("--optimised", action="store_true", help="compile all as users get it, which takes an hour")
     parser.addoption("--update-slow", action="store_true", help="list the tests of a whole run that take long anew")
 
 
@@ -113,8 +114,8 @@ def _unoptimised(sources: Mapping[str, str], compiler: str) -> tuple[str, ...]:
 
 @pytest.fixture(scope="session", autouse=True)
 def compiled_quickly(pytestconfig: pytest.Config) -> Iterator[None]:
-    """Nothing is optimised where no test asks for it, except with ``--all-models``."""
-    with compiling(optimised=pytestconfig.getoption("--all-models")):
+    """Nothing is optimised where no test asks for it, except with ``--optimised``."""
+    with compiling(optimised=pytestconfig.getoption("--optimised")):
         yield
 
 
@@ -129,7 +130,7 @@ def optimised() -> Iterator[None]:
 def exported(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config) -> Exported:
     """``exported(name_or_mechanism, solver=..., outputs=..., fmi=..., **arguments)``: an FMU, built once a session.
 
-    By default it is optimised with ``--all-models`` alone, see ``compiling``. Only tests of the page ask for its
+    By default it is optimised with ``--optimised`` alone, see ``compiling``. Only tests of the page ask for its
     equations, by ``without=()``.
     """
     built: dict[object, Fmu] = {}
@@ -147,7 +148,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Conf
         **arguments: object,
     ) -> Fmu:
         if optimised is None:
-            optimised = pytestconfig.getoption("--all-models")
+            optimised = pytestconfig.getoption("--optimised")
         chosen = (solver, outputs, fmi, arrays, without, optimised)
         key = (model if isinstance(model, str) else id(model), *chosen, tuple(sorted(arguments.items())))
         if key not in built:
