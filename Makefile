@@ -26,8 +26,7 @@ test: style
 check: lint
 	$(BIN)/python -m pytest $(SPREAD) -m "not long and not slow and not fmu and not toolchain" $(PYTEST)
 
-# everything: other importers, cross builds, sanitizers, fuzzing
-# everything, with the engine as compiled for make test; PYTEST=--optimised compiles all as users get it
+# everything: other importers, cross builds, sanitizers, fuzzing; PYTEST=--optimised compiles all as users get it
 test-all: lint
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[imports,importers,docs,page,sweeps]"
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps dm_control gymnasium  # their files alone
