@@ -13,7 +13,7 @@ LIVE ?= all
 # tests start many processes of Python, which read modules faster when the first one keeps them compiled
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test check test-all style lint docs bench clean
+.PHONY: demo test check test-all style lint docs bench record clean
 
 demo: $(READY)
 	$(BIN)/lag2fmu demo --plot double_pendulum.png
@@ -31,6 +31,14 @@ test-all: lint
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[imports,importers,docs,page,sweeps]"
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps dm_control gymnasium  # their files alone
 	$(BIN)/python -m pytest $(SPREAD) --all-models $(PYTEST)
+
+RECORDED := double_pendulum cart_pole four_bar_linkage heavy_top_quaternion whipple_bicycle andrews_squeezer \
+	six_axis_arm bouncing_ball woodpecker sliding_sphere
+
+# docs/record: what other tools say of ten FMUs; the FMUs themselves are not committed
+record: $(READY)
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[importers]"
+	$(BIN)/lag2fmu record $(RECORDED) -o docs/record
 
 style: $(READY)
 	$(BIN)/ruff check .

@@ -16,8 +16,10 @@ from lag2fmu.errors import ExportError, SimulationError
 from lag2fmu.evidence import checks
 from lag2fmu.evidence.importers import IMPORTERS, Importer, run_by
 from lag2fmu.evidence.recording import record
+from lag2fmu.fmu import export
 from lag2fmu.formats.loading import load
 from lag2fmu.reference.trajectory import read_csv
+from lag2fmu.verify.reference_files import reference_of
 
 
 @pytest.fixture(scope="module")
@@ -81,9 +83,6 @@ def test_a_run_that_is_wrong_fails(recorded, monkeypatch: pytest.MonkeyPatch) ->
     folder, _ = recorded
     fmu = next(iter((folder / "double_pendulum").glob("*.fmu")))
     monkeypatch.setattr(checks, "run_by", lambda importer, *given: run_by(importer, *given) + 1e-3)
-    from lag2fmu.fmu import export
-    from lag2fmu.verify.reference_files import reference_of
-
     mechanism = load("double_pendulum")
     made = export(mechanism, fmu.parent.parent / "again.fmu")
     verdict = checks._run(IMPORTERS[0], made, reference_of(mechanism))
@@ -121,3 +120,27 @@ def test_files_of_others_are_left_alone(tmp_path: Path) -> None:
 def test_two_mechanisms_of_one_name(tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="two of the models are named 'pendulum'"):
         record(["pendulum", "pendulum"], tmp_path)
+
+
+RECORD = Path(__file__).parents[2] / "docs" / "record"
+RECORDED = sorted(path.name for path in RECORD.iterdir() if path.is_dir())
+
+
+def test_the_record_of_this_project_is_whole() -> None:
+    table = (RECORD / "README.md").read_text()
+    assert len(RECORDED) == 10
+    assert "FAILED" not in table
+    assert all(f"[{name}]({name}/Readme.txt)" in table for name in RECORDED)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", RECORDED)
+def test_the_record_of_this_project_holds(name: str) -> None:
+    """Its reference values are those of today's direct integration, by SciPy of today."""
+    written = read_csv(RECORD / name / f"{name}_ref.csv")
+    found = reference_of(load(name))
+    assert len(written.time) == len(found.trajectory.time)
+    seen = np.ones(len(written.time), bool) if found.comparable is None else found.comparable
+    for column in written.names:
+        scale = max(1.0, float(np.abs(written[column]).max()))
+        assert found.trajectory[column][seen] == pytest.approx(written[column][seen], abs=1e-6 * scale), column
