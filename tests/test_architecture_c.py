@@ -35,7 +35,7 @@ STEERING = {
     "event_steps.c": {"1e-3"},
     "settings.c": {"1e-6"},
     "constraint_start.c": {"1e-3"},
-    "newton.c": {"1e-3"},
+    "laws.c": {"1e-3"},
     "contact_modes.c": {"1e-12"},
 }
 """file -> its small numbers that are no tolerances: they steer a method, are the width of a difference, or a default"""

@@ -82,6 +82,55 @@ step = 0.1
     "workshop",
 )
 
+WEDGED = read(
+    """
+[mechanism]
+name = "wedged"
+title = "A box in a shaft, which a press leans on one wall, and a box on four feet that is pulled along two walls"
+[parameters]
+a = { value = 0.3, unit = "m", doc = "half the width of the box in the shaft" }
+h = { value = 0.5, unit = "m", doc = "half its height" }
+mu = { value = 0.3, unit = "1" }
+b = { value = 0.2, unit = "m", doc = "half the distance of the feet" }
+[coordinates]
+across = { unit = "m" }
+up = { unit = "m" }
+lean = { unit = "rad" }
+x = { unit = "m" }
+y = { unit = "m" }
+z = { unit = "m" }
+yaw = { unit = "rad" }
+roll = { unit = "rad" }
+tilt = { unit = "rad" }
+[inputs]
+press = { unit = "N", start = 1.0 }
+pull = { unit = "N", start = 15.0 }
+[definitions]
+turning = "0.1*lean_dot**2 + 0.05*(yaw_dot**2 + roll_dot**2 + tilt_dot**2)"
+[energy]
+kinetic = "across_dot**2 + up_dot**2 + x_dot**2 + y_dot**2 + z_dot**2 + turning"
+potential = "19.62*(up + z)"
+[forces]
+across = "-press"
+y = "pull"
+[contacts]
+left_top = { gap = "across - h*sin(lean)", slip = "up_dot - a*lean_dot", friction = "mu" }
+left_bottom = { gap = "across + h*sin(lean)", slip = "up_dot - a*lean_dot", friction = "mu" }
+right_top = { gap = "h*sin(lean) - across", slip = "up_dot + a*lean_dot", friction = "mu" }
+right_bottom = { gap = "-across - h*sin(lean)", slip = "up_dot + a*lean_dot", friction = "mu" }
+foot_1 = { gap = "z + b*roll + b*tilt", slip = ["x_dot - b*yaw_dot", "y_dot + b*yaw_dot"], friction = "mu" }
+foot_2 = { gap = "z + b*roll - b*tilt", slip = ["x_dot + b*yaw_dot", "y_dot + b*yaw_dot"], friction = "mu" }
+foot_3 = { gap = "z - b*roll + b*tilt", slip = ["x_dot - b*yaw_dot", "y_dot - b*yaw_dot"], friction = "mu" }
+foot_4 = { gap = "z - b*roll - b*tilt", slip = ["x_dot + b*yaw_dot", "y_dot - b*yaw_dot"], friction = "mu" }
+left = { gap = "x", slip = ["y_dot", "z_dot"], friction = "mu" }
+right = { gap = "-x", slip = ["y_dot", "z_dot"], friction = "mu" }
+[experiment]
+stop_time = 1.0
+step = 0.01
+""",
+    "wedged",
+)
+
 
 def run_of(exported, step: float, stop: float, count: int = 100) -> Trajectory:
     modes = ["floor_mode", "rough_mode", "smooth_mode", "bearing_mode"]
@@ -160,6 +209,16 @@ def test_redundant_contacts_and_towers_bear_the_weight(exported) -> None:
     assert run["between_force"][-1] == pytest.approx(2 * G, rel=1e-12)
     assert np.abs([run["high"], run["tilt"]]).max() < 1e-12
     assert np.abs([run["low"][-1], run["between_gap"][-1]]).max() < 1e-12
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-2])
+def test_redundant_contacts_stick_if_there_is_any_way(exported, step: float) -> None:
+    """What presses on the walls bears a tenth of the loads; that both walls press back bears all of them."""
+    path = exported(WEDGED, solver="moreau").path
+    names = [*(c.name for c in WEDGED.coordinates), *(f"{c.name}_dot" for c in WEDGED.coordinates)]
+    run = simulate(path, stop_time=1.0, step=0.01, values={"solver_step": step}, outputs=names)
+    for name in names:
+        assert (run[name] == 0.0).all(), name
 
 
 def test_the_energy_is_balanced(exported) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from laws import Laws, Row, bilateral, bounded, normal, sliding, tangential
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 Array = NDArray[np.float64]
 G = 9.81
@@ -84,15 +83,6 @@ def test_more_contacts_than_coordinates(laws: Laws) -> None:
     assert (np.abs(forces[:, 1::2]) <= 0.3 * forces[:, 0::2] + 1e-11).all()
 
 
-def ways_to_rest(delassus: Array, free: Array, friction: float, sides: Array) -> bool:
-    """Are there forces of contacts (normal, slips) without any motion, for cones of these sides[count, slips]?"""
-    slips = sides.shape[1]
-    contacts = len(free) // (1 + slips)
-    limits = np.kron(np.eye(contacts), np.column_stack([np.full(len(sides), -friction), sides]))
-    bounds = ([(0, None)] + [(None, None)] * slips) * contacts
-    return bool(linprog(np.zeros(len(free)), limits, np.zeros(len(limits)), delassus, -free, bounds).status == 0)
-
-
 @pytest.mark.parametrize(("slips", "contacts", "coordinates", "friction"), [(1, 6, 4, 0.6), (2, 3, 5, 1.5)])
 def test_contacts_stick_if_there_is_any_way(
     laws: Laws, slips: int, contacts: int, coordinates: int, friction: float
@@ -104,16 +94,13 @@ def test_contacts_stick_if_there_is_any_way(
     size = contacts * (1 + slips)
     rows = [row for n in range(0, size, 1 + slips) for row in (normal(), *[tangential(n, friction)] * slips)]
     delassus, free = (part[:150] for part in random_problems(12, size, coordinates))
-    angles = np.pi * np.arange(64) / 32
-    outside = np.array([[1.0], [-1.0]]) if slips == 1 else np.column_stack([np.cos(angles), np.sin(angles)])
-    inside = outside if slips == 1 else outside / math.cos(math.pi / 64)
     solved, _, w = laws.solve_all(delassus, free, rows)
     rests = ~w.any(axis=1)
     assert solved.all()
     assert 20 < rests.sum() < 130
     for i in np.flatnonzero((free[:, :: 1 + slips] < 0).any(axis=1)):
         rest = rests[i]
-        assert ways_to_rest(delassus[i], free[i], friction, outside if rest else inside) == rest
+        assert modes.ways_to_rest(delassus[i], free[i], friction, slips, outside=bool(rest)) == rest
 
 
 def test_friction_that_wedges(laws: Laws) -> None:

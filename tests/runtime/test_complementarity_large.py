@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import modes
 import numpy as np
 import pytest
 import scipy.sparse
@@ -93,13 +94,27 @@ def test_few_contacts_have_the_same_solution(laws: Laws) -> None:
         np.testing.assert_allclose(w, small[2], atol=1e-9)
 
 
-def test_without_room_for_elimination_sweeps_go_on(laws: Laws) -> None:
-    jacobian, rows = tower(6)
-    free = jacobian @ np.tile([-IMPULSE, 0.01, 0], 6)
-    matrix = scipy.sparse.csr_matrix(jacobian @ jacobian.T)
-    solved, forces, _ = laws.solve_large(matrix, free, rows, capacity=1)
-    assert solved
-    np.testing.assert_allclose(forces, laws.solve_large(matrix, free, rows)[1], atol=1e-10)
+@pytest.mark.parametrize(("slips", "contacts", "coordinates", "friction"), [(1, 6, 4, 0.6), (2, 3, 5, 1.5)])
+def test_what_held_rests_if_there_is_any_way(
+    laws: Laws, slips: int, contacts: int, coordinates: int, friction: float
+) -> None:
+    """More rows than coordinates; a linear program tells where forces without any motion exist."""
+    rng, size = np.random.default_rng(12), contacts * (1 + slips)
+    rows = [
+        row for n in range(0, size, 1 + slips) for row in (normal(), *[tangential(n, friction, holds=True)] * slips)
+    ]
+    seen = []
+    for _ in range(80):
+        jacobian = rng.normal(size=(size, coordinates)) / np.sqrt(10 ** rng.uniform(-1, 1, size=coordinates))
+        delassus, free = jacobian @ jacobian.T, jacobian @ rng.normal(size=coordinates)
+        solved, forces, w = laws.solve_large(scipy.sparse.csr_matrix(delassus), free, rows)
+        assert solved
+        if (free[:: 1 + slips] < 0).any():  # else they part
+            assert violation(delassus, free, rows, forces) < 1e-9
+            rests = bool(np.abs(w).max() < 1e-9 * np.abs(forces).max())
+            assert modes.ways_to_rest(delassus, free, friction, slips, outside=rests) == rests
+            seen.append(rests)
+    assert 2 < sum(seen) < len(seen) - 2
 
 
 def test_what_has_no_solution_is_said(laws: Laws) -> None:

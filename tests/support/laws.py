@@ -29,6 +29,7 @@ UNITS = (
     "contact_rows",
     "elimination",
     "envelope",
+    "step_matrix",
     "impacts",
     "impacts_without_collision",
     "islands",
@@ -37,7 +38,9 @@ UNITS = (
     "lu",
     "newton",
     "scale",
+    "sparse",
     "sparse_rows",
+    "sweeps",
     "vector_length",
 )
 """The files of the runtime that know nothing of a mechanism but its sizes."""
@@ -80,23 +83,16 @@ class _Problem(ctypes.Structure):
     ]
 
 
+class _Sparse(ctypes.Structure):
+    _fields_ = [("rows", ctypes.c_int), ("start", _Integers), ("column", _Integers), ("value", _Doubles)]
+
+
 class _SparseProblem(ctypes.Structure):
     _fields_ = [
-        ("rows", ctypes.c_int),
-        ("start", _Integers),
-        ("column", _Integers),
-        ("value", _Doubles),
+        ("arena", ctypes.c_void_p),
+        ("delassus", _Sparse),
         ("free", _Doubles),
         ("row", ctypes.POINTER(Row)),
-    ]
-
-
-class _LargeWork(ctypes.Structure):
-    _fields_ = [
-        ("integers", _Integers),
-        ("numbers", _Doubles),
-        ("capacity", ctypes.c_int),
-        ("most_sweeps", ctypes.c_int),
     ]
 
 
@@ -229,31 +225,18 @@ class Laws:
         free: Array,
         rows: Sequence[Row],
         guess: Array | None = None,
-        capacity: int = 200_000,
+        rounds: int = 12,
     ) -> tuple[bool, Array, Array]:
-        """Whether solved to 1e-12, lambda[rows] and w[rows] of a sparse problem."""
+        """Whether solved to rounding, lambda[rows] and w[rows] of a sparse problem."""
         size = len(free)
         start, column = delassus.indptr.astype(np.int32), delassus.indices.astype(np.int32)
         free, value = np.ascontiguousarray(free, float), np.ascontiguousarray(delassus.data, float)
-        integers, numbers = np.zeros(7 * size + 1, np.int32), np.zeros(4 * size + 2 * capacity)
-        problem = _SparseProblem(
-            size,
-            start.ctypes.data_as(_Integers),
-            column.ctypes.data_as(_Integers),
-            value.ctypes.data_as(_Doubles),
-            free.ctypes.data_as(_Doubles),
-            (Row * size)(*rows),
-        )
-        work = _LargeWork(integers.ctypes.data_as(_Integers), numbers.ctypes.data_as(_Doubles), capacity, 16384)
+        arrays = start.ctypes.data_as(_Integers), column.ctypes.data_as(_Integers), value.ctypes.data_as(_Doubles)
+        matrix = _Sparse(size, *arrays)
+        problem = _SparseProblem(self._arena, matrix, free.ctypes.data_as(_Doubles), (Row * size)(*rows))
         forces, motions = np.zeros(size) if guess is None else guess.copy(), np.zeros(size)
-        residual = ctypes.c_double()
         solved = self._library.complementarity_large(
-            ctypes.byref(problem),
-            ctypes.c_double(1e-12),
-            ctypes.byref(work),
-            forces.ctypes.data_as(_Doubles),
-            motions.ctypes.data_as(_Doubles),
-            ctypes.byref(residual),
+            ctypes.byref(problem), rounds, forces.ctypes.data_as(_Doubles), motions.ctypes.data_as(_Doubles)
         )
         return bool(solved), forces, motions
 

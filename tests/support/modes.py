@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linprog
 
 Array = NDArray[np.float64]
 
@@ -78,3 +80,14 @@ def solutions(elements: Sequence[Sequence[Mode]], delassus: Array, free: Array) 
             value += sum(factor * motions[:, row] for row, factor in bound[1].items())
             least = np.minimum(least, value)
         yield forces, least
+
+
+def ways_to_rest(delassus: Array, free: Array, friction: float, slips: int, outside: bool) -> bool:
+    """Are there forces of contacts (normal, slips) without any motion? Round cones are pyramids out- or inside."""
+    angles = np.pi * np.arange(64) / 32
+    sides = np.array([[1.0], [-1.0]]) if slips == 1 else np.column_stack([np.cos(angles), np.sin(angles)])
+    sides *= 1.0 if outside or slips == 1 else 1.0 / math.cos(math.pi / 64)
+    contacts = len(free) // (1 + slips)
+    limits = np.kron(np.eye(contacts), np.column_stack([np.full(len(sides), -friction), sides]))
+    bounds = ([(0, None)] + [(None, None)] * slips) * contacts
+    return bool(linprog(np.zeros(len(free)), limits, np.zeros(len(limits)), delassus, -free, bounds).status == 0)

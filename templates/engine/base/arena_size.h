@@ -26,6 +26,10 @@
          sizeof(double) +                                                                                             \
      4096)
 
-#define ARENA_CAPACITY (ARENA_WORK + (N_UNILATERALS + N_FRICTIONS > 0 ? SMALL_LAWS : 0))
+#ifndef SOLVER_WORK
+#define SOLVER_WORK 0 /* bytes that a solver asks for beyond them and may not have from the heap */
+#endif
+
+#define ARENA_CAPACITY (ARENA_WORK + SOLVER_WORK + (N_UNILATERALS + N_FRICTIONS > 0 ? SMALL_LAWS : 0))
 
 #endif

@@ -13,4 +13,13 @@ static inline double vector_length(const double v[], int count) {
     return sqrt(sum);
 }
 
+/* The greatest magnitude of v[count]. */
+static inline double vector_greatest(const double v[], int count) {
+    double greatest = 0.0;
+    for (int i = 0; i < count; i++) {
+        greatest = fmax(greatest, fabs(v[i]));
+    }
+    return greatest;
+}
+
 #endif

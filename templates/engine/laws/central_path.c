@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "lu.h"
+#include "step_matrix.h"
 #include "scale.h"
 #include "vector_length.h"
 
@@ -31,8 +31,7 @@ typedef struct {
     double scale;               /* the greatest entry of the offset and of the shift, in whose units all is */
     double *y, *dy, *right;     /* [size] */
     double *dual;               /* [size]: the residual of the equation for y */
-    double *matrix;             /* [size * size] */
-    int *order;                 /* [size] */
+    StepMatrix matrix;           /* of a step */
     double *s, *z, *ds, *dz;    /* [3 * cones] */
     double *primal;             /* [3 * cones]: map y + shift - s */
     double *middle;             /* [3 * cones]: W z = W^-1 s */
@@ -108,14 +107,6 @@ static double cone_reach(const double v[], const double dv[]) {
     return part;
 }
 
-static double greatest_of(const double v[], int count) {
-    double greatest = 0.0;
-    for (int i = 0; i < count; i++) {
-        greatest = fmax(greatest, fabs(v[i]));
-    }
-    return greatest;
-}
-
 /* What y feels of z of the cone at this row: the correction is that the first component is less by the slip along the
    direction that the slip has now. */
 static void correct(const Path *path, int row, const double z[], double felt[]) {
@@ -124,25 +115,15 @@ static void correct(const Path *path, int row, const double z[], double felt[]) 
     felt[0] -= length > 0.0 ? path->options.slip * (now[1] * z[1] + now[2] * z[2]) / length : 0.0;
 }
 
-/* to[3 * cones] = map y */
-static void map_forward(const ConeProgram *program, const double y[], double to[]) {
-    for (int row = 0; row < 3 * program->cones; row++) {
-        to[row] = 0.0;
-        for (int k = 0; k < program->size; k++) {
-            to[row] += program->map[row * program->size + k] * y[k];
-        }
-    }
-}
-
 /* to[size] += sign map' B z, where B is the correction */
 static void map_back(const Path *path, double sign, const double z[], double to[]) {
-    const ConeProgram *program = path->program;
-    for (int row = 0; row < 3 * program->cones; row += 3) {
+    const Sparse *map = &path->program->map;
+    for (int row = 0; row < map->rows; row += 3) {
         double felt[3];
         correct(path, row, z + row, felt);
         for (int i = 0; i < 3; i++) {
-            for (int k = 0; k < program->size; k++) {
-                to[k] += sign * program->map[(row + i) * program->size + k] * felt[i];
+            for (int e = map->start[row + i]; e < map->start[row + i + 1]; e++) {
+                to[map->column[e]] += sign * map->value[e] * felt[i];
             }
         }
     }
@@ -152,48 +133,54 @@ static void map_back(const Path *path, double sign, const double z[], double to[
 static double find_residuals(Path *path, double *gap, double *size) {
     const ConeProgram *program = path->program;
     const int n = program->size, rows = 3 * program->cones;
+    sparse_multiply(&program->matrix, path->y, path->dual);
     for (int i = 0; i < n; i++) {
-        path->dual[i] = program->offset[i] / path->scale + path->options.weight * path->y[i];
-        for (int j = 0; j < n; j++) {
-            path->dual[i] += program->matrix[i * n + j] * path->y[j];
-        }
+        path->dual[i] += program->offset[i] / path->scale + path->options.weight * path->y[i];
     }
     map_back(path, -1.0, path->z, path->dual);
-    map_forward(program, path->y, path->primal);
+    sparse_multiply(&program->map, path->y, path->primal);
     *gap = 0.0;
     for (int i = 0; i < rows; i++) {
         path->primal[i] += program->shift[i] / path->scale - path->s[i];
         *gap += path->s[i] * path->z[i] / (double)program->cones;
     }
-    *size = 1.0 + greatest_of(path->y, n);
-    const double rest = fmax(greatest_of(path->dual, n), greatest_of(path->primal, rows)) / *size;
+    *size = 1.0 + vector_greatest(path->y, n);
+    const double rest = fmax(vector_greatest(path->dual, n), vector_greatest(path->primal, rows)) / *size;
     return fmax(rest, *gap / (*size * *size));
+}
+
+/* Adds map' B W^-2 map of one cone to the matrix of a step, for the entry e of the map in its row i. */
+static void add_entry_of(const Path *path, int row, int i, int e) {
+    const Sparse *map = &path->program->map;
+    const ConeScaling *scaling = &path->scaling[row / 3];
+    double entry[3] = {0.0, 0.0, 0.0}, felt[3];
+    entry[i] = map->value[e];
+    scale_by(scaling, true, entry, entry);
+    scale_by(scaling, true, entry, entry);
+    correct(path, row, entry, felt);
+    for (int j = 0; j < 3; j++) {
+        for (int f = map->start[row + j]; f < map->start[row + j + 1]; f++) {
+            step_matrix_add(&path->matrix, map->column[f], map->column[e], map->value[f] * felt[j]);
+        }
+    }
 }
 
 /* The matrix of a step: that of the program, and map' B W^-2 map. */
 static bool factorize_path(Path *path) {
-    const ConeProgram *program = path->program;
-    const int n = program->size;
-    memcpy(path->matrix, program->matrix, (size_t)n * (size_t)n * sizeof(double));
-    for (int i = 0; i < n; i++) {
-        path->matrix[i * n + i] += path->options.weight;
+    const Sparse *matrix = &path->program->matrix, *map = &path->program->map;
+    step_matrix_clear(&path->matrix);
+    for (int i = 0; i < matrix->rows; i++) {
+        for (int e = matrix->start[i]; e < matrix->start[i + 1]; e++) {
+            step_matrix_add(&path->matrix, i, matrix->column[e], matrix->value[e]);
+        }
+        step_matrix_add(&path->matrix, i, i, path->options.weight);
     }
-    for (int c = 0; c < program->cones; c++) {
-        const double *map = program->map + 3 * c * n;
-        for (int k = 0; k < n; k++) {
-            double entry[3] = {map[k], map[n + k], map[2 * n + k]}, felt[3];
-            if (entry[0] == 0.0 && entry[1] == 0.0 && entry[2] == 0.0) {
-                continue;
-            }
-            scale_by(&path->scaling[c], true, entry, entry);
-            scale_by(&path->scaling[c], true, entry, entry);
-            correct(path, 3 * c, entry, felt);
-            for (int j = 0; j < n; j++) {
-                path->matrix[j * n + k] += map[j] * felt[0] + map[n + j] * felt[1] + map[2 * n + j] * felt[2];
-            }
+    for (int row = 0; row < map->rows; row++) {
+        for (int e = map->start[row]; e < map->start[row + 1]; e++) {
+            add_entry_of(path, row - row % 3, row % 3, e);
         }
     }
-    return lu_factorize(path->matrix, path->order, n);
+    return step_matrix_factorize(&path->matrix, DBL_MIN);
 }
 
 /* dz of the cone at this row for its ds, as the target of W^-1 ds + W dz wants it. */
@@ -218,8 +205,8 @@ static void solve_step(Path *path) {
         path->right[i] = -path->dual[i];
     }
     map_back(path, 1.0, path->dz, path->right);
-    lu_solve(path->matrix, path->order, program->size, path->right, path->dy);
-    map_forward(program, path->dy, path->ds);
+    step_matrix_solve(&path->matrix, path->right, path->dy);
+    sparse_multiply(&program->map, path->dy, path->ds);
     for (int row = 0; row < rows; row++) {
         path->ds[row] += path->primal[row];
     }
@@ -293,15 +280,11 @@ static double *take_doubles(Arena *arena, int count) {
     return (double *)arena_take(arena, (size_t)count * sizeof(double));
 }
 
-/* So many doubles, in at most so many arrays. */
-static bool reserve_doubles(Arena *arena, size_t count, size_t arrays) {
-    return arena_reserve(arena, count * sizeof(double) + arrays * ARENA_UNIT);
-}
-
 /* The beginning of the path, y = 0. False: there is no memory. */
 static bool begin_path(Arena *arena, const ConeProgram *program, PathOptions options, Path *path) {
     const int n = program->size, rows = 3 * program->cones;
-    if (!reserve_doubles(arena, (size_t)(n * n + 5 * n + 7 * rows + 4 * program->cones), 16)) {
+    const size_t doubles = (size_t)(4 * n + 7 * rows + 4 * program->cones);
+    if (!arena_reserve(arena, doubles * sizeof(double) + 16 * ARENA_UNIT + step_matrix_bytes(n, program->first))) {
         return false;
     }
     double **vectors[] = {&path->y, &path->dy, &path->right, &path->dual};
@@ -309,40 +292,20 @@ static bool begin_path(Arena *arena, const ConeProgram *program, PathOptions opt
                         &path->primal, &path->middle, &path->target};
     path->program = program;
     path->options = options;
-    path->scale = fmax(fmax(greatest_of(program->offset, n), greatest_of(program->shift, rows)), DBL_MIN);
+    path->scale = fmax(fmax(vector_greatest(program->offset, n), vector_greatest(program->shift, rows)), DBL_MIN);
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++) {
         *vectors[i] = take_doubles(arena, n);
     }
     for (size_t i = 0; i < sizeof cones / sizeof *cones; i++) {
         *cones[i] = take_doubles(arena, rows);
     }
-    path->matrix = take_doubles(arena, n * n);
-    path->order = (int *)arena_take(arena, (size_t)n * sizeof(int));
+    path->matrix = step_matrix_take(arena, n, program->first);
     path->scaling = (ConeScaling *)arena_take(arena, (size_t)program->cones * sizeof(ConeScaling));
     memset(path->y, 0, (size_t)n * sizeof(double));
     for (int i = 0; i < rows; i++) {
         path->s[i] = i % 3 == 0 ? 1.0 : 0.0;
         path->z[i] = path->s[i];
     }
-    return true;
-}
-
-bool cone_program_take(Arena *arena, int size, int cones, ConeProgram *program) {
-    const size_t n = (size_t)size, rows = 3 * (size_t)cones, map = rows * n;
-    if (!reserve_doubles(arena, n * n + n + map + rows, 4)) {
-        return false;
-    }
-    *program = (ConeProgram){.arena = arena,
-                             .size = size,
-                             .cones = cones,
-                             .matrix = take_doubles(arena, size * size),
-                             .offset = take_doubles(arena, size),
-                             .map = take_doubles(arena, 3 * cones * size),
-                             .shift = take_doubles(arena, 3 * cones)};
-    memset(program->matrix, 0, n * n * sizeof(double));
-    memset(program->offset, 0, n * sizeof(double));
-    memset(program->map, 0, map * sizeof(double));
-    memset(program->shift, 0, rows * sizeof(double));
     return true;
 }
 

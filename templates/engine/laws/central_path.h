@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-#include "arena.h"
+#include "sparse.h"
 
 /* Of all y[size] with s = map y + shift in the cones s_0 >= |(s_1, s_2)|: the one of least
    1/2 y' (matrix + weight) y + offset' y. Each cone has three rows; those of a half line are 0 but for the first.
@@ -16,10 +16,11 @@ typedef struct {
     Arena *arena;
     int size;
     int cones;
-    double *matrix; /* [size * size]; positive semidefinite, but for rows that slide */
-    double *offset; /* [size] */
-    double *map;    /* [3 * cones * size] */
-    double *shift;  /* [3 * cones] */
+    Sparse matrix;    /* [size * size]; positive semidefinite, but for rows that slide */
+    double *offset;   /* [size] */
+    Sparse map;       /* [3 * cones * size] */
+    double *shift;    /* [3 * cones] */
+    const int *first; /* NULL, or the first entry that y[i] meets in the matrix or in a cone [size] */
 } ConeProgram;
 
 typedef struct {
@@ -27,9 +28,6 @@ typedef struct {
     double weight;   /* of the norm of y, which selects one of several solutions */
     double centring; /* least part of the way that leads to the centre of the cones: 0, or more where the way is bent */
 } PathOptions;
-
-/* The arrays of the arena, with zeros, for a program of this size. False, with arena->refused: there is no memory. */
-bool cone_program_take(Arena *arena, int size, int cones, ConeProgram *program);
 
 /* Where the central path of the program ends, or the place nearest to its end: y[size], to some 1e-12 of its greatest
    entry. False, with arena->refused: there is no memory. */

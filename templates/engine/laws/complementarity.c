@@ -203,7 +203,7 @@ static bool evaluate_rows(const Problem *problem, const double lambda[], double 
     }
     double *terms = (double *)arena_take(problem->arena, bytes), *scale = (double *)arena_take(problem->arena, bytes);
     int *acts = (int *)arena_take(problem->arena, (size_t)n * sizeof(int)), count = 0;
-    find_scales(problem, scale);
+    find_scales(n, problem->row, problem->delassus, n + 1, scale);
     for (int k = 0; k < n; k++) {
         acts[count] = k;
         count += lambda[k] != 0.0;

@@ -32,67 +32,95 @@ static bool is_framed(const Laws *laws, int k) {
     return framed;
 }
 
-/* Rows of friction without any limit have no force, and no place[size] in the program; returns how many do. */
-static int place_rows(const Laws *laws, int place[], int *cones) {
-    int count = 0;
-    *cones = 0;
+/* Row k begins a cone: that of a lone unilateral row, or of friction with a limit. */
+static bool begins_cone(const Laws *laws, int k) {
+    return laws->width[k] == 0 ? !is_framed(laws, k) : may_rub(laws, k) && laws->base[k] < HUGE_VAL;
+}
+
+/* Begins the next row of the map. */
+static void begin_row(Sparse *map) {
+    map->rows++;
+    map->start[map->rows] = map->start[map->rows - 1];
+}
+
+/* The next entry of the last row of the map. */
+static void put_entry(Sparse *map, int column, double value) {
+    map->column[map->start[map->rows]] = column;
+    map->value[map->start[map->rows]++] = value;
+}
+
+static void put_cones_of(const Laws *laws, ConeProgram *program) {
+    Sparse *map = &program->map;
+    map->rows = 0;
+    map->start[0] = 0;
     for (int k = 0; k < laws->size; k++) {
-        const int first = laws->width[k] < 0 ? k - 1 : k;
-        place[k] = laws->width[k] == 0 || may_rub(laws, first) ? count++ : -1;
-        *cones += laws->width[k] == 0 ? !is_framed(laws, k) : may_rub(laws, k);
-    }
-    return count;
-}
-
-static void put_cones_of(const Laws *laws, const int place[], ConeProgram *program) {
-    const int n = program->size;
-    for (int k = 0, c = 0; k < laws->size; k++) {
-        double *row = program->map + 3 * c * n;
-        if (laws->width[k] == 0 && !is_framed(laws, k)) {
-            row[place[k]] = 1.0;
-            c++;
-        } else if (may_rub(laws, k)) {
-            program->shift[3 * c] = laws->base[k];
-            if (laws->normal[k] >= 0) {
-                row[place[laws->normal[k]]] = laws->slope[k];
+        if (!begins_cone(laws, k)) {
+            continue;
+        }
+        const int width = laws->width[k], normal = width == 0 ? k : laws->normal[k];
+        program->shift[map->rows] = width == 0 ? 0.0 : laws->base[k];
+        begin_row(map);
+        if (normal >= 0) {
+            put_entry(map, normal, width == 0 ? 1.0 : laws->slope[k]);
+        }
+        for (int i = 0; i < 2; i++) {
+            program->shift[map->rows] = 0.0;
+            begin_row(map);
+            if (i < width) {
+                put_entry(map, k + i, 1.0);
             }
-            for (int i = 0; i < laws->width[k]; i++) {
-                row[(1 + i) * n + place[k + i]] = 1.0;
-            }
-            c++;
         }
     }
+    program->cones = map->rows / 3;
 }
 
-static void put_operator(const Laws *laws, const int place[], ConeProgram *program) {
+/* Rows of friction without any limit have no force: nothing acts on or by them. */
+static bool acts(const Laws *laws, int k) {
+    return laws->width[k] == 0 || may_rub(laws, laws->width[k] < 0 ? k - 1 : k);
+}
+
+static void put_operator(const Laws *laws, ConeProgram *program) {
+    Sparse *matrix = &program->matrix;
     for (int i = 0; i < laws->size; i++) {
-        for (int j = 0; place[i] >= 0 && j < laws->size; j++) {
-            if (place[j] >= 0) {
-                program->matrix[place[i] * program->size + place[j]] = laws->matrix[i * laws->size + j];
-            }
+        matrix->start[i + 1] = laws->matrix.start[i + 1];
+        for (int e = matrix->start[i]; e < matrix->start[i + 1]; e++) {
+            const int j = laws->matrix.column[e];
+            matrix->column[e] = j;
+            matrix->value[e] = acts(laws, i) && acts(laws, j) ? laws->matrix.value[e] : i == j ? 1.0 : 0.0;
         }
-        if (place[i] >= 0) {
-            program->offset[place[i]] = laws->offset[i];
-        }
+        program->offset[i] = acts(laws, i) ? laws->offset[i] : 0.0;
     }
+}
+
+/* The program of the laws, of the arena. False: there is no memory. */
+static bool take_program(const Laws *laws, ConeProgram *program) {
+    const int n = laws->size, entries = laws->matrix.start[n];
+    const size_t rows = 3 * (size_t)n;
+    if (!arena_reserve(laws->arena, sparse_bytes((size_t)n, (size_t)entries) + sparse_bytes(rows, rows) +
+                                        arena_bytes((size_t)n, sizeof(double)) + arena_bytes(rows, sizeof(double)))) {
+        return false;
+    }
+    *program = (ConeProgram){.arena = laws->arena,
+                             .size = n,
+                             .matrix = sparse_take(laws->arena, n, entries),
+                             .offset = (double *)arena_take(laws->arena, (size_t)n * sizeof(double)),
+                             .map = sparse_take(laws->arena, 3 * n, 3 * n),
+                             .shift = (double *)arena_take(laws->arena, rows * sizeof(double)),
+                             .first = laws->first};
+    put_operator(laws, program);
+    put_cones_of(laws, program);
+    return true;
 }
 
 /* Newton's method from the end of a central path. */
-static bool solve_along(const Laws *laws, const ConeProgram *program, const int place[], PathOptions options,
-                        double x[]) {
+static bool solve_along(const Laws *laws, const ConeProgram *program, PathOptions options, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     const size_t bytes = (size_t)laws->size * sizeof(double);
-    if (!arena_reserve(laws->arena, 2 * arena_bytes(bytes, 1))) {
+    if (!arena_reserve(laws->arena, arena_bytes(bytes, 1))) {
         return arena_leave(mark, false);
     }
-    double *y = (double *)arena_take(laws->arena, bytes), *start = (double *)arena_take(laws->arena, bytes);
-    if (!central_path(program, options, y)) {
-        return arena_leave(mark, false);
-    }
-    for (int k = 0; k < laws->size; k++) {
-        start[k] = place[k] >= 0 ? y[place[k]] : 0.0;
-    }
-    return arena_leave(mark, newton_solve(laws, start, x));
+    double *start = (double *)arena_take(laws->arena, bytes);
+    return arena_leave(mark, central_path(program, options, start) && newton_solve(laws, start, x));
 }
 
 /* Rows that slide make the operator asymmetric: friction may press a contact to its support. */
@@ -100,28 +128,30 @@ static bool is_asymmetric(const Laws *laws) {
     bool found = false;
     for (int i = 0; i < laws->size; i++) {
         for (int j = 0; j < i; j++) {
-            const double a = laws->matrix[i * laws->size + j], b = laws->matrix[j * laws->size + i];
+            const double a = laws->matrix.value[i * laws->size + j], b = laws->matrix.value[j * laws->size + i];
             found = found || fabs(a - b) > OBEYED * fmax(fabs(a), fabs(b));
         }
     }
     return found;
 }
 
-/* The convex program, and then the ways of Coulomb's law. */
-static bool solve_by_paths(const Laws *laws, double x[]) {
+bool cones_rest(const Laws *laws, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     ConeProgram program;
-    int *place = (int *)arena_take(laws->arena, (size_t)laws->size * sizeof(int)), cones;
-    const int size = place_rows(laws, place, &cones);
-    if (!cone_program_take(laws->arena, size, cones, &program)) {
+    return arena_leave(mark, take_program(laws, &program) &&
+                                 solve_along(laws, &program, (PathOptions){0.0, DAMPING, 0.0}, x));
+}
+
+bool cones_slide(const Laws *laws, double x[]) {
+    const ArenaMark mark = arena_mark(laws->arena);
+    ConeProgram program;
+    bool solved = false;
+    if (!take_program(laws, &program)) {
         return arena_leave(mark, false);
     }
-    put_operator(laws, place, &program);
-    put_cones_of(laws, place, &program);
-    bool solved = solve_along(laws, &program, place, (PathOptions){0.0, DAMPING, 0.0}, x);
     for (double weight = YIELDS; weight < 2.0 && !solved; weight *= SOFTER) {
         for (int i = 0; i < 3 && !solved; i++) {
-            solved = solve_along(laws, &program, place, (PathOptions){1.0, weight, CENTRINGS[i]}, x);
+            solved = solve_along(laws, &program, (PathOptions){1.0, weight, CENTRINGS[i]}, x);
         }
     }
     return arena_leave(mark, solved);
@@ -132,5 +162,5 @@ bool cones_solve(const Laws *laws, double x[]) {
     if (is_asymmetric(laws) && few) {
         return choices_solve(laws, NULL, x);
     }
-    return solve_by_paths(laws, x) || (few && choices_solve(laws, NULL, x));
+    return cones_rest(laws, x) || cones_slide(laws, x) || (few && choices_solve(laws, NULL, x));
 }

@@ -13,26 +13,23 @@ static bool is_active(const Row *row) {
 }
 
 /* Is this the second tangential row of its contact? The rows before it of the same contact decide. */
-static bool is_second(const Problem *problem, int k) {
+static bool is_second(const Row row[], int k) {
     int before = 0;
-    for (int i = k - 1; i >= 0 && problem->row[i].law == ROW_TANGENTIAL &&
-                        problem->row[i].normal == problem->row[k].normal; i--) {
+    for (int i = k - 1; i >= 0 && row[i].law == ROW_TANGENTIAL && row[i].normal == row[k].normal; i--) {
         before++;
     }
-    return problem->row[k].law == ROW_TANGENTIAL && before % 2 == 1;
+    return row[k].law == ROW_TANGENTIAL && before % 2 == 1;
 }
 
 static double scale_for(double diagonal) {
     return diagonal > 0.0 ? 1.0 / sqrt(diagonal) : 1.0;
 }
 
-void find_scales(const Problem *problem, double scale[]) {
-    const int n = problem->rows;
-    for (int k = 0; k < n; k++) {
-        scale[k] = scale_for(problem->delassus[k * n + k]);
-        if (k > 0 && is_second(problem, k)) {
-            const double sum = problem->delassus[k * n + k] + problem->delassus[(k - 1) * n + k - 1];
-            scale[k] = scale_for(0.5 * sum);
+void find_scales(int rows, const Row row[], const double diagonal[], int apart, double scale[]) {
+    for (int k = 0; k < rows; k++) {
+        scale[k] = scale_for(diagonal[k * apart]);
+        if (k > 0 && is_second(row, k)) {
+            scale[k] = scale_for(0.5 * (diagonal[k * apart] + diagonal[(k - 1) * apart]));
             scale[k - 1] = scale[k];
         }
     }
@@ -41,7 +38,7 @@ void find_scales(const Problem *problem, double scale[]) {
 static void scale_rows(Elimination *e) {
     const Problem *problem = e->problem;
     const int n = problem->rows;
-    find_scales(problem, e->scale);
+    find_scales(n, problem->row, problem->delassus, n + 1, e->scale);
     for (int i = 0; i < n; i++) {
         e->free[i] = e->scale[i] * problem->free[i];
     }
@@ -174,9 +171,9 @@ static void describe(const Elimination *e, Laws *laws) {
         const int k = e->row[i];
         const Row *row = &e->problem->row[k];
         const bool follows = row->law == ROW_TANGENTIAL && e->problem->row[row->normal].law == ROW_UNILATERAL;
-        const bool pair = k + 1 < e->problem->rows && is_second(e->problem, k + 1);
+        const bool pair = k + 1 < e->problem->rows && is_second(e->problem->row, k + 1);
         laws->normal[i] = follows ? e->place[row->normal] : -1;
-        laws->width[i] = row->law == ROW_UNILATERAL ? 0 : is_second(e->problem, k) ? -1 : pair ? 2 : 1;
+        laws->width[i] = row->law == ROW_UNILATERAL ? 0 : is_second(e->problem->row, k) ? -1 : pair ? 2 : 1;
     }
 }
 
@@ -198,7 +195,7 @@ static void clear_determined(const Elimination *e, const double response[], Laws
             rest -= response[i * e->bilateral + k] * response[i * e->bilateral + k];
         }
         if (!(rest > REDUNDANT)) {
-            memset(laws->matrix + i * e->active, 0, (size_t)e->active * sizeof(double));
+            memset(laws->matrix.value + i * e->active, 0, (size_t)e->active * sizeof(double));
             laws->offset[i] = fabs(laws->offset[i]) > OBEYED * laws->terms[i] ? laws->offset[i] : 0.0;
         }
         laws->determined[i] = !(rest > REDUNDANT);
@@ -241,7 +238,7 @@ static void take_matrices(Elimination *e) {
    rows, which elimination, a choice of equations and their solution of least norm take in turn. */
 static bool reserve_matrices(const Problem *problem, size_t kept, size_t active, size_t bilateral) {
     const size_t larger = active > bilateral ? active : bilateral;
-    const size_t matrices = kept * kept + bilateral * bilateral + active * active + 2 * larger * larger;
+    const size_t matrices = kept * kept + bilateral * bilateral + 2 * active * active + 2 * larger * larger;
     return arena_reserve(problem->arena, (matrices + 32 * (kept + 8) + 4 * (size_t)problem->rows) * sizeof(double));
 }
 
@@ -272,7 +269,8 @@ static void fill_laws(const Elimination *e, Laws *laws) {
         column_of(e, e->row[j], column);
         solve_lower(e, column, seen);
         for (int i = 0; i < e->active; i++) {
-            laws->matrix[i * e->active + j] = difference(column[e->row[i]], response + i * m, seen, e->rank, &terms);
+            laws->matrix.value[i * e->active + j] =
+                difference(column[e->row[i]], response + i * m, seen, e->rank, &terms);
         }
     }
     clear_determined(e, response, laws);
@@ -290,11 +288,12 @@ bool eliminate_rows(const Problem *problem, Elimination *e, Laws *laws) {
         return false;
     }
     take_matrices(e);
-    *laws = laws_take(problem->arena, e->active);
+    *laws = laws_take(problem->arena, sparse_full(problem->arena, e->active, e->active));
     scale_rows(e);
     factorize_bilateral(e);
     describe(e, laws);
     fill_laws(e, laws);
+    laws_curve(laws);
     return true;
 }
 

@@ -33,7 +33,8 @@ void set_limit(const Elimination *elimination, int place, double limit, Laws *la
 /* lambda[rows] for the solution x of the laws. */
 void recover_rows(const Elimination *elimination, const double x[], double lambda[]);
 
-/* scale[rows], with which the diagonal entries of the rows are 1; that of the two rows of a cone is the same. */
-void find_scales(const Problem *problem, double scale[]);
+/* scale[rows], with which the diagonal entries of the rows are 1; that of the two rows of a cone is the same. The entry
+   of row k is diagonal[k * apart]. */
+void find_scales(int rows, const Row row[], const double diagonal[], int apart, double scale[]);
 
 #endif

@@ -2,6 +2,35 @@
 #include "envelope.h"
 
 #include <math.h>
+#include <string.h>
+
+static size_t entries_of(int size, const int first[]) {
+    size_t entries = 0;
+    for (int i = 0; i < size; i++) {
+        entries += (size_t)(i + 1 - first[i]);
+    }
+    return entries;
+}
+
+size_t envelope_bytes(int size, const int first[]) {
+    return arena_bytes((size_t)size, sizeof(int)) + 2 * arena_bytes(entries_of(size, first), sizeof(double));
+}
+
+Envelope envelope_take(Arena *arena, int size, const int first[]) {
+    const size_t bytes = entries_of(size, first) * sizeof(double);
+    int *offset = (int *)arena_take(arena, (size_t)size * sizeof(int));
+    for (int i = 0, entries = 0; i < size; i++) {
+        offset[i] = entries - first[i];
+        entries += i + 1 - first[i];
+    }
+    return (Envelope){size, first, offset, (double *)arena_take(arena, bytes), (double *)arena_take(arena, bytes)};
+}
+
+void envelope_clear(const Envelope *e) {
+    const size_t bytes = entries_of(e->size, e->first) * sizeof(double);
+    memset(e->lower, 0, bytes);
+    memset(e->upper, 0, bytes);
+}
 
 double *envelope_entry(const Envelope *envelope, int i, int j) {
     return j < i ? envelope->lower + envelope->offset[i] + j : envelope->upper + envelope->offset[j] + i;

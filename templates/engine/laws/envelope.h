@@ -4,14 +4,25 @@
 
 #include <stdbool.h>
 
+#include "arena.h"
+
 /* lower[offset[i] + j] is entry (i, j) for j < i, upper[offset[i] + j] is entry (j, i) for j <= i; j >= first[i]. */
 typedef struct {
     int size;
-    const int *first;  /* [size], by which the envelope is symmetric */
+    const int *first;  /* [size], of the caller, by which the envelope is symmetric */
     const int *offset; /* [size] */
     double *lower;
     double *upper;
 } Envelope;
+
+/* Bytes of an envelope, for a reservation. */
+size_t envelope_bytes(int size, const int first[]);
+
+/* An envelope of the arena that begins there, with undefined entries. */
+Envelope envelope_take(Arena *arena, int size, const int first[]);
+
+/* All entries become 0. */
+void envelope_clear(const Envelope *envelope);
 
 /* Where entry (i, j) within the envelope is stored. */
 double *envelope_entry(const Envelope *envelope, int i, int j);

@@ -8,14 +8,24 @@
 #include "scale.h"
 #include "vector_length.h"
 
-Laws laws_take(Arena *arena, int size) {
-    const size_t n = (size_t)size;
+/* A curvature is taken for no less than this. */
+static const double LEAST_CURVATURE = 1e-3;
+
+size_t laws_bytes(size_t size, size_t entries) {
+    return sparse_bytes(size, entries) + 5 * arena_bytes(size, sizeof(double)) + 2 * arena_bytes(size, sizeof(int)) +
+           arena_bytes(size, sizeof(bool));
+}
+
+Laws laws_take(Arena *arena, Sparse matrix) {
+    const size_t n = (size_t)matrix.rows;
     return (Laws){.arena = arena,
-                  .size = size,
-                  .matrix = (double *)arena_take(arena, n * n * sizeof(double)),
+                  .size = matrix.rows,
+                  .matrix = matrix,
+                  .first = NULL,
                   .offset = (double *)arena_take(arena, n * sizeof(double)),
                   .terms = (double *)arena_take(arena, n * sizeof(double)),
                   .determined = (bool *)arena_take(arena, n * sizeof(bool)),
+                  .curvature = (double *)arena_take(arena, n * sizeof(double)),
                   .width = (int *)arena_take(arena, n * sizeof(int)),
                   .normal = (int *)arena_take(arena, n * sizeof(int)),
                   .slope = (double *)arena_take(arena, n * sizeof(double)),
@@ -34,10 +44,30 @@ Choice choice_take(Arena *arena, int size) {
 }
 
 void laws_evaluate(const Laws *laws, const double x[], double w[]) {
+    sparse_multiply(&laws->matrix, x, w);
     for (int i = 0; i < laws->size; i++) {
-        w[i] = laws->offset[i];
-        for (int j = 0; j < laws->size; j++) {
-            w[i] += laws->matrix[i * laws->size + j] * x[j];
+        w[i] += laws->offset[i];
+    }
+}
+
+static double matrix_entry(const Laws *laws, int i, int j) {
+    double entry = 0.0;
+    for (int e = laws->matrix.start[i]; e < laws->matrix.start[i + 1]; e++) {
+        entry = laws->matrix.column[e] == j ? laws->matrix.value[e] : entry;
+    }
+    return entry;
+}
+
+void laws_curve(const Laws *laws) {
+    for (int k = 0; k < laws->size; k++) {
+        const int width = laws->width[k];
+        const double a = matrix_entry(laws, k, k);
+        laws->curvature[k] = fmax(a, LEAST_CURVATURE);
+        if (width == 2) {
+            const double b = matrix_entry(laws, k, k + 1), c = matrix_entry(laws, k + 1, k + 1);
+            laws->curvature[k] = fmax(0.5 * (a + c + sqrt((a - c) * (a - c) + 4.0 * b * b)), LEAST_CURVATURE);
+        } else if (width < 0) {
+            laws->curvature[k] = laws->curvature[k - 1];
         }
     }
 }
@@ -52,12 +82,14 @@ static void solve_choice(const Laws *laws, const Choice *choice, double x[]) {
     laws_evaluate(laws, x, w);
     for (int k = 0; k < n; k++) {
         double *row = matrix + k * n;
+        memset(row, 0, (size_t)n * sizeof(double));
         if (choice->held[k]) {
-            memcpy(row, laws->matrix + k * n, (size_t)n * sizeof(double));
+            for (int e = laws->matrix.start[k]; e < laws->matrix.start[k + 1]; e++) {
+                row[laws->matrix.column[e]] = laws->matrix.value[e];
+            }
             right[k] = -w[k];
             continue;
         }
-        memset(row, 0, (size_t)n * sizeof(double));
         row[k] = 1.0;
         right[k] = choice->value[k] - x[k];
         if (laws->normal[k] >= 0) {
@@ -74,8 +106,8 @@ static void solve_choice(const Laws *laws, const Choice *choice, double x[]) {
 
 double laws_terms(const Laws *laws, const double x[], int k) {
     double sum = laws->terms[k];
-    for (int j = 0; j < laws->size; j++) {
-        sum += fabs(laws->matrix[k * laws->size + j] * x[j]);
+    for (int e = laws->matrix.start[k]; e < laws->matrix.start[k + 1]; e++) {
+        sum += fabs(laws->matrix.value[e] * x[laws->matrix.column[e]]);
     }
     return sum;
 }
@@ -88,6 +120,9 @@ static bool friction_obeyed(const double x[], const double w[], int width, doubl
     double difference[2];
     if (slip <= OBEYED * size + rounding) {
         return force <= limit + OBEYED * fmax(size, limit) + rounding;
+    }
+    if (limit == HUGE_VAL) {
+        return false;
     }
     for (int i = 0; i < width; i++) {
         difference[i] = x[i] + limit * w[i] / slip;
@@ -152,8 +187,8 @@ bool laws_try(const Laws *laws, const Choice *choice, double x[]) {
 
 bool laws_at_rest(const Laws *laws, const double x[], int k) {
     double w = laws->offset[k];
-    for (int j = 0; j < laws->size; j++) {
-        w += laws->matrix[k * laws->size + j] * x[j];
+    for (int e = laws->matrix.start[k]; e < laws->matrix.start[k + 1]; e++) {
+        w += laws->matrix.value[e] * x[laws->matrix.column[e]];
     }
     return fabs(w) <= ACCEPTED * laws_terms(laws, x, k);
 }

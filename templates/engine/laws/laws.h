@@ -4,21 +4,23 @@
 
 #include <stdbool.h>
 
-#include "arena.h"
+#include "sparse.h"
 
 /* w = offset + matrix x in units in which rows have diagonal entries of the order of 1; matrix is symmetric if there is
    no sliding row. */
 typedef struct {
     Arena *arena;
     int size;
-    double *matrix; /* [size * size] */
+    Sparse matrix;    /* of two rows either each acts on the other or none does; [size * size] if small */
+    const int *first; /* NULL, or the first row that row i, its cone and what its cone acts on have [size] */
     double *offset; /* [size], as the next ones */
     double *terms;  /* the sum of the absolute terms of the offset: its rounding error is a part of that */
     bool *determined; /* bilateral rows alone determine the motion along the row */
+    double *curvature; /* a bound of the eigenvalues of the block of the matrix that a row or cone has */
     int *width;     /* 0: unilateral; friction: 1, or 2 for the first and -1 for the second row of a cone */
     int *normal;    /* rows of friction: base + slope x[normal] bounds x; -1: base does */
     double *slope;
-    double *base;
+    double *base;      /* HUGE_VAL for a row that has no limit: it holds */
 } Laws;
 
 /* A choice of one equation a row: w = 0, or x = slope x[normal] + value. */
@@ -28,8 +30,11 @@ typedef struct {
     double *value;
 } Choice;
 
-/* Arrays of the arena for laws of this size. */
-Laws laws_take(Arena *arena, int size);
+/* Bytes of laws of this size whose matrix has so many entries, for a reservation. */
+size_t laws_bytes(size_t size, size_t entries);
+
+/* Laws of the arena for this matrix, with undefined elements. */
+Laws laws_take(Arena *arena, Sparse matrix);
 
 /* A choice with zeros, of the arena. */
 Choice choice_take(Arena *arena, int size);
@@ -39,6 +44,9 @@ void laws_evaluate(const Laws *laws, const double x[], double w[]);
 
 /* The sum of the absolute terms of w[k]. */
 double laws_terms(const Laws *laws, const double x[], int k);
+
+/* Sets the curvature, which follows from matrix and width. */
+void laws_curve(const Laws *laws);
 
 /* Do x[size] and the w that follow obey all laws, to rounding? */
 bool laws_obeyed(const Laws *laws, const double x[]);

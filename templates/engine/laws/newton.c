@@ -7,124 +7,191 @@
 #include <math.h>
 #include <string.h>
 
+#include "step_matrix.h"
 #include "least_norm.h"
 #include "scale.h"
+#include "sweeps.h"
 #include "vector_length.h"
 
-enum { MOST_NEWTON_STEPS = 40 };
+/* Steps for many rows end when MOST_FAILURES in turn have not halved the residual. */
+enum { MOST_NEWTON_STEPS = 40, MOST_FAILURES = 4, SWEEPS_AFTER_A_STEP = 5 };
 
-/* A diagonal entry is taken for no less than this. */
-static const double LEAST_STEP = 1e-3;
+/* The steps differ in where they lead to from afar; the long ones serve where friction wedges. */
+typedef struct {
+    const Laws *laws;
+    double step;    /* so many times the usual proximal step for friction */
+    double damping; /* of rows that are held */
+    StepMatrix equations;
+    double *right;   /* [size] of the equations; the next ones [size] */
+    double *change;  /* of x */
+    double *x, *w;
+    double *best;    /* x of the least residual */
+} Newton;
 
-/* The inverse of the proximal step of a row: a bound of the block's eigenvalues. */
-static double curvature(const Laws *laws, int k) {
-    const int first = laws->width[k] < 0 ? k - 1 : k;
-    double sum = laws->matrix[first * laws->size + first];
-    sum += laws->width[first] == 2 ? laws->matrix[(first + 1) * laws->size + first + 1] : 0.0;
-    return fmax(sum, LEAST_STEP);
+/* Row k of the equations += factor times row `of` of the matrix. */
+static void add_row(const Newton *newton, int k, int of, double factor) {
+    const Sparse *matrix = &newton->laws->matrix;
+    for (int e = matrix->start[of]; e < matrix->start[of + 1]; e++) {
+        step_matrix_add(&newton->equations, k, matrix->column[e], factor * matrix->value[e]);
+    }
 }
 
-/* Row k of the equations of a row or cone that sticks: w = 0, divided by the curvature. */
-static void put_held(const Laws *laws, int k, const double w[], double matrix[], double right[]) {
-    const double rate = 1.0 / curvature(laws, k);
-    for (int j = 0; j < laws->size; j++) {
-        matrix[k * laws->size + j] = rate * laws->matrix[k * laws->size + j];
-    }
-    right[k] = -rate * w[k];
+/* Row k of the equations of a row or cone that sticks: w = 0, divided by the curvature, and damped: Yamashita,
+   Fukushima, On the rate of convergence of the Levenberg-Marquardt method, Computing 15, 2001. */
+static void put_held(const Newton *newton, int k) {
+    const double rate = 1.0 / newton->laws->curvature[k];
+    add_row(newton, k, k, rate);
+    step_matrix_add(&newton->equations, k, k, newton->damping);
+    newton->right[k] = -rate * newton->w[k];
 }
 
 /* Rows k and k + 1 of a cone that slides: x - limit u = 0 with the direction u of the trial x - rate w. */
-static void put_cone(const Laws *laws, int k, double rate, const double x[], const double trial[], double matrix[],
-                        double right[]) {
-    const int n = laws->size, width = laws->width[k], normal = laws->normal[k];
-    const double length = vector_length(trial, 2), limit = laws_limit(laws, x, k);
+static void put_cone(const Newton *newton, int k, double rate, const double trial[]) {
+    const Laws *laws = newton->laws;
+    const int width = laws->width[k], normal = laws->normal[k];
+    const double length = vector_length(trial, 2), limit = laws_limit(laws, newton->x, k);
     for (int i = 0; i < width; i++) {
         const double u = trial[i] / length;
-        double *row = matrix + (k + i) * n;
-        memset(row, 0, (size_t)n * sizeof(double));
-        row[k + i] += 1.0;
-        right[k + i] = limit * u - x[k + i];
+        newton->right[k + i] = limit * u - newton->x[k + i];
+        step_matrix_add(&newton->equations, k + i, k + i, 1.0);
         if (normal >= 0) {
-            row[normal] -= laws->slope[k] * u;
+            step_matrix_add(&newton->equations, k + i, normal, -laws->slope[k] * u);
         }
         for (int j = 0; j < width; j++) {
             const double turn = limit / length * ((i == j ? 1.0 : 0.0) - u * trial[j] / length);
-            row[k + j] -= turn;
-            for (int column = 0; column < n; column++) {
-                row[column] += turn * rate * laws->matrix[(k + j) * n + column];
-            }
+            step_matrix_add(&newton->equations, k + i, k + j, -turn);
+            add_row(newton, k + i, k + j, turn * rate);
         }
     }
-}
-
-/* Row k of what is open: x = 0. */
-static void put_open(const Laws *laws, int k, const double x[], double matrix[], double right[]) {
-    memset(matrix + k * laws->size, 0, (size_t)laws->size * sizeof(double));
-    matrix[k * laws->size + k] = 1.0;
-    right[k] = -x[k];
 }
 
 /* The linearised equations of one row or cone for the change of x. */
-static void linearise(const Laws *laws, int k, double step, const double x[], const double w[], double matrix[],
-                      double right[]) {
+static void linearise(const Newton *newton, int k) {
+    const Laws *laws = newton->laws;
     const int width = laws->width[k], rows = width > 0 ? width : 1;
-    const double rate = (width > 0 ? step : 1.0) / curvature(laws, k);
+    const double rate = (width > 0 ? newton->step : 1.0) / laws->curvature[k];
     double trial[2] = {0.0, 0.0};
     for (int i = 0; i < rows; i++) {
-        trial[i] = x[k + i] - rate * w[k + i];
+        trial[i] = newton->x[k + i] - rate * newton->w[k + i];
     }
-    const double length = vector_length(trial, 2), limit = width > 0 ? laws_limit(laws, x, k) : 0.0;
+    const double length = vector_length(trial, 2), limit = width > 0 ? laws_limit(laws, newton->x, k) : 0.0;
     const bool held = width == 0 ? trial[0] > 0.0 : length <= limit && limit > 0.0;
+    if (!held && width > 0 && length > 0.0) {
+        put_cone(newton, k, rate, trial);
+        return;
+    }
     for (int i = k; i < k + rows; i++) {
         if (held) {
-            put_held(laws, i, w, matrix, right);
-        } else if (width == 0 || length == 0.0) {
-            put_open(laws, i, x, matrix, right);
+            put_held(newton, i);
+        } else {
+            step_matrix_add(&newton->equations, i, i, 1.0); /* open: x = 0 */
+            newton->right[i] = -newton->x[i];
         }
-    }
-    if (!held && width > 0 && length > 0.0) {
-        put_cone(laws, k, rate, x, trial, matrix, right);
     }
 }
 
-/* From x near a solution to it, with so many times the proximal step for friction. */
-static bool refine_with(const Laws *laws, double step, double x[]) {
-    const ArenaMark mark = arena_mark(laws->arena);
+/* The change of x, that of least norm for few rows. False: the equations are singular. */
+static bool solve_equations(const Newton *newton) {
+    const StepMatrix *equations = &newton->equations;
+    if (equations->full != NULL) {
+        least_norm_solve(newton->laws->arena, equations->size, equations->full, newton->right, newton->change);
+        return true;
+    }
+    if (!step_matrix_factorize(equations, SOLVED)) {
+        return false;
+    }
+    step_matrix_solve(equations, newton->right, newton->change);
+    return true;
+}
+
+/* A step of Newton's method. False: the equations are singular. */
+static bool step_on(const Newton *newton) {
+    const Laws *laws = newton->laws;
+    laws_evaluate(laws, newton->x, newton->w);
+    step_matrix_clear(&newton->equations);
+    for (int k = 0; k < laws->size; k++) {
+        if (laws->width[k] >= 0) {
+            linearise(newton, k);
+        }
+    }
+    if (!solve_equations(newton)) {
+        return false;
+    }
+    for (int k = 0; k < laws->size; k++) {
+        newton->x[k] += newton->change[k];
+    }
+    return true;
+}
+
+/* The memory of the method. False: there is none. */
+static bool begin_newton(const Laws *laws, double x[], Newton *newton) {
+    Arena *arena = laws->arena;
     const size_t n = (size_t)laws->size, bytes = n * sizeof(double);
-    if (!arena_reserve(laws->arena, 2 * (n + 6) * arena_bytes(bytes, 1))) {
-        return arena_leave(mark, false);
+    const size_t work = laws->first == NULL ? (n + 8) * arena_bytes(bytes, 1) : 0; /* of least_norm_solve */
+    if (!arena_reserve(arena, step_matrix_bytes(laws->size, laws->first) + work + 4 * arena_bytes(bytes, 1))) {
+        return false;
     }
-    double *matrix = (double *)arena_take(laws->arena, (size_t)laws->size * bytes);
-    double *right = (double *)arena_take(laws->arena, bytes);
-    double *w = (double *)arena_take(laws->arena, bytes), *change = (double *)arena_take(laws->arena, bytes);
-    bool done = false;
-    for (int count = 0; count < MOST_NEWTON_STEPS && !done; count++) {
-        double moved = 0.0, size = 0.0;
-        laws_evaluate(laws, x, w);
-        for (int k = 0; k < laws->size; k++) {
-            if (laws->width[k] >= 0) {
-                linearise(laws, k, step, x, w, matrix, right);
-            }
-        }
-        least_norm_solve(laws->arena, laws->size, matrix, right, change);
-        for (int k = 0; k < laws->size; k++) {
-            x[k] += change[k];
-            moved = fmax(moved, fabs(change[k]));
-            size = fmax(size, fabs(x[k]));
-        }
-        done = moved <= SOLVED * size;
-    }
-    return arena_leave(mark, laws_obeyed(laws, x));
+    *newton = (Newton){.laws = laws,
+                       .equations = step_matrix_take(arena, laws->size, laws->first),
+                       .right = (double *)arena_take(arena, bytes),
+                       .change = (double *)arena_take(arena, bytes),
+                       .x = x,
+                       .w = (double *)arena_take(arena, bytes),
+                       .best = (double *)arena_take(arena, bytes)};
+    return true;
 }
 
-/* From a start near a solution to it. The steps differ in where they lead to from afar; the long ones serve where
-   friction wedges. */
+/* Steps for few rows until they change x no more. */
+static bool refine(const Newton *newton) {
+    bool moves = true;
+    for (int count = 0; count < MOST_NEWTON_STEPS && moves; count++) {
+        moves = !step_on(newton) || vector_greatest(newton->change, newton->laws->size) >
+                                        SOLVED * vector_greatest(newton->x, newton->laws->size);
+    }
+    return !moves;
+}
+
+/* Steps for many rows as long as they come nearer. Sweeps follow each, because they correct single contacts that the
+   step wrongly took for open or closed. Far from the solution the residual's part makes steps short. */
+static bool refine_many(Newton *newton) {
+    const Laws *laws = newton->laws;
+    const size_t bytes = (size_t)laws->size * sizeof(double);
+    double moved, least = sweeps_residual(laws, newton->x, newton->w, &moved);
+    memcpy(newton->best, newton->x, bytes);
+    int failures = 0;
+    for (int i = 0; i < MOST_NEWTON_STEPS && failures < MOST_FAILURES && least > SOLVED; i++) {
+        newton->damping = fmax(fmin(moved, 1.0), DAMPING);
+        if (!step_on(newton)) {
+            break;
+        }
+        laws_evaluate(laws, newton->x, newton->w);
+        for (int s = 0; s < SWEEPS_AFTER_A_STEP; s++) {
+            sweep(laws, newton->x, newton->w);
+        }
+        const double residual = sweeps_residual(laws, newton->x, newton->w, &moved);
+        failures = residual < 0.5 * least ? 0 : failures + 1;
+        if (residual < least) {
+            least = residual;
+            memcpy(newton->best, newton->x, bytes);
+        }
+    }
+    memcpy(newton->x, newton->best, bytes);
+    return least <= SOLVED;
+}
+
 bool newton_solve(const Laws *laws, const double start[], double x[]) {
     static const double STEPS[] = {1.0, 10.0, 0.1, 100.0, 3.0, 30.0};
+    const ArenaMark mark = arena_mark(laws->arena);
+    Newton newton;
     bool solved = false;
-    for (size_t i = 0; i < sizeof STEPS / sizeof *STEPS && !solved; i++) {
-        memcpy(x, start, (size_t)laws->size * sizeof(double));
-        solved = refine_with(laws, STEPS[i], x);
+    if (!begin_newton(laws, x, &newton)) {
+        return arena_leave(mark, false);
     }
-    return solved;
+    const size_t ways = laws->first == NULL ? sizeof STEPS / sizeof *STEPS : 1;
+    for (size_t i = 0; i < ways && !solved; i++) {
+        memcpy(x, start, (size_t)laws->size * sizeof(double));
+        newton.step = STEPS[i];
+        solved = (laws->first == NULL ? refine(&newton) : refine_many(&newton)) && laws_obeyed(laws, x);
+    }
+    return arena_leave(mark, solved);
 }

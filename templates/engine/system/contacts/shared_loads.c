@@ -169,7 +169,7 @@ static int find_margins(const Shares *p, Margin margin[]) {
 
 /* Adds the cone of a margin, unless loads do not change it. */
 static void put_margin(const Shares *p, const Margin *margin, ConeProgram *program) {
-    double *map = program->map + 3 * program->cones * program->size, most = 0.0;
+    double *map = program->map.value + 3 * program->cones * program->size, most = 0.0;
     for (int i = 0; i < 3; i++) {
         double *row = map + i * program->size;
         for (int j = 0; j < p->loads; j++) {
@@ -185,6 +185,24 @@ static void put_margin(const Shares *p, const Margin *margin, ConeProgram *progr
         memset(map, 0, 3 * (size_t)program->size * sizeof(double));
         memset(program->shift + 3 * program->cones, 0, 3 * sizeof(double));
     }
+}
+
+/* A program with all entries, of which there are none yet. False: there is no memory. */
+static bool take_full_program(Arena *arena, int size, int cones, ConeProgram *program) {
+    const size_t n = (size_t)size, rows = 3 * (size_t)cones;
+    if (!arena_reserve(arena, sparse_bytes(n, n * n) + sparse_bytes(rows, rows * n) +
+                                  arena_bytes(n + rows, sizeof(double)))) {
+        return false;
+    }
+    double *vectors = (double *)arena_take(arena, (n + rows) * sizeof(double));
+    memset(vectors, 0, (n + rows) * sizeof(double));
+    *program = (ConeProgram){.arena = arena,
+                             .size = size,
+                             .matrix = sparse_full(arena, size, size),
+                             .offset = vectors,
+                             .map = sparse_full(arena, 3 * cones, size),
+                             .shift = vectors + size};
+    return true;
 }
 
 /* Is there anything to share? No, where a contact slides whose friction would change. */
@@ -221,14 +239,13 @@ static bool spread_loads(const Shares *p, const Margin margin[], int count, bool
     const ArenaMark mark = arena_mark(p->sharing->arena);
     const int size = p->loads + (centre ? 1 : 0);
     ConeProgram program;
-    if (!cone_program_take(p->sharing->arena, size, count + 1, &program)) {
+    if (!take_full_program(p->sharing->arena, size, count + 1, &program)) {
         return arena_leave(mark, false);
     }
     double *x = take_shares(p, (size_t)size);
     if (x == NULL) {
         return arena_leave(mark, false);
     }
-    program.cones = 0;
     for (int i = 0; i < count; i++) {
         put_margin(p, &margin[i], &program);
     }
@@ -236,16 +253,17 @@ static bool spread_loads(const Shares *p, const Margin margin[], int count, bool
         return arena_leave(mark, false);
     }
     for (int i = 0; i < p->loads; i++) {
-        program.matrix[i * size + i] = centre ? YIELDS : 1.0;
+        program.matrix.value[i * size + i] = centre ? YIELDS : 1.0;
     }
     if (centre) {
         program.offset[p->loads] = -p->greatest;
         for (int c = 0; c < program.cones; c++) {
-            program.map[3 * c * size + p->loads] = -1.0;
+            program.map.value[3 * c * size + p->loads] = -1.0;
         }
-        program.map[3 * program.cones * size + p->loads] = -1.0;
+        program.map.value[3 * program.cones * size + p->loads] = -1.0;
         program.shift[3 * program.cones++] = p->greatest;
     }
+    program.map.rows = 3 * program.cones;
     const bool found = central_path(&program, (PathOptions){0.0, 0.0, 0.0}, x);
     combine(p, x, scaled);
     return arena_leave(mark, found);

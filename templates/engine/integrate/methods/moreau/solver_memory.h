@@ -8,6 +8,11 @@
 #include "mechanism.h"
 #include "row_tables.h"
 
+/* Bytes of work that the laws of a step ask for at most: an envelope without any entry outside of it, the operator and
+   a copy of it, and vectors. Where there is no heap, they lie in the first block of the arena. */
+#define SOLVER_WORK                                                                                                   \
+    (REAL_TIME ? sizeof(double) * ((size_t)N_CONSTRAINTS * (N_CONSTRAINTS + 100) + 4 * (size_t)N_MEETINGS) + 4096 : 0)
+
 typedef struct {
     double forces[N_CONSTRAINTS]; /* impulses of the last step by its length: where the next solution begins */
 } SolverMemory;
@@ -25,7 +30,7 @@ typedef struct {
     double velocities[N_CONSTRAINTS];
 } SteppedRows;
 
-/* A complementarity problem of chosen rows, and the memory of its solution. */
+/* A complementarity problem of chosen rows, and its solution. */
 typedef struct {
     int count;
     int rows[N_CONSTRAINTS];  /* number in the problem -> row */
@@ -37,8 +42,6 @@ typedef struct {
     Row row[N_CONSTRAINTS];
     double lambda[N_CONSTRAINTS];
     double w[N_CONSTRAINTS];
-    int integers[7 * N_CONSTRAINTS + 1];
-    double numbers[4 * N_CONSTRAINTS + N_CONSTRAINTS * (N_CONSTRAINTS + 1)];
 } ChosenRows;
 
 typedef struct {

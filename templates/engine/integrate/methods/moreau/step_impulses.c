@@ -11,7 +11,7 @@
 #include "scale.h"
 
 /* In real time the laws are met as well as so much work allows. */
-enum { MOST_LOADS = REAL_TIME ? 8 : 50, LOAD_BISECTIONS = REAL_TIME ? 8 : 30, MOST_SWEEPS = REAL_TIME ? 128 : 16384 };
+enum { MOST_LOADS = REAL_TIME ? 8 : 50, LOAD_BISECTIONS = REAL_TIME ? 8 : 30, MOST_ROUNDS = REAL_TIME ? 5 : 12 };
 
 /* A velocity along a row that is as good as 0. */
 static double least_speed(const SolverScratch *scratch, int row) {
@@ -54,17 +54,12 @@ void choose_rows(SolverScratch *scratch, const bool which[]) {
     chosen->start[chosen->count] = entries;
 }
 
-bool solve_chosen(ChosenRows *chosen) {
-    const SparseProblem problem = {chosen->count, chosen->start, chosen->column,
-                                   chosen->value, chosen->free,  chosen->row};
-    const LargeWork work = {chosen->integers, chosen->numbers, K * (K + 1) / 2, MOST_SWEEPS};
-    double residual;
-    const bool solved = complementarity_large(&problem, SOLVED, &work, chosen->lambda, chosen->w, &residual) ||
-                        residual <= TOLERATED;
-    if (REAL_TIME && !solved) {
-        complementarity_project(&problem, &work, chosen->lambda, chosen->w);
-    }
-    return solved;
+bool solve_chosen(Arena *arena, ChosenRows *chosen) {
+    const SparseProblem problem = {.arena = arena,
+                                   .delassus = {chosen->count, chosen->start, chosen->column, chosen->value},
+                                   .free = chosen->free,
+                                   .row = chosen->row};
+    return complementarity_large(&problem, MOST_ROUNDS, chosen->lambda, chosen->w);
 }
 
 /* The greatest velocity in nominal values, at least 1/s. */
@@ -154,7 +149,9 @@ static double returned(const SolverScratch *scratch, int contact, double part) {
     return part * scratch->restitution[contact] * fmin(scratch->at.velocities[CONTACT_ROWS[contact]], 0.0);
 }
 
-static void set_laws(SolverScratch *scratch, double length, double part) {
+static void set_laws(Instance *instance, double length, double part) {
+    const State *state = &instance->state;
+    SolverScratch *scratch = &instance->scratch.solver;
     ChosenRows *chosen = &scratch->chosen;
     for (int i = 0; i < chosen->count; i++) {
         const int row = chosen->rows[i];
@@ -171,21 +168,28 @@ static void set_laws(SolverScratch *scratch, double length, double part) {
         chosen->row[normal].law = ROW_UNILATERAL;
         chosen->free[normal] += returned(scratch, c, part);
         for (int i = normal + 1; i <= normal + CONTACT_ROWS[c + 1] - CONTACT_ROWS[c] - 1; i++) {
-            chosen->row[i] = (Row){.law = ROW_TANGENTIAL, .normal = normal, .friction = scratch->friction[c]};
+            chosen->row[i] = (Row){.law = ROW_TANGENTIAL,
+                                   .normal = normal,
+                                   .friction = scratch->friction[c],
+                                   .holds = contact_sticks(state, c)};
         }
     }
     for (int k = 0; k < N_FRICTIONS; k++) {
         const int i = chosen->index[FIRST_DRY_ROW + k];
-        chosen->row[i] = (Row){.law = ROW_BOUNDED, .normal = i, .friction = length * scratch->dry[k]};
+        chosen->row[i] = (Row){.law = ROW_BOUNDED,
+                               .normal = i,
+                               .friction = length * scratch->dry[k],
+                               .holds = friction_sticks(state, k)};
     }
 }
 
 /* All laws at once, with this part of the restitution. */
-static bool solve_step_laws(SolverScratch *scratch, double length, double part) {
+static bool solve_step_laws(Instance *instance, double length, double part) {
+    SolverScratch *scratch = &instance->scratch.solver;
     ChosenRows *chosen = &scratch->chosen;
     choose_rows(scratch, scratch->active);
-    set_laws(scratch, length, part);
-    if (chosen->count > 0 && !solve_chosen(chosen)) {
+    set_laws(instance, length, part);
+    if (chosen->count > 0 && !solve_chosen(instance->arena, chosen)) {
         scratch->unsolved = true;
         if (!REAL_TIME) {
             return false;
@@ -209,7 +213,7 @@ static bool solve_step_laws(SolverScratch *scratch, double length, double part) 
 /* Solves the laws again and again until the forces of dry frictions agree with the loads that they depend on. */
 static bool solve_loads(Instance *instance, double time, const double states[], double length, double part) {
     for (int i = 0; i < MOST_LOADS; i++) {
-        if (!solve_step_laws(&instance->scratch.solver, length, part)) {
+        if (!solve_step_laws(instance, length, part)) {
             return false;
         }
         if (find_dry(instance, time, states, length)) {

@@ -67,7 +67,7 @@ static void correct_positions(Instance *instance, const SteppedRows *at, const b
             chosen->row[i].law = ROW_UNILATERAL;
         }
     }
-    solve_chosen(chosen); /* the best that was found is a step forward, too */
+    solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
     for (int i = 0; i < chosen->count; i++) {
         pushes[chosen->rows[i]] = chosen->lambda[i];
     }
