@@ -13,7 +13,7 @@ from kkt import solve
 
 from lag2fmu import Ensemble, derive, export, function, linearize, load, simulate, start, sweep
 from lag2fmu.errors import DerivationError, LoadError
-from lag2fmu.formats.robots.tree import JointPose, about
+from lag2fmu.formats.robots.poses import JointPose, about
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.record import Mechanism

@@ -27,7 +27,8 @@ from lag2fmu.formats.robots.attachments import attach
 from lag2fmu.formats.robots.measuring import measure
 from lag2fmu.formats.robots.naming import Names, coordinates_of, variables_of
 from lag2fmu.formats.robots.parts import UNITS, Parts
-from lag2fmu.formats.robots.tree import MOVING, JointPose, LinkInertia, Mimic, Robot, RobotJoint
+from lag2fmu.formats.robots.poses import JointPose, LinkInertia
+from lag2fmu.formats.robots.tree import MOVING, Mimic, Robot, RobotJoint
 from lag2fmu.formats.robots.turning import act_on_all
 from lag2fmu.formats.robots.writing import axis_of, number, numbers, turn, turns_of
 from lag2fmu.language.vocabulary import symbol

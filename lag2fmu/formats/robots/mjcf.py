@@ -20,7 +20,8 @@ from lag2fmu.formats.robots.compiled import ROOT, Compiled, disabled_taken_out, 
 from lag2fmu.formats.robots.mjcf_forces import actuators, limits_of, tendon_of, tendons
 from lag2fmu.formats.robots.mjcf_sensors import sensors
 from lag2fmu.formats.robots.mjcf_size import check_copies
-from lag2fmu.formats.robots.tree import Closure, Coupling, Floats, JointPose, LinkInertia, Robot, RobotJoint, Span, Sum
+from lag2fmu.formats.robots.poses import Floats, JointPose, LinkInertia
+from lag2fmu.formats.robots.tree import Closure, Coupling, Robot, RobotJoint, Span, Sum
 from lag2fmu.xml_tree import parse
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint

@@ -15,7 +15,8 @@ from lag2fmu.description.parts import Constraint, Damper, Load, Spring
 from lag2fmu.description.places import Frame, Point
 from lag2fmu.description.symbols import Declared, coordinate, parameter
 from lag2fmu.formats.robots.naming import Names
-from lag2fmu.formats.robots.tree import Floats, JointPose, RobotJoint
+from lag2fmu.formats.robots.poses import Floats, JointPose
+from lag2fmu.formats.robots.tree import RobotJoint
 
 UNITS = {"revolute": "rad", "prismatic": "m"}
 """The units of the coordinates of joints that have one coordinate."""

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from lag2fmu.errors import LoadError
-from lag2fmu.formats.robots.tree import Floats, JointPose, LinkInertia, Mimic, Robot, RobotJoint, in_order
+from lag2fmu.formats.robots.poses import Floats, JointPose, LinkInertia
+from lag2fmu.formats.robots.tree import Mimic, Robot, RobotJoint, in_order
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.xml_tree import XmlElement, parse
 
