@@ -163,8 +163,17 @@ def _function_of(model: object) -> _ModelSource:
     if path.suffix not in ENDINGS:
         return _ModelSource(path, model_function(path, _split(model)[1]))
 
-    def read(base: str = "fixed", stops: bool = False) -> Mechanism:
-        return complete(robot(path, base=base, stops=stops))
+    def read(
+        base: str = "fixed",
+        stops: bool = False,
+        ground: str = "",
+        friction: float | None = None,
+        restitution: float | None = None,
+        law: str | None = None,
+        pairs: bool = False,
+    ) -> Mechanism:
+        of_contacts = {"ground": ground or None, "friction": friction, "restitution": restitution, "law": law}
+        return complete(robot(path, base=base, stops=stops, pairs=pairs, **of_contacts))
 
     return _ModelSource(path, read)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from lag2fmu.formats.robots.ground import Touch
 from lag2fmu.formats.robots.poses import Floats, JointPose, LinkInertia
 
 MOVING = ("revolute", "prismatic", "planar", "spherical", "floating")
@@ -195,6 +196,7 @@ class Robot:
     closures: tuple[Closure, ...] = ()
     couplings: tuple[Coupling, ...] = ()
     sensors: tuple[Sensor, ...] = ()
+    touches: tuple[Touch, ...] = ()
 
 
 def in_order(root: str, joints: Iterable[RobotJoint]) -> tuple[RobotJoint, ...]:
