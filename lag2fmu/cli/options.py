@@ -10,7 +10,6 @@ import click
 from click.shell_completion import CompletionItem
 
 from lag2fmu.deadline import LIMIT
-from lag2fmu.description.events import LAWS
 from lag2fmu.errors import ExportError
 from lag2fmu.resources import bundled, summary
 from lag2fmu.solvers.methods import METHODS
@@ -94,7 +93,7 @@ RESTITUTION = click.option(
 )
 LAW = click.option(
     "--law",
-    type=click.Choice(LAWS),
+    type=click.Choice(["ideal", "compliant"]),
     expose_value=False,
     callback=_keep,
     help="What a robot's contacts are: ideal (the default), or compliant.",

@@ -67,8 +67,7 @@ def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
         on_first, on_second = along_a - first * normal, along_b + second * normal
     if contact.frictionless:
         return Geometry(gap, ())
-    point_a, point_b = (end.origin.applyfunc(poses.rate) for end in (a, b))
-    slip = point_a + a.angular.cross(on_first) - point_b - b.angular.cross(on_second)
+    slip = a.velocity + a.angular.cross(on_first) - b.velocity - b.angular.cross(on_second)
     return Geometry(gap, tuple(t.dot(slip) for t in tangents))
 
 
@@ -111,7 +110,7 @@ def _along_axes(contact: Contact, a: Pose, b: Pose, apart: sp.Matrix) -> tuple[s
 
 def _within(x: sp.Expr, most: sp.Expr) -> sp.Expr:
     """``x`` from -most to most; gaps have no kink where it gets there."""
-    return Smooth(sp.Max(-most, sp.Min(most, x)))
+    return Smooth(sp.Max(-most, sp.Min(most, x, evaluate=False), evaluate=False))
 
 
 def _ends(m: Description, contact: Contact, poses: Poses) -> tuple[Pose, Pose, sp.Matrix]:
@@ -136,8 +135,10 @@ def _ends(m: Description, contact: Contact, poses: Poses) -> tuple[Pose, Pose, s
 
 
 def _pose(poses: Poses, frame: str, place: tuple[sp.Expr, ...], base: str) -> Pose:
-    pose = poses.pose(frame, base)
-    return pose._replace(origin=pose.at(poses.column(place)))
+    pose, own = poses.pose(frame, base), poses.column(place)
+    arm = pose.rotation * own
+    velocity = pose.velocity + pose.angular.cross(arm) + pose.rotation * own.applyfunc(poses.rate)
+    return pose._replace(origin=pose.origin + arm, velocity=velocity)
 
 
 def _check_angles(m: Description, contact: Contact, where: str) -> None:

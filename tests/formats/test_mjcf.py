@@ -463,7 +463,8 @@ def test_a_tendon_called_as_a_joint_has_its_own_stiffness(robot: Robot) -> None:
 
 @pytest.mark.parametrize(
     ("flag", "told"),
-    [("", ["contacts of 2 geoms (ground takes them)", "contacts of 1 pairs of geoms (ground takes them)", "compensation of gravity"]),
+    [("", ["contacts of 2 geoms (ground takes them)", "contacts of 1 pairs of geoms (ground takes them)",
+           "compensation of gravity"]),
      ('<option><flag contact="disable"/></option>', ["compensation of gravity"])],
 )  # fmt: skip
 def test_what_would_act_is_told_where_nothing_disables_it(robot: Robot, flag: str, told: list[str]) -> None:

@@ -1,4 +1,4 @@
-"""What of a robot touches, and how: what its user chooses, and what the readers of files hand over."""
+"""What of a robot touches the ground, and how: what its user chooses."""
 
 from __future__ import annotations
 
@@ -8,41 +8,10 @@ from dataclasses import dataclass
 
 from lag2fmu.description.events import LAWS
 from lag2fmu.errors import LoadError
-from lag2fmu.formats.robots.poses import Floats, JointPose
 from lag2fmu.language.identifiers import suggestion
 
 ALL = "all"
 _GOES_WITH = ("friction", "restitution", "law", "pairs")
-
-
-@dataclass(frozen=True)
-class Geom:
-    """A shape of a ``kind`` on a ``link``, at a ``pose`` in its axes; its name is unique.
-
-    ``size`` (m): "sphere" its radius; "capsule" and "cylinder" radius and half the length along z, which a capsule has
-    between the centres of its ends; "box" and "ellipsoid" three halves; "points" none, but ``vertices`` (n, 3). A
-    "plane" is that of x and y. The link of what stands in the world is "".
-    """
-
-    name: str
-    link: str
-    kind: str
-    pose: JointPose
-    size: tuple[float, ...] = ()
-    vertices: Floats | None = None
-
-
-@dataclass(frozen=True)
-class Touch:
-    """Two geoms that touch when they are ``margin`` (m) apart; ``second`` is a plane, or both are round.
-
-    ``friction`` is the coefficient of sliding.
-    """
-
-    first: Geom
-    second: Geom
-    friction: float
-    margin: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -79,7 +48,7 @@ def ground_of(chosen: dict[str, object], source: str) -> Ground | None:
     bounds.
     """
     given = {name: value for name, value in chosen.items() if value is not None and value is not False}
-    names = str(given.pop("ground", ""))
+    names = str(given.pop("ground", ""))  # "" is none
     if not names:
         lonely = next(iter(given), None)
         if lonely is not None:

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.formats.robots.compiled import Compiled, turned
-from lag2fmu.formats.robots.ground import Geom, Ground, Touch
+from lag2fmu.formats.robots.ground import Ground
 from lag2fmu.formats.robots.meshes import corners
 from lag2fmu.formats.robots.poses import JointPose
+from lag2fmu.formats.robots.tree import Geom, Touch
 
 _KINDS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "points")  # mjtGeom
 _SIZES = {"sphere": 1, "capsule": 2, "ellipsoid": 3, "cylinder": 2, "box": 3}
@@ -32,10 +33,10 @@ def touches(compiled: Compiled, ground: Ground, source: str) -> tuple[Touch, ...
 
     Raises LoadError for a body of the ground that has no geom that touches.
     """
-    return tuple(_Touching(compiled, ground, source).found())
+    return tuple(_GeomPairs(compiled, ground, source).found())
 
 
-class _Touching:
+class _GeomPairs:
     def __init__(self, compiled: Compiled, ground: Ground, source: str) -> None:
         self._compiled, self._m, self._ground, self._source = compiled, compiled.model, ground, source
         self._names: dict[int, str] = {}

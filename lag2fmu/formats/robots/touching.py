@@ -19,10 +19,10 @@ from lag2fmu.description.events import Contact
 from lag2fmu.description.names import of_unilateral
 from lag2fmu.description.places import WORLD, Frame, Point
 from lag2fmu.formats.identifiers import identifier
-from lag2fmu.formats.robots.ground import Geom, Ground, Touch
+from lag2fmu.formats.robots.ground import Ground
 from lag2fmu.formats.robots.parts import Parts
 from lag2fmu.formats.robots.poses import Floats, JointPose
-from lag2fmu.formats.robots.tree import Robot
+from lag2fmu.formats.robots.tree import Geom, Robot, Touch
 from lag2fmu.formats.robots.writing import axis_of, number, numbers, turns_of
 
 _INSIDE = 0.99

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from lag2fmu.formats.robots.ground import Touch
 from lag2fmu.formats.robots.poses import Floats, JointPose, LinkInertia
 
 MOVING = ("revolute", "prismatic", "planar", "spherical", "floating")
@@ -176,6 +175,36 @@ class Sensor:
     actuator: str = ""
     place: tuple[str, JointPose] | None = None
     axes: str = "world"
+
+
+@dataclass(frozen=True)
+class Geom:
+    """A shape of a ``kind`` on a ``link``, at a ``pose`` in its axes; its name is unique.
+
+    ``size`` (m): "sphere" its radius; "capsule" and "cylinder" radius and half the length along z, which a capsule has
+    between the centres of its ends; "box" and "ellipsoid" three halves; "points" none, but ``vertices`` (n, 3). A
+    "plane" is that of x and y. The link of what stands in the world is "".
+    """
+
+    name: str
+    link: str
+    kind: str
+    pose: JointPose
+    size: tuple[float, ...] = ()
+    vertices: Floats | None = None
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Two geoms that touch when they are ``margin`` (m) apart; ``second`` is a plane, or both are round.
+
+    ``friction`` is the coefficient of sliding.
+    """
+
+    first: Geom
+    second: Geom
+    friction: float
+    margin: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ class UrdfElements:
         return JointPose(self.vector(origin, "xyz", "0 0 0"), turns)
 
     def vector(self, element: XmlElement, name: str, default: str) -> Floats:
-        """The 3 numbers of the attribute ``name``; raises LoadError for other counts and for what is no number."""
+        """The numbers (3,) of the attribute ``name``; raises LoadError for other counts and for what is no number."""
         words = element.get(name, default).split()
         if len(words) != 3:
             raise self.error(element, f"{name} = '{element.get(name)}' has {len(words)} numbers; expected 3")

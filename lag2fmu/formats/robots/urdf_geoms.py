@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from lag2fmu.errors import LoadError
-from lag2fmu.formats.robots.ground import Geom, Ground, Touch
+from lag2fmu.formats.robots.ground import Ground
 from lag2fmu.formats.robots.meshes import corners, read_mesh
 from lag2fmu.formats.robots.poses import JointPose
+from lag2fmu.formats.robots.tree import Geom, Touch
 from lag2fmu.formats.robots.urdf_elements import UrdfElements
 from lag2fmu.xml_tree import XmlElement
 
