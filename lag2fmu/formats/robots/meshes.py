@@ -33,7 +33,9 @@ def read_mesh(path: Path) -> Floats:
     """
     kind = path.suffix.lower()
     if kind not in (".stl", ".obj"):
-        raise LoadError(f"{path}: meshes are read from .stl and .obj, not from '{kind}'; convert it, or give a box")
+        raise LoadError(
+            f"{path}: meshes are read from .stl and .obj, not from '{kind}'; convert it, or leave its link out"
+        )
     try:
         size = path.stat().st_size
         triangles = _count(path, size) if kind == ".stl" else 0
