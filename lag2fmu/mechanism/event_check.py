@@ -207,6 +207,16 @@ def _bounded(m: Description) -> Iterator[tuple[str, sp.Expr, float, float, str]]
     bouncing += [(f"stops.{s.name}", s.restitution) for s in m.stops]
     for where, restitution in bouncing:
         yield f"{where}.restitution", sp.sympify(restitution), 0.0, 1.0, coefficient
+    yield from _measures(m)
+    for friction in m.frictions:
+        for key in ("force", "static"):
+            if getattr(friction, key) is not None:
+                wanted = "a force of friction is not negative"
+                yield f"frictions.{friction.name}.{key}", sp.sympify(getattr(friction, key)), 0.0, math.inf, wanted
+
+
+def _measures(m: Description) -> Iterator[tuple[str, sp.Expr, float, float, str]]:
+    """What ``_bounded`` gives, of contacts."""
     for contact in m.contacts:
         for key, (low, wanted) in _LEAST.items():
             value = getattr(contact, key)
@@ -214,11 +224,6 @@ def _bounded(m: Description) -> Iterator[tuple[str, sp.Expr, float, float, str]]
             flat = key == "radius" and len(entries) == _OF_ELLIPSOID
             for entry in (x for x in entries if not (flat and x == 0)):
                 yield f"contacts.{contact.name}.{key}", sp.sympify(entry), low, math.inf, f"it has to be {wanted}"
-    for friction in m.frictions:
-        for key in ("force", "static"):
-            if getattr(friction, key) is not None:
-                wanted = "a force of friction is not negative"
-                yield f"frictions.{friction.name}.{key}", sp.sympify(getattr(friction, key)), 0.0, math.inf, wanted
 
 
 _ABOVE_ZERO = math.ulp(0.0)

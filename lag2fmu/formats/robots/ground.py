@@ -55,7 +55,11 @@ def ground_of(chosen: dict[str, object], source: str) -> Ground | None:
             raise LoadError(f"{source}: {lonely} goes with ground; say what touches: ground = all, or names of links")
         return None
     links = tuple(name.strip() for name in names.split(","))
-    found = Ground(None if links == (ALL,) else links, **given)  # type: ignore[arg-type]
+    return _checked(Ground(None if links == (ALL,) else links, **given), source)  # type: ignore[arg-type]
+
+
+def _checked(found: Ground, source: str) -> Ground:
+    """``found``; raises LoadError for values out of bounds, and for such that exclude each other."""
     if found.law not in LAWS:
         raise LoadError(f"{source}: law = '{found.law}' is unknown; give one of {', '.join(LAWS)}")
     if found.friction is not None and not 0.0 <= found.friction < math.inf:

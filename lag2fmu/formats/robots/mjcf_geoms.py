@@ -72,21 +72,25 @@ class _GeomPairs:
 
     def _of(self, pair: tuple[int, int], given: int | None) -> Iterator[Touch]:
         """What becomes of a ``pair`` of geoms; ``given`` is the row of a <pair>, if it is one."""
-        m = self._m
-        kinds = [_KINDS[m.geom_type[g]] if m.geom_type[g] < len(_KINDS) else "sdf" for g in pair]
+        m, known = self._m, dict(enumerate(_KINDS))
+        kinds = [known.get(int(m.geom_type[g]), "sdf") for g in pair]
         order = sorted((0, 1), key=lambda k: (kinds[k] == "plane", kinds[k] == "sphere", kinds[k]))
         (first, second), (kind, other) = (pair[k] for k in order), (kinds[k] for k in order)
-        if not all(self._ground.takes(self._compiled.body(b)) for b in m.geom_bodyid[list(pair)] if m.body_weldid[b]):
+        flat, both = other == "plane" and kind in (*_SIZES, "points"), kind in _ROUND and other in _ROUND
+        if not self._taken(pair):
             self._left["contacts of {count} of geoms that are not of the ground's bodies"] += 1
-        elif other == "plane" and kind in (*_SIZES, "points"):
+        elif flat or (both and self._ground.pairs):
             yield self._touch(first, second, given)
-        elif kind in _ROUND and other in _ROUND and not self._ground.pairs:
+        elif both:
             self._left["contacts of {count} of spheres and capsules (pairs takes them)"] += 1
-        elif kind in _ROUND and other in _ROUND:
-            yield self._touch(first, second, given)
         else:
-            words = ["mesh" if kind == "points" else kind for kind in (kind, other)]
+            words = [word.replace("points", "mesh") for word in (kind, other)]
             self._left[f"contacts of {words[0]} with {words[1]}: {{count}}"] += 1
+
+    def _taken(self, pair: tuple[int, int]) -> bool:
+        """Whether the ground takes all bodies of the ``pair`` that move."""
+        bodies = (int(self._m.geom_bodyid[g]) for g in pair)
+        return all(self._ground.takes(self._compiled.body(b)) for b in bodies if self._m.body_weldid[b])
 
     def _touch(self, first: int, second: int, given: int | None) -> Touch:
         m, names = self._m, (self._name(first), self._name(second))
