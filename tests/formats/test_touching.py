@@ -12,6 +12,7 @@ import pytest
 
 from lag2fmu import export, load, simulate
 from lag2fmu.errors import LoadError
+from lag2fmu.fmu.deriving import derived
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.language.vocabulary import symbol, value_of
@@ -283,6 +284,18 @@ LEG = """<body name="{name}" pos="{x} {y} 0"><joint name="{name}" axis="0 1 0" f
 STANDING = """<mujoco model="standing"><worldbody><geom name="floor" type="plane" size="1 1 1"/>
 <body name="trunk"><freejoint name="trunk"/><geom type="box" size="0.3 0.2 0.05" mass="8" pos="0.04 0.02 0.1"/>{legs}
 </body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(("boxes", "solver"), [(2, "dopri5"), (3, "moreau")])
+def test_many_contacts_are_stepped_over(robot: Robot, boxes: int, solver: str) -> None:
+    """From 24 of them on an export takes moreau by itself, with the reason."""
+    shapes = "".join(SHAPE.format(at=f"{k} 0 0", shape='<box size="0.2 0.2 0.2"/>') for k in range(boxes))
+    mechanism = robot(urdf(shapes), base="floating", ground="all")
+    assert len(mechanism.contacts) == 8 * boxes
+    found = derived(mechanism, None)
+    assert found.solver == solver
+    assert (f"impacts at {8 * boxes} contacts at once" in found.choice) == (solver == "moreau")
+    assert derived(mechanism, "dopri5").solver == "dopri5"
 
 
 @pytest.mark.fmu
