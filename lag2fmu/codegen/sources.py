@@ -39,6 +39,9 @@ PORTS = ("ports_size.h", "ports.c")
 TIMED = ("timed_bounds.h", "timed_bounds.c")
 """The generated files that bound switches which depend on the time alone."""
 
+OBSERVED = ("observed.h", "observed.c")
+"""The generated files of an FMU that observes."""
+
 _LOOKUP = ("lookup.c", "lookup.h")
 _INTERVAL_LOOKUP = ("interval_lookup.c", "interval_lookup.h")
 
@@ -85,11 +88,15 @@ def render_sources(
         "further": bool(tables.further),
         "tables": bool(program.arguments),
         "heap": tables.bound is None,
+        "observer": tables.observer is not None,
     }
     needed = [*(_LOOKUP if lookups_of(program) else ()), *(_INTERVAL_LOOKUP if context["timed_lookups"] else ())]
     files = engine_files(method, kind, needed, gate, program.has_adjoints)
     generated = (*GENERATED, *(PORTS if tables.ports else ()), *method.generated_files)
     generated += TIMED if program.timed_bounds else ()
+    if tables.observer:
+        printed = context | _printed(tables.observer.program, tables.observer.program.functions)
+        files |= {name: render(f"mechanism/{name}.jinja", printed) for name in OBSERVED}
     called = "".join(files.values())
     program = replace(program, functions=tuple(f for f in program.functions if f"{f.name}(" in called))
     context["program"] = program
@@ -182,6 +189,8 @@ def engine_files(
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
     chosen = [f"drivers/{gate}", f"{_METHODS}/{method.family}", *(("drivers/adjoints",) if adjoints else ())]
+    if gate.startswith("fmi"):
+        chosen.append("drivers/observer" if kind.get("observer") else "drivers/observer_none")
     wanted = set(texts := _texts(*chosen, *(f"{room}/{name}" for room in (*ROOMS, *chosen) for name in variants)))
     texts |= _texts(*ROOMS, "drivers", "drivers/gate", f"drivers/{gate.partition('/')[0]}", f"{_METHODS}/common")
     texts["step_control.h"] = step_control_header()
