@@ -9,6 +9,7 @@ import click
 
 from lag2fmu.analysis.at_rest import resting
 from lag2fmu.analysis.inverse import INVERSE, inverse, needed
+from lag2fmu.analysis.observing import Observing
 from lag2fmu.cli.porting import with_choices
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
@@ -16,6 +17,9 @@ from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.fmu.contents import name_inside
 from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.live.samples import Samples
+from lag2fmu.fmu.observers import OBSERVER, observed_mechanism
+from lag2fmu.formats.loading import pairs_of
+from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.leaving_out import OMISSIBLE, leaving_out
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import progress_bar
@@ -45,6 +49,11 @@ class ExportOptions:
     profile: str
     step: float | None
     sources: str
+    observer: str | None
+    measure: tuple[str, ...]
+    process: tuple[str, ...]
+    estimate: str
+    sample_times: tuple[str, ...]
     limit: float
     force: bool
     settings: tuple[str, ...]
@@ -61,10 +70,14 @@ def export_model(asked: ExportOptions) -> None:
     Raises Lag2FmuError for a model or options that do not fit, and for a file that cannot be written.
     """
     mechanism, outputs = _asked_for(asked)
-    suffix = "" if asked.inverse is None else INVERSE
+    suffix = ("" if asked.inverse is None else INVERSE) + ("" if asked.observer is None else OBSERVER)
     path = Path(f"{Path(asked.model).stem}{suffix}.fmu") if asked.path is None else asked.path
     if not asked.force:
-        _refuse_to_overwrite(path, mechanism)
+        _refuse_to_overwrite(path, observed_mechanism(mechanism) if asked.observer else mechanism)
+    if asked.observer and asked.reference:
+        raise ExportError(
+            "--reference: it tells how the mechanism moves, and an observer follows samples; leave it out"
+        )
     extra, samples = _integrated(mechanism, asked) if asked.reference else ({}, None)
     with build_progress() as progress:
         fmu = export(
@@ -85,11 +98,15 @@ def export_model(asked: ExportOptions) -> None:
             profile=asked.profile,
             step=asked.step,
             sources=asked.sources,
+            observer=_observer(mechanism, asked),
         )
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
     if fmu.moved_starts:
         click.echo(fmu.moved_starts)
-    for doubt in _doubts(mechanism, fmu.path) if asked.platform in ("host", "all") else ():
+    if fmu.doubt:
+        click.echo(f"warning: {fmu.doubt}", err=True)
+    runs = asked.platform in ("host", "all") and asked.observer is None
+    for doubt in _doubts(mechanism, fmu.path) if runs else ():
         click.echo(f"warning: {doubt}", err=True)
 
 
@@ -105,6 +122,32 @@ def _asked_for(asked: ExportOptions) -> tuple[Mechanism, tuple[str, ...]]:
     omitted = [word for word in asked.left_out if word in OMISSIBLE]
     mechanism = inverse(leaving_out(mechanism, omitted), motions, time_constant=asked.time_constant)
     return mechanism, (*asked.outputs, *needed(mechanism))
+
+
+def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
+    """What an observer is asked for, in SI units; None without one."""
+    if asked.observer is None:
+        given = {"measure": asked.measure, "process": asked.process, "estimate": asked.estimate}
+        for word, choice in {**given, "sample-time": asked.sample_times}.items():
+            if choice:
+                raise ExportError(f"--{word} goes with --observer; add --observer ekf, or leave it out")
+        return None
+    from lag2fmu.cli.calibrating import size_of  # what studies need is not read for other exports
+
+    units = display_units(mechanism)
+
+    def sizes(items: tuple[str, ...]) -> dict[str, float]:
+        pairs = pairs_of(item for text in items for item in text.split(","))
+        return {name: size_of(name, text, units) for name, text in pairs.items()}
+
+    times = pairs_of(item for text in asked.sample_times for item in text.split(","))
+    return Observing(
+        asked.observer,
+        sizes(asked.measure),
+        sizes(asked.process),
+        tuple(name.strip() for name in asked.estimate.split(",") if name.strip()),
+        {name: size_of("time", text, {}) for name, text in times.items()},
+    )
 
 
 def _integrated(mechanism: Mechanism, asked: ExportOptions) -> tuple[dict[str, bytes], Samples | None]:
