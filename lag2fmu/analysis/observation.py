@@ -29,6 +29,7 @@ from lag2fmu.dynamics.plain import KNOWNS, PlainFunctions, plain_functions
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.graph.batches import Floats, evaluate
 from lag2fmu.graph.nodes import Node
+from lag2fmu.mechanism.record import Mechanism
 
 
 @dataclass(frozen=True)
@@ -71,25 +72,24 @@ def observation(equations: EquationsOfMotion, asked: Observing) -> Observation:
     without mass, for an unknown variable, and where the equations have no value at the start.
     """
     m = equations.mechanism
-    if asked.method not in METHODS_OF_OBSERVERS:
-        raise LoadError(f"there is no observer '{asked.method}'; known are {', '.join(METHODS_OF_OBSERVERS)}")
-    check_noise(asked.measure, asked.sample_times, "sample time")
     parameters = [p.name for p in m.parameters if p.value is not None]
-    check_estimated(asked.estimate, parameters)
+    _check(asked, parameters)
     functions = plain_functions(equations, outputs=(*asked.measure, *residuals_of(m)))
-    q = [c.name for c in m.coordinates]
-    names = (*q, *map(velocity, q), *(z.name for z in m.states), *asked.estimate)
-    check_process(asked.process, (*names, *functions.program.inputs))
+    names, inputs = (*_state_names(m), *asked.estimate), functions.program.inputs
+    check_process(asked.process, (*names, *inputs))
     places = [parameters.index(name) for name in asked.estimate]
-    columns: dict[str, dict[int, int]] = {"t": {}, "x": {i: i for i in range(len(names) - len(places))}, "u": {}}
-    columns["p"] = {place: len(names) - len(places) + k for k, place in enumerate(places)}
-    for k, name in enumerate(asked.process):
-        if name not in names:
-            columns["u"][functions.program.inputs.index(name)] = len(names) + k
+    n, states = len(names), len(names) - len(places)
+    noises = {inputs.index(name): n + k for k, name in enumerate(asked.process) if name not in names}
+    columns: dict[str, dict[int, int]] = {
+        "t": {},
+        "x": {i: i for i in range(states)},
+        "u": noises,
+        "p": dict(zip(places, range(states, n), strict=True)),
+    }
     program, entries = _with_columns(functions, columns)
     values = operating_inputs(equations)
     start = np.array([values[name] for name in names], dtype=np.float64)
-    expected, A, H, T = _at_start(program, entries, values, len(names), len(columns["x"]), len(asked.measure))
+    expected, A, H, T = _at_start(program, entries, values, n, states, len(asked.measure))
     fastest = float(np.abs(np.linalg.eigvals(A)).max(initial=0.0))
     return Observation(
         asked=asked,
@@ -104,6 +104,19 @@ def observation(equations: EquationsOfMotion, asked: Observing) -> Observation:
         step=min(m.experiment.step, RESOLVED / fastest if fastest else math.inf),
         hidden=hidden_states(names, A, H, T),
     )
+
+
+def _check(asked: Observing, parameters: Sequence[str]) -> None:
+    """Raise LoadError for what cannot be asked of an observer of a mechanism with these ``parameters``."""
+    if asked.method not in METHODS_OF_OBSERVERS:
+        raise LoadError(f"there is no observer '{asked.method}'; known are {', '.join(METHODS_OF_OBSERVERS)}")
+    check_noise(asked.measure, asked.sample_times, "sample time")
+    check_estimated(asked.estimate, parameters)
+
+
+def _state_names(mechanism: Mechanism) -> tuple[str, ...]:
+    q = [c.name for c in mechanism.coordinates]
+    return (*q, *map(velocity, q), *(z.name for z in mechanism.states))
 
 
 def _with_columns(

@@ -15,6 +15,7 @@ from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
 from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.fmu.contents import name_inside
+from lag2fmu.fmu.exported import Fmu
 from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.observers import OBSERVER, observed_mechanism
@@ -59,6 +60,12 @@ class ExportOptions:
     settings: tuple[str, ...]
 
     @property
+    def target(self) -> Path:
+        """The FMU; by default a file here with the name of the model."""
+        suffix = ("" if self.inverse is None else INVERSE) + ("" if self.observer is None else OBSERVER)
+        return Path(f"{Path(self.model).stem}{suffix}.fmu") if self.path is None else self.path
+
+    @property
     def left_out(self) -> list[str]:
         """The words of ``without``, each for itself."""
         return [word.strip() for words in self.without for word in words.split(",")]
@@ -70,14 +77,10 @@ def export_model(asked: ExportOptions) -> None:
     Raises Lag2FmuError for a model or options that do not fit, and for a file that cannot be written.
     """
     mechanism, outputs = _asked_for(asked)
-    suffix = ("" if asked.inverse is None else INVERSE) + ("" if asked.observer is None else OBSERVER)
-    path = Path(f"{Path(asked.model).stem}{suffix}.fmu") if asked.path is None else asked.path
+    path = asked.target
     if not asked.force:
         _refuse_to_overwrite(path, observed_mechanism(mechanism) if asked.observer else mechanism)
-    if asked.observer and asked.reference:
-        raise ExportError(
-            "--reference: it tells how the mechanism moves, and an observer follows samples; leave it out"
-        )
+    observer = _observer(mechanism, asked)
     extra, samples = _integrated(mechanism, asked) if asked.reference else ({}, None)
     with build_progress() as progress:
         fmu = export(
@@ -98,15 +101,12 @@ def export_model(asked: ExportOptions) -> None:
             profile=asked.profile,
             step=asked.step,
             sources=asked.sources,
-            observer=_observer(mechanism, asked),
+            observer=observer,
         )
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
     if fmu.moved_starts:
         click.echo(fmu.moved_starts)
-    if fmu.doubt:
-        click.echo(f"warning: {fmu.doubt}", err=True)
-    runs = asked.platform in ("host", "all") and asked.observer is None
-    for doubt in _doubts(mechanism, fmu.path) if runs else ():
+    for doubt in _doubts(mechanism, fmu, asked):
         click.echo(f"warning: {doubt}", err=True)
 
 
@@ -126,11 +126,13 @@ def _asked_for(asked: ExportOptions) -> tuple[Mechanism, tuple[str, ...]]:
 
 def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
     """What an observer is asked for, in SI units; None without one."""
+    if asked.observer and asked.reference:
+        raise ExportError("--reference: it tells how the mechanism moves, but observers follow samples; leave it out")
     if asked.observer is None:
         given = {"measure": asked.measure, "process": asked.process, "estimate": asked.estimate}
-        for word, choice in {**given, "sample-time": asked.sample_times}.items():
-            if choice:
-                raise ExportError(f"--{word} goes with --observer; add --observer ekf, or leave it out")
+        unused = [word for word, choice in {**given, "sample-time": asked.sample_times}.items() if choice]
+        if unused:
+            raise ExportError(f"--{unused[0]} goes with --observer; add --observer ekf, or leave it out")
         return None
     from lag2fmu.cli.calibrating import size_of  # what studies need is not read for other exports
 
@@ -145,7 +147,7 @@ def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
         asked.observer,
         sizes(asked.measure),
         sizes(asked.process),
-        tuple(name.strip() for name in asked.estimate.split(",") if name.strip()),
+        tuple(filter(None, map(str.strip, asked.estimate.split(",")))),
         {name: size_of("time", text, {}) for name, text in times.items()},
     )
 
@@ -161,16 +163,18 @@ def _integrated(mechanism: Mechanism, asked: ExportOptions) -> tuple[dict[str, b
     return reference_files(mechanism, integrated, arrays=asked.arrays), page_samples(mechanism, integrated)
 
 
-def _doubts(mechanism: Mechanism, path: Path) -> list[str]:
-    """What is doubtful in the default run of the FMU ``path``.
+def _doubts(mechanism: Mechanism, fmu: Fmu, asked: ExportOptions) -> list[str]:
+    """What is doubtful in the default run of ``fmu``, if it runs here, or in what an observer's samples show.
 
     Only laws of contacts and constraints can be. Without them the modules that run FMUs need not be read.
     """
-    if not (mechanism.hybrid or mechanism.constraints):
+    if asked.observer:
+        return [fmu.doubt] if fmu.doubt else []
+    if asked.platform not in {"host", "all"} or not (mechanism.hybrid or mechanism.constraints):
         return []
     from lag2fmu.verify.doubts import doubts_of
 
-    return doubts_of(mechanism, path)
+    return doubts_of(mechanism, fmu.path)
 
 
 def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:

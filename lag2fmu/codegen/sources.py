@@ -162,6 +162,7 @@ ROOMS = ("base", "laws", "system", "events", "integrate")
 """The folders of the engine below its drivers; what stands in one calls nothing in those behind it."""
 
 _METHODS = "integrate/methods"
+_OBSERVERS = (("drivers/observer_none",), ("drivers/observer",))
 
 
 def _paths(folder: str) -> list[Path]:
@@ -189,8 +190,7 @@ def engine_files(
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
     chosen = [f"drivers/{gate}", f"{_METHODS}/{method.family}", *(("drivers/adjoints",) if adjoints else ())]
-    if gate.startswith("fmi"):
-        chosen.append("drivers/observer" if kind.get("observer") else "drivers/observer_none")
+    chosen += [folder for folder in _OBSERVERS[bool(kind.get("observer"))] if gate.startswith("fmi")]
     wanted = set(texts := _texts(*chosen, *(f"{room}/{name}" for room in (*ROOMS, *chosen) for name in variants)))
     texts |= _texts(*ROOMS, "drivers", "drivers/gate", f"drivers/{gate.partition('/')[0]}", f"{_METHODS}/common")
     texts["step_control.h"] = step_control_header()

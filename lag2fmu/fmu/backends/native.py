@@ -53,7 +53,7 @@ class _Native:
             mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str, vibrations: Vibrations
         ) -> Content:
             version = choices.version
-            observed = observation(equations, choices.observing) if choices.observing else None
+            observed = _observation(equations, choices)
             clocks = CLOCKS not in choices.without
             description, sources = describe(
                 mechanism,
@@ -88,12 +88,20 @@ class _Native:
             made = None if page is None else page.result()
             resources = [_SOURCES.format(version.name)] if delivered else []
             resources += [STILL] if choices.live and made is None else []
-            return Content(description, files, binaries, tuple(resources), made, observed.doubt if observed else "")
+            return Content(description, files, binaries, tuple(resources), made, _doubt(observed))
 
         return build
 
 
 NATIVE = _Native()
+
+
+def _observation(equations: EquationsOfMotion, choices: Choices) -> Observation | None:
+    return observation(equations, choices.observing) if choices.observing else None
+
+
+def _doubt(observed: Observation | None) -> str:
+    return observed.doubt if observed else ""
 
 
 def describe(  # noqa: PLR0913 (choices of the user)
