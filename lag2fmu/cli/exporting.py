@@ -20,6 +20,7 @@ from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.observers import OBSERVER, observed_mechanism
 from lag2fmu.formats.loading import pairs_of
+from lag2fmu.language.units import SECOND
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.leaving_out import OMISSIBLE, leaving_out
 from lag2fmu.mechanism.record import Mechanism
@@ -148,7 +149,7 @@ def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
         sizes(asked.measure),
         sizes(asked.process),
         tuple(filter(None, map(str.strip, asked.estimate.split(",")))),
-        {name: size_of("time", text, {}) for name, text in times.items()},
+        {name: size_of("time", text, {"time": SECOND}) for name, text in times.items()},
     )
 
 
