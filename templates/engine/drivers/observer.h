@@ -5,8 +5,8 @@
 
 #include "instance.h"
 
-/* At the start: what is known of the estimate there. Returns false, with instance->failure, if no state near the start
-   meets the constraints. */
+/* At the start, which is solved: what is known of it. Returns false, with instance->failure, if no state near it meets
+   the constraints. */
 bool observer_begin(Instance *instance);
 
 /* A communication step to the end (s). Returns false, with instance->failure, if there is no estimate; an observer then

@@ -19,7 +19,7 @@ Status check_arrays(Component *component, const void *references, size_t count, 
 
 Status evaluate(Component *component, const Variable *variable) {
     const bool model_exchange = component->type == MODEL_EXCHANGE;
-    const bool before = variable->kind == VARIABLE_BELIEF && component->instance.state.phase != PHASE_RUNNING;
+    const bool before = variable->kind == VARIABLE_BELIEF && component->instance.state.phase == PHASE_SOLVING_START;
     if ((before && !observer_begin(&component->instance)) || !value_update(&component->instance, variable->kind)) {
         return report_failure(component, model_exchange ? STATUS_DISCARD : STATUS_ERROR);
     }

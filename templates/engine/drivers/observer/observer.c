@@ -99,7 +99,6 @@ bool observer_begin(Instance *instance) {
     for (int i = 0; i < N_MEASURED; i++) {
         memory->due[i] = time;
     }
-    keep_estimate(instance);
     show_deviations(instance);
     return true;
 }
