@@ -70,7 +70,7 @@ def observed_table(table: VariableTable, found: Observation) -> VariableTable:
     builder.slots = [_slot(slot, found) for slot in table.tables.slots]
     builder.variables = [_variable(v, found) for v in table.variables]
     units = {v.name: _difference(v.unit) for v in table.variables}
-    rows = [*_samples(found, units), *_tuning(found, units), *_beliefs(found, units)]
+    rows = [*_samples(found, units), *_tuning(found, units), *_beliefs(found, units, _at_start(table, found))]
     known = {v.name for v in table.variables}
     for i, (variable, kind) in enumerate(rows):
         if variable.name in known:
@@ -170,9 +170,24 @@ def _parameter(name: str, value: float, unit: Unit | None, doc: str, variability
     return _Row(variable, "VARIABLE_TUNING" if variability == "tunable" else "VARIABLE_FIXED_TUNING")
 
 
-def _beliefs(found: Observation, units: Mapping[str, Unit | None]) -> Iterator[_Row]:
-    measure = tuple(found.asked.measure)
+def _at_start(table: VariableTable, found: Observation) -> tuple[str, ...]:
+    """What deviations depend on at the start: under constraints all that may turn the errors that these allow."""
     starts = tuple(map(_of_start, found.names))
+    if not table.tables.constraint_names:
+        return starts
+    motions = {slot.name for slot in table.tables.slots if _moves(slot, table)}
+    turning = [v.name for v in table.variables if v.state or v.causality == "parameter" or v.name in motions]
+    return (*turning, *starts)
+
+
+def _moves(slot: Slot, table: VariableTable) -> bool:
+    """Whether an input belongs to a motion; these are the last inputs, three for each."""
+    first = len(table.tables.start_inputs) - 3 * len(table.tables.motions)
+    return slot.kind == "VARIABLE_INPUT" and slot.index >= first
+
+
+def _beliefs(found: Observation, units: Mapping[str, Unit | None], starts: tuple[str, ...]) -> Iterator[_Row]:
+    measure = tuple(found.asked.measure)
     for name in found.names:
         yield _belief(f"{name}_std", units.get(name), f"standard deviation of {name}", starts)
     for name in measure:
