@@ -133,7 +133,7 @@ def _trees(folder: Path) -> Iterator[tuple[Path, Mapping[str, str]]]:
             trees["firmware"] = firmware_sources(found.program, bounded, method, FirmwareStyle("a", own_math=True))
         if solver == "dopri5":
             trees["study"] = render_sources(found.program, table.tables, method, "", "study")
-        if model.name == "slides_problem_5_small":
+        if model.name == "double_pendulum" and solver == "dopri5":
             trees["observer"] = _observer_sources(model)
         for name, sources in trees.items():
             (place := folder / f"{model.name}_{solver}_{name}").mkdir()
