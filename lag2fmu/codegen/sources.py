@@ -190,7 +190,7 @@ def engine_files(
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
     chosen = [f"drivers/{gate}", f"{_METHODS}/{method.family}", *(("drivers/adjoints",) if adjoints else ())]
-    chosen += [folder for folder in _OBSERVERS[bool(kind.get("observer"))] if gate.startswith("fmi")]
+    chosen += [folder for folder in _OBSERVERS[kind["observer"]] if gate.startswith("fmi")]
     wanted = set(texts := _texts(*chosen, *(f"{room}/{name}" for room in (*ROOMS, *chosen) for name in variants)))
     texts |= _texts(*ROOMS, "drivers", "drivers/gate", f"drivers/{gate.partition('/')[0]}", f"{_METHODS}/common")
     texts["step_control.h"] = step_control_header()

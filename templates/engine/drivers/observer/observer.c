@@ -28,6 +28,10 @@ static void into_basis(double basis[][N_OBSERVED], const double from[], int colu
 
 /* product = basis root. */
 static void full_root(const ObserverMemory *memory, double product[][N_OBSERVED]) {
+    if (N_BOUND == 0) {
+        memcpy(product, memory->root, sizeof memory->root);
+        return;
+    }
     for (int i = 0; i < N_OBSERVED; i++) {
         memset(product[i], 0, N_OBSERVED * sizeof(double));
         for (int k = 0; k < N_OBSERVED; k++) {
@@ -43,6 +47,18 @@ static void take_root(ObserverMemory *memory, const double *whole, int width) {
     for (int i = 0; i < N_OBSERVED; i++) {
         memcpy(memory->root[i], whole + i * width, N_OBSERVED * sizeof(double));
     }
+}
+
+/* The root in the basis follows from the scratch's noise, a lower triangular one of changes of the state. Without
+   constraints they are the same. */
+static void turn_root(ObserverMemory *memory, ObserverScratch *work) {
+    if (N_BOUND == 0) {
+        memcpy(memory->root, work->noise, sizeof memory->root);
+        return;
+    }
+    into_basis(memory->basis, &work->noise[0][0], N_OBSERVED, work->whole, N_OBSERVED);
+    lower_triangular(N_OBSERVED, N_OBSERVED, work->whole);
+    take_root(memory, work->whole, N_OBSERVED);
 }
 
 /* Standard deviations are lengths of rows. */
@@ -195,9 +211,7 @@ static bool predict_extended(Instance *instance, double start, double end) {
         !observed_basis(instance, end, work->estimate, memory->basis)) {
         return false;
     }
-    into_basis(memory->basis, &work->noise[0][0], N_OBSERVED, work->whole, N_OBSERVED);
-    lower_triangular(N_OBSERVED, N_OBSERVED, work->whole);
-    take_root(memory, work->whole, N_OBSERVED);
+    turn_root(memory, work);
     return true;
 }
 
@@ -298,9 +312,7 @@ static bool move_estimate(Instance *instance, double time, int count, const doub
         !observed_basis(instance, time, work->estimate, memory->basis)) {
         return false;
     }
-    into_basis(memory->basis, &work->noise[0][0], N_OBSERVED, work->whole, N_OBSERVED);
-    lower_triangular(N_OBSERVED, N_OBSERVED, work->whole);
-    take_root(memory, work->whole, N_OBSERVED);
+    turn_root(memory, work);
     return true;
 }
 
