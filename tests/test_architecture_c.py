@@ -14,7 +14,15 @@ from lag2fmu.resources import resource_folder
 ENGINE = resource_folder("templates") / "engine"
 FILES = sorted(ENGINE.rglob("*.[ch]"))
 GATES = ("fmi2", "fmi3", "gate")
-SEVERAL = ("solver_memory.h", "event_sizes.h", "version.h", "version.c", "scale.h", "own_constants.h")
+SEVERAL = (
+    "solver_memory.h",
+    "observer_memory.h",
+    "event_sizes.h",
+    "version.h",
+    "version.c",
+    "scale.h",
+    "own_constants.h",
+)
 MOST_LINES, MOST_COLUMNS = 50, 120
 SIZES = re.compile(r"^ *#if.*\b(N|SIZE)_\w+", re.MULTILINE)
 OWN = re.compile(

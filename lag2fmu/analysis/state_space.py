@@ -14,15 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lag2fmu.analysis.state_files import write_matrices
-from lag2fmu.analysis.subspaces import complement, reached
+from lag2fmu.analysis.subspaces import SHARE, complement, reached
 from lag2fmu.errors import DerivationError, ExportError
 from lag2fmu.graph.batches import Floats, Values
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
-
-SHARE = 1e-9
-"""A state has a share in a direction of unit length if its entry is more than this; less is rounding."""
 
 
 class Quantity(NamedTuple):

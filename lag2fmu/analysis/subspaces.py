@@ -7,6 +7,8 @@ import numpy as np
 from lag2fmu.graph.batches import Floats
 
 RANK = 1e-9
+SHARE = 1e-9
+"""A state has a share in a direction of unit length if its entry is more than this; less is rounding."""
 
 
 def null_space(rows: Floats) -> Floats:

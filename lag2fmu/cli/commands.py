@@ -28,6 +28,7 @@ from lag2fmu.cli.options import (
     TIME_LIMIT,
     WITHIN,
     loading,
+    observing,
 )
 from lag2fmu.cli.terminal import console
 from lag2fmu.formats.starting import write_start
@@ -164,6 +165,7 @@ def show(**choices: Any) -> None:
     show_default=True,
     help="The C code in many files, or in a single one.",
 )
+@observing
 @WITHIN
 @click.option("--force", is_flag=True, help="Overwrite FILE also where it holds another mechanism.")
 @loading

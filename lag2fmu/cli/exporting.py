@@ -9,13 +9,19 @@ import click
 
 from lag2fmu.analysis.at_rest import resting
 from lag2fmu.analysis.inverse import INVERSE, inverse, needed
+from lag2fmu.analysis.observing import Observing
 from lag2fmu.cli.porting import with_choices
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
 from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.fmu.contents import name_inside
+from lag2fmu.fmu.exported import Fmu
 from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.live.samples import Samples
+from lag2fmu.fmu.observers import OBSERVER, observed_mechanism
+from lag2fmu.formats.loading import pairs_of
+from lag2fmu.language.units import SECOND
+from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.leaving_out import OMISSIBLE, leaving_out
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import progress_bar
@@ -45,9 +51,20 @@ class ExportOptions:
     profile: str
     step: float | None
     sources: str
+    observer: str | None
+    measure: tuple[str, ...]
+    process: tuple[str, ...]
+    estimate: str
+    sample_times: tuple[str, ...]
     limit: float
     force: bool
     settings: tuple[str, ...]
+
+    @property
+    def target(self) -> Path:
+        """The FMU; by default a file here with the name of the model."""
+        suffix = ("" if self.inverse is None else INVERSE) + ("" if self.observer is None else OBSERVER)
+        return Path(f"{Path(self.model).stem}{suffix}.fmu") if self.path is None else self.path
 
     @property
     def left_out(self) -> list[str]:
@@ -61,10 +78,10 @@ def export_model(asked: ExportOptions) -> None:
     Raises Lag2FmuError for a model or options that do not fit, and for a file that cannot be written.
     """
     mechanism, outputs = _asked_for(asked)
-    suffix = "" if asked.inverse is None else INVERSE
-    path = Path(f"{Path(asked.model).stem}{suffix}.fmu") if asked.path is None else asked.path
+    path = asked.target
     if not asked.force:
-        _refuse_to_overwrite(path, mechanism)
+        _refuse_to_overwrite(path, observed_mechanism(mechanism) if asked.observer else mechanism)
+    observer = _observer(mechanism, asked)
     extra, samples = _integrated(mechanism, asked) if asked.reference else ({}, None)
     with build_progress() as progress:
         fmu = export(
@@ -85,11 +102,12 @@ def export_model(asked: ExportOptions) -> None:
             profile=asked.profile,
             step=asked.step,
             sources=asked.sources,
+            observer=observer,
         )
     click.echo(f"wrote {fmu.path}, solver {fmu.description.solver}{fmu.solver_choice and f': {fmu.solver_choice}'}")
     if fmu.moved_starts:
         click.echo(fmu.moved_starts)
-    for doubt in _doubts(mechanism, fmu.path) if asked.platform in ("host", "all") else ():
+    for doubt in _doubts(mechanism, fmu, asked):
         click.echo(f"warning: {doubt}", err=True)
 
 
@@ -107,6 +125,34 @@ def _asked_for(asked: ExportOptions) -> tuple[Mechanism, tuple[str, ...]]:
     return mechanism, (*asked.outputs, *needed(mechanism))
 
 
+def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
+    """What an observer is asked for, in SI units; None without one."""
+    if asked.observer and asked.reference:
+        raise ExportError("--reference: it tells how the mechanism moves, but observers follow samples; leave it out")
+    if asked.observer is None:
+        given = {"measure": asked.measure, "process": asked.process, "estimate": asked.estimate}
+        unused = [word for word, choice in {**given, "sample-time": asked.sample_times}.items() if choice]
+        if unused:
+            raise ExportError(f"--{unused[0]} goes with --observer; add --observer ekf, or leave it out")
+        return None
+    from lag2fmu.cli.calibrating import size_of  # what studies need is not read for other exports
+
+    units = display_units(mechanism)
+
+    def sizes(items: tuple[str, ...]) -> dict[str, float]:
+        pairs = pairs_of(item for text in items for item in text.split(","))
+        return {name: size_of(name, text, units) for name, text in pairs.items()}
+
+    times = pairs_of(item for text in asked.sample_times for item in text.split(","))
+    return Observing(
+        asked.observer,
+        sizes(asked.measure),
+        sizes(asked.process),
+        tuple(filter(None, map(str.strip, asked.estimate.split(",")))),
+        {name: size_of("time", text, {"time": SECOND}) for name, text in times.items()},
+    )
+
+
 def _integrated(mechanism: Mechanism, asked: ExportOptions) -> tuple[dict[str, bytes], Samples | None]:
     """{name in the archive: content} and the samples of the live page, of a direct integration of ``mechanism``."""
     from lag2fmu.verify.page_samples import page_samples
@@ -118,16 +164,18 @@ def _integrated(mechanism: Mechanism, asked: ExportOptions) -> tuple[dict[str, b
     return reference_files(mechanism, integrated, arrays=asked.arrays), page_samples(mechanism, integrated)
 
 
-def _doubts(mechanism: Mechanism, path: Path) -> list[str]:
-    """What is doubtful in the default run of the FMU ``path``.
+def _doubts(mechanism: Mechanism, fmu: Fmu, asked: ExportOptions) -> list[str]:
+    """What is doubtful in the default run of ``fmu``, if it runs here, or in what an observer's samples show.
 
     Only laws of contacts and constraints can be. Without them the modules that run FMUs need not be read.
     """
-    if not (mechanism.hybrid or mechanism.constraints):
+    if asked.observer:
+        return [fmu.doubt] if fmu.doubt else []
+    if asked.platform not in {"host", "all"} or not (mechanism.hybrid or mechanism.constraints):
         return []
     from lag2fmu.verify.doubts import doubts_of
 
-    return doubts_of(mechanism, path)
+    return doubts_of(mechanism, fmu.path)
 
 
 def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:

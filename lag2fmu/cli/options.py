@@ -112,6 +112,40 @@ def loading(command: Command) -> Command:
     return SET(BASE(STOPS(GROUND(FRICTION(RESTITUTION(LAW(PAIRS(command))))))))
 
 
+_OBSERVER = click.option(
+    "--observer",
+    type=click.Choice(["ekf", "ukf"]),
+    help="Estimate all states from what is measured, by a Kalman filter: extended, or unscented.",
+)
+_MEASURE = click.option(
+    "--measure",
+    multiple=True,
+    metavar="NAME=STD,...",
+    help="With --observer: what is measured, and its noise; repeatable.",
+)
+_PROCESS = click.option(
+    "--process",
+    multiple=True,
+    metavar="NAME=DENSITY,...",
+    help="With --observer: white noise of inputs, states, parameters, in their units by the root of Hz; repeatable.",
+)
+_ESTIMATE = click.option(
+    "--estimate", metavar="NAME,...", default="", help="With --observer: parameters that are estimated too."
+)
+_SAMPLE_TIME = click.option(
+    "--sample-time",
+    "sample_times",
+    multiple=True,
+    metavar="NAME=S,...",
+    help="With --observer: time between samples; by default each communication step brings one; repeatable.",
+)
+
+
+def observing(command: Command) -> Command:
+    """``command`` with the options of an FMU that observes."""
+    return _OBSERVER(_MEASURE(_PROCESS(_ESTIMATE(_SAMPLE_TIME(command)))))
+
+
 STOP_TIME = click.option("--stop-time", type=float, metavar="S", help="Stop time in seconds.")
 INPUT = click.option(
     "--input",

@@ -39,6 +39,9 @@ PORTS = ("ports_size.h", "ports.c")
 TIMED = ("timed_bounds.h", "timed_bounds.c")
 """The generated files that bound switches which depend on the time alone."""
 
+OBSERVED = ("observed.h", "observed.c")
+"""The generated files of an FMU that observes."""
+
 _LOOKUP = ("lookup.c", "lookup.h")
 _INTERVAL_LOOKUP = ("interval_lookup.c", "interval_lookup.h")
 
@@ -85,11 +88,15 @@ def render_sources(
         "further": bool(tables.further),
         "tables": bool(program.arguments),
         "heap": tables.bound is None,
+        "observer": tables.observer is not None,
     }
     needed = [*(_LOOKUP if lookups_of(program) else ()), *(_INTERVAL_LOOKUP if context["timed_lookups"] else ())]
     files = engine_files(method, kind, needed, gate, program.has_adjoints)
     generated = (*GENERATED, *(PORTS if tables.ports else ()), *method.generated_files)
     generated += TIMED if program.timed_bounds else ()
+    if tables.observer:
+        printed = context | _printed(tables.observer.program, tables.observer.program.functions)
+        files |= {name: render(f"mechanism/{name}.jinja", printed) for name in OBSERVED}
     called = "".join(files.values())
     program = replace(program, functions=tuple(f for f in program.functions if f"{f.name}(" in called))
     context["program"] = program
@@ -155,6 +162,7 @@ ROOMS = ("base", "laws", "system", "events", "integrate")
 """The folders of the engine below its drivers; what stands in one calls nothing in those behind it."""
 
 _METHODS = "integrate/methods"
+_OBSERVERS = (("drivers/observer_none",), ("drivers/observer",))
 
 
 def _paths(folder: str) -> list[Path]:
@@ -182,6 +190,7 @@ def engine_files(
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
     chosen = [f"drivers/{gate}", f"{_METHODS}/{method.family}", *(("drivers/adjoints",) if adjoints else ())]
+    chosen += [folder for folder in _OBSERVERS[kind["observer"]] if gate.startswith("fmi")]
     wanted = set(texts := _texts(*chosen, *(f"{room}/{name}" for room in (*ROOMS, *chosen) for name in variants)))
     texts |= _texts(*ROOMS, "drivers", "drivers/gate", f"drivers/{gate.partition('/')[0]}", f"{_METHODS}/common")
     texts["step_control.h"] = step_control_header()

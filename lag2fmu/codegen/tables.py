@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 from lag2fmu.codegen.colours import Colouring
+from lag2fmu.dynamics.functions import Program
 
 Vibrations = tuple[tuple[float, int], ...]
 """(angular frequency in rad/s, index of the coordinate that moves most) of each vibration, the fastest first."""
@@ -53,6 +54,29 @@ class StepBound:
 
 
 @dataclass(frozen=True)
+class ObserverTable:
+    """What an observer works with: ``program`` has the functions ``observed_values`` and ``observed_slopes``.
+
+    - ``measured``, ``bound``, ``pivots``: the numbers of what is measured, of residuals, and of pivots.
+    - ``entries``: (row, column) of each derivative.
+    - ``estimated``: the places of estimated parameters among all of them.
+    - ``noisy``: for each density of noise the place of its state, -1 for an input.
+    - ``starts``: of the slots of the observer, in SI units, in the order of observer_memory.h.
+    - ``unscented``: whether covariances follow from points.
+    """
+
+    program: Program
+    measured: int
+    bound: int
+    pivots: int
+    entries: tuple[tuple[int, int], ...]
+    estimated: tuple[int, ...]
+    noisy: tuple[int, ...]
+    starts: tuple[float, ...]
+    unscented: bool
+
+
+@dataclass(frozen=True)
 class RuntimeTables:
     """The numbers and names of one mechanism; values in SI units, states are (q, qd), slots in value reference order.
 
@@ -71,6 +95,7 @@ class RuntimeTables:
     - ``further_names``: of the further states, which follow (q, qd).
     - ``ports``: None if the value references are the slots.
     - ``bound``: of steps in real time, which allocate no memory; None where nothing bounds them.
+    - ``observer``: what an observer works with; None for FMUs that integrate.
     """
 
     model_name: str
@@ -96,6 +121,7 @@ class RuntimeTables:
     further_names: tuple[str, ...] = ()
     ports: PortTable | None = None
     bound: StepBound | None = None
+    observer: ObserverTable | None = None
 
     @property
     def element_names(self) -> tuple[str, ...]:

@@ -21,6 +21,8 @@ class Fmu:
     """A phrase on why this solver was chosen and how it treats fast vibrations; "" if there is nothing to say."""
     moved_starts: str = ""
     """A phrase on the start values that were moved to meet the constraints; "" if none was."""
+    doubt: str = ""
+    """A sentence on states of which an observer's samples say nothing; "" if there are none."""
 
     def __repr__(self) -> str:
         """One line: where it is, of what, with which solver."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from lag2fmu.analysis.at_rest import resting
 from lag2fmu.analysis.inverse import inverse as inverse_of
 from lag2fmu.analysis.inverse import needed
+from lag2fmu.analysis.observing import Observing
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import damping, moved_starts, steps_over_impacts
 from lag2fmu.fmu.backends.backend import Backend, Choices, Content
@@ -18,12 +19,13 @@ from lag2fmu.fmu.backends.native import NATIVE
 from lag2fmu.fmu.backends.python import PYTHON
 from lag2fmu.fmu.compilers import Progress
 from lag2fmu.fmu.contents import CLOCKS, DESCRIPTION, EQUATIONS, MECHANISM_ENTRY, SOURCES, WITHOUT
-from lag2fmu.fmu.deriving import derived
+from lag2fmu.fmu.deriving import Derived, derived
 from lag2fmu.fmu.documentation import Subject, documentation
 from lag2fmu.fmu.exported import Fmu, Model, fmu_path, is_fmu
 from lag2fmu.fmu.icon import icon
 from lag2fmu.fmu.live.module import page_maker
 from lag2fmu.fmu.live.samples import Samples
+from lag2fmu.fmu.observers import observed
 from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.picture import scene_at_start
 from lag2fmu.fmu.realtime import REAL_TIME, RealTime, check_profile
@@ -71,6 +73,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     profile: str = "desktop",
     step: float | None = None,
     sources: str = MANY,
+    observer: Observing | None = None,
 ) -> Fmu:
     """Write the FMU of ``model``, a mechanism or what ``load`` takes, to ``path`` (default: NAME.fmu here).
 
@@ -93,6 +96,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     - ``profile``: one of PROFILES; in "realtime" a communication step has a bound: at most ``step`` (s), by default
       that of the experiment, solver steps of fixed length, and no memory is allocated after instantiation.
     - ``sources``: the C code in "many" files, or in a "single" one.
+    - ``observer``: the FMU estimates the states from what is measured, see ``lag2fmu.analysis.observing``.
 
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
@@ -101,27 +105,30 @@ def export(  # noqa: PLR0913 (choices of the user)
     given = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
     mechanism, needs = _prescribed(resting(given) if start == STARTS[1] else given, inverse, time_constant)
     check_profile(profile, backend, step)
-    version, realtime, maker = VERSIONS[fmi], RealTime(step) if profile == REAL_TIME else None, page_maker(page)
-    choices = Choices(
-        solver or DEFAULT_SOLVER, platform, compiler, progress, version, arrays, without, maker, realtime, sources
-    )
-    build = BACKENDS[backend].prepare(choices)
-    target = Path(f"{mechanism.name}.fmu" if path is None else path)
+    if observer:
+        mechanism, solver, page = observed(mechanism, solver, backend, profile, page)
+        without = (*without, DESCRIPTION)  # what it carries would be the mechanism, not its observer
+    named, version, maker = solver or DEFAULT_SOLVER, VERSIONS[fmi], page_maker(page)
+    realtime, chosen = RealTime(step) if profile == REAL_TIME else None, BACKENDS[backend]
+    choices = Choices(named, platform, compiler, progress, version, arrays, without, maker, realtime, sources, observer)
+    build, target = chosen.prepare(choices), Path(f"{mechanism.name}.fmu" if path is None else path)
     _check_target(target)
     _check_texts(mechanism)
-    ticking = version.has_ports and CLOCKS not in without
-    found = derived(
-        mechanism, solver, BACKENDS[backend].solvers, (*outputs, *needs), events=ticking, bounded=realtime is not None
-    )
-    mechanism, equations, program, method = found.mechanism, found.equations, found.program, METHODS[found.solver]
-    content = build(mechanism, equations, program, found.solver, found.vibrations)
-    scene = scene_at_start(equations)
+    ticking, wanted = version.has_ports and CLOCKS not in without, (*outputs, *needs)
+    found = derived(mechanism, solver, chosen.solvers, wanted, events=ticking, bounded=realtime is not None)
+    mechanism, equations, program = found.mechanism, found.equations, found.program
+    content, scene = build(mechanism, equations, program, found.solver, found.vibrations), scene_at_start(equations)
     told = documentation(Subject(equations, program, content, found.reason, scene, samples, without))
     described = {} if DESCRIPTION in without else {MECHANISM_ENTRY: write(mechanism).encode()}
     pack({**_files(content, version, icon(scene)), **described, **told, **(extra or {})}, target)
-    at_events = steps_over_impacts(mechanism, method)
-    remarks = "; ".join(filter(None, [found.choice, damping(found.missed, method), at_events]))
-    return Fmu(target, content.description, remarks, moved_starts(mechanism, equations))
+    return Fmu(target, content.description, _remarks(found), moved_starts(mechanism, equations), content.doubt)
+
+
+def _remarks(found: Derived) -> str:
+    """Phrases on why the solver was chosen, how it treats fast vibrations, and what it does at impacts."""
+    method = METHODS[found.solver]
+    at_events = steps_over_impacts(found.mechanism, method)
+    return "; ".join(filter(None, [found.choice, damping(found.missed, method), at_events]))
 
 
 def _prescribed(

@@ -14,21 +14,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lag2fmu.description.names import rate, residual
+from lag2fmu.analysis.observing import RESOLVED, check_estimated, check_process, residuals_of
 from lag2fmu.ensemble.function import StateFunction
-from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.language.identifiers import suggestion
+from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats, Trajectory
+from lag2fmu.studies.reflections import reduced
 
-RANK = 1e-9
-"""Constraints whose rows, of unit length, are closer to one another than this count as one."""
 _MET, _MOST = 1e-13, 20
 """A state is on the manifold if a correction is less than this, relative to 1 + |x|; it is after 3 or 4 corrections."""
-RESOLVED = 0.1
-"""A step times the fastest pole: the method's error in a step is then 1e-7 of the motion, far below any noise."""
 MOST_STEPS = 10_000
 """The most steps between two samples."""
+_INSTANT = 1e-9
+"""A part of a span in which nothing shows, so that ten steps fill one which rounding makes longer."""
 _GAUSS = (0.5 - math.sqrt(3) / 6, 0.5 + math.sqrt(3) / 6)
 """The nodes of Gauss's rule of order 4, at which noise comes in."""
 _ORDER = 4
@@ -58,18 +56,18 @@ class Observed:
         signals: Trajectory | None,
         *,
         hold: bool,
+        step: float | None = None,
     ) -> None:
         """``process`` {input, state or parameter: density} is in SI units times the root of s; ``signals`` are inputs.
 
+        ``step`` (s) is the longest solver step; by default it follows from the fastest pole.
+
         Raises LoadError for names that are unknown, DerivationError for a mechanism that has no plain functions.
         """
-        residuals = [residual(c.name) for c in mechanism.constraints if c.name]
-        residuals += [rate(residual(c.name)) for c in mechanism.holonomic]
+        residuals = residuals_of(mechanism)
         self.function = StateFunction(mechanism, outputs=(*measured, *residuals))
         names = self.function.names
-        for name in estimated:
-            if name not in names["p"]:
-                raise LoadError(f"'{name}' is no parameter that can be estimated; {suggestion(name, names['p'])}")
+        check_estimated(estimated, names["p"])
         self.names, self.measured = (*names["x"], *estimated), tuple(measured)
         self.start: Floats = np.concatenate(
             [self.function.start["x"], self.function.start["p"][[names["p"].index(name) for name in estimated]]]
@@ -79,14 +77,8 @@ class Observed:
         self._bound = len(residuals)
         self._signals, self._hold = signals, hold
         self._driven = [] if signals is None else [names["u"].index(name) for name in signals.names]
-        known = [*self.names, *names["u"]]
-        for name, size in process.items():
-            if name not in known:
-                raise LoadError(
-                    f"process '{name}' is no input, state or estimated parameter; {suggestion(name, known)}"
-                )
-            if not 0 < size < np.inf:
-                raise LoadError(f"process '{name}': {size!r} is no density of noise; give a positive one")
+        check_process(process, [*self.names, *names["u"]])
+        self._longest = step
         self._process = dict(process)
         self._before = math.inf  # s: while it steps to a sample, inputs that are held do not know what comes then
 
@@ -150,16 +142,9 @@ class Observed:
         """An orthonormal basis (n, r) of the changes of x (n,) that the constraints allow to first order."""
         if not self._bound:
             return np.eye(len(x))
-        rows = self._constraint_rows(t, x)
-        _, singular, right = np.linalg.svd(rows)
-        found: Floats = right[int(np.sum(singular > RANK)) :].T
-        return found
-
-    def _constraint_rows(self, t: float, x: Floats) -> Floats:
-        rows = self._derivatives(t, x)[0][len(x) + len(self.measured) :]
-        length = np.linalg.norm(rows, axis=1, keepdims=True)
-        found: Floats = rows / np.where(length > 0, length, 1.0)
-        return found
+        rows, _ = _of_unit_length(self._derivatives(t, x)[0][len(x) + len(self.measured) :])
+        Q, _, kept = reduced(rows)
+        return Q[:, len(kept) :]
 
     def projected(self, t: float, points: Floats) -> Floats:
         """The ``points`` (m, n), each moved to the nearest state that meets the constraints; parameters stay.
@@ -169,12 +154,13 @@ class Observed:
         return np.array([self._on_manifold(t, x) for x in points]) if self._bound else points
 
     def _on_manifold(self, t: float, x: Floats) -> Floats:
-        """Newton's method with the least correction (pseudo-inverse)."""
+        """Newton's method with the least correction."""
         x, n, o = x.copy(), self._n, len(self.measured)
         for _ in range(_MOST):
             left = self.function.outputs(**self._arguments(t, x))[o:]
-            rows = self._derivatives(t, x)[0][len(x) + o :, :n]
-            step = np.linalg.lstsq(rows, left, rcond=RANK)[0]
+            rows, length = _of_unit_length(self._derivatives(t, x)[0][len(x) + o :, :n])
+            Q, L, kept = reduced(rows)
+            step = Q[:, : len(kept)] @ np.linalg.solve(L, (left / length)[kept])
             x[:n] -= step
             if np.abs(step).max() <= _MET * (1 + np.abs(x[:n]).max()):
                 return x
@@ -187,6 +173,8 @@ class Observed:
 
     def _steps(self, x: Floats, start: float, end: float) -> int:
         """The number of steps from ``start`` to ``end`` (s)."""
+        if self._longest is not None:
+            return max(1, math.ceil((end - start) * (1 - _INSTANT) / self._longest))
         fastest = float(np.abs(np.linalg.eigvals(self.rates_by_state(start, x))).max(initial=0.0))
         count = max(1, math.ceil((end - start) * fastest / RESOLVED))
         if count > MOST_STEPS:
@@ -247,6 +235,13 @@ class Observed:
             whole, x = step @ whole, final
         self._before = math.inf
         return Flow(self.projected(end, x[None])[0], whole, noise)
+
+
+def _of_unit_length(rows: Floats) -> tuple[Floats, Floats]:
+    """The ``rows`` (m, n) by their lengths, and these (m,); where one is 0 it counts as 1."""
+    length = np.linalg.norm(rows, axis=1)
+    length = np.where(length > 0, length, 1.0)
+    return rows / length[:, None], length
 
 
 def _grown(A: Floats, t: float, G: Floats) -> Floats:

@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lag2fmu.analysis.state_space import SHARE
-from lag2fmu.analysis.subspaces import complement, reached
+from lag2fmu.analysis.observing import check_noise, doubt_of, hidden_states, known_starts
 from lag2fmu.description import names
 from lag2fmu.description.symbols import names_of
 from lag2fmu.errors import LoadError
@@ -43,6 +42,7 @@ def observe(  # noqa: PLR0913 (choices of the user)
     method: str = "ekf",
     smooth: bool = False,
     hold: bool = False,
+    step: float | None = None,
 ) -> Estimates:
     """Estimate the states of ``model`` at the times of ``data`` from the columns that ``measure`` names.
 
@@ -57,6 +57,7 @@ def observe(  # noqa: PLR0913 (choices of the user)
     - ``delays`` {variable: s}: samples of it belong to an earlier time.
     - ``method``: "ekf" or "ukf"; ``smooth``: whether estimates know later samples too.
     - ``hold``: whether inputs are constant between their times; by default they are linear.
+    - ``step``: the longest solver step (s); by default the fastest pole is resolved.
 
     Columns of ``data`` that are inputs drive the model. Raises LoadError for bad arguments and data, DerivationError
     for a model with events, SimulationError where the estimate leaves what the equations know. Source: S. Sarkka,
@@ -64,10 +65,12 @@ def observe(  # noqa: PLR0913 (choices of the user)
     """
     if method not in FILTERS:
         raise LoadError(f"there is no observer '{method}'; known are {', '.join(FILTERS)}")
+    if step is not None and not 0 < step < np.inf:
+        raise LoadError(f"step: {step!r} s; give a positive time")
     mechanism = as_mechanism(model, values)
-    _check_noise(measure, delays or {})
+    check_noise(measure, delays or {})
     samples = _samples(data, mechanism, measure, delays or {})
-    observed = Observed(mechanism, tuple(measure), process or {}, estimate, samples.signals, hold=hold)
+    observed = Observed(mechanism, tuple(measure), process or {}, estimate, samples.signals, hold=hold, step=step)
     begin = _begin(observed, mechanism, samples, start or {})
     samples = samples._replace(warnings=(*samples.warnings, *_not_shown(observed, begin, float(samples.time[0]))))
     run = _run(FILTERS[method](observed), begin, samples, np.array([*measure.values()], dtype=np.float64))
@@ -97,18 +100,6 @@ class _Filtered(NamedTuple):
 
 
 # ----------------------------------------------------------------------------------------------------------------- data
-
-
-def _check_noise(measure: Mapping[str, float], delays: Mapping[str, float]) -> None:
-    """Raise LoadError for standard deviations and delays that cannot be."""
-    if not measure:
-        raise LoadError("nothing is measured; give measure = {variable: standard deviation}")
-    for name, size in measure.items():
-        if not 0 < size < np.inf:
-            raise LoadError(f"measure '{name}': {size!r} is no standard deviation; give a positive one")
-    for name, delay in delays.items():
-        if name not in measure or not 0 <= delay < np.inf:
-            raise LoadError(f"delay of '{name}': {delay!r} s; give a measured name and a time that is not negative")
 
 
 def _samples(data: Data, mechanism: Mechanism, measure: Mapping[str, float], delays: Mapping[str, float]) -> _Samples:
@@ -177,11 +168,7 @@ def _begin(observed: Observed, mechanism: Mechanism, samples: _Samples, start: M
             raise LoadError(f"start '{name}' is not estimated; {suggestion(name, observed.names)}")
         if not 0 <= size < np.inf:
             raise LoadError(f"start '{name}': {size!r} is no standard deviation; give one that is not negative")
-    nominal = {q.name: q.nominal for q in mechanism.coordinates}
-    nominal |= {f"{q.name}_dot": q.nominal for q in mechanism.coordinates} | {
-        z.name: z.nominal for z in mechanism.states
-    }
-    default = [nominal.get(name, 0.1 * abs(x)) for name, x in zip(observed.names, observed.start, strict=True)]
+    default = known_starts(mechanism, observed.names, observed.start).tolist()
     sizes = np.array([start.get(name, size) for name, size in zip(observed.names, default, strict=True)])
     t = float(samples.time[0])
     x = observed.projected(t, observed.start[None])[0]
@@ -191,16 +178,10 @@ def _begin(observed: Observed, mechanism: Mechanism, samples: _Samples, start: M
 
 def _not_shown(observed: Observed, begin: Belief, t: float) -> Iterator[str]:
     """A sentence on the states of which the samples say nothing, by the equations linearized at the start."""
-    T = begin.T
     A, H = observed.rates_by_state(t, begin.x), observed.output_derivatives(t, begin.x)
-    hidden = T @ complement(reached((T.T @ A @ T).T, (H @ T).T))
-    shares = np.abs(hidden).max(axis=1, initial=0.0) > SHARE
-    hidden_states = [name for name, share in zip(observed.names, shares, strict=True) if share]
-    if hidden_states:
-        yield (
-            f"at the start what is measured does not show {', '.join(hidden_states)}; estimates of it rest on how "
-            "well the start is known, unless the motion shows more later"
-        )
+    hidden = hidden_states(observed.names, A, H, begin.T)
+    if hidden:
+        yield doubt_of(hidden)
 
 
 def _run(chosen: Filter, belief: Belief, samples: _Samples, noise: Floats) -> _Filtered:

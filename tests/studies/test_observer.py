@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from kalman_by_hand import bob, by_hand, exponential
 from numpy.typing import NDArray
-from sympy import cos, sin
 
 import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.errors import DerivationError, LoadError
-from lag2fmu.mechanism import Body, Mechanism, Output, Spring, coordinate, signal
+from lag2fmu.mechanism import Body, Mechanism, Spring, coordinate, signal
 from lag2fmu.reference import Trajectory
 from lag2fmu.studies.estimates import Estimates
 from lag2fmu.studies.observer import observe
@@ -40,11 +40,6 @@ def pair() -> Mechanism:
 
 A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [-2, 0.5, -0.05, 0], [2, -2, 0, 0]], dtype=float)
 B = np.array([0, 0, 0.5, 0])
-
-
-def exponential(M: Floats) -> Floats:
-    """The polynomial of the method of Runge and Kutta."""
-    return np.eye(len(M)) + M @ (np.eye(len(M)) + M / 2 @ (np.eye(len(M)) + M / 3 @ (np.eye(len(M)) + M / 4)))
 
 
 def discrete(density: float) -> tuple[Floats, Floats]:
@@ -145,88 +140,18 @@ def test_a_loop_is_closed_by_every_estimate(method: str) -> None:
 # ------------------------------------------------------------------------------------------------- a nonlinear model
 
 
-def falling(x: Floats) -> Floats:
-    """The rates of a pendulum of 1 kg and 1 m, (2, ...)."""
-    return np.array([x[1], -9.81 * np.sin(x[0])])
-
-
-def slopes(x: Floats) -> Floats:
-    return np.array([[0, 1], [-9.81 * np.cos(x[0]), 0]])
-
-
-def one_step(x: Floats, h: float) -> tuple[Floats, Floats]:
-    """A step of the method of Runge and Kutta, and the state in its middle."""
-    a = falling(x)
-    b = falling(x + h / 2 * a)
-    c = falling(x + h / 2 * b)
-    return x + h / 6 * (a + 2 * b + 2 * c + falling(x + h * c)), x + h / 2 * a
-
-
-def flown(x: Floats, steps: int, density: float) -> tuple[Floats, Floats, Floats]:
-    """The state after a sample, its derivative by complex steps, and the covariance that noise of the torque adds."""
-    h, whole, Q = H / steps, np.eye(2), np.zeros((2, 2))
-    for _ in range(steps):
-        moved = np.array([one_step(x + 1e-30j * e, h)[0].imag / 1e-30 for e in np.eye(2)]).T
-        M = slopes(one_step(x, h)[1])
-        Q = moved @ Q @ moved.T
-        for node in (0.5 - np.sqrt(3) / 6, 0.5 + np.sqrt(3) / 6):
-            g = exponential(M * (1 - node) * h) @ np.array([0, 1])
-            Q += h / 2 * density**2 * np.outer(g, g)
-        whole, x = moved @ whole, one_step(x, h)[0]
-    return x, whole, Q
-
-
-def count(x: Floats) -> int:
-    return int(np.ceil(H * np.abs(np.linalg.eigvals(slopes(x))).max() / 0.1))
-
-
-def points(x: Floats, P: Floats) -> Floats:
-    """The cubature points, (2, 4)."""
-    root = np.sqrt(2) * np.linalg.cholesky(P)
-    return x[:, None] + np.concatenate([root, -root], axis=1)
-
-
-def by_hand(method: str, measured: Floats) -> tuple[Floats, Floats]:
-    """Estimates and deviations, (m, 2) each, of the textbook's equations with covariances."""
-    x, P, noise = np.array([1.0, 0.0]), np.diag([0.2**2, 0.5**2]), 0.1
-    found = []
-    for i, z in enumerate(measured):
-        if i and method == "ekf":
-            x, whole, Q = flown(x, count(x), 0.3)
-            P = whole @ P @ whole.T + Q
-        elif i:
-            cloud, Q = points(x, P), flown(x, count(x), 0.3)[2]
-            for _ in range(count(x)):
-                cloud = one_step(cloud, H / count(x))[0]
-            x, P = cloud.mean(axis=1), np.cov(cloud, bias=True) + Q
-        cloud = points(x, P)
-        seen = np.sin(cloud[0]) if method == "ukf" else np.sin(x[:1])
-        across = (cloud - x[:, None]) @ (seen - seen.mean()) / 4 if method == "ukf" else P[:, 0] * np.cos(x[0])
-        spread = np.var(seen) if method == "ukf" else P[0, 0] * np.cos(x[0]) ** 2
-        K = across / (spread + noise**2)
-        x, P = x + K * (z - seen.mean()), P - np.outer(K, K) * (spread + noise**2)
-        found.append((x, np.sqrt(np.diag(P))))
-    values, deviations = zip(*found, strict=True)
-    return np.array(values), np.array(deviations)
-
-
 @pytest.mark.parametrize("method", ["ekf", "ukf"])
 def test_a_nonlinear_model_against_covariances(method: str) -> None:
     """A pendulum whose bob is seen from below; the same discrete equations, written with NumPy alone."""
-    theta = coordinate("theta", "rad", start=1.0)
-    place = (sin(theta), -cos(theta))
-    m = Mechanism(
-        "bob", coordinates=[theta], bodies=[Body("b", 1, place)], gravity=9.81, outputs=[Output("x", place[0], "m")]
-    )
+    m = bob()
     t = H * np.arange(40)
     measured = np.sin(np.cos(3 * t)) + 0.1 * np.random.default_rng(8).standard_normal(40)
     start = {"theta": 0.2, "theta_dot": 0.5}
     found = observe(
         m, {"time": t, "x": measured}, measure={"x": 0.1}, process={"Q_theta": 0.3}, start=start, method=method
     )
-    values, deviations = by_hand(method, measured)
-    assert found.values == pytest.approx(values, abs=1e-9)
-    assert found.deviations == pytest.approx(deviations, abs=1e-9)
+    after, _ = by_hand(method, measured, H)
+    assert np.concatenate([found.values, found.deviations], axis=1) == pytest.approx(after, abs=1e-9)
 
 
 @pytest.mark.slow

@@ -18,6 +18,8 @@ from pathlib import Path
 import pytest
 from compiling import COMPILERS
 
+from lag2fmu.analysis.observation import observation
+from lag2fmu.analysis.observing import Observing
 from lag2fmu.codegen.firmware import FirmwareStyle, firmware_sources
 from lag2fmu.codegen.lanes import render_scalar
 from lag2fmu.codegen.sources import ROOMS, page_sources, render_sources
@@ -27,6 +29,7 @@ from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.deriving import derived
 from lag2fmu.fmu.live.spots import no_spots
 from lag2fmu.fmu.live.work import work
+from lag2fmu.fmu.observers import OBSERVERS_SOLVER
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism, load
@@ -130,9 +133,19 @@ def _trees(folder: Path) -> Iterator[tuple[Path, Mapping[str, str]]]:
             trees["firmware"] = firmware_sources(found.program, bounded, method, FirmwareStyle("a", own_math=True))
         if solver == "dopri5":
             trees["study"] = render_sources(found.program, table.tables, method, "", "study")
+        if model.name == "double_pendulum" and solver == "dopri5":
+            trees["observer"] = _observer_sources(model)
         for name, sources in trees.items():
             (place := folder / f"{model.name}_{solver}_{name}").mkdir()
             yield place, sources
+
+
+def _observer_sources(model: Mechanism) -> Mapping[str, str]:
+    """The C sources of an FMU that observes."""
+    found = derived(model, OBSERVERS_SOLVER)
+    asked = Observing("ukf", dict.fromkeys([found.mechanism.coordinates[0].name], 0.1))
+    seen = observation(found.equations, asked)
+    return describe(found.mechanism, found.equations, found.program, found.solver, observed=seen)[1]
 
 
 def test_names_that_the_linker_sees_are_listed(request: pytest.FixtureRequest, tmp_path: Path) -> None:

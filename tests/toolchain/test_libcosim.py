@@ -11,6 +11,8 @@ from libcosim import SECOND, STEP, Simulation
 from stepping import Stepping, bits
 from train import CAR, WAGON_ALONE, K, M, W, X, Y
 
+from lag2fmu import export
+from lag2fmu.analysis.observing import Observing
 from lag2fmu.formats.loading import load
 from lag2fmu.reference import held, integrate
 from lag2fmu.reference.trajectory import Trajectory
@@ -130,3 +132,25 @@ def test_forces_that_follow_an_input_come_a_step_late(exported) -> None:
     assert worst == pytest.approx(held_motion(late=True), rel=1e-4)
     assert worst / 4 == pytest.approx(2.80e-2, rel=1e-2), "as docs/coupling.md says for a quarter of the distance"
     assert held_motion(late=False) / 4 == pytest.approx(1.43e-2, rel=1e-2)
+
+
+def test_an_observer_sees_the_plant(exported, tmp_path) -> None:
+    """The same bits as an own master, but for the rounding of times; and it comes to the truth from beside it."""
+    asked = Observing("ekf", {"x": 0.005, "theta": 0.02}, {"F": 0.1, "x": 0.01})
+    plant, eye = exported("cart_pole").path, export("cart_pole", tmp_path / "eye.fmu", observer=asked).path
+    simulation = Simulation(plant=plant, eye=eye)
+    simulation.initially("eye", "theta_dot", 1.0)
+    names = ["x", "theta", "x_dot", "theta_dot", "theta_dot_std", "innovation_squared"]
+    for name in ("x", "theta"):
+        simulation.connect(("plant", name), ("eye", f"{name}_measured"))
+    with Stepping(plant) as seen, Stepping(eye) as seeing:
+        seen.start()
+        seeing.start({"theta_dot": 1.0})
+        for number in range(100):
+            seen.time = seeing.time = number * round(STEP * SECOND) / SECOND
+            seeing.set({f"{name}_measured": value for name, value in zip(names[:2], seen.get(names[:2]), strict=True)})
+            seen.step(STEP)
+            seeing.step(STEP)
+        simulation.run(1.0)
+        assert simulation.get("eye", names) == pytest.approx(seeing.get(names), rel=1e-9, abs=1e-11)
+        assert seeing.get(["theta_dot"]) == pytest.approx(seen.get(["theta_dot"]), abs=0.02)

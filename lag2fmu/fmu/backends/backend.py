@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from lag2fmu.analysis.observing import Observing
 from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
@@ -33,6 +34,7 @@ class Choices:
     ``progress`` is told how a compiler gets on. ``version`` is that of FMI. ``arrays``: coordinates are to be arrays.
     ``live`` makes the content of a live page; None for a static one. ``without`` names what is left out, of WITHOUT.
     ``realtime`` says how steps are bounded, None where they are not. ``sources`` is the form of the C code, of FORMS.
+    ``observing`` is what an observer is asked for; None for an FMU that integrates.
     """
 
     solver: str
@@ -45,6 +47,7 @@ class Choices:
     live: Maker | None = None
     realtime: RealTime | None = None
     sources: str = MANY
+    observing: Observing | None = None
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ class Content:
     """What a backend makes: the description with its GUID, and the backend's own files {name in the archive: content}.
 
     ``binaries`` is a phrase on the libraries. ``resources`` are lines of HTML on further files, for the FMU's page;
-    ``live`` is what makes this page a live one, None for a static one.
+    ``live`` is what makes this page a live one, None for a static one. ``doubt`` is a sentence for the user, or "".
     """
 
     description: ModelDescription
@@ -60,6 +63,7 @@ class Content:
     binaries: str
     resources: tuple[str, ...]
     live: Live | None = None
+    doubt: str = ""
 
 
 Build = Callable[[Mechanism, EquationsOfMotion, Program, str, Vibrations], Content]

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from lag2fmu.analysis.observation import Observation, observation
 from lag2fmu.building.process import compiling
 from lag2fmu.codegen.sources import render_sources
 from lag2fmu.codegen.tables import Vibrations
@@ -21,6 +22,7 @@ from lag2fmu.fmu.compilers import compile_libraries
 from lag2fmu.fmu.contents import CLOCKS, SOURCES
 from lag2fmu.fmu.live.module import STILL
 from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.observers import observed_table, observing_interface
 from lag2fmu.fmu.platforms import binaries_text, choose_platforms
 from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.realtime import RealTime, bounded, step_bound
@@ -52,6 +54,7 @@ class _Native:
             mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str, vibrations: Vibrations
         ) -> Content:
             version = choices.version
+            observed = _observation(equations, choices)
             clocks = CLOCKS not in choices.without
             description, sources = describe(
                 mechanism,
@@ -63,6 +66,7 @@ class _Native:
                 arrays=choices.arrays,
                 clocks=clocks,
                 realtime=choices.realtime,
+                observed=observed,
             )
             identifier = description.model_identifier
             with compiling(1) as beside:
@@ -84,7 +88,7 @@ class _Native:
             made = None if page is None else page.result()
             resources = [_SOURCES.format(version.name)] if delivered else []
             resources += [STILL] if choices.live and made is None else []
-            return Content(description, files, binaries, tuple(resources), made)
+            return Content(description, files, binaries, tuple(resources), made, _doubt(observed))
 
         return build
 
@@ -92,7 +96,15 @@ class _Native:
 NATIVE = _Native()
 
 
-def describe(
+def _observation(equations: EquationsOfMotion, choices: Choices) -> Observation | None:
+    return observation(equations, choices.observing) if choices.observing else None
+
+
+def _doubt(observed: Observation | None) -> str:
+    return observed.doubt if observed else ""
+
+
+def describe(  # noqa: PLR0913 (choices of the user)
     mechanism: Mechanism,
     equations: EquationsOfMotion,
     program: Program,
@@ -103,14 +115,17 @@ def describe(
     arrays: bool = False,
     clocks: bool = True,
     realtime: RealTime | None = None,
+    observed: Observation | None = None,
 ) -> tuple[ModelDescription, Mapping[str, str]]:
     """The model description and the C sources {file name: text}; they share the GUID, which is a hash of both.
 
     ``vibrations`` are those of which the FMU warns if its steps do not resolve them. ``arrays``: coordinates and the
     variables that belong to them are arrays; ``clocks`` tick at impacts. FMI 2.0 has neither. Values are in SI units.
-    ``realtime`` says how communication steps are bounded. Raises ExportError for a longest step that none can have.
+    ``realtime`` says how communication steps are bounded, ``observed`` is what an observer works with.
+    Raises ExportError for a longest step that none can have, and for names of the observer that are in use.
     """
     table = build_table(equations, program, events=version.has_ports, clocks=clocks)
+    table = observed_table(table, observed) if observed else table
     tables = replace(table.tables, vibrations=vibrations)
     if realtime:
         tables = bounded(tables, step_bound(mechanism, tables.default_solver_step, realtime.step))
@@ -118,6 +133,7 @@ def describe(
     tables = replace(tables, ports=port_table(ports) if ports else None)
     identifier = identifier_of(mechanism.name)
     interface = replace(version.interface, event_indicators=len(program.event_functions))
+    interface = observing_interface(interface) if observed else interface
     blank = ModelDescription(
         mechanism, table.variables, identifier, "", solver, VERSION, interface, ports=ports, fmi=version.name
     )

@@ -23,6 +23,7 @@ void instance_start(Instance *instance) {
     memcpy(state->inputs, START_INPUTS, N_INPUTS * sizeof(double));
     memcpy(state->parameters, START_PARAMETERS, sizeof state->parameters);
     start_modes(state);
+    observer_memory_start(&state->observer);
     state->previous_log_error = log(1e-4); /* the value dopri5.f starts from */
     memset(&instance->failure, 0, sizeof instance->failure);
     instance_forget_cache(instance);

@@ -84,6 +84,7 @@ typedef struct {
     double new_derivatives[N_STATES];
     double trial_length;           /* s; of that step */
     SolverScratch solver;
+    ObserverScratch observer;
     SolverMemory solver_before;    /* the solver's memory when the trial step began, if there are events */
     bool inputs_move;              /* some input is not constant in the running communication step */
     double step_start;             /* s; the time at which the running communication step began */
@@ -119,7 +120,9 @@ typedef enum {
     FAILURE_MASSLESS,        /* the flagged coordinates, which have no mass, do not follow from the others */
     FAILURE_EVENT_VALUE,     /* an event function has no finite value */
     FAILURE_EVENT_POLE,      /* an event function grows beyond all bounds */
-    FAILURE_CHATTERING       /* the events at one time have no end */
+    FAILURE_CHATTERING,      /* the events at one time have no end */
+    FAILURE_ESTIMATE,        /* the equations have no value at an estimate, or no state near it meets the constraints */
+    FAILURE_SAMPLE_TIME      /* a communication step is longer than the time between samples */
 } FailureKind;
 
 /* Why the last evaluation or solver step failed; failure_sentence.h puts it in words. */
@@ -131,9 +134,9 @@ typedef struct {
                                         the index of the argument in ARGUMENTS */
     double amount;                   /* for ACCURACY: error in units of the tolerance; for the COUNTs: steps; for
                                         FURTHER: the derivative; for TABLE: the value of the argument; for
-                                        MEMORY: bytes */
+                                        MEMORY: bytes; for SAMPLE_TIME: the time between samples, s */
     double step;                     /* for OVERFLOW and ACCURACY: length of the trial step, s; for STANDSTILL:
-                                        the time that the steps took, s */
+                                        the time that the steps took, s; for SAMPLE_TIME: the communication step */
     int count;                       /* for CONSTRAINTS and MASSLESS: the number of constraints that are not met */
     int constraints[SIZE_CONSTRAINTS];  /* for CONSTRAINTS and MASSLESS: the indices of these constraints */
     double residuals[SIZE_CONSTRAINTS]; /* for CONSTRAINTS and MASSLESS: the residuals of these constraints */

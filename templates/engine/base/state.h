@@ -13,6 +13,7 @@
 #include "constraint_records.h"
 #include "event_sizes.h"
 #include "mechanism.h"
+#include "observer_memory.h"
 #include "sizes.h"
 #include "solver_memory.h"
 
@@ -120,6 +121,7 @@ typedef struct {
     double first_stage[N_STATES]; /* dx/dt */
     SolverMemory solver;
     Dense dense;
+    ObserverMemory observer;
 } State;
 
 /* The derivatives by time, of this order, of the inputs of a State. */

@@ -22,6 +22,11 @@ typedef enum {
     VARIABLE_IMPULSE,      /* of its last impact */
     VARIABLE_INDICATOR,    /* of an event; the solver of the importer stops where one comes down to 0 */
     VARIABLE_CLOCK,        /* of a contact or stop: ticks at its impacts */
+    VARIABLE_ESTIMATE,     /* a parameter that an observer estimates */
+    VARIABLE_SAMPLE,       /* what was measured, and whether it counts: inputs of an observer */
+    VARIABLE_TUNING,       /* the noise of an observer's samples and process, tunable */
+    VARIABLE_FIXED_TUNING, /* how well an observer's start is known, and its sample times */
+    VARIABLE_BELIEF,       /* what an observer tells beside the estimate */
     N_VARIABLE_KINDS
 } VariableKind;
 

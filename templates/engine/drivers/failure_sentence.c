@@ -53,8 +53,9 @@ static void list_residuals(const Failure *failure, char text[], size_t size) {
 }
 
 /* The kinds that concern constraints and what has no mass. */
-static void constraints_sentence(const Failure *failure, const char names[], char text[], size_t size) {
-    char residuals[NAMES_SIZE];
+static void constraints_sentence(const Failure *failure, char text[], size_t size) {
+    char names[NAMES_SIZE], residuals[NAMES_SIZE];
+    list_coordinates(failure->coordinates, names, sizeof names);
     list_residuals(failure, residuals, sizeof residuals);
     if (failure->kind == FAILURE_CONSTRAINTS && failure->imported) {
         snprintf(text, size, "at time %.17g the importer's solver has left the constraints so far that no states near "
@@ -84,6 +85,18 @@ static void standstill_sentence(const Failure *failure, char text[], size_t size
     }
 }
 
+/* Where an observer does not go on. */
+static void observer_sentence(const Failure *failure, char text[], size_t size) {
+    if (failure->kind == FAILURE_SAMPLE_TIME) {
+        snprintf(text, size, "from time %.17g the communication step of %.6g s is longer than a sample time, %.6g s; "
+                 "take shorter steps, or sample less often", failure->time, failure->step, failure->amount);
+    } else {
+        snprintf(text, size, "at time %.17g the equations have no value at the estimate, or no state near it meets the "
+                 "constraints; give smaller noise of the start and the process, start nearer to the motion, or sample "
+                 "more often", failure->time);
+    }
+}
+
 /* Too many solver steps, or one that fails. */
 static void steps_sentence(const Failure *failure, char text[], size_t size) {
     if (failure->kind == FAILURE_TRIAL_COUNT) {
@@ -96,6 +109,8 @@ static void steps_sentence(const Failure *failure, char text[], size_t size) {
     } else if (failure->kind == FAILURE_ITERATION) {
         snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
                  "iteration; %s", failure->time, failure->step, iteration_remedy());
+    } else if (failure->kind != FAILURE_STEP_COUNT) {
+        observer_sentence(failure, text, size);
     } else {
         snprintf(text, size, "from time %.17g the communication step would take %.3g solver steps; raise solver_step",
                  failure->time, failure->amount);
@@ -119,7 +134,9 @@ static void state_sentence(const Failure *failure, char text[], size_t size) {
 }
 
 /* The kinds that leave accelerations without a value. */
-static void accelerations_sentence(const Failure *failure, const char names[], char text[], size_t size) {
+static void accelerations_sentence(const Failure *failure, char text[], size_t size) {
+    char names[NAMES_SIZE];
+    list_coordinates(failure->coordinates, names, sizeof names);
     if (failure->kind == FAILURE_SINGULAR) {
         snprintf(text, size, "at time %.17g the mass matrix becomes singular and does not determine the acceleration "
                  "of %s; check the masses and inertias, or start elsewhere", failure->time, names);
@@ -190,13 +207,11 @@ static void events_sentence(const Failure *failure, char text[], size_t size) {
 }
 
 void failure_sentence(const Failure *failure, char text[], size_t size) {
-    char names[NAMES_SIZE];
-    list_coordinates(failure->coordinates, names, sizeof names);
     switch (failure->kind) {
     case FAILURE_SINGULAR:
     case FAILURE_NEARLY_SINGULAR:
     case FAILURE_NOT_FINITE:
-        accelerations_sentence(failure, names, text, size);
+        accelerations_sentence(failure, text, size);
         break;
     case FAILURE_FURTHER:
     case FAILURE_OVERFLOW:
@@ -213,6 +228,8 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
     case FAILURE_EVENT_COUNT:
     case FAILURE_STEP_COUNT:
     case FAILURE_ITERATION:
+    case FAILURE_ESTIMATE:
+    case FAILURE_SAMPLE_TIME:
         steps_sentence(failure, text, size);
         break;
     case FAILURE_RESTITUTION:
@@ -227,7 +244,7 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_CONSTRAINTS:
     case FAILURE_MASSLESS:
-        constraints_sentence(failure, names, text, size);
+        constraints_sentence(failure, text, size);
         break;
     case FAILURE_EVENT_VALUE:
     case FAILURE_EVENT_POLE:

@@ -33,6 +33,7 @@ double *value_slot(Instance *instance, const Variable *variable) {
     case VARIABLE_STATE:
     case VARIABLE_MASSLESS:        return &state->states[variable->index];
     case VARIABLE_INPUT:           return &state->inputs[variable->index];
+    case VARIABLE_ESTIMATE:
     case VARIABLE_PARAMETER:
     case VARIABLE_FIXED_PARAMETER: return &state->parameters[variable->index];
     case VARIABLE_SETTING:         return &state->settings[variable->index];
@@ -43,6 +44,10 @@ double *value_slot(Instance *instance, const Variable *variable) {
     case VARIABLE_LOCAL:           return &cache->locals[variable->index];
     case VARIABLE_IMPULSE:         return &state->impulses[variable->index];
     case VARIABLE_INDICATOR:       return &cache->indicators[variable->index];
+    case VARIABLE_SAMPLE:
+    case VARIABLE_TUNING:
+    case VARIABLE_FIXED_TUNING:
+    case VARIABLE_BELIEF:          return &state->observer.slots[variable->index];
     case VARIABLE_CLOCK:
     case VARIABLE_MODE:
     case VARIABLE_IMPACTS:

@@ -6,6 +6,7 @@
 #include "gate.h"
 #include "integrator.h"
 #include "logging.h"
+#include "observer.h"
 #include "scale.h"
 
 /* Takes a communication step of length step (s) from the communication point (s), with all checks. Returns fmi2Error
@@ -19,7 +20,7 @@ static fmi2Status take_fmi2_step(fmi2Component c, double point, double step) {
     if (!communication_step_possible(&component->instance, point, step, sentence, sizeof sentence)) {
         return fail(component, "%s", sentence);
     }
-    if (!integrate(&component->instance, point + step)) {
+    if (!observer_advance(&component->instance, point + step)) {
         set_mode(component, MODE_STEP_FAILED);
         component->session.step_failed = 1;
         explain_failure(&component->instance);

@@ -29,6 +29,11 @@ const CallRow SETTABLE[N_VARIABLE_KINDS] = {
     [VARIABLE_IMPULSE]      = {"impulse",      ". . . . . .",   ". . . . . ."},
     [VARIABLE_INDICATOR]    = {"indicator",    ". . . . . .",   ". . . . . ."},
     [VARIABLE_CLOCK]        = {"clock",        ". . . . . .",   ". . . . . ."},
+    [VARIABLE_ESTIMATE]     = {"estimate",     "x x x x . .",   "x x . . . ."},
+    [VARIABLE_SAMPLE]       = {"sample",       "o x x x . .",   "o x x . . ."},
+    [VARIABLE_TUNING]       = {"tuning",       "x x x o . .",   "x x x . . ."},
+    [VARIABLE_FIXED_TUNING] = {"tuning",       "x x . . . .",   "x x . . . ."},
+    [VARIABLE_BELIEF]       = {"belief",       ". . . . . .",   ". . . . . ."},
 };
 
 const ModeColumns MODE_COLUMNS[N_MODES] = {

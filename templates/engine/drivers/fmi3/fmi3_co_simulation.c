@@ -8,6 +8,7 @@
 #include "intermediate_update.h"
 #include "life.h"
 #include "logging.h"
+#include "observer.h"
 #include "output_derivatives.h"
 #include "port_access.h"
 #include "scale.h"
@@ -63,7 +64,7 @@ static fmi3Status take_fmi3_step(fmi3Instance instance, double point, double ste
     if (!ask_for_inputs(component, point + step - component->instance.state.time)) {
         return fmi3Error;
     }
-    if (!integrate(&component->instance, point + step)) {
+    if (!observer_advance(&component->instance, point + step)) {
         explain_failure(&component->instance);
         return report_failure(component, fmi3Error);
     }

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "logging.h"
+#include "observer.h"
 #include "scale.h"
 #include "settings.h"
 #include "tables.h"
@@ -18,7 +19,8 @@ Status check_arrays(Component *component, const void *references, size_t count, 
 
 Status evaluate(Component *component, const Variable *variable) {
     const bool model_exchange = component->type == MODEL_EXCHANGE;
-    if (!value_update(&component->instance, variable->kind)) {
+    const bool before = variable->kind == VARIABLE_BELIEF && component->instance.state.phase == PHASE_SOLVING_START;
+    if ((before && !observer_begin(&component->instance)) || !value_update(&component->instance, variable->kind)) {
         return report_failure(component, model_exchange ? STATUS_DISCARD : STATUS_ERROR);
     }
     const double value = *value_slot(&component->instance, variable);

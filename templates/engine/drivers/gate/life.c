@@ -9,6 +9,7 @@
 #include "events.h"
 #include "logging.h"
 #include "massless.h"
+#include "observer.h"
 #include "scale.h"
 #include "settings.h"
 
@@ -30,6 +31,11 @@ bool names_fit(const Importer *importer, const char *name, const char *token, co
 Component *component_new(const Importer *importer, InterfaceType type, const char *name, bool logging) {
     const size_t name_size = strlen(name) + 1, own = arena_bytes(sizeof(Component) + name_size, 1);
     const size_t work = ARENA_HEAD + ARENA_CAPACITY;
+    if (OBSERVES && type == MODEL_EXCHANGE) {
+        report_no_instance(importer, name, "%s observes, which is done in communication steps; instantiate it for "
+                           "co-simulation", MODEL_NAME);
+        return NULL;
+    }
     Component *component = (Component *)calloc(1, own + work);
     if (component == NULL) {
         report_no_instance(importer, name, "there is no memory for an instance of %.0f bytes, of which %.0f are for "
@@ -78,7 +84,8 @@ Status set_up_experiment(Component *component, bool tolerance_defined, double to
 
 Status leave_initialization(Component *component, Mode next) {
     bool jumped;
-    if (!equations_settle(&component->instance) || !events_refresh(&component->instance, &jumped)) {
+    if (!equations_settle(&component->instance) || !events_refresh(&component->instance, &jumped) ||
+        !observer_begin(&component->instance)) {
         return report_failure(component, STATUS_ERROR);
     }
     massless_keep(&component->instance.state);

@@ -18,6 +18,9 @@ Status check_output(Component *component, const Variable *variable, int order, i
     if (check_order(component, variable, order, MAX_OUTPUT_ORDER) != STATUS_OK) {
         return STATUS_ERROR;
     }
+    if (OBSERVES) {
+        return fail(component, "an FMU that observes has no derivatives of outputs, such as %s", variable->name);
+    }
     if (!variable->output) {
         return fail(component, "variable %s is not an output; only outputs have derivatives that can be read",
                     variable->name);

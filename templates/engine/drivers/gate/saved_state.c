@@ -19,7 +19,7 @@ typedef struct {
 } Block;
 
 static const uint64_t MAGIC = 0x00756d663267616cu; /* "lag2fmu\0" in little-endian bytes */
-static const uint64_t VERSION = 6;
+static const uint64_t VERSION = 7;
 
 /* 64-bit FNV-1a (Fowler, Noll, Vo) of some bytes. */
 static uint64_t hash(const void *bytes, size_t size) {

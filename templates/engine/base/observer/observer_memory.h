@@ -1,0 +1,66 @@
+/* The memory of an observer. The state that it estimates, [N_OBSERVED], has those of the mechanism, and behind them the
+   parameters that are estimated. Its error is basis e, where the covariance of e is root root^T.
+
+   The basis is orthonormal and spans the motions that constraints leave free; its last columns are 0 where these are
+   fewer than N_OBSERVED, and so are the last rows and columns of the root, which is lower triangular. */
+#ifndef OBSERVER_MEMORY_H
+#define OBSERVER_MEMORY_H
+
+#include <string.h>
+
+#include "observed.h"
+
+enum { OBSERVES = 1 };
+
+/* Where the variables of the observer are among its slots. */
+enum {
+    SLOT_SAMPLES = 0,                                     /* what is measured, then whether each sample counts */
+    SLOT_COUNTS = SLOT_SAMPLES + N_MEASURED,
+    SLOT_NOISE = SLOT_COUNTS + N_MEASURED,                /* standard deviations of what is measured */
+    SLOT_SAMPLE_TIMES = SLOT_NOISE + N_MEASURED,          /* s; 0: there is a sample at each communication point */
+    SLOT_STARTS = SLOT_SAMPLE_TIMES + N_MEASURED,         /* standard deviations of the start */
+    SLOT_DENSITIES = SLOT_STARTS + N_OBSERVED,            /* of the noise of the process */
+    SLOT_DEVIATIONS = SLOT_DENSITIES + N_DENSITIES,       /* standard deviations of the estimate */
+    SLOT_INNOVATIONS = SLOT_DEVIATIONS + N_OBSERVED,      /* of the last samples; 0 where there was none */
+    SLOT_INNOVATION_DEVIATIONS = SLOT_INNOVATIONS + N_MEASURED,
+    SLOT_SQUARED = SLOT_INNOVATION_DEVIATIONS + N_MEASURED, /* the normalised innovation squared */
+    SLOT_DEGREES,                                         /* the number of samples in it */
+    N_OBSERVER_SLOTS
+};
+
+typedef struct {
+    double slots[N_OBSERVER_SLOTS];
+    double due[N_MEASURED]; /* s; of the next samples */
+    double basis[N_OBSERVED][N_OBSERVED];
+    double root[N_OBSERVED][N_OBSERVED];
+} ObserverMemory;
+
+enum {
+    N_CLOUD = UNSCENTED ? 2 * N_OBSERVED : 1,            /* points about an estimate */
+    N_SPREAD = UNSCENTED ? 2 * N_OBSERVED : N_OBSERVED,  /* columns that the errors of an estimate take */
+    WIDEST = N_MEASURED + N_SPREAD + N_OBSERVED + 2 * N_DENSITIES
+};
+
+typedef struct {
+    ObserverMemory before; /* when the communication step began */
+    double estimate[N_OBSERVED];
+    double parameters[SIZE_PARAMETERS]; /* with the estimated ones */
+    double values[N_OBSERVED_ROWS];     /* rates, what is measured, residuals; at the last point looked at */
+    double entries[SIZE_OBSERVED_ENTRIES];
+    double pivots[N_OBSERVED_PIVOTS];
+    double slopes[N_OBSERVED_ROWS][N_OBSERVED_COLUMNS]; /* derivatives of the values by state and noise of inputs */
+    double rows[SIZE_BOUND * N_OBSERVED], reflectors[SIZE_BOUND * N_OBSERVED]; /* of constraints */
+    double along[N_OBSERVED][N_OBSERVED], sum[N_OBSERVED][N_OBSERVED], product[N_OBSERVED][N_OBSERVED];
+    double middle[N_OBSERVED][N_OBSERVED], inlet[N_OBSERVED][SIZE_DENSITIES]; /* in the middle of a step */
+    double grown[N_OBSERVED][SIZE_DENSITIES], further[N_OBSERVED][SIZE_DENSITIES];
+    double noise[N_OBSERVED][N_OBSERVED];    /* a root of the covariance that the process adds */
+    double cloud[N_CLOUD][N_OBSERVED];
+    double seen[N_CLOUD][N_MEASURED];
+    double whole[(N_MEASURED + N_OBSERVED) * WIDEST];
+} ObserverScratch;
+
+static inline void observer_memory_start(ObserverMemory *memory) {
+    memcpy(memory->slots, START_OBSERVER, sizeof memory->slots);
+}
+
+#endif
