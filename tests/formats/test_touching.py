@@ -116,8 +116,8 @@ def test_contact_points_on_a_plane_are_those_of_mujoco(robot: Robot, shape: str)
 
 
 def test_a_cylinder_stands_on_points_within_its_faces(robot: Robot) -> None:
-    pytest.importorskip("mujoco")
     """Upright all are as deep as the faces; on its side none is as low as its rims, so that it rolls on these."""
+    pytest.importorskip("mujoco")
     others = '<body name="wheel" pos="2 0 2"><freejoint name="wheel"/><geom type="cylinder" size="0.2 0.1"/></body>'
     text = SCENE.format(shape=SHAPES["sphere"], others=others).replace(' pos="0.1 -0.2 0.3" euler="10 -20 0"', "")
     mechanism = robot(text, ground="all")
