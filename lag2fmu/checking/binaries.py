@@ -72,26 +72,40 @@ class LibraryFacts:
 @lru_cache(maxsize=16)
 def read_libraries(data: bytes) -> tuple[LibraryFacts, ...]:
     """The library in ``data``, or those of a universal file of macOS; none if ``data`` is no library."""
-    import lief
-
     if not _is_whole(data):
         return ()
-    lief.logging.disable()
-    lief.disable_leak_warning()  # else it prints a page about itself when Python ends
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # LIEF warns of numbers that it has no name for
         return _parsed(data)
 
 
-def _parsed(data: bytes) -> tuple[LibraryFacts, ...]:
+def _quiet_lief() -> Any:
+    """The package LIEF, which prints nothing; else it tells of damaged files, and of itself when Python ends."""
     import lief
 
+    lief.logging.disable()
+    lief.disable_leak_warning()
+    return lief
+
+
+def _parsed(data: bytes) -> tuple[LibraryFacts, ...]:
+    lief = _quiet_lief()
     parsed: Any = lief.MachO.parse(data) if data.startswith(_MACH_O) else lief.parse(data)
     if isinstance(parsed, lief.ELF.Binary):
         return (_elf(parsed),)
     if isinstance(parsed, lief.PE.Binary):
         return (_pe(parsed),)
     return tuple(map(_mach_o, parsed)) if isinstance(parsed, lief.MachO.FatBinary) else ()
+
+
+def section_sizes(data: bytes) -> dict[str, int]:
+    """{name: bytes} of the sections of the ELF object ``data``; those of equal names are added up."""
+    lief = _quiet_lief()
+    parsed: Any = lief.ELF.parse(data)
+    sizes: dict[str, int] = {}
+    for section in parsed.sections:
+        sizes[str(section.name)] = sizes.get(str(section.name), 0) + int(section.size)
+    return sizes
 
 
 def _is_whole(data: bytes) -> bool:

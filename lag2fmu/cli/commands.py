@@ -78,6 +78,7 @@ def new(name: str) -> None:
 @click.option("--analysis", is_flag=True, help="Conserved quantities, equilibria, modes and more, after the steps.")
 @click.option("--coupling", is_flag=True, help="The analysis, with communication steps that go with other FMUs.")
 @click.option("--full", is_flag=True, help="Write long formulas to their end.")
+@click.option("--realtime", is_flag=True, help="What it takes as plain C: memory, stack, code; instead of steps.")
 @WITHIN
 @loading
 def show(**choices: Any) -> None:

@@ -24,10 +24,11 @@ def show_mechanism(
     analysis: bool,
     coupling: bool,
     full: bool,
+    realtime: bool,
     limit: float,
     settings: tuple[str, ...],
 ) -> None:
-    """Print the steps, the text and the analysis of ``model``, and draw it.
+    """Print the steps, the text and the analysis of ``model``, or with ``realtime`` what it takes; draw it.
 
     Raises Lag2FmuError for a model that cannot be loaded or derived, and for options that do not fit together.
     """
@@ -35,6 +36,14 @@ def show_mechanism(
         raise ExportError("--analysis and --coupling are written as text or LaTeX; leave out '--format toml'")
     check_picture(plot)
     mechanism = load_mechanism(model, settings)
+    if realtime:
+        from lag2fmu.evidence.realtime import realtime_report
+        from lag2fmu.fmu.firmware import firmware
+
+        if style or plot or analysis or coupling or full:
+            raise ExportError("--realtime is a report of its own; leave the other options of show out")
+        click.echo(realtime_report(firmware(mechanism)), nl=False)
+        return
     style = style or ("unicode" if knows_unicode() else "text")
     width = get_terminal_size().columns
     click.echo(write(mechanism) if style == "toml" else procedure(mechanism, style, full=full, width=width), nl=False)

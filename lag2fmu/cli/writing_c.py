@@ -8,16 +8,18 @@ from typing import Any
 import click
 
 from lag2fmu.cli.settings import load_mechanism
+from lag2fmu.evidence.realtime import REPORT, realtime_report
 from lag2fmu.fmu.firmware import firmware, write_folder
 
 
-def write_c(model: str, folder: Path, *, force: bool, settings: tuple[str, ...], **choices: Any) -> None:
-    """Write the files of ``model`` in plain C to ``folder`` and print what an instance takes.
+def write_c(model: str, folder: Path, *, force: bool, report: bool, settings: tuple[str, ...], **choices: Any) -> None:
+    """Write the files of ``model`` in plain C to ``folder``, with a ``report`` on request; print its size.
 
     Raises Lag2FmuError for a model or options that do not fit, and for files that exist or cannot be written.
     """
     made = firmware(load_mechanism(model, settings), **choices)
-    write_folder(made.files, folder, force=force)
+    files = {**made.files, REPORT: realtime_report(made)} if report else made.files
+    write_folder(files, folder, force=force)
     remarks = f": {made.remarks}" if made.remarks else ""
     click.echo(f"wrote {folder}, solver {made.solver}{remarks}")
     if made.moved_starts:

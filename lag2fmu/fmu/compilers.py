@@ -147,6 +147,17 @@ def compile_module(sources: Mapping[str, str], functions: Iterable[str]) -> byte
     return kept(made_of, lambda: _built(command, files, "page.wasm"))
 
 
+def compile_unit(files: Mapping[str, str], name: str, target: tuple[str, ...], *options: str) -> bytes:
+    """What zig makes of the C file ``name`` of ``files`` {name: text} for a ``target`` with ``options``.
+
+    Raises BuildError with the compiler's output if it fails.
+    """
+    flags = [flag for flag in FLAGS if flag not in ("-fPIC", "-fvisibility=hidden")]
+    command = [*compiler_command("zig", target[0]), *target[1:], *flags, "-fno-asynchronous-unwind-tables", *options]
+    command += ["-o", "unit.out", name]
+    return kept((version("ziglang"), command[1:], sorted(files.items())), lambda: _built(command, files, "unit.out"))
+
+
 def constant(sources: Mapping[str, str], header: str, expression: str, compiler: str = "zig") -> int:
     """The value of a constant ``expression`` in C, with a ``header`` of ``sources`` {file name: text}.
 

@@ -39,13 +39,14 @@ _LEFT_OUT = frozenset({"VARIABLE_SETTING", "VARIABLE_CLOCK", "VARIABLE_INDICATOR
 class Firmware:
     """A folder of plain C: the files by name, the solver, the bytes of an instance, and remarks on both ("" for none).
 
-    ``bound`` is that of a step.
+    ``bound`` is that of a step, ``real`` the type of numbers.
     """
 
     files: Mapping[str, str]
     solver: str
     size: int
     bound: StepBound
+    real: str
     remarks: str = ""
     moved_starts: str = ""
 
@@ -98,7 +99,7 @@ def firmware(  # noqa: PLR0913 (choices of the user)
     at_events = steps_over_impacts(mechanism, METHODS[found.solver])
     remarks = "; ".join(filter(None, [found.choice, damping(found.missed, METHODS[found.solver]), at_events]))
     files = firmware_files(sources, style, size, _told(found, table, bound, remarks))
-    return Firmware(files, found.solver, size, bound, remarks, moved_starts(mechanism, found.equations))
+    return Firmware(files, found.solver, size, bound, real, remarks, moved_starts(mechanism, found.equations))
 
 
 def _prefix(mechanism: Mechanism, prefix: str | None) -> str:

@@ -1,0 +1,131 @@
+"""What a mechanism in plain C takes on processors: code, constants, and the deepest stack, from the compiler's output.
+
+The assembly of one file holds all calls and, in its section ``.stack_sizes``, the frame of every function. The deepest
+stack is that of the longest path of calls. A function that is called by its address has no caller there, and counts as
+called wherever an address is. What the C library and the compiler's own functions take, such as ``sin`` or the division
+of doubles on a processor without them, is not in these numbers.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+from lag2fmu.checking.binaries import section_sizes
+from lag2fmu.fmu.compilers import compile_unit
+
+TARGETS: Mapping[str, tuple[str, ...]] = {
+    "x86-64": ("x86_64-linux-musl",),
+    "aarch64": ("aarch64-linux-musl",),
+    "Cortex-M4F": ("thumb-linux-musleabihf", "-mcpu=cortex_m4"),
+    "Cortex-M7": ("thumb-linux-musleabihf", "-mcpu=cortex_m7"),
+    "riscv32": ("riscv32-linux-musl",),
+}
+"""{processor: zig's target, options}; the headers of musl are there in place of those of a firmware's C library."""
+
+_RETURN_ADDRESS = {"x86-64": 8}
+"""Bytes that a call puts on the stack beside the frame of the function that is called; others have a register."""
+
+_BY_ADDRESS = re.compile(
+    r"^(callq\s+\*|blx\s+r|blr\s+x|jalr\s+[ast]\d|jmpq\s+\*.*TAILCALL|bx\s+r.*TAILCALL|br\s+x.*TAILCALL)"
+)
+_BRANCH = re.compile(r"^(callq?|jmp|bl|blx|b|b\.w|call|tail|jal)\s+([A-Za-z_.$][\w.$]*)")
+_BEGIN, _SIZE = re.compile(r"^(\.Lfunc_begin\d+):"), re.compile(r"^\.(?:quad|xword|long|word)\s+(\.Lfunc_begin\d+)$")
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """What a file takes on a ``processor``, in bytes: its ``code``, ``constants``, and the deepest ``stack``.
+
+    ``path`` are the functions of the deepest stack, the first one is called from outside.
+    """
+
+    processor: str
+    code: int
+    constants: int
+    stack: int
+    path: tuple[str, ...]
+
+
+@dataclass
+class _Function:
+    frame: int = 0
+    calls: set[str] = field(default_factory=set)
+    by_address: bool = False
+
+
+def footprints(name: str, files: Mapping[str, str]) -> list[Footprint]:
+    """The footprint on each of TARGETS of the C file ``name`` among ``files`` {name: text}.
+
+    The header of the same name declares what is called from outside. Raises BuildError with the compiler's output if
+    it fails.
+    """
+    return [_footprint(processor, target, name, files) for processor, target in TARGETS.items()]
+
+
+def _footprint(processor: str, target: tuple[str, ...], name: str, files: Mapping[str, str]) -> Footprint:
+    entries = set(re.findall(r"\b(\w+)\(", files[name.removesuffix(".c") + ".h"]))
+    sizes = section_sizes(compile_unit(files, name, target, "-c", "-ffunction-sections", "-fdata-sections"))
+    code = sum(size for section, size in sizes.items() if section.startswith(".text"))
+    constants = sum(size for section, size in sizes.items() if section.startswith((".rodata", ".data.rel.ro")))
+    listing = compile_unit(files, name, target, "-S", "-fstack-size-section").decode("utf-8", "replace")
+    stack, path = deepest(listing, entries, _RETURN_ADDRESS.get(processor, 0))
+    return Footprint(processor, code, constants, stack, path)
+
+
+def deepest(listing: str, entries: Collection[str], return_address: int = 0) -> tuple[int, tuple[str, ...]]:
+    """The stack (bytes) of the deepest path of calls in the assembly ``listing``, and the functions on it.
+
+    It begins with one of ``entries``. ``return_address``: the bytes that each call takes beside frames. Recursion is
+    entered once.
+    """
+    functions = _functions(listing)
+    called = {name for function in functions.values() for name in function.calls}
+    hidden = {name for name in functions if name not in called and f"\t.globl\t{name}" not in listing}
+    depths: dict[str, tuple[int, tuple[str, ...]]] = {}
+
+    def depth(name: str, above: tuple[str, ...]) -> tuple[int, tuple[str, ...]]:
+        if name not in depths:
+            function = functions[name]
+            others = (function.calls | (hidden if function.by_address else set())) - {name, *above}
+            size, path = max((depth(other, (*above, name)) for other in others), default=(0, ()))
+            depths[name] = (function.frame + return_address + size, (name, *path))
+        return depths[name]
+
+    return max((depth(name, ()) for name in functions if name in entries), default=(0, ()))
+
+
+def _functions(listing: str) -> dict[str, _Function]:
+    """{name: function} of an assembly ``listing``."""
+    names = set(re.findall(r"^\s*\.type\s+([\w.$]+),\s*[@%]function", listing, re.MULTILINE))
+    found: dict[str, _Function] = defaultdict(_Function)
+    begins: dict[str, str] = {}
+    current = ""
+    lines = [line.strip() for line in listing.splitlines()]
+    for line, following in pairwise([*lines, ""]):
+        label = line.split(":", 1)[0] if ":" in line else ""
+        if label in names:
+            current = label
+            found[current]
+        elif begin := _BEGIN.match(line):
+            begins[begin[1]] = current
+        elif size := _SIZE.match(line):
+            found[begins[size[1]]].frame = _uleb(following)
+        elif current and (branch := _BRANCH.match(line)) and branch[2].removesuffix("@PLT") in names:
+            found[current].calls.add(branch[2].removesuffix("@PLT"))
+        elif current and _BY_ADDRESS.match(line):
+            found[current].by_address = True
+    return dict(found)
+
+
+def _uleb(line: str) -> int:
+    """The number that a directive of bytes holds in the form ULEB128."""
+    kind, _, text = line.partition("\t")
+    if kind == ".ascii":
+        data = [int(octal, 8) if octal else ord(plain) for octal, plain in re.findall(r'\\([0-7]{3})|([^"\\])', text)]
+    else:
+        data = [int(word, 0) for word in text.split(",")]
+    return sum((byte & 0x7F) << 7 * place for place, byte in enumerate(data))
