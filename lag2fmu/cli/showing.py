@@ -13,6 +13,7 @@ from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import knows_unicode
 from lag2fmu.errors import ExportError
 from lag2fmu.formats.write import write
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.procedure.steps import procedure
 from lag2fmu.verify.plan import check_limit
 
@@ -37,12 +38,8 @@ def show_mechanism(
     check_picture(plot)
     mechanism = load_mechanism(model, settings)
     if realtime:
-        from lag2fmu.evidence.realtime import realtime_report
-        from lag2fmu.fmu.firmware import firmware
-
-        if style or plot or analysis or coupling or full:
-            raise ExportError("--realtime is a report of its own; leave the other options of show out")
-        click.echo(realtime_report(firmware(mechanism)), nl=False)
+        _check_alone(style, plot, analysis, coupling, full)
+        click.echo(_taken(mechanism), nl=False)
         return
     style = style or ("unicode" if knows_unicode() else "text")
     width = get_terminal_size().columns
@@ -54,3 +51,17 @@ def show_mechanism(
         from lag2fmu.verify.plots.mechanism import mechanism_figure
 
         save(mechanism_figure(mechanism), plot)
+
+
+def _check_alone(*others: object) -> None:
+    """Raise ExportError where one of the ``others`` is chosen beside the report of real time."""
+    if any(others):
+        raise ExportError("--realtime is a report of its own; leave the other options of show out")
+
+
+def _taken(mechanism: Mechanism) -> str:
+    """What ``mechanism`` takes as plain C, as Markdown."""
+    from lag2fmu.evidence.realtime import realtime_report
+    from lag2fmu.fmu.firmware import firmware
+
+    return realtime_report(firmware(mechanism))
