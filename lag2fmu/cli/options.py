@@ -24,8 +24,9 @@ PATH = click.Path(path_type=Path)
 
 def _keep(context: click.Context, option: click.Parameter, value: object) -> None:
     """Keep a structural argument until the model is loaded."""
-    if value:
-        context.meta.setdefault(STRUCTURAL, []).append(f"{option.name}={str(value).lower()}")
+    if value is not None and value is not False:
+        text = "true" if value is True else str(value)
+        context.meta.setdefault(STRUCTURAL, []).append(f"{option.name}={text}")
 
 
 def completions(context: click.Context, argument: click.Parameter, begun: str) -> list[CompletionItem]:
@@ -67,10 +68,48 @@ STOPS = click.option(
     "--stops", is_flag=True, expose_value=False, callback=_keep, help="Limits of a robot's joints are hard stops."
 )
 
+GROUND = click.option(
+    "--ground",
+    metavar="all|LINKS",
+    expose_value=False,
+    callback=_keep,
+    help="What of a robot touches the ground by its collision geometry: all, or names of links with commas between.",
+)
+FRICTION = click.option(
+    "--friction",
+    type=float,
+    metavar="MU",
+    expose_value=False,
+    callback=_keep,
+    help="Coefficient of friction of a robot's contacts; by default that of the file, 1 for URDF.",
+)
+RESTITUTION = click.option(
+    "--restitution",
+    type=float,
+    metavar="E",
+    expose_value=False,
+    callback=_keep,
+    help="Coefficient of restitution of a robot's contacts; by default 0.",
+)
+LAW = click.option(
+    "--law",
+    type=click.Choice(["ideal", "compliant"]),
+    expose_value=False,
+    callback=_keep,
+    help="What a robot's contacts are: ideal (the default), or compliant.",
+)
+PAIRS = click.option(
+    "--pairs",
+    is_flag=True,
+    expose_value=False,
+    callback=_keep,
+    help="Spheres and capsules of a robot in MJCF touch each other, too.",
+)
+
 
 def loading(command: Command) -> Command:
     """``command`` with the options that say how its model is loaded."""
-    return SET(BASE(STOPS(command)))
+    return SET(BASE(STOPS(GROUND(FRICTION(RESTITUTION(LAW(PAIRS(command))))))))
 
 
 STOP_TIME = click.option("--stop-time", type=float, metavar="S", help="Stop time in seconds.")

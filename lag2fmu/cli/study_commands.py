@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import BASE, HOLD, INPUT, MODEL, PATH, SET, STOP_TIME, STOPS
+from lag2fmu.cli.options import HOLD, INPUT, MODEL, PATH, SET, STOP_TIME, loading
 
 
 @click.command()
@@ -29,9 +29,7 @@ from lag2fmu.cli.options import BASE, HOLD, INPUT, MODEL, PATH, SET, STOP_TIME, 
 @click.option("--tolerance", type=float, help="Relative tolerance of the runs; default 1e-8.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), metavar="TOML", help="Write the calibrated mechanism.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw fit and residuals (.png, .svg, .pdf).")
-@SET
-@BASE
-@STOPS
+@loading
 def calibrate(**choices: Any) -> None:
     """Estimate parameters and starts of MODEL from measured columns: time,name [unit],... in CSV files."""
     from lag2fmu.cli.calibrating import calibrate_model
@@ -104,9 +102,7 @@ def observe(**choices: Any) -> None:
     metavar="FILE",
     help="The result, .nc (NetCDF) or .parquet; the same command after an interruption goes on.",
 )
-@SET
-@BASE
-@STOPS
+@loading
 def sweep(**choices: Any) -> None:
     """Run MODEL, an FMU or a system (.ssp, .ssd) many times, over all that --vary says; write one table of results."""
     from lag2fmu.cli.sweeping import SweepOptions, sweep_model

@@ -28,11 +28,12 @@ LAWS = ("ideal", "compliant")
 
 
 class ContactKind(NamedTuple):
-    """A kind of contact: the entries of its positions, the number of ``radii``, whether there is a ``normal``."""
+    """A kind of contact: the entries of its positions, the number of ``radii`` and ``lengths``, if it has a normal."""
 
     entries: int
     radii: int
     normal: bool
+    lengths: int = 0
 
 
 CONTACTS = {
@@ -44,6 +45,9 @@ CONTACTS = {
     "sphere_plane": ContactKind(3, 1, normal=True),
     "sphere_sphere": ContactKind(3, 2, normal=False),
     "point_sphere": ContactKind(3, 1, normal=False),
+    "ellipsoid_plane": ContactKind(3, 3, normal=True),
+    "capsule_sphere": ContactKind(3, 2, normal=False, lengths=1),
+    "capsule_capsule": ContactKind(3, 2, normal=False, lengths=2),
 }
 """The contacts between two places by name."""
 
@@ -57,7 +61,8 @@ class Contact:
     bodies. The first of them is the point, disc or sphere that touches, the second one is touched. A ``normal`` ("x",
     "y", "z" or its entries) is fixed in the second end and goes through it, out of its line or plane. ``radius`` (m)
     is that of the disc or sphere; a pair of them has two; for a point against a disc or sphere it is that of the
-    latter.
+    latter; an ellipsoid has three along the axes of its frame, one of them 0 for a flat disc. ``length`` (m) is the
+    distance between the centres of a capsule's ends, along z of its frame about the place.
 
     ``restitution`` is Newton's coefficient, ``friction`` the coefficient of sliding friction, ``static_friction`` that
     of sticking, by default the same. With the ``law`` "compliant" the force on a penetration d is
@@ -104,7 +109,18 @@ class Contact:
         names=CONSTANT,
     )
     radius: Expression | Sequence[Expression] | None = key(
-        "expression or vector", "In m; two of a pair of discs or spheres.", default=None, names=CONSTANT, unit=METRE
+        "expression or vector",
+        "In m; two of a pair of discs, spheres or capsules, three of an ellipsoid.",
+        default=None,
+        names=CONSTANT,
+        unit=METRE,
+    )
+    length: Expression | Sequence[Expression] | None = key(
+        "expression or vector",
+        "Of a capsule, between the centres of its ends, in m; two of a pair.",
+        default=None,
+        names=CONSTANT,
+        unit=METRE,
     )
     law: str = key(LAWS, "ideal: rigid; compliant: a spring with a damper by Hunt and Crossley.", default="ideal")
     stiffness: Expression | None = key(

@@ -10,12 +10,16 @@ from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.lagrange import derive, with_derived
+from lag2fmu.dynamics.massless import determined
 from lag2fmu.dynamics.program import lower
 from lag2fmu.fmu.advice import missed_vibrations, suited_solver
 from lag2fmu.fmu.method_check import check_bounded, check_solver
 from lag2fmu.fmu.variables import promotable
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import BOUNDED, METHODS, STEPPING_SOLVER, TimeStepping
+
+_MANY = 24
+"""Contacts from which on impacts are stepped over: each event costs more with each of them."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,10 @@ def _chosen_solver(
     """The solver that the user ``named`` or that suits, why it was chosen, and what is known of the start's motion."""
     if bounded and named is None and equations.mechanism.hybrid:
         return STEPPING_SOLVER, "its steps contain impacts", ""
+    touching = sum(contact.law == "ideal" for contact in equations.mechanism.contacts)
+    heavy = all(i is None for i in determined(equations.mechanism))
+    if named is None and touching >= _MANY and STEPPING_SOLVER in among and heavy:
+        return STEPPING_SOLVER, f"its steps take impacts at {touching} contacts at once", ""
     if named is not None and isinstance(METHODS[named], TimeStepping):
         return named, "", ""  # decays do not bound the steps of this solver
     suited, reason = suited_solver(equations, among)

@@ -57,9 +57,9 @@ def read_model(model: object, arguments: Mapping[Any, object] | None = None) -> 
 
     ``model`` is a bundled name, a .py, .toml, .urdf or .xml (MJCF) file, FILE.py:NAME for the thing called NAME in a
     program, or a LagrangesMethod, KanesMethod or System of SymPy. ``arguments`` are the structural ones of a family
-    (``n`` of ``n_pendulum``), those of ``robot``, or the values of all constants of SymPy's mechanics {symbol or name:
-    number}. Strings are converted to the declared type. Raises LoadError if the model is missing, fails or does not
-    take the arguments, and MechanismError (TextError) for faults of a text.
+    (``n`` of ``n_pendulum``), those of ``robot``, or {name: value} of all constants of SymPy's mechanics. Strings are
+    converted to the declared type. Raises LoadError if the model is missing, fails or does not take the arguments, and
+    MechanismError (TextError) for faults of a text.
     """
     given = {str(name): value for name, value in (arguments or {}).items()}
     if isinstance(model, (str, Path)) and (path := find(model)).suffix == ".toml":
@@ -163,13 +163,19 @@ def _function_of(model: object) -> _ModelSource:
     if path.suffix not in ENDINGS:
         return _ModelSource(path, model_function(path, _split(model)[1]))
 
-    def read(base: str = "fixed", stops: bool = False) -> Mechanism:
-        return complete(robot(path, base=base, stops=stops))
+    def read(
+        base: str = "fixed",
+        stops: bool = False,
+        ground: str = "",
+        friction: float | None = None,
+        restitution: float | None = None,
+        law: str | None = None,
+        pairs: bool = False,
+    ) -> Mechanism:
+        of_contacts = {"friction": friction, "restitution": restitution, "law": law, "pairs": pairs}
+        return complete(robot(path, base=base, stops=stops, ground=ground, **of_contacts))
 
     return _ModelSource(path, read)
-
-
-# -------------------------------------------------------------------------------------------------------- settings
 
 
 def split_settings(model: str | Path, items: Iterable[str]) -> tuple[dict[str, str], dict[str, str]]:

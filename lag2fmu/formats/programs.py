@@ -153,7 +153,7 @@ def convert(value: object, p: inspect.Parameter, where: str) -> object:
     """``value`` in the type of ``p`` (int, float, str or bool, by annotation or default); raises LoadError."""
     kinds = {"int": int, "float": float, "str": str, "bool": bool}
     annotation = p.annotation if isinstance(p.annotation, str) else getattr(p.annotation, "__name__", "")
-    kind = kinds.get(annotation, kinds.get(type(p.default).__name__))
+    kind = kinds.get(annotation.removesuffix(" | None"), kinds.get(type(p.default).__name__))
     if kind is None or type(value) is kind:
         return value
     try:

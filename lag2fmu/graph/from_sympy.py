@@ -62,17 +62,23 @@ class Translator:
 
     def __call__(self, expression: sp.Expr) -> Node:
         """The node of ``expression``; raises DerivationError for an operation the graph does not have."""
-        node = self._memory.get(expression)
-        if node is None:
+        if expression not in self._memory:
             with self.graph.as_written():
                 for call in calls([expression]):
                     self._memory[call] = self._memory.get(call) or self._translate(call.meaning)
-                node = self._memory[expression] = self._translate(expression)
-        return node
+                self._memory[expression] = self._translate(expression)
+        return self._memory[expression]
 
     def vector(self, expressions: tuple[sp.Expr, ...]) -> tuple[Node, ...]:
         """The nodes of several expressions, (k,)."""
         return tuple(self(e) for e in expressions)
+
+    def _node(self, e: sp.Expr) -> Node:
+        """The node of a part of an expression whose calls of definitions have theirs."""
+        node = self._memory.get(e)
+        if node is None:
+            node = self._memory[e] = self._translate(e)
+        return node
 
     def _translate(self, e: sp.Expr) -> Node:
         g = self.graph
@@ -87,11 +93,13 @@ class Translator:
         if e.is_Mul:
             return self._product(e)
         if e.is_Pow:
-            return g.apply("exp", self(e.exp)) if e.base is sp.E else g.power(self(e.base), self(e.exp))
+            return (
+                g.apply("exp", self._node(e.exp)) if e.base is sp.E else g.power(self._node(e.base), self._node(e.exp))
+            )
         if isinstance(e, Choice):
-            return g.choose(*(self(a) for a in e.args))
+            return g.choose(*(self._node(a) for a in e.args))
         if isinstance(e, Smooth):
-            return self._smooth(self(e.args[0]))
+            return self._smooth(self._node(e.args[0]))
         if isinstance(e, TableCall):
             return self._lookup(e)
         return self._call(e)
@@ -101,7 +109,7 @@ class Translator:
         g, name = self.graph, FUNCTIONS.get(e.func)
         if name is None:
             raise DerivationError(f"'{e}' uses the operation {e.func.__name__}, which the equations cannot be made of")
-        arguments = [self(a) for a in (e.args[:1] if name == "heaviside" else e.args)]
+        arguments = [self._node(a) for a in (e.args[:1] if name == "heaviside" else e.args)]
         if name in ("min", "max"):  # they take any number of arguments
             return reduce(partial(g.apply, name), arguments)
         return g.apply(name, *arguments)
@@ -122,13 +130,13 @@ class Translator:
         g = self.graph
         table = next(k for k, known in enumerate(g.tables) if known.name == e.table)
         orders = e.orders or (0,) * len(e.args)
-        return g.lookup(g.constant(table), [g.constant(order) for order in orders], [self(a) for a in e.args])
+        return g.lookup(g.constant(table), [g.constant(order) for order in orders], [self._node(a) for a in e.args])
 
     def _sum(self, e: sp.Expr) -> Node:
         """A sum from left to right, the most frequent terms first."""
         cores = {term: self._core(term) for term in e.args}
-        order = sorted(e.args, key=lambda term: (-self._frequency[cores[term]], self(cores[term])))
-        return self.graph.total(self(term) for term in order)
+        order = sorted(e.args, key=lambda term: (-self._frequency[cores[term]], self._node(cores[term])))
+        return self.graph.total(self._node(term) for term in order)
 
     def _core(self, term: sp.Expr) -> sp.Expr:
         """``term`` without its numerical factor. Equal results are one object, so that SymPy need not compare them."""
@@ -158,7 +166,7 @@ class Translator:
         above, below = g.one, g.one
         for factor in e.args:
             if factor.is_Pow and factor.exp.is_Rational and factor.exp.is_negative:
-                below = g.multiply(below, self(1 / factor))
+                below = g.multiply(below, self._node(1 / factor))
             else:
-                above = g.multiply(above, self(factor))
+                above = g.multiply(above, self._node(factor))
         return g.divide(above, below)

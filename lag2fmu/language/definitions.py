@@ -142,8 +142,17 @@ def calls(expressions: Iterable[sp.Expr]) -> list[Defined]:
 
 
 def _own_calls(expressions: Iterable[sp.Expr]) -> list[Defined]:
-    found = (e for expression in expressions for e in sp.preorder_traversal(expression) if isinstance(e, Defined))
-    return list(dict.fromkeys(found))
+    """The calls in ``expressions``, which share much: each part of them is looked at once."""
+    waiting, seen, found = list(expressions)[::-1], set[sp.Basic](), list[Defined]()
+    while waiting:
+        e = waiting.pop()
+        if e in seen:
+            continue
+        seen.add(e)
+        if isinstance(e, Defined):
+            found.append(e)
+        waiting.extend(e.args[::-1])
+    return found
 
 
 def separated(

@@ -1,12 +1,14 @@
 """Contacts between places as a gap and slip velocities: points, discs and spheres on lines, planes and one another.
 
 The first end touches, the second end is touched. With the vector d from the second to the first, the normal n out of
-the second, and the radii r1, r2, the gap is n.d - r1 on a line or plane, and |d| - r1 - r2 on a disc or sphere. A slip
-is a relative velocity along a tangent: that of the first end's material point at the contact, less that of the second
-end's.
+the second, and the radii r1, r2, the gap is n.d - r1 on a line or plane, and |d| - r1 - r2 on a disc or sphere. That of
+an ellipsoid on a plane is n.d - h(n) with its support function h(n) = |(r1 n1, r2 n2, r3 n3)|. The spheres of capsules
+stand on their axes where these are nearest to each other. A slip is a relative velocity along a tangent: that of the
+first end's material point at the contact, less that of the second end's.
 
 Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, chapter 4; the tangents to a normal that
-moves: T. Duff et al., Building an Orthonormal Basis, Revisited, J. Computer Graphics Techniques 6 (2017).
+moves: T. Duff et al., Building an Orthonormal Basis, Revisited, J. Computer Graphics Techniques 6 (2017); the nearest
+points of two axes: C. Ericson, Real-Time Collision Detection, section 5.1.9.
 """
 
 from __future__ import annotations
@@ -19,9 +21,15 @@ from lag2fmu.description.description import Description
 from lag2fmu.description.events import CONTACTS, Contact
 from lag2fmu.description.joints import across, direction
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.vocabulary import Choice
+from lag2fmu.language.vocabulary import Choice, Smooth
 from lag2fmu.mechanism.planar_joints import angle_of
 from lag2fmu.mechanism.poses import Pose, Poses, location_of
+
+_OF_ELLIPSOID = 3
+_FLAT = sp.Rational(1, 10**6)
+"""rad; the tilt below which a flat disc has no lowest point. Its gap is wrong by less than this times its radius."""
+_PARALLEL = sp.Rational(1, 10**12)
+"""The square of the sine of an angle below which two axes are parallel."""
 
 
 class Geometry(NamedTuple):
@@ -44,19 +52,65 @@ def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
     first, second = radii_of(contact)
     if CONTACTS[contact.kind].normal:
         normal, tangents = _fixed(contact, b, m.dimension == 2)
-        gap = normal.dot(apart) - first
-        on_second = apart - first * normal
+        height, reach = first, first * normal
+        if CONTACTS[contact.kind].radii == _OF_ELLIPSOID:
+            height, reach = _of_ellipsoid(contact, a, normal)
+        gap = normal.dot(apart) - height
+        on_first, on_second = -reach, apart - reach
     else:
+        along_a, along_b = _along_axes(contact, a, b, apart)
+        apart += along_a - along_b
         distance = sp.sqrt(apart.dot(apart))
         normal = apart / distance
         tangents = [_along_line(normal)] if m.dimension == 2 else _tangents(normal)
         gap = distance - first - second
-        on_second = second * normal
+        on_first, on_second = along_a - first * normal, along_b + second * normal
     if contact.frictionless:
         return Geometry(gap, ())
-    point_a, point_b = (end.origin.applyfunc(poses.rate) for end in (a, b))
-    slip = point_a + a.angular.cross(-first * normal) - point_b - b.angular.cross(on_second)
+    slip = a.velocity + a.angular.cross(on_first) - b.velocity - b.angular.cross(on_second)
     return Geometry(gap, tuple(t.dot(slip) for t in tangents))
+
+
+def _of_ellipsoid(contact: Contact, first: Pose, normal: sp.Matrix) -> tuple[sp.Expr, sp.Matrix]:
+    """How high the ellipsoid of ``first`` reaches against its ``normal`` (3, 1), and from where, (3, 1), both in m.
+
+    With w = R' n and S = |r w|^2 these are h = sqrt(S) and its gradient by w. A flat disc that lies on the plane has no
+    lowest point: its h is S / sqrt(S + f^2), so that the point goes over into the centre on the scale f of angles.
+    """
+    radii = sp.diag(*(sp.sympify(r) for r in contact.radius or ()))  # type: ignore[union-attr]
+    own = radii * first.rotation.T * normal
+    square = own.dot(own)
+    height = sp.sqrt(square)
+    slope = 1 / height
+    if any(radii[k, k] == 0 for k in range(3)):
+        flat = (_FLAT * radii.trace()) ** 2
+        height = square / sp.sqrt(square + flat)
+        slope = (square + 2 * flat) / (square + flat) ** sp.Rational(3, 2)
+    return height, slope * first.rotation * radii * own
+
+
+def _along_axes(contact: Contact, a: Pose, b: Pose, apart: sp.Matrix) -> tuple[sp.Matrix, sp.Matrix]:
+    """From the centre of each end to where its axis is nearest to the other end, (3, 1) in m; 0 without an axis.
+
+    Source: Ericson, section 5.1.9, with unit vectors along the axes.
+    """
+    lengths = contact.length if isinstance(contact.length, tuple) else (contact.length,)
+    if contact.length is None:
+        return sp.zeros(3, 1), sp.zeros(3, 1)
+    u, v = a.rotation[:, 2], b.rotation[:, 2]
+    half = sp.sympify(lengths[0]) / 2
+    if len(lengths) == 1:
+        return _within(-u.dot(apart), half) * u, sp.zeros(3, 1)
+    other, c = sp.sympify(lengths[1]) / 2, u.dot(v)
+    on_a, on_b = u.dot(apart), v.dot(apart)
+    s = _within((c * on_b - on_a) / (1 - c**2 + _PARALLEL), half)
+    t = _within(c * s + on_b, other)
+    return _within(c * t - on_a, half) * u, t * v
+
+
+def _within(x: sp.Expr, most: sp.Expr) -> sp.Expr:
+    """``x`` from -most to most; gaps have no kink where it gets there."""
+    return Smooth(sp.Max(-most, sp.Min(most, x, evaluate=False), evaluate=False))
 
 
 def _ends(m: Description, contact: Contact, poses: Poses) -> tuple[Pose, Pose, sp.Matrix]:
@@ -81,8 +135,10 @@ def _ends(m: Description, contact: Contact, poses: Poses) -> tuple[Pose, Pose, s
 
 
 def _pose(poses: Poses, frame: str, place: tuple[sp.Expr, ...], base: str) -> Pose:
-    pose = poses.pose(frame, base)
-    return pose._replace(origin=pose.at(poses.column(place)))
+    pose, own = poses.pose(frame, base), poses.column(place)
+    arm = pose.rotation * own
+    velocity = pose.velocity + pose.angular.cross(arm) + pose.rotation * own.applyfunc(poses.rate)
+    return pose._replace(origin=pose.origin + arm, velocity=velocity)
 
 
 def _check_angles(m: Description, contact: Contact, where: str) -> None:
@@ -103,7 +159,10 @@ def _check_angles(m: Description, contact: Contact, where: str) -> None:
 
 
 def radii_of(contact: Contact) -> tuple[sp.Expr, sp.Expr]:
-    """The radii (m) of the first and the second end of a contact with a kind, 0 for an end without one."""
+    """The radii (m) of the first and the second end of a contact with a kind, 0 for an end without one.
+
+    Those of an ellipsoid are three, of which the first two are given.
+    """
     radius = contact.radius
     if isinstance(radius, tuple):
         return (radius[0], radius[1]) if len(radius) == 2 else (radius[0], sp.S.Zero)

@@ -26,7 +26,9 @@ from lag2fmu.mechanism.velocities import slips
 _NO_VALUE = (KeyError, ValueError, ArithmeticError)
 _TRIALS, _ROUNDING = 8, 1e-9
 
-_OF_PLACES = ("between", "normal", "radius")
+_OF_ELLIPSOID = 3
+"""Radii of an ellipsoid; those of a flat disc are two and 0."""
+_OF_PLACES = ("between", "normal", "radius", "length")
 _OF_COMPLIANCE = ("stiffness", "damping", "slip_speed")
 
 
@@ -94,15 +96,19 @@ def _check_places(m: Description, contact: Contact, where: str) -> None:
 
 
 def _check_measures(contact: Contact, of: ContactKind, where: str) -> None:
-    """Raise MechanismError unless normal and radii are given exactly if the kind has them."""
-    for key, needed in (("normal", of.normal), ("radius", of.radii > 0)):
+    """Raise MechanismError unless normal, radii and lengths are given exactly if the kind has them."""
+    for key, needed in (("normal", of.normal), ("radius", of.radii > 0), ("length", of.lengths > 0)):
         if getattr(contact, key) is None and needed:
             raise MechanismError(f"{where}: '{key}' is missing")
         if getattr(contact, key) is not None and not needed:
             raise MechanismError(f"{where}.{key}: does not go with '{contact.kind}'; leave it out")
-    count = len(contact.radius) if isinstance(contact.radius, tuple) else 1
-    if of.radii and count != of.radii:
-        raise MechanismError(f"{where}.radius: has {count} entries; '{contact.kind}' has {of.radii}")
+    for key, expected in (("radius", of.radii), ("length", of.lengths)):
+        given = getattr(contact, key)
+        count = len(given) if isinstance(given, tuple) else 1
+        if expected and count != expected:
+            raise MechanismError(f"{where}.{key}: has {count} entries; '{contact.kind}' has {expected}")
+    if of.radii == _OF_ELLIPSOID and not any(contact.radius):  # type: ignore[arg-type]
+        raise MechanismError(f"{where}.radius: all three are 0; give one that is not, or the kind 'point_plane'")
 
 
 def _check_normal(m: Description, contact: Contact, where: str) -> None:
@@ -201,11 +207,7 @@ def _bounded(m: Description) -> Iterator[tuple[str, sp.Expr, float, float, str]]
     bouncing += [(f"stops.{s.name}", s.restitution) for s in m.stops]
     for where, restitution in bouncing:
         yield f"{where}.restitution", sp.sympify(restitution), 0.0, 1.0, coefficient
-    for contact in m.contacts:
-        for key, (low, wanted) in _LEAST.items():
-            value = getattr(contact, key)
-            for entry in value if isinstance(value, tuple) else () if value is None else (value,):
-                yield f"contacts.{contact.name}.{key}", sp.sympify(entry), low, math.inf, f"it has to be {wanted}"
+    yield from _measures(m)
     for friction in m.frictions:
         for key in ("force", "static"):
             if getattr(friction, key) is not None:
@@ -213,10 +215,21 @@ def _bounded(m: Description) -> Iterator[tuple[str, sp.Expr, float, float, str]]
                 yield f"frictions.{friction.name}.{key}", sp.sympify(getattr(friction, key)), 0.0, math.inf, wanted
 
 
+def _measures(m: Description) -> Iterator[tuple[str, sp.Expr, float, float, str]]:
+    """What ``_bounded`` gives, of contacts."""
+    for contact in m.contacts:
+        for key, (low, wanted) in _LEAST.items():
+            value = getattr(contact, key)
+            entries = value if isinstance(value, tuple) else () if value is None else (value,)
+            flat = key == "radius" and len(entries) == _OF_ELLIPSOID
+            for entry in (x for x in entries if not (flat and x == 0)):
+                yield f"contacts.{contact.name}.{key}", sp.sympify(entry), low, math.inf, f"it has to be {wanted}"
+
+
 _ABOVE_ZERO = math.ulp(0.0)
 _LEAST = {
     **dict.fromkeys(("friction", "static_friction", "damping"), (0.0, "0 or more")),
-    **dict.fromkeys(("stiffness", "slip_speed", "radius"), (_ABOVE_ZERO, "positive")),
+    **dict.fromkeys(("stiffness", "slip_speed", "radius", "length"), (_ABOVE_ZERO, "positive")),
 }
 """{key of a contact: its smallest value, and words for this bound}."""
 

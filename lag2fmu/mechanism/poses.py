@@ -25,11 +25,15 @@ from lag2fmu.mechanism.order import in_order
 
 
 class Pose(NamedTuple):
-    """Origin (3, 1) in m, rotation matrix (3, 3) and angular velocity (3, 1) in rad/s, in the axes of the base."""
+    """Origin (3, 1) in m, rotation matrix (3, 3), angular velocity (3, 1) in rad/s, along the axes of the base.
+
+    ``velocity`` (3, 1) is that of the origin, in m/s.
+    """
 
     origin: sp.Matrix
     rotation: sp.Matrix
     angular: sp.Matrix
+    velocity: sp.Matrix
 
     def at(self, place: sp.Matrix) -> sp.Matrix:
         """The point ``place`` (3, 1) of the frame, in the axes of the base, (3, 1), in m."""
@@ -45,6 +49,7 @@ class Poses:
         moving = [*(q.name for q in m.coordinates), *m.driven]
         self._rates = {symbol(name): symbol(names.velocity(name)) for name in moving}
         self._rates[TIME] = sp.S.One
+        self._poses: dict[tuple[str, str], Pose] = {}
 
     def resolved(self, expression: Expression) -> sp.Expr:
         """``expression`` with its definitions written out."""
@@ -79,27 +84,36 @@ class Poses:
 
         Source: Wittenburg, Dynamics of Multibody Systems, 2nd edition, chapter 2.
         """
-        origin, angular, before, last = sp.zeros(3, 1), sp.zeros(3, 1), sp.eye(3), _Turn()
+        if (name, base) not in self._poses:
+            self._poses[name, base] = self._composed(name, base)
+        return self._poses[name, base]
+
+    def _composed(self, name: str, base: str) -> Pose:
+        origin, velocity, angular, before, last = *(sp.zeros(3, 1) for _ in range(3)), sp.eye(3), _Turn()
         for frame in self._chain(name, base):
-            origin += before * last.matrix() * sp.Matrix([self.resolved(x) for x in frame.origin])
+            turned, own = before * last.matrix(), sp.Matrix([self.resolved(x) for x in frame.origin])
+            way = turned * own
+            origin += way
+            velocity += angular.cross(way) + turned * own.applyfunc(self.rate)
             if frame.quaternion is not None:
                 e = sp.Matrix([self.resolved(x) for x in frame.quaternion])
                 before, last = before * last.matrix(), _Turn()
                 angular += before * _quaternion_rate(e, e.applyfunc(self.rate))
                 before = before * _quaternion_matrix(e)
             for axis, angle in frame.rotations:
-                turned = self.resolved(angle)
+                whole = self.resolved(angle)
                 if axis != last.axis:
                     before, last = before * last.matrix(), _Turn(axis)
-                last = _Turn(axis, last.angle + turned)
-                angular += before * direction(axis) * self.rate(turned)
-        return Pose(origin, before * last.matrix(), angular)
+                last = _Turn(axis, last.angle + whole)
+                angular += before * direction(axis) * self.rate(whole)
+        return Pose(origin, before * last.matrix(), angular, velocity)
 
     def planar(self, place: sp.Matrix, angle: Expression) -> Pose:
         """The pose in the world of what stands in the plane at ``place`` (3, 1), in m, turned by ``angle`` (rad)."""
         turned = self.resolved(angle)
         c, s = sp.cos(turned), sp.sin(turned)
-        return Pose(place, sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]), sp.Matrix([0, 0, self.rate(turned)]))
+        turn, angular = sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]), sp.Matrix([0, 0, self.rate(turned)])
+        return Pose(place, turn, angular, place.applyfunc(self.rate))
 
 
 def location_of(m: Description, name: str, where: str) -> tuple[str, tuple[sp.Expr, ...]]:

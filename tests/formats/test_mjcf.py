@@ -13,7 +13,7 @@ from kkt import solve
 
 from lag2fmu import Ensemble, derive, export, function, linearize, load, simulate, start, sweep
 from lag2fmu.errors import DerivationError, LoadError
-from lag2fmu.formats.robots.tree import JointPose, about
+from lag2fmu.formats.robots.poses import JointPose, about
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.mechanism.record import Mechanism
@@ -432,20 +432,20 @@ def test_what_is_not_taken_is_listed(robot: Robot) -> None:
         "the actuator early",
         "limits of the joint ball",
         "the tendon long",
-        "contacts of 3 geoms",
+        "contacts of 3 geoms (ground takes them)",
     )
 
 
 def test_what_is_not_taken_is_a_warning_each_in_python_too(robot: Robot, caplog: pytest.LogCaptureFixture) -> None:
     """One for each part, as it stands in the text; a text of before, in which all is one string, is read."""
     found = robot(body('<joint/><geom size="1"/><geom size="2"/>').replace("<body ", '<body gravcomp="1" '))
-    told = ("contacts of 2 geoms", "compensation of gravity")
+    told = ("contacts of 2 geoms (ground takes them)", "compensation of gravity")
     assert [record.getMessage() for record in caplog.records] == [
         f"warning: not taken from the imported file: {what}" for what in told
     ]
     text = write(found)
-    assert 'not_taken = [\n    "contacts of 2 geoms",\n    "compensation of gravity",\n]\n' in text
-    assert read(text.replace('    "contacts of 2 geoms",\n', ""), "text").not_taken == told[1:]
+    assert 'not_taken = [\n    "contacts of 2 geoms (ground takes them)",\n    "compensation of gravity",\n]\n' in text
+    assert read(text.replace('    "contacts of 2 geoms (ground takes them)",\n', ""), "text").not_taken == told[1:]
     before = text.replace(
         text[text.index("not_taken") : text.index("]\n", text.index("not_taken")) + 2], 'not_taken = "a, b"\n'
     )
@@ -463,7 +463,8 @@ def test_a_tendon_called_as_a_joint_has_its_own_stiffness(robot: Robot) -> None:
 
 @pytest.mark.parametrize(
     ("flag", "told"),
-    [("", ["contacts of 2 geoms", "contacts of 1 pairs of geoms", "compensation of gravity"]),
+    [("", ["contacts of 2 geoms (ground takes them)", "contacts of 1 pairs of geoms (ground takes them)",
+           "compensation of gravity"]),
      ('<option><flag contact="disable"/></option>', ["compensation of gravity"])],
 )  # fmt: skip
 def test_what_would_act_is_told_where_nothing_disables_it(robot: Robot, flag: str, told: list[str]) -> None:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 import random
 import re
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.optimize import minimize
 
 from lag2fmu.description.events import CONTACTS
 from lag2fmu.errors import MechanismError, TextError, UnitError
@@ -218,9 +221,15 @@ def two_bodies(kind: str, **keys: object) -> Mechanism:
     names = ["xa", "ya", "pa", "xb", "yb", "pb"] if planar else [f"{c}{b}" for b in "ab" for c in "xyzpq"]
     q = {name: coordinate(name, "rad" if name[0] in "pq" else "m", start=_START[name]) for name in names}
     of = CONTACTS[kind]
-    radius = {0: None, 1: 0.25, 2: (0.25, 0.5)}[of.radii]
     contact = Contact(
-        "c", kind=kind, between=("a", "b"), friction=0.2, radius=radius, normal=(3, 4, 0) if of.normal else None, **keys
+        "c",
+        kind=kind,
+        between=("a", "b"),
+        friction=0.2,
+        radius={0: None, 1: 0.25, 2: (0.25, 0.5), 3: (0.3, 0.2, 0.1)}[of.radii],
+        length={0: None, 1: 2.0, 2: (2.0, 3.0)}[of.lengths],
+        normal=(3, 4, 0) if of.normal else None,
+        **keys,
     )
     if planar:
         bodies = [Body(b, 1, (q[f"x{b}"], q[f"y{b}"]), angle=q[f"p{b}"], inertia=1) for b in "ab"]
@@ -264,7 +273,7 @@ def turned(values: dict[str, float], b: str, planar: bool, vector: sp.Matrix) ->
     return material(values, b, planar, vector) - material(values, b, planar, sp.zeros(3, 1))
 
 
-@pytest.mark.parametrize("kind", CONTACTS)
+@pytest.mark.parametrize("kind", [kind for kind, of in CONTACTS.items() if of.radii < 3 and not of.lengths])
 def test_gap_and_slip_are_those_of_the_material_points(kind: str) -> None:
     """Gap and slip against the motion of the two material points at the contact, by central differences."""
     mechanism = two_bodies(kind)
@@ -303,6 +312,86 @@ def test_gap_and_slip_are_those_of_the_material_points(kind: str) -> None:
     assert math.hypot(*slips) == pytest.approx(float(tangential.norm()), rel=1e-8)
     if planar:
         assert slips[0] == pytest.approx(float(sp.Matrix([normal[1], -normal[0], 0]).dot(velocity)), rel=1e-8)
+
+
+def nearest(kind: str, at: dict[str, float]) -> tuple[float, sp.Matrix, sp.Matrix, sp.Matrix]:
+    """The gap, the normal, and the touching points of both bodies of ``two_bodies``, found by minimisation."""
+    centre = sp.Matrix([0.1, 0.2, -0.3])
+
+    def place(body: str, own: Sequence[float]) -> np.ndarray[Any, Any]:
+        return np.array(material(at, body, False, centre + sp.Matrix(own)), dtype=float).ravel()
+
+    if kind == "ellipsoid_plane":
+        normal = place("b", (0.6, 0.8, 0)) - place("b", (0, 0, 0))
+        base, *ends = (place("a", x) for x in ((0, 0, 0), (0.3, 0, 0), (0, 0.2, 0), (0, 0, 0.1)))
+        axes = np.array(ends) - base
+
+        def height(angles: Any) -> float:
+            s, c = np.sin(angles[0]), np.cos(angles[0])
+            return float(normal @ (np.array([s * np.cos(angles[1]), s * np.sin(angles[1]), c]) @ axes))
+
+        found = min((minimize(height, x, tol=1e-15) for x in ((1, 0), (1, 2), (1, 4), (2, 1))), key=lambda r: r.fun)
+        s, c = np.sin(found.x[0]), np.cos(found.x[0])
+        touching = base + np.array([s * np.cos(found.x[1]), s * np.sin(found.x[1]), c]) @ axes
+        gap = float(normal @ (touching - place("b", (0, 0, 0))))
+        return gap, sp.Matrix(normal), sp.Matrix(touching), sp.Matrix(touching)
+    halves = (1.0, 0.0 if kind == "capsule_sphere" else 1.5)
+    ends_a, ends_b = ([place(b, (0, 0, z)) for z in (-half, half)] for b, half in zip("ab", halves, strict=True))
+
+    def spots(x: Any) -> tuple[Any, Any]:
+        return ends_a[0] + x[0] * (ends_a[1] - ends_a[0]), ends_b[0] + x[1] * (ends_b[1] - ends_b[0])
+
+    def apart(x: Any) -> float:
+        on_a, on_b = spots(x)
+        return float((on_a - on_b) @ (on_a - on_b))
+
+    on_a, on_b = spots(minimize(apart, (0.5, 0.5), bounds=[(0, 1)] * 2, tol=1e-15, method="L-BFGS-B").x)
+    length = float(np.linalg.norm(on_a - on_b))
+    normal = (on_a - on_b) / length
+    return length - 0.75, sp.Matrix(normal), sp.Matrix(on_a - 0.25 * normal), sp.Matrix(on_b + 0.5 * normal)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("kind", [kind for kind, of in CONTACTS.items() if of.radii == 3 or of.lengths])
+def test_gap_and_slip_are_those_of_the_nearest_points(kind: str, seed: int) -> None:
+    """Ellipsoids and capsules against points that a minimisation finds, and against how these move with the bodies."""
+    mechanism, generator = two_bodies(kind), random.Random(seed)
+    (unilateral,) = mechanism.unilaterals
+    values = {q.name: q.start + generator.uniform(-1, 1) for q in mechanism.coordinates}
+    rates = {q.name: generator.uniform(-1, 1) for q in mechanism.coordinates}
+    gap, normal, on_first, on_second = nearest(kind, values)
+    point = values | {f"{name}_dot": rate for name, rate in rates.items()}
+    assert value_of(unilateral.gap, point) == pytest.approx(gap, abs=1e-9)
+    velocity, h = sp.zeros(3, 1), 1e-5
+    moved = [{name: value + s * h * rates[name] for name, value in values.items()} for s in (1, -1)]
+    for body, at, sign in (("a", on_first, 1), ("b", on_second, -1)):
+        turn = sp.Matrix.hstack(*(turned(values, body, False, sp.eye(3)[:, k]) for k in range(3)))
+        place = turn.T * (at - material(values, body, False, sp.zeros(3, 1)))
+        ahead, behind = (material(where, body, False, place) for where in moved)
+        velocity += sign * (ahead - behind) / (2 * h)
+    ahead, behind = (value_of(unilateral.gap, where) for where in moved)
+    assert (ahead - behind) / (2 * h) == pytest.approx(float(normal.dot(velocity)), abs=1e-6)
+    tangential = velocity - normal * normal.dot(velocity)
+    slips = [value_of(slip, point) for slip in unilateral.slips]
+    assert math.hypot(*slips) == pytest.approx(float(tangential.norm()), rel=1e-6)
+
+
+def test_a_flat_disc_rolls_on_its_rim_and_lies_on_its_face() -> None:
+    """The rim's lowest point where it is tilted; flat on the plane its centre, without a jump of gap or slip."""
+    tilt = coordinate("tilt", "rad", start=0.3)
+    z, x = coordinate("z", "m", start=1.0), coordinate("x", "m")
+    frame = Frame("f", origin=(x, 0, z), rotations=[("y", tilt)])
+    body = Body("b", 1, frame=frame, inertia=(1, 1, 1, 0, 0, 0))
+    rim = Contact("c", kind="ellipsoid_plane", between=("f", "world"), normal="z", radius=(0.2, 0.2, 0), friction=1)
+    mechanism = Mechanism("coin", coordinates=[x, z, tilt], frames=[frame], bodies=[body], contacts=[rim])
+    (found,) = mechanism.unilaterals
+    at = {"x": 0.0, "z": 1.0, "x_dot": 0.0, "z_dot": 0.0, "tilt_dot": 1.0}
+    for angle in (0.3, -0.8, 1.5):
+        assert value_of(found.gap, at | {"tilt": angle}) == pytest.approx(1 - 0.2 * abs(math.sin(angle)), abs=1e-11)
+        slips = math.hypot(*(value_of(slip, at | {"tilt": angle}) for slip in found.slips))
+        assert slips == pytest.approx(0.2 * abs(math.sin(angle)), abs=1e-11)
+    assert value_of(found.gap, at | {"tilt": 0.0}) == 1.0
+    assert value_of(found.gap.diff("tilt"), at | {"tilt": 0.0}) == 0.0
 
 
 def test_a_wheel_on_the_ground_slips_as_textbooks_have_it() -> None:

@@ -24,10 +24,14 @@ from lag2fmu.description.symbols import coordinate, parameter
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.robots.attachments import attach
+from lag2fmu.formats.robots.ground import Ground
 from lag2fmu.formats.robots.measuring import measure
 from lag2fmu.formats.robots.naming import Names, coordinates_of, variables_of
 from lag2fmu.formats.robots.parts import UNITS, Parts
-from lag2fmu.formats.robots.tree import MOVING, JointPose, LinkInertia, Mimic, Robot, RobotJoint
+from lag2fmu.formats.robots.poses import JointPose, LinkInertia
+from lag2fmu.formats.robots.standing import standing
+from lag2fmu.formats.robots.touching import touch
+from lag2fmu.formats.robots.tree import MOVING, Mimic, Robot, RobotJoint
 from lag2fmu.formats.robots.turning import act_on_all
 from lag2fmu.formats.robots.writing import axis_of, number, numbers, turn, turns_of
 from lag2fmu.language.vocabulary import symbol
@@ -36,17 +40,19 @@ from lag2fmu.mechanism.units_by_use import with_units
 BASES = ("fixed", "floating", "planar")
 
 
-def description_of(robot: Robot, source: str, *, base: str = "fixed", stops: bool = False) -> Description:
+def description_of(
+    robot: Robot, source: str, *, base: str = "fixed", stops: bool = False, ground: Ground | None = None
+) -> Description:
     """``robot`` as a description; ``source`` says where it is from.
 
     The ``base`` stands in the world ("fixed"), moves freely ("floating", by 3 coordinates and a quaternion) or in the
     plane z = 0 ("planar", by x, y and an angle). Limits of joints are bounds of the coordinates, and with ``stops``
-    also hard stops. Raises LoadError for names that become equal, and MechanismError for a robot that cannot be
-    described.
+    also hard stops. What touches by the ``ground`` has contacts. Raises LoadError for names that become equal, and
+    MechanismError for a robot that cannot be described.
     """
     if base not in BASES:
         raise LoadError(f"{source}: base = '{base}' is unknown; give one of {', '.join(BASES)}")
-    return _Assembly(robot, source, base, stops).description()
+    return _Assembly(robot, source, base, stops).description(ground)
 
 
 _LAST = "the sensor "
@@ -79,9 +85,10 @@ class _Assembly:
         self._paths: dict[str, sp.Expr] = {}
         self._lumped: dict[str, list[LinkInertia]] = defaultdict(list)
         self._floating: list[str] = []  # frames
+        self._free: list[tuple[str, ...]] = []  # coordinates of what floats in the world
         self._turned: set[str] = set()  # coordinates along which no force is a port
 
-    def description(self) -> Description:
+    def description(self, ground: Ground | None) -> Description:
         """The whole; raises LoadError if nothing moves, and MechanismError."""
         robot, parts = self._robot, self._parts
         self._stand(robot.root)
@@ -91,6 +98,8 @@ class _Assembly:
             raise LoadError(f"{self._source}: nothing moves in this robot; give base = floating, or a joint that moves")
         attach(robot, parts)
         measure(robot, parts)
+        if ground is not None:
+            touch(robot, parts, ground)
         bodies = [self._body(frame, inertias) for frame, inertias in self._lumped.items() if frame != WORLD]
         strength = float(np.linalg.norm(robot.gravity))
         g = parameter(parts.names.variable("g"), strength, "m/s2", "acceleration of gravity")
@@ -112,13 +121,14 @@ class _Assembly:
             "dampers": parts.dampers,
             "joints": parts.closures,
             "constraints": parts.constraints,
+            "contacts": parts.contacts,
             "frictions": parts.frictions,
             "stops": parts.stops,
             "outputs": parts.outputs,
             "ports": self._ports(),
             "gravity": Gravity(g, numbers(x / strength for x in robot.gravity) if strength else (0, 0, -1)),
         }
-        found = Description(identifier(robot.name), strict_units=True, **tables)
+        found = standing(Description(identifier(robot.name), strict_units=True, **tables), self._free)
         names = [*parts.plain, *map(str, parts.inputs), *(z.name for z in parts.states), *map(str, parts.parameters)]
         return with_units(found, parts.alike, names)  # MJCF gives numbers alone
 
@@ -210,6 +220,7 @@ class _Assembly:
         self._parts.coordinates += [*place, *quaternion]
         self._turned |= {str(q) for q in (*place, *quaternion)}
         self._floating += [frame] if floating else []
+        self._free += [tuple(along)] if floating and joint.parent in (WORLD, self._robot.root) else []
         self._parts.frames.append(Frame(frame, parent, tuple(place) or (0, 0, 0), quaternion=quaternion))
         act_on_all(joint, name, self._parts)
 

@@ -16,7 +16,8 @@ from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.robots.driving import drive, limit_force
 from lag2fmu.formats.robots.lengths import idle, length_of, spots_of
 from lag2fmu.formats.robots.parts import DAMPINGS, STIFFNESSES, Parts
-from lag2fmu.formats.robots.tree import Closure, Coupling, JointPose, Robot, Span, Tendon
+from lag2fmu.formats.robots.poses import JointPose
+from lag2fmu.formats.robots.tree import Closure, Coupling, Robot, Span, Tendon
 from lag2fmu.formats.robots.writing import number, numbers, turns_of
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.formats.identifiers import identifier
-from lag2fmu.formats.robots.tree import Floats
+from lag2fmu.formats.robots.poses import Floats
 
 ROOT = "world"
 _LISTS = {

@@ -7,7 +7,8 @@ from lag2fmu.description.places import Frame, Point
 from lag2fmu.formats.identifiers import identifier
 from lag2fmu.formats.robots.lengths import length_of
 from lag2fmu.formats.robots.parts import Parts
-from lag2fmu.formats.robots.tree import JointPose, Robot, Sensor
+from lag2fmu.formats.robots.poses import JointPose
+from lag2fmu.formats.robots.tree import Robot, Sensor
 from lag2fmu.formats.robots.writing import numbers, turns_of
 
 

@@ -17,21 +17,27 @@ import numpy as np
 
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.robots.compiled import ROOT, Compiled, disabled_taken_out, turned
+from lag2fmu.formats.robots.ground import Ground
 from lag2fmu.formats.robots.mjcf_forces import actuators, limits_of, tendon_of, tendons
+from lag2fmu.formats.robots.mjcf_geoms import touches
 from lag2fmu.formats.robots.mjcf_sensors import sensors
 from lag2fmu.formats.robots.mjcf_size import check_copies
-from lag2fmu.formats.robots.tree import Closure, Coupling, Floats, JointPose, LinkInertia, Robot, RobotJoint, Span, Sum
+from lag2fmu.formats.robots.poses import Floats, JointPose, LinkInertia
+from lag2fmu.formats.robots.tree import Closure, Coupling, Robot, RobotJoint, Span, Sum
 from lag2fmu.xml_tree import parse
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _NAMELESS = ("", "MuJoCo Model")
 _MOST_BYTES = 64 << 20
-_READ = ("body_", "jnt_", "dof_", "tendon_", "actuator_", "eq_", "qpos")
+_READ = ("body_", "jnt_", "dof_", "tendon_", "actuator_", "eq_", "qpos", "geom_", "pair_", "mesh_vert")
 """The beginnings of the names of the lists that are read."""
 
 
-def read_mjcf(path: Path) -> Robot:
-    """The robot in the file ``path``; raises LoadError with the reason, and where the package mujoco is missing."""
+def read_mjcf(path: Path, ground: Ground | None = None) -> Robot:
+    """The robot in the file ``path``, with what touches by the ``ground``.
+
+    Raises LoadError with the reason, and where the package mujoco is missing.
+    """
     try:
         import mujoco
     except ImportError as error:
@@ -53,7 +59,7 @@ def read_mjcf(path: Path) -> Robot:
         raise LoadError(f"{path}: MuJoCo refuses it: {' '.join(str(error).split())}") from error
     _check_finite(model, path)
     disabled_taken_out(mujoco, model)
-    return _MjcfReader(Compiled(mujoco, model), path).robot()
+    return _MjcfReader(Compiled(mujoco, model), path).robot(ground)
 
 
 def _check_finite(model: Any, path: Path) -> None:
@@ -72,7 +78,7 @@ class _MjcfReader:
         self._compiled, self._mujoco, self._m, self._path = compiled, compiled.mujoco, compiled.model, path
         self._name, self._body, self._ignored = compiled.name, compiled.body, compiled.ignored
 
-    def robot(self) -> Robot:
+    def robot(self, ground: Ground | None) -> Robot:
         m = self._m
         links: dict[str, LinkInertia | None] = {ROOT: None}
         joints: list[RobotJoint] = []
@@ -84,7 +90,8 @@ class _MjcfReader:
         driving, stretching = tuple(actuators(self._compiled)), tuple(tendons(self._compiled))
         closures, couplings = self._equalities()
         measured = tuple(sensors(self._compiled))
-        self._list_ignored()
+        touching = () if ground is None else touches(self._compiled, ground, str(self._path))
+        self._list_ignored(contacts=ground is None)
         x, y, z = m.opt.gravity
         name = m.names.split(b"\0", 1)[0].decode()
         return Robot(
@@ -99,6 +106,7 @@ class _MjcfReader:
             closures,
             couplings,
             measured,
+            touching,
         )
 
     def _inertia(self, body: int) -> LinkInertia | None:
@@ -210,13 +218,14 @@ class _MjcfReader:
             return None
         return length, float(self._m.tendon_length0[index])
 
-    def _list_ignored(self) -> None:
-        """Note everything else in the model that would act on the motion."""
+    def _list_ignored(self, *, contacts: bool) -> None:
+        """Note everything else in the model that would act on the motion, with all ``contacts`` if none is taken."""
         m = self._m
         touching = int(np.count_nonzero((m.geom_contype != 0) | (m.geom_conaffinity != 0)))
+        pairs = 0 if self._compiled.disabled("CONTACT") else m.npair
         kinds = {
-            f"contacts of {touching} geoms": touching > 1,
-            f"contacts of {m.npair} pairs of geoms": m.npair and not self._compiled.disabled("CONTACT"),
+            f"contacts of {touching} geoms (ground takes them)": contacts and touching > 1,
+            f"contacts of {pairs} pairs of geoms (ground takes them)": contacts and pairs,
             "the medium (density, viscosity, wind)": m.opt.density or m.opt.viscosity or m.opt.wind.any(),
             "compensation of gravity": np.any(m.body_gravcomp),
             "plugins": m.nplugin,

@@ -7,7 +7,8 @@ from typing import Any
 
 from lag2fmu.formats.robots.compiled import Compiled, turned
 from lag2fmu.formats.robots.mjcf_forces import tendon_of
-from lag2fmu.formats.robots.tree import JointPose, Sensor, Span
+from lag2fmu.formats.robots.poses import JointPose
+from lag2fmu.formats.robots.tree import Sensor, Span
 
 _SLIDE = 2  # mjtJoint; the kinds below have several coordinates
 

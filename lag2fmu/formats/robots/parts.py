@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import sympy as sp
 
-from lag2fmu.description.events import Friction, State, Stop
+from lag2fmu.description.events import Contact, Friction, State, Stop
 from lag2fmu.description.joints import Joint
 from lag2fmu.description.names import of_friction, of_unilateral, stop_side
 from lag2fmu.description.outputs import Output
@@ -15,7 +15,8 @@ from lag2fmu.description.parts import Constraint, Damper, Load, Spring
 from lag2fmu.description.places import Frame, Point
 from lag2fmu.description.symbols import Declared, coordinate, parameter
 from lag2fmu.formats.robots.naming import Names
-from lag2fmu.formats.robots.tree import Floats, JointPose, RobotJoint
+from lag2fmu.formats.robots.poses import Floats, JointPose
+from lag2fmu.formats.robots.tree import RobotJoint
 
 UNITS = {"revolute": "rad", "prismatic": "m"}
 """The units of the coordinates of joints that have one coordinate."""
@@ -54,6 +55,7 @@ class Parts:
     loads: list[Load] = field(default_factory=list)
     closures: list[Joint] = field(default_factory=list)
     constraints: list[Constraint] = field(default_factory=list)
+    contacts: list[Contact] = field(default_factory=list)
     outputs: list[Output] = field(default_factory=list)
     driven: dict[str, tuple[sp.Expr, sp.Expr, sp.Expr]] = field(default_factory=dict)
     ignored: list[str] = field(default_factory=list)

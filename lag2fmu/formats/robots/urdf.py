@@ -7,14 +7,17 @@ motion in Gazebo is listed: http://sdformat.org/tutorials?tut=sdformat_urdf_exte
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from lag2fmu.errors import LoadError
-from lag2fmu.formats.robots.tree import Floats, JointPose, LinkInertia, Mimic, Robot, RobotJoint, in_order
+from lag2fmu.formats.robots.ground import Ground
+from lag2fmu.formats.robots.poses import Floats, LinkInertia
+from lag2fmu.formats.robots.tree import Mimic, Robot, RobotJoint, in_order
+from lag2fmu.formats.robots.urdf_elements import UrdfElements
+from lag2fmu.formats.robots.urdf_geoms import touches
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.xml_tree import XmlElement, parse
 
@@ -47,26 +50,30 @@ _ATTRIBUTES = {
 """The children of links and joints, and the attributes of these, that are read or mean nothing for the motion."""
 
 
-def read_urdf(path: Path) -> Robot:
-    """The robot in the file ``path``; raises LoadError with file, line, element and remedy."""
+def read_urdf(path: Path, ground: Ground | None = None) -> Robot:
+    """The robot in the file ``path``, with what touches by the ``ground``.
+
+    Raises LoadError with file, line, element and remedy.
+    """
     try:
         if path.stat().st_size > MOST_BYTES:
             raise LoadError(f"{path}: has {path.stat().st_size} bytes; a robot of more than {MOST_BYTES} is not read")
         content = path.read_bytes()
     except OSError as error:
         raise LoadError(f"{path}: cannot be read: {error.strerror}") from error
-    return _UrdfReader(str(path), parse(content, str(path)).root).robot()
+    return _UrdfReader(str(path), parse(content, str(path)).root).robot(ground)
 
 
-class _UrdfReader:
+class _UrdfReader(UrdfElements):
     """Reads one file; ``where`` names it."""
 
     def __init__(self, where: str, root: XmlElement) -> None:
-        self._where, self._root = where, root
+        super().__init__(where)
+        self._root = root
 
-    def robot(self) -> Robot:
+    def robot(self, ground: Ground | None) -> Robot:
         if self._root.tag != "robot":
-            raise self._error(self._root, "is no robot: a URDF file has the element <robot> at its top")
+            raise self.error(self._root, "is no robot: a URDF file has the element <robot> at its top")
         links = self._links()
         joints = [self._joint(e, links) for e in self._root.all("joint")]
         self._check_names([j.name for j in joints], "joint")
@@ -74,20 +81,11 @@ class _UrdfReader:
         ordered = in_order(root, joints)
         if len(ordered) < len(joints):
             names = ", ".join(sorted({j.name for j in joints} - {j.name for j in ordered}))
-            raise LoadError(f"{self._where}: the joints {names} make a circle; a URDF robot is a tree of links")
+            raise LoadError(f"{self.where}: the joints {names} make a circle; a URDF robot is a tree of links")
         self._check_mimics(joints)
-        return Robot(self._root.get("name") or "robot", root, links, ordered, tuple(self._ignored()))
-
-    def _error(self, element: XmlElement, text: str) -> LoadError:
-        label = f" {element.get('name')!r}" if element.get("name") else ""
-        return LoadError(f"{self._where}, line {element.line}, <{element.tag}>{label}: {text}")
-
-    def _only(self, element: XmlElement, tag: str) -> XmlElement | None:
-        """The child of ``element`` with the ``tag``, None without; raises LoadError where there are two."""
-        found = list(element.all(tag))
-        if len(found) > 1:
-            raise self._error(element, f"has {len(found)} <{tag}>, the second in line {found[1].line}; leave one out")
-        return found[0] if found else None
+        touching = () if ground is None else touches(self, self._root, ground)
+        name = self._root.get("name") or "robot"
+        return Robot(name, root, links, ordered, tuple(self._ignored()), touches=touching)
 
     # ------------------------------------------------------------------------------------------------------- links
 
@@ -95,29 +93,29 @@ class _UrdfReader:
         elements = list(self._root.all("link"))
         for e in elements:
             if not e.get("name"):
-                raise self._error(e, "has no name; give it one")
+                raise self.error(e, "has no name; give it one")
         self._check_names([e.get("name") for e in elements], "link")
         if not elements:
-            raise LoadError(f"{self._where}: the robot has no links")
+            raise LoadError(f"{self.where}: the robot has no links")
         return {e.get("name"): self._inertia(e) for e in elements}
 
     def _check_names(self, names: list[str], kind: str) -> None:
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise LoadError(f"{self._where}: two {kind}s are called '{twice}'; rename one")
+            raise LoadError(f"{self.where}: two {kind}s are called '{twice}'; rename one")
 
     def _inertia(self, link: XmlElement) -> LinkInertia | None:
         """The inertia of ``link``; None where it has none, or one of 0."""
-        inertial = self._only(link, "inertial")
+        inertial = self.only(link, "inertial")
         if inertial is None:
             return None
-        mass_element, tensor_element = self._only(inertial, "mass"), self._only(inertial, "inertia")
+        mass_element, tensor_element = self.only(inertial, "mass"), self.only(inertial, "inertia")
         if mass_element is None:
-            raise self._error(link, "its <inertial> has no <mass>")
-        mass = self._number(mass_element, "value")
+            raise self.error(link, "its <inertial> has no <mass>")
+        mass = self.number(mass_element, "value")
         if mass < 0.0:
-            raise self._error(link, f"its mass is {mass:g} kg; a mass is not negative")
-        pose = self._pose(inertial)
+            raise self.error(link, f"its mass is {mass:g} kg; a mass is not negative")
+        pose = self.pose(inertial)
         tensor = np.zeros((3, 3)) if tensor_element is None else self._tensor(tensor_element)
         tensor = np.where(abs(tensor) < _DUST * mass, 0.0, tensor)
         found = LinkInertia(mass, np.zeros(3), tensor).moved(pose.matrix, pose.origin)
@@ -125,7 +123,7 @@ class _UrdfReader:
 
     def _tensor(self, element: XmlElement) -> Floats:
         xx, xy, xz, yy, yz, zz = (
-            self._number(element, f"i{axes}", 0.0 if axes in ("xy", "xz", "yz") else None)
+            self.number(element, f"i{axes}", 0.0 if axes in ("xy", "xz", "yz") else None)
             for axes in ("xx", "xy", "xz", "yy", "yz", "zz")
         )
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -134,12 +132,12 @@ class _UrdfReader:
 
     def _joint(self, element: XmlElement, links: Mapping[str, LinkInertia | None]) -> RobotJoint:
         if not element.get("name"):
-            raise self._error(element, "has no name; give it one")
+            raise self.error(element, "has no name; give it one")
         kind = element.get("type")
         if kind not in _KINDS:
-            raise self._error(element, f"type '{kind}' is unknown; {suggestion(kind, _KINDS)}")
+            raise self.error(element, f"type '{kind}' is unknown; {suggestion(kind, _KINDS)}")
         parent, child = (self._end(element, end, links) for end in ("parent", "child"))
-        mimic = self._only(element, "mimic") if kind in _ONE else None
+        mimic = self.only(element, "mimic") if kind in _ONE else None
         damping, friction = self._resistances(element)
         lower, upper = self._limits(element) if kind in _BOUNDED else (None, None)
         return RobotJoint(
@@ -147,7 +145,7 @@ class _UrdfReader:
             _KINDS[kind],
             parent,
             child,
-            self._pose(element),
+            self.pose(element),
             self._axis(element),
             lower,
             upper,
@@ -158,45 +156,45 @@ class _UrdfReader:
 
     def _resistances(self, joint: XmlElement) -> tuple[float, float]:
         """Damping and dry friction of a joint, 0 where they are not given."""
-        dynamics = self._only(joint, "dynamics")
+        dynamics = self.only(joint, "dynamics")
         if dynamics is None:
             return 0.0, 0.0
-        damping, friction = (self._number(dynamics, name, 0.0) for name in ("damping", "friction"))
+        damping, friction = (self.number(dynamics, name, 0.0) for name in ("damping", "friction"))
         if damping < 0.0 or friction < 0.0:
-            raise self._error(joint, f"damping {damping:g} and friction {friction:g} must not be negative")
+            raise self.error(joint, f"damping {damping:g} and friction {friction:g} must not be negative")
         return damping, friction
 
     def _limits(self, joint: XmlElement) -> tuple[float | None, float | None]:
         """The lower and upper limit of a joint; both are None where none or equal ones are given."""
-        limit = self._only(joint, "limit")
+        limit = self.only(joint, "limit")
         if limit is None:
             return None, None
-        lower, upper = (self._number(limit, side, 0.0) for side in ("lower", "upper"))
+        lower, upper = (self.number(limit, side, 0.0) for side in ("lower", "upper"))
         if lower > upper:
-            raise self._error(joint, f"its limits have lower = {lower:g} above upper = {upper:g}; exchange them")
+            raise self.error(joint, f"its limits have lower = {lower:g} above upper = {upper:g}; exchange them")
         return (lower, upper) if lower != upper else (None, None)
 
     def _end(self, joint: XmlElement, tag: str, links: Mapping[str, LinkInertia | None]) -> str:
-        element = self._only(joint, tag)
+        element = self.only(joint, tag)
         name = "" if element is None else element.get("link")
         if not name:
-            raise self._error(joint, f"has no <{tag} link=...>")
+            raise self.error(joint, f"has no <{tag} link=...>")
         if name not in links:
-            raise self._error(joint, f"<{tag}>: there is no link '{name}'; {suggestion(name, links)}")
+            raise self.error(joint, f"<{tag}>: there is no link '{name}'; {suggestion(name, links)}")
         return name
 
     def _axis(self, joint: XmlElement) -> Floats:
-        element = self._only(joint, "axis")
+        element = self.only(joint, "axis")
         if element is None or joint.get("type") in ("fixed", "floating"):
             return np.array([1.0, 0.0, 0.0])  # the default of URDF
-        axis = self._vector(element, "xyz", "1 0 0")
+        axis = self.vector(element, "xyz", "1 0 0")
         length = float(np.linalg.norm(axis))
         if not length:
-            raise self._error(joint, "its axis is 0 0 0; give a direction")
+            raise self.error(joint, "its axis is 0 0 0; give a direction")
         return axis / length
 
     def _mimic(self, element: XmlElement) -> Mimic:
-        factor, offset = self._number(element, "multiplier", 1.0), self._number(element, "offset", 0.0)
+        factor, offset = self.number(element, "multiplier", 1.0), self.number(element, "offset", 0.0)
         return Mimic(element.get("joint"), factor, offset)
 
     def _check_mimics(self, joints: list[RobotJoint]) -> None:
@@ -208,10 +206,10 @@ class _UrdfReader:
                 if mimic.leader not in known:
                     remedy = suggestion(mimic.leader, known)
                     raise LoadError(
-                        f"{self._where}: joint '{passed[-1]}' mimics '{mimic.leader}': no such joint; {remedy}"
+                        f"{self.where}: joint '{passed[-1]}' mimics '{mimic.leader}': no such joint; {remedy}"
                     )
                 if mimic.leader in passed:
-                    raise LoadError(f"{self._where}: the joints {', '.join(passed)} mimic each other in a circle")
+                    raise LoadError(f"{self.where}: the joints {', '.join(passed)} mimic each other in a circle")
                 passed.append(mimic.leader)
 
     # -------------------------------------------------------------------------------------------------------- tree
@@ -221,16 +219,16 @@ class _UrdfReader:
         for joint in joints:
             if joint.child in carried:
                 raise LoadError(
-                    f"{self._where}: the link '{joint.child}' is the child of two joints, '{carried[joint.child]}' and "
+                    f"{self.where}: the link '{joint.child}' is the child of two joints, '{carried[joint.child]}' and "
                     f"'{joint.name}'; a robot is a tree: leave one out and close the loop by a constraint in the text"
                 )
             carried[joint.child] = joint.name
         roots = [name for name in links if name not in carried]
         if not roots:
-            raise LoadError(f"{self._where}: every link is the child of a joint, so that they make a circle")
+            raise LoadError(f"{self.where}: every link is the child of a joint, so that they make a circle")
         if len(roots) > 1:
             raise LoadError(
-                f"{self._where}: {len(roots)} links have no parent ({', '.join(roots)}); a robot has one root: connect "
+                f"{self.where}: {len(roots)} links have no parent ({', '.join(roots)}); a robot has one root: connect "
                 "the others by joints, fixed ones perhaps"
             )
         return roots[0]
@@ -259,39 +257,6 @@ class _UrdfReader:
         limit = joint.child("limit")
         if kind in ("planar", "floating") and limit is not None and {"lower", "upper"} & limit.attributes.keys():
             yield f"limits of the joint {name}, which is {kind}"
-
-    # ----------------------------------------------------------------------------------------------------- numbers
-
-    def _pose(self, element: XmlElement) -> JointPose:
-        """The pose by <origin>: roll, pitch, yaw about fixed axes, which are turns about z, y, x of the moving axes."""
-        origin = self._only(element, "origin")
-        if origin is None:
-            return JointPose(np.zeros(3))
-        roll, pitch, yaw = self._vector(origin, "rpy", "0 0 0")
-        turns = tuple((axis, float(angle)) for axis, angle in (("z", yaw), ("y", pitch), ("x", roll)) if angle)
-        return JointPose(self._vector(origin, "xyz", "0 0 0"), turns)
-
-    def _vector(self, element: XmlElement, name: str, default: str) -> Floats:
-        words = element.get(name, default).split()
-        if len(words) != 3:
-            raise self._error(element, f"{name} = '{element.get(name)}' has {len(words)} numbers; expected 3")
-        return np.array([self._finite(element, name, word) for word in words])
-
-    def _number(self, element: XmlElement, name: str, default: float | None = None) -> float:
-        if name not in element.attributes:
-            if default is None:
-                raise self._error(element, f"the attribute '{name}' is missing")
-            return default
-        return self._finite(element, name, element.get(name))
-
-    def _finite(self, element: XmlElement, name: str, text: str) -> float:
-        try:
-            number = float(text)
-        except ValueError:
-            raise self._error(element, f"{name} = '{text}' is no number") from None
-        if not math.isfinite(number):
-            raise self._error(element, f"{name} = '{text}' is not finite")
-        return number
 
 
 def _acting(gazebo: XmlElement) -> Iterator[str]:

@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from lag2fmu.description.places import AXES
-from lag2fmu.formats.robots.tree import QUARTER, Floats, JointPose
+from lag2fmu.formats.robots.poses import QUARTER, Floats, JointPose
 from lag2fmu.language.writer import without_dust
 
 Turn = tuple["str | tuple[sp.Expr, ...]", sp.Expr]

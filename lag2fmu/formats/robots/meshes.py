@@ -1,0 +1,78 @@
+"""The corners of a mesh: what of it touches a plane first, from STL and OBJ files or from vertices."""
+
+from __future__ import annotations
+
+import re
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from lag2fmu.errors import LoadError
+from lag2fmu.formats.robots.poses import Floats
+
+MOST_TRIANGLES = 1_000_000
+_MOST_BYTES = 256 << 20
+_STL_HEAD, _STL_TRIANGLE = 84, 50
+_DIRECTIONS = np.array([d for d in product((-1.0, 0.0, 1.0), repeat=3) if any(d)])
+"""(26, 3): towards the faces, edges and corners of a cube. A box has a corner in each, however it is turned."""
+_VERTEX = re.compile(rb"^\s*(?:vertex|v)\s+(\S+)\s+(\S+)\s+(\S+)", re.MULTILINE)
+
+
+def corners(vertices: Floats) -> Floats:
+    """The corners (n, 3) of the convex hull of ``vertices`` (m, 3) that lie farthest in 26 directions, at most 26."""
+    far = np.unique(np.argmax(vertices @ _DIRECTIONS.T, axis=0))
+    found: Floats = vertices[far]
+    return found
+
+
+def read_mesh(path: Path) -> Floats:
+    """The vertices (m, 3) of the triangles in an STL or OBJ file, in its own unit.
+
+    Raises LoadError, with the remedy, for a file that cannot be read, is of another kind or too large.
+    """
+    kind = path.suffix.lower()
+    if kind not in (".stl", ".obj"):
+        raise LoadError(
+            f"{path}: meshes are read from .stl and .obj, not from '{kind}'; convert it, or leave its link out"
+        )
+    try:
+        size = path.stat().st_size
+        triangles = _count(path, size) if kind == ".stl" else 0
+        if triangles > MOST_TRIANGLES or size > _MOST_BYTES:
+            has = f"{triangles} triangles" if triangles else f"{size} bytes"
+            raise LoadError(
+                f"{path}: the mesh has {has}; one of more than {MOST_TRIANGLES} triangles or {_MOST_BYTES} bytes is "
+                "not read: give its convex hull, or a box"
+            )
+        content = path.read_bytes()
+    except OSError as error:
+        raise LoadError(
+            f"{path}: the mesh cannot be read: {error.strerror}; correct its name, or give a box"
+        ) from error
+    vertices = _binary(content) if triangles else _text(content, path)
+    if not len(vertices) or not np.isfinite(vertices).all():
+        raise LoadError(f"{path}: the mesh has no vertices, or one that is not finite; export it anew")
+    return vertices
+
+
+def _count(path: Path, size: int) -> int:
+    """How many triangles a binary STL file has by its head, 0 where this does not go with its ``size`` (bytes)."""
+    with path.open("rb") as file:
+        head = file.read(_STL_HEAD)
+    count = int.from_bytes(head[80:], "little")
+    return count if size == _STL_HEAD + _STL_TRIANGLE * count else 0
+
+
+def _binary(content: bytes) -> Floats:
+    """The vertices (m, 3) of a binary STL file."""
+    rows = np.frombuffer(content, "V50", offset=_STL_HEAD).view("u1").reshape(-1, _STL_TRIANGLE)
+    return np.ascontiguousarray(rows[:, 12:48]).view("<f4").reshape(-1, 3).astype(float)
+
+
+def _text(content: bytes, path: Path) -> Floats:
+    """The vertices (m, 3) of an OBJ file or a STL file in words."""
+    try:
+        return np.array([[float(x) for x in found] for found in _VERTEX.findall(content)], dtype=float).reshape(-1, 3)
+    except ValueError as error:
+        raise LoadError(f"{path}: a vertex of the mesh is no number ({error}); export it anew") from error
