@@ -1,4 +1,4 @@
-"""Slips in space of several contacts: a cube turns to rest on four feet."""
+"""Slips in space of several contacts: a cube turns to rest on four feet, a puck is struck."""
 
 from collections.abc import Callable
 
@@ -53,11 +53,39 @@ restitution = 0.3
     for k, place in enumerate(CORNERS.tolist(), 1)
 )
 
+PUCK = f"""
+[mechanism]
+name = "puck"
+[coordinates]
+x = {{ unit = "m" }}
+y = {{ unit = "m" }}
+z = {{ unit = "m" }}
+u = {{ unit = "m", start = -5 }}
+w = {{ unit = "m", start = 5 }}
+[bodies]
+puck = {{ mass = 1, position = ["x", "y", "z"] }}
+beside = {{ mass = 1, position = [0, "u", 0] }}
+before = {{ mass = 1, position = ["w", 0, 0] }}
+[forces]
+x = "1.001*{MU * G}"
+z = "-{G}"
+[contacts]
+table = {{ gap = "z", slip = ["x_dot", "y_dot"], friction = {MU} }}
+side = {{ gap = "y - u", restitution = 1 }}
+front = {{ gap = "w - x", restitution = 1 }}
+"""
+
 
 @pytest.fixture(scope="module")
 def cube() -> Mechanism:
     """One mechanism, so that its FMU is built once."""
     return read(CUBE, "cube.toml")
+
+
+@pytest.fixture(scope="module")
+def puck() -> Mechanism:
+    """A puck on a table that is pushed a little more than friction bears, and two strikers that are far away."""
+    return read(PUCK, "puck.toml")
 
 
 def feet_rates(_: float, state: Array) -> Array:
@@ -100,3 +128,21 @@ def test_a_turning_cube_on_four_feet_comes_to_rest_at_once(
     assert run["kinetic_energy"][-1] == 0.0
     assert [run["x"][-1], run["y"][-1]] == pytest.approx(slide.y[:2, -1], abs=2e-6)
     assert 2 * np.arctan2(run["e3"][-1], run["e0"][-1]) == pytest.approx(slide.y[2, -1], abs=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("striker", "struck"),
+    [({"u": -0.01, "u_dot": 1.0}, [1e-5 * MU * G, 1.0]), ({"w": 0.01, "w_dot": -1.0}, [-1.0, 0.0])],
+    ids=["from the side", "from the front"],
+)
+def test_a_puck_that_begins_to_slip_is_struck(
+    exported: Callable[..., Fmu], puck: Mechanism, striker: dict[str, float], struck: list[float]
+) -> None:
+    """The impact of another contact gives a slip, which had not yet a direction by itself, a new one."""
+    run = simulate(exported(puck), stop_time=0.16, step=0.01, tolerance=1e-6, values=striker)
+
+    def rates(_: float, v: Array) -> Array:
+        return MU * G * (np.array([1.001, 0.0]) - v / np.linalg.norm(v))
+
+    slide = solve_ivp(rates, (0, 0.15), struck, rtol=1e-11, atol=1e-13)
+    assert [run["x_dot"][-1], run["y_dot"][-1]] == pytest.approx(slide.y[:, -1], abs=1e-5)
