@@ -142,7 +142,7 @@ def test_a_puck_that_begins_to_slip_is_struck(
     run = simulate(exported(puck), stop_time=0.16, step=0.01, tolerance=1e-6, values=striker)
 
     def rates(_: float, v: Array) -> Array:
-        return MU * G * (np.array([1.001, 0.0]) - v / np.linalg.norm(v))
+        return np.asarray(MU * G * (np.array([1.001, 0.0]) - v / np.linalg.norm(v)))
 
     slide = solve_ivp(rates, (0, 0.15), struck, rtol=1e-11, atol=1e-13)
     assert [run["x_dot"][-1], run["y_dot"][-1]] == pytest.approx(slide.y[:, -1], abs=1e-5)
