@@ -203,6 +203,29 @@ def test_four_legs_share_the_weight(laws: Laws) -> None:
     assert not w.any()
 
 
+@pytest.mark.parametrize("resting", [0, 1])
+def test_feet_that_slide_share_the_load_as_feet_that_give_way_alike(laws: Laws, resting: int) -> None:
+    """Friction makes another sharing another motion. The first foot may begin to slip from rest.
+
+    What feet give way is proportional to their loads, and the places of four feet are in one plane.
+    """
+    directions = [(1.0, 0.0), (0.6, -0.8), (0.0, 1.0), (-0.28, 0.96)]
+    jacobian = table(FEET)
+    delassus, free = jacobian @ jacobian.T, jacobian @ [0.0, 0, -G, 0, 0, 0]
+    rows = [normal(holds=True), *[tangential(0, 0.5, holds=True)] * 2] * resting
+    for n in range(len(rows), 12, 3):
+        rows += [normal(holds=True), *[sliding(n, 0.5, along) for along in directions[n // 3]]]
+    solved, forces, w = laws.solve(delassus, free, rows)
+    loads = forces[0::3]
+    assert solved
+    assert not w[0::3].any()
+    assert loads.min() > 0.1 * G
+    assert loads[0] + loads[2] == pytest.approx(loads[1] + loads[3], rel=1e-6)
+    for n in range(resting, 4):
+        assert forces[3 * n + 1 : 3 * n + 3] == pytest.approx(-0.5 * loads[n] * np.array(directions[n]), rel=1e-12)
+    assert resting == 0 or cone_violation(delassus[None], free[None], forces[None], [(0, 0.5)])[0] < 1e-11
+
+
 @pytest.mark.parametrize(("pull", "acceleration"), [(0.4 * G, 0.0), (0.6 * G, 0.1 * G)])
 def test_four_legs_are_dragged(laws: Laws, pull: float, acceleration: float) -> None:
     """A body of mass 1, pulled at the height of its feet so that it does not tilt."""

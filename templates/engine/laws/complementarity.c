@@ -61,8 +61,8 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
     return any;
 }
 
-/* Rows that stay at rest may share a load. Of all x with the same motion takes the one of least norm, if it obeys the
-   laws. */
+/* Rows that stay at rest may share a load. Of all x with the same choice of equations takes the one that laws_try says,
+   if it obeys the laws. */
 static void spread(const Laws *laws, double x[]) {
     if (is_lone_contact(laws)) {
         return; /* one row alone bears a unique load */

@@ -11,8 +11,9 @@
 
 /* Solves for lambda[rows] and w[rows] to rounding. Where w has to be 0 it is exactly 0, but for bilateral rows that
    contradict each other. Where rows are redundant, bilateral rows get multipliers of least norm, in units of rows whose
-   diagonal entry is 1, and so do unilateral and tangential rows if that obeys their laws. Equal problems give equal
-   results, on ties the order of the rows decides.
+   diagonal entry is 1, and so do unilateral and tangential rows if that obeys their laws; where some slide they share
+   the load as rows that give way alike do. Equal problems give equal results, on ties
+   the order of the rows decides.
    False: there is no solution (Painleve's paradox; never without sliding rows as long as free belongs to a motion),
    none was found, or there is no memory, as problem->arena tells. */
 bool complementarity_solve(const Problem *problem, double lambda[], double w[]);

@@ -157,10 +157,35 @@ bool cones_slide(const Laws *laws, double x[]) {
     return arena_leave(mark, solved);
 }
 
+/* Where rows slide, how redundant ones share their load decides on the motion: as rows that give way alike do, which is
+   how the forces of the motion are found. Newton's method takes the last of what they gave way from the solution. */
+static bool solve_evenly(const Laws *laws, double x[]) {
+    const ArenaMark mark = arena_mark(laws->arena);
+    const size_t bytes = (size_t)laws->size * sizeof(double);
+    if (!arena_reserve(laws->arena, 2 * arena_bytes(bytes, 1))) {
+        return arena_leave(mark, false);
+    }
+    double *start = (double *)arena_take(laws->arena, bytes), *kept = (double *)arena_take(laws->arena, bytes);
+    for (int k = 0; k < laws->size; k++) {
+        double *own = &laws->matrix.value[k * laws->size + k];
+        kept[k] = *own;
+        *own += DAMPING;
+    }
+    const bool found = cones_rest(laws, start) || cones_slide(laws, start);
+    for (int k = 0; k < laws->size; k++) {
+        laws->matrix.value[k * laws->size + k] = kept[k];
+    }
+    return arena_leave(mark, found && newton_solve(laws, start, x));
+}
+
 bool cones_solve(const Laws *laws, double x[]) {
     const bool few = choices_count(laws) <= MOST_CHOICES;
-    if (is_asymmetric(laws) && few) {
+    const bool slides = is_asymmetric(laws);
+    if (slides && few) {
         return choices_solve(laws, NULL, x);
+    }
+    if (slides && solve_evenly(laws, x)) {
+        return true;
     }
     return cones_rest(laws, x) || cones_slide(laws, x) || (few && choices_solve(laws, NULL, x));
 }

@@ -97,7 +97,7 @@ static void solve_choice(const Laws *laws, const Choice *choice, double x[]) {
             right[k] += choice->slope[k] * x[laws->normal[k]];
         }
     }
-    least_norm_solve(laws->arena, n, matrix, right, change);
+    even_solve(laws->arena, n, matrix, right, change);
     for (int k = 0; k < n; k++) {
         x[k] += change[k];
     }

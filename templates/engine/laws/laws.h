@@ -51,8 +51,8 @@ void laws_curve(const Laws *laws);
 /* Do x[size] and the w that follow obey all laws, to rounding? */
 bool laws_obeyed(const Laws *laws, const double x[]);
 
-/* Changes x[size] as little as the equations chosen allow that it satisfies them: from zeros this gives the solution of
-   least norm. Returns whether x obeys all laws. */
+/* Changes x[size] so that it satisfies the equations chosen, as rows that give way alike would: from zeros this gives
+   the solution of least norm where no row slides. Returns whether x obeys all laws. */
 bool laws_try(const Laws *laws, const Choice *choice, double x[]);
 
 /* Is x of all rows that are held within its bounds, not only to the accuracy of a solution? A contact that pulls and

@@ -190,3 +190,40 @@ void least_norm_solve(Arena *arena, int n, const double a[], const double b[], d
     }
     arena_release(mark);
 }
+
+/* y[n] = column k of Q. From the rank on y^T a = 0. */
+static void column_of_left(const Decomposition *d, int k, double y[]) {
+    memset(y, 0, (size_t)d->n * sizeof(double));
+    y[k] = 1.0;
+    for (int j = d->rank - 1; j >= 0; j--) {
+        double sum = 0.0;
+        for (int i = j; i < d->n; i++) {
+            sum += d->entry[i * d->n + j] * y[i];
+        }
+        for (int i = j; i < d->n; i++) {
+            y[i] -= d->left[j] * sum * d->entry[i * d->n + j];
+        }
+    }
+}
+
+void even_solve(Arena *arena, int n, double a[], double b[], double x[]) {
+    const ArenaMark mark = arena_mark(arena);
+    Decomposition d = take_decomposition(arena, n);
+    double *y = (double *)arena_take(arena, (size_t)n * sizeof(double));
+    decompose(&d, a);
+    for (int k = d.rank; k < n; k++) {
+        double part = 0.0;
+        column_of_left(&d, k, y);
+        for (int i = 0; i < n; i++) {
+            part += y[i] * b[i];
+        }
+        for (int i = 0; i < n; i++) {
+            b[i] -= part * y[i];
+            for (int j = 0; j < n; j++) {
+                a[i * n + j] += y[i] * y[j];
+            }
+        }
+    }
+    arena_release(mark);
+    least_norm_solve(arena, n, a, b, x);
+}

@@ -16,10 +16,6 @@
 #include "shared_loads.h"
 #include "system.h"
 
-/* A slip that is steadied has a direction by itself beyond so many times the steadying speed, and has turned back
-   beyond this part of it. */
-static const double BY_ITSELF = 3.0, TURNED_BACK = 0.05;
-
 /* Slips in space are looked at from so many tolerances of the greatest velocity on. */
 static const double LOOK_AT_SLIPS = 1e3;
 
@@ -56,21 +52,6 @@ static double friction_of(const ContactPoint *point, int contact) {
     return sqrt(square);
 }
 
-/* Of a contact that slides: the slip velocity along its direction. A slip in space that is steadied goes on in this way
-   until it is fast enough to have a direction by itself, or has turned back by more than errors of the states. */
-static double slip_margin(const State *state, const ContactPoint *point, int contact) {
-    const double steady = contact_steady(state, contact);
-    double along = 0.0, speed = 0.0, length = 0.0;
-    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
-        const double direction = row_direction(state, row), slip = point->slips[row - FIRST_SLIP];
-        along += direction * slip;
-        speed = hypot(speed, slip);
-        length = hypot(length, direction);
-    }
-    along /= length;
-    return steady > 0.0 ? (along + TURNED_BACK * steady) * (1.0 - speed / (BY_ITSELF * steady)) : along;
-}
-
 /* Impacts that accumulate end at a time, or before it where the force of the contact comes down to 0: the product of
    both is smooth up to there. */
 static double rest_of_impacts(const State *state, double time, int contact, double force) {
@@ -95,7 +76,7 @@ static void evaluate_contact(const State *state, const ContactPoint *point, doub
         const double holding = fmax(point->friction[contact], point->holding[contact]);
         values[1] = holding * force_of(point, contact) - friction_of(point, contact);
     } else if (SLIP_ROWS[contact + 1] > SLIP_ROWS[contact]) {
-        values[1] = slip_margin(state, point, contact);
+        values[1] = contact_slip_margin(state, contact, point->slips + SLIP_ROWS[contact] - FIRST_SLIP);
     }
 }
 

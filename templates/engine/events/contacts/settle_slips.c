@@ -111,11 +111,18 @@ static double steadying_speed(const Settling *settling, int contact) {
     return fmax(STEADIER * loose_speed(settling, contact), step * slip_deceleration(settling, contact));
 }
 
-/* Is the slip steadied, with no reason for another direction? */
+/* Is the slip steadied, with no reason for another direction, as the impact of another contact may be? */
 static bool goes_on(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
-    return contact_slides(state, contact) && contact_steady(state, contact) > 0.0 &&
-           !settling_due(settling, 2 * contact + 1);
+    double slips[2] = {0.0};
+    if (!contact_slides(state, contact) || !(contact_steady(state, contact) > 0.0) ||
+        settling_due(settling, 2 * contact + 1)) {
+        return false;
+    }
+    for (int i = 0; i < contact_slips(contact); i++) {
+        slips[i] = settling->velocity[ROW_PLACES[SLIP_ROWS[contact] + i]];
+    }
+    return contact_slip_margin(state, contact, slips) > 0.0;
 }
 
 void settling_carry_out_slip(Settling *settling, int contact) {

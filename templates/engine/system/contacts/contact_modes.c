@@ -69,6 +69,27 @@ double contact_steady(const State *state, int contact) {
     return length > 1.0 + NOISE ? length * STEADYING : 0.0;
 }
 
+/* A slip that is steadied has a direction by itself beyond so many times the steadying speed, and has turned back
+   beyond this part of it. */
+static const double BY_ITSELF = 3.0, TURNED_BACK = 0.05;
+
+double contact_slip_margin(const State *state, int contact, const double slips[]) {
+    const double steady = contact_steady(state, contact);
+    double along = 0.0, speed = 0.0, length = 0.0;
+    for (int k = 0; k < contact_slips(contact); k++) {
+        const double direction = row_direction(state, SLIP_ROWS[contact] + k);
+        along += direction * slips[k];
+        speed = hypot(speed, slips[k]);
+        length = hypot(length, direction);
+    }
+    along /= length;
+    if (!(steady > 0.0)) {
+        return along;
+    }
+    const double slow = 1.0 - speed / (BY_ITSELF * steady), margin = (along + TURNED_BACK * steady) * slow;
+    return slow < 0.0 ? -fabs(margin) : margin; /* an impact may throw it back fast */
+}
+
 const double STEADIER = 4.0;
 
 /* The errors of a velocity, relative. An importer's solver keeps its tolerance in each step alone, and its steps meet a

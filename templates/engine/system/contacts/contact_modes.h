@@ -20,6 +20,11 @@ void friction_wait(State *state, int friction);
 /* The speed `steady` of a slip in space, 0 for any other. */
 double contact_steady(const State *state, int contact);
 
+/* Of a contact that slides, with the velocities slips[contact_slips] along its rows: the one along its direction, in
+   m/s. A slip in space that is steadied goes on in this way until it is fast enough to have a direction by itself, or
+   has turned back by more than errors of the states: there it is 0. */
+double contact_slip_margin(const State *state, int contact, const double slips[]);
+
 /* A slip in space that begins is steadied up to so many times the speed with which it may come to rest. */
 extern const double STEADIER;
 
