@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -57,13 +57,13 @@ class _Function:
     by_address: bool = False
 
 
-def footprints(name: str, files: Mapping[str, str]) -> list[Footprint]:
-    """The footprint on each of TARGETS of the C file ``name`` among ``files`` {name: text}.
+def footprints(name: str, files: Mapping[str, str], processors: Iterable[str] = TARGETS) -> list[Footprint]:
+    """The footprint on each of ``processors``, names in TARGETS, of the C file ``name`` among ``files`` {name: text}.
 
     The header of the same name declares what is called from outside. Raises BuildError with the compiler's output if
     it fails.
     """
-    return [_footprint(processor, target, name, files) for processor, target in TARGETS.items()]
+    return [_footprint(processor, TARGETS[processor], name, files) for processor in processors]
 
 
 def _footprint(processor: str, target: tuple[str, ...], name: str, files: Mapping[str, str]) -> Footprint:
