@@ -119,9 +119,9 @@ def compiled_quickly(pytestconfig: pytest.Config) -> Iterator[None]:
         yield
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def optimised() -> Iterator[None]:
-    """For tests of what users get from the compiler, and for long runs."""
+    """For tests of what users get from the compiler, and for long runs. Later tests of a module have it too."""
     with compiling(optimised=True):
         yield
 

@@ -45,13 +45,14 @@ def binaries(path: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def everywhere(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+def everywhere(optimised: None, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """The libraries of an FMU for all platforms; the first time a machine does it, this takes minutes."""
     path = tmp_path_factory.mktemp("all") / "double_pendulum.fmu"
     return binaries(export(load("double_pendulum"), path, platform="all").path)
 
 
 @pytest.mark.fmu
+@pytest.mark.usefixtures("optimised")
 def test_long_files_compile_without_vectors_of_scalars_to_the_same_bits(tmp_path, monkeypatch) -> None:
     """The library is another one, the motion the same."""
     runs, libraries = [], []
