@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -57,52 +58,40 @@ SET = click.option(
     metavar="NAME=VALUE",
     help="Parameter, start value (in its declared unit, or '30 deg') or structural argument; repeatable.",
 )
-BASE = click.option(
+_loaded = partial(click.option, expose_value=False, callback=_keep)
+"""An option on how a model is loaded, which ``loading`` hands on."""
+BASE = _loaded(
     "--base",
     type=click.Choice(["fixed", "floating", "planar"]),
-    expose_value=False,
-    callback=_keep,
     help="How the base of a robot stands; by default fixed.",
 )
-STOPS = click.option(
-    "--stops", is_flag=True, expose_value=False, callback=_keep, help="Limits of a robot's joints are hard stops."
-)
+STOPS = _loaded("--stops", is_flag=True, help="Limits of a robot's joints are hard stops.")
 
-GROUND = click.option(
+GROUND = _loaded(
     "--ground",
     metavar="all|LINKS",
-    expose_value=False,
-    callback=_keep,
     help="What of a robot touches the ground by its collision geometry: all, or names of links with commas between.",
 )
-FRICTION = click.option(
+FRICTION = _loaded(
     "--friction",
     type=float,
     metavar="MU",
-    expose_value=False,
-    callback=_keep,
     help="Coefficient of friction of a robot's contacts; by default that of the file, 1 for URDF.",
 )
-RESTITUTION = click.option(
+RESTITUTION = _loaded(
     "--restitution",
     type=float,
     metavar="E",
-    expose_value=False,
-    callback=_keep,
     help="Coefficient of restitution of a robot's contacts; by default 0.",
 )
-LAW = click.option(
+LAW = _loaded(
     "--law",
     type=click.Choice(["ideal", "compliant"]),
-    expose_value=False,
-    callback=_keep,
     help="What a robot's contacts are: ideal (the default), or compliant.",
 )
-PAIRS = click.option(
+PAIRS = _loaded(
     "--pairs",
     is_flag=True,
-    expose_value=False,
-    callback=_keep,
     help="Spheres and capsules of a robot in MJCF touch each other, too.",
 )
 

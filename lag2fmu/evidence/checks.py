@@ -24,7 +24,7 @@ def verdicts_of(fmu: Fmu, fmi: str, reference: Reference) -> list[Verdict]:
 
     Raises LoadError if ``fmu`` is none, or none of FMI 2.0 or 3.0.
     """
-    return [_by_lag2fmu(fmu.path), *_by_validator_of_fmpy(fmu.path), *_runs(fmu, fmi, reference)]
+    return [_by_lag2fmu(fmu.path), _by_validator_of_fmpy(fmu.path), *_runs(fmu, fmi, reference)]
 
 
 def _by_lag2fmu(path: Path) -> Verdict:
@@ -34,14 +34,14 @@ def _by_lag2fmu(path: Path) -> Verdict:
     return Verdict("lag2fmu check", VERSION, "static and run", "passed" if found.passed else "FAILED", detail)
 
 
-def _by_validator_of_fmpy(path: Path) -> Iterator[Verdict]:
+def _by_validator_of_fmpy(path: Path) -> Verdict:
     """fmpy's own static checks."""
     from fmpy.validation import validate_fmu
 
     problems = [str(problem) for problem in validate_fmu(str(path))]
     detail = problems[0].splitlines()[0] if problems else "no problem"
     version = importlib.metadata.version("fmpy")
-    yield Verdict("fmpy validate", version, "static", "FAILED" if problems else "passed", detail)
+    return Verdict("fmpy validate", version, "static", "FAILED" if problems else "passed", detail)
 
 
 def _runs(fmu: Fmu, fmi: str, reference: Reference) -> Iterator[Verdict]:

@@ -18,6 +18,8 @@ MOST = 10
 
 README = "Readme.txt"
 TOOLS, OVERVIEW = "tools.json", "README.md"
+BEGINS = {TOOLS: '[\n    {\n        "name": "lag2fmu"', OVERVIEW: "# FMUs of lag2fmu"}
+"""{file beside the records: how its text begins}, by which a later call knows it as its own."""
 
 
 def record_files(fmu: Fmu, fmi: str, reference: Reference, verdicts: Sequence[Verdict]) -> dict[str, str]:
@@ -76,7 +78,7 @@ def _readme(fmu: Fmu, fmi: str, reference: Reference, verdicts: Sequence[Verdict
 
 
 def tools_entry(platforms: Iterable[str]) -> str:
-    """The entry for the FMI project's list of tools, in the fields of its tools.json.
+    """A list with the entry for the FMI project's list of tools, in the form of its tools.json.
 
     ``platforms`` are words of that list. Source: CONTRIBUTING.md of modelica/fmi-standard.org, "Updating the tools
     list".
@@ -98,7 +100,7 @@ def tools_entry(platforms: Iterable[str]) -> str:
         "fmuImport": ["CS", "ME"],
         "layeredStandards": ["REF"],
     }
-    return json.dumps(entry, indent=4) + "\n"
+    return json.dumps([entry], indent=4) + "\n"
 
 
 def overview(found: Mapping[str, Sequence[Verdict]]) -> str:
@@ -106,7 +108,7 @@ def overview(found: Mapping[str, Sequence[Verdict]]) -> str:
     columns = list(dict.fromkeys((v.tool, v.version, v.kind) for verdicts in found.values() for v in verdicts))
     heads = [f"{tool} {version}<br>{kind}" for tool, version, kind in columns]
     lines = [
-        f"# FMUs of lag2fmu {VERSION} in tools that import FMI",
+        f"{BEGINS[OVERVIEW]} {VERSION} in tools that import FMI",
         "",
         "Each folder holds an FMU, reference values from an independent path, and what tools said, with numbers.",
         "",

@@ -10,7 +10,7 @@ from pathlib import Path
 from lag2fmu.deadline import LIMIT
 from lag2fmu.errors import ExportError
 from lag2fmu.evidence.checks import verdicts_of
-from lag2fmu.evidence.files import OVERVIEW, README, TOOLS, overview, record_files, tools_entry
+from lag2fmu.evidence.files import BEGINS, OVERVIEW, README, TOOLS, overview, record_files, tools_entry
 from lag2fmu.evidence.verdict import Verdict
 from lag2fmu.fmu.exporting import export
 from lag2fmu.formats.loading import as_mechanism
@@ -50,6 +50,7 @@ def record(
     if twice is not None:
         raise ExportError(f"two of the models are named '{twice}', and so would be their folders; rename one of them")
     folder = Path(folder)
+    _refuse_files_of_others(folder)
     for name in names:
         _refuse_others(folder / name, name)
     found: dict[str, Sequence[Verdict]] = {}
@@ -78,6 +79,16 @@ def _record_one(
     for name, text in record_files(fmu, fmi, reference, verdicts).items():
         (place / name).write_text(text, "utf-8", newline="\n")
     return verdicts
+
+
+def _refuse_files_of_others(folder: Path) -> None:
+    """Raise ExportError where ``folder`` is a file, or a table or an entry of others stands where ours would."""
+    if folder.exists() and not folder.is_dir():
+        raise ExportError(f"'{folder}' is a file, where the folder of records has to stand; choose another with -o")
+    for name, begin in BEGINS.items():
+        file = folder / name
+        if file.exists() and not (file.is_file() and file.read_bytes().startswith(begin.encode())):
+            raise ExportError(f"'{file}' was not written by 'lag2fmu record'; move it away, or choose another with -o")
 
 
 def _refuse_others(folder: Path, name: str) -> None:

@@ -38,7 +38,7 @@ def test_the_files_of_a_record(recorded) -> None:
     assert {path.name for path in (folder / name).iterdir()} == own
     lines = (folder / name / f"{name}_ref.opt").read_text().splitlines()
     assert lines == ["StartTime,0.0", "StopTime,10.0", "StepSize,0.01", "RelTol,1e-06"]
-    assert json.loads((folder / "tools.json").read_text())["fmuExport"] == ["CS", "ME"]
+    assert json.loads((folder / "tools.json").read_text())[0]["fmuExport"] == ["CS", "ME"]
 
 
 @pytest.mark.fmu
@@ -115,6 +115,17 @@ def test_files_of_others_are_left_alone(tmp_path: Path) -> None:
     (tmp_path / "cart_pole").write_text("a file")
     with pytest.raises(ExportError, match="is a file, where the folder of a record has to stand"):
         record(["cart_pole"], tmp_path)
+
+
+@pytest.mark.parametrize("name", ["README.md", "tools.json"])
+def test_a_table_of_others_is_not_overwritten(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text("mine")
+    done = CliRunner().invoke(main, ["record", "pendulum", "-o", str(tmp_path)])
+    assert done.exit_code == 2
+    assert "was not written by 'lag2fmu record'" in done.output
+    assert (tmp_path / name).read_text() == "mine"
+    with pytest.raises(ExportError, match="is a file, where the folder of records has to stand"):
+        record(["pendulum"], tmp_path / name)
 
 
 def test_two_mechanisms_of_one_name(tmp_path: Path) -> None:
