@@ -45,7 +45,8 @@ static bool project_to(Instance *instance, Level level, double time, const doubl
     for (int i = 0; i < MOST_PROJECTIONS; i++) {
         const bool known = *factorized == rows_of(level);
         const double size = residual_size(values, level, unit, known ? system->constraints.held : NULL);
-        if (size <= SOLVED || (fresh && i > 0 && size <= ACCEPTED && size > 0.5 * previous)) {
+        const bool stands = fresh && i > 0 && size > 0.5 * previous;
+        if (size <= SOLVED || (stands && residuals_accepted(values, level, unit, &system->constraints, states))) {
             return true;
         }
         fresh = !known || size > 0.1 * previous;
@@ -59,7 +60,7 @@ static bool project_to(Instance *instance, Level level, double time, const doubl
         *moved = true;
         previous = size;
     }
-    if (residual_size(values, level, unit, system->constraints.held) <= ACCEPTED) {
+    if (residuals_accepted(values, level, unit, &system->constraints, states)) {
         return true;
     }
     report_constraints(instance, time, values, level);

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "scale.h"
+
 int rows_of(Level level) {
     return level == POSITIONS ? N_HOLONOMIC : N_CONSTRAINTS;
 }
@@ -22,22 +24,47 @@ double residual_unit(Level level, const double states[]) {
     return greatest;
 }
 
+static double residual_of(const Values *values, Level level, int k) {
+    return level == POSITIONS ? values->positions[k] : values->velocities[k];
+}
+
+/* By how much residual k changes where one coordinate changes by its nominal value; 1 if none does. */
+static double row_scale(const Values *values, int k) {
+    double scale = 0.0;
+    for (int i = 0; i < N; i++) {
+        scale = fmax(scale, fabs(values->jacobian[k * N + i]) * NOMINAL_STATES[i]);
+    }
+    return scale > 0.0 ? scale : 1.0;
+}
+
 double residual_size(const Values *values, Level level, double unit, const double held[]) {
     double greatest = 0.0;
     for (int k = 0; k < rows_of(level); k++) {
-        const double residual = level == POSITIONS ? values->positions[k] : values->velocities[k];
-        double scale = 0.0;
-        for (int i = 0; i < N; i++) {
-            const double change = fabs(values->jacobian[k * N + i]) * NOMINAL_STATES[i];
-            scale = change > scale ? change : scale;
-        }
         const double share = held == NULL ? 1.0 : 1.0 - held[k];
-        const double relative = share * fabs(residual) / (unit * (scale > 0.0 ? scale : 1.0));
+        const double relative = share * fabs(residual_of(values, level, k)) / (unit * row_scale(values, k));
         if (!(relative <= greatest)) {
             greatest = isfinite(relative) ? relative : HUGE_VAL;
         }
     }
     return greatest;
+}
+
+bool residuals_accepted(const Values *values, Level level, double unit, const ConstraintFactorization *constraints,
+                        const double states[]) {
+    const double distance = level == VELOCITIES ? sqrt(REDUNDANT) : 0.0;
+    for (int place = 0; place < constraints->rows; place++) {
+        const int k = constraints->order[place];
+        double left = 0.0;
+        for (int i = 0; i < N && place >= constraints->rank; i++) {
+            left += distance * fabs(values->jacobian[k * N + i] * states[N + i]);
+        }
+        const double share = 1.0 - constraints->held[k];
+        const double most = left + ACCEPTED * unit * row_scale(values, k);
+        if (!(share * fabs(residual_of(values, level, k)) <= most)) {
+            return false;
+        }
+    }
+    return true;
 }
 
 bool report_constraints(Instance *instance, double time, const Values *values, Level level) {
@@ -47,7 +74,7 @@ bool report_constraints(Instance *instance, double time, const Values *values, L
     instance->failure.count = rows_of(level);
     for (int k = 0; k < rows_of(level); k++) {
         instance->failure.constraints[k] = k;
-        instance->failure.residuals[k] = level == POSITIONS ? values->positions[k] : values->velocities[k];
+        instance->failure.residuals[k] = residual_of(values, level, k);
     }
     return false;
 }

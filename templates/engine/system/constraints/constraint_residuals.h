@@ -29,6 +29,11 @@ double residual_unit(Level level, const double states[]);
    is left of such a row rounding errors have no bound. held[m] may be NULL. */
 double residual_size(const Values *values, Level level, double unit, const double held[]);
 
+/* Has an iteration that goes on no further met the constraints, at states[2n], for which they are factorised? A row that
+   is redundant is not corrected: at its distance from the others it leaves the velocities that these allow. */
+bool residuals_accepted(const Values *values, Level level, double unit, const ConstraintFactorization *constraints,
+                        const double states[]);
+
 /* Sets instance->failure to constraints that are not met; returns false. */
 bool report_constraints(Instance *instance, double time, const Values *values, Level level);
 
