@@ -22,6 +22,9 @@ static const double FINEST = 1024.0;
 /* The shortest part of a step in which event functions are taken for polynomials. */
 static const double SHORTEST_PART = 1.0 / 64.0;
 
+/* The greatest part of what is searched at once by which a root on the interpolant is wrong. */
+static const double WRONG = 0.125;
+
 /* A part is longer than the one before it by this factor at most. */
 static const double GROWTH_OF_SEARCH = 4.0;
 
@@ -255,6 +258,8 @@ bool find_descents(Instance *instance, const double start[], Descents *found) {
     }
     found->first = -1;
     found->slope = 0.0;
+    found->earliest = 0.0;
+    found->latest = 1.0;
     for (int k = 0; k < N_EVENTS; k++) {
         values[k][0] = start[k];
         found->theta[k] = NO_ROOT;
@@ -276,6 +281,10 @@ bool find_descents(Instance *instance, const double start[], Descents *found) {
             width *= 0.5;
             most = larger(width, SHORTEST_PART);
             continue;
+        }
+        if (found->first >= 0) {
+            found->earliest = larger(found->theta[found->first] - WRONG * width, 0.0);
+            found->latest = smaller(found->theta[found->first] + WRONG * width, from + width);
         }
         from = width < 1.0 - from ? from + width : 1.0;
         for (int k = 0; k < N_EVENTS; k++) {

@@ -11,6 +11,7 @@ typedef struct {
     int first;                 /* the function that comes down first, -1 if there is none */
     double slope;              /* its slope there by theta */
     double start;              /* its value where the step begins */
+    double earliest, latest;   /* theta between which the root lies in truth: the interpolant is wrong by less */
 } Descents;
 
 /* Are all event functions so far from 0 on Hermite's cubic of the step that a better interpolant makes no difference?

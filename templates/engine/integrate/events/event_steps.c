@@ -75,7 +75,8 @@ static bool move_end(Instance *instance, Step *step, double length, double value
 }
 
 /* Repeats the step until the first function is 0 at its end, by secant steps from the root on its interpolant. A root
-   at the beginning of the step stays there. values[N_EVENTS] are the event functions at the end. */
+   at the beginning of the step stays there. Secants lead astray where the function is rounding; in a part of
+   the step where nothing was looked for other functions may come down first. values[N_EVENTS] are the event functions at the end. */
 static bool polish(Instance *instance, const Descents *found, Step *step, double values[]) {
     const double whole = step->length, rounding = DBL_EPSILON * fabs(step->end);
     const int k = found->first;
@@ -90,9 +91,9 @@ static bool polish(Instance *instance, const Descents *found, Step *step, double
         }
         last_length = length;
         last_value = values[k];
-        length = smaller(larger(length - values[k] / slope, 0.0), whole);
+        length = smaller(larger(length - values[k] / slope, found->earliest * whole), found->latest * whole);
         if (found->theta[k] <= 0.0 || !(fabs(length - last_length) > rounding) ||
-            fabs(last_value) <= DBL_EPSILON * EVENT_NOMINALS[k]) {
+            fabs(last_value) <= events_noise(instance, k)) {
             break;
         }
     }
