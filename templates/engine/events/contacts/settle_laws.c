@@ -22,18 +22,22 @@ static void set_slips(Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     const int first = SLIP_ROWS[contact], end = SLIP_ROWS[contact + 1];
     const double speed = settling_slip_speed(settling, contact), mu = settling->friction[contact];
+    double along[2] = {0.0};
     const bool stops = settling->stopping[2 * contact + 1];
     const bool rests = end > first && (stops || (speed <= settling_least_speed(settling, first) &&
                                                  !moves_without_lever(settling, first)));
     const bool yields = contact_sticks(state, contact) && settling_due(settling, 2 * contact + 1);
+    if (!rests) {
+        settling_slip_direction(settling, contact, along);
+    }
+    const double length = hypot(along[0], along[1]);
     for (int row = first; row < end; row++) {
-        const double along = rests ? 0.0 : settling_slip_velocity(settling, contact, row) / speed;
         settling->row[ROW_PLACES[row]] = (Row){.law = rests ? ROW_TANGENTIAL : ROW_SLIDING,
                                                .normal = ROW_PLACES[contact],
                                                .friction = yields ? mu * (1.0 - YIELDS) : mu,
                                                .holding = yields ? mu * (1.0 - YIELDS)
                                                                  : fmax(mu, settling->holding[contact]),
-                                               .value = along,
+                                               .value = rests ? 0.0 : along[row - first] / length,
                                                .holds = stops || (contact_sticks(state, contact) && !yields)};
     }
 }

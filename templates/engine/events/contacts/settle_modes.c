@@ -60,16 +60,18 @@ void settling_close(Settling *settling, int contact) {
     }
 }
 
-/* A contact that has come to bear nothing opens. Its gap grows with a high power of the time at first, slower than the
-   errors of an importer's solver, which starts anew here: its event indicator begins so far above 0. So does that of a
-   contact which rises no higher than these errors. */
+/* A contact that has come to bear nothing opens. Its gap grows with a high power of the time at first, or not at all,
+   as that of a ball which rolls along a wall: slower than what a projection leaves of a gap, and than the errors of an
+   importer's solver, which starts anew here. Its event function begins so far above 0. So does that of a contact which
+   rises no higher than the importer's errors. */
 static void lift_off(Settling *settling, int contact) {
     State *state = &settling->instance->state;
+    const bool stabilise = settling->instance->policy->stabilise;
     double *rest = &state->event_rests[N_SWITCHES + 2 * contact];
     const bool lifted = settling->row[ROW_PLACES[contact]].law == ROW_FREE; /* by an impact: the gap grows at once */
-    const bool slowly = (contact_closed(state, contact) && !lifted) || state->cascading[contact] == CASCADE_RISES;
-    if (settling->instance->policy->stabilise && slowly) {
-        *rest = fmax(*rest, solver_tolerance(state) * row_size(&settling->rows, contact));
+    const bool slowly = contact_closed(state, contact) && !lifted;
+    if (slowly || (stabilise && state->cascading[contact] == CASCADE_RISES)) {
+        *rest = fmax(*rest, (stabilise ? solver_tolerance(state) : AT_REST) * row_size(&settling->rows, contact));
     }
     contact_open(state, contact);
 }
@@ -79,6 +81,15 @@ static bool gives_way(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     const bool due = settling_due(settling, 2 * contact) || settling_due(settling, 2 * contact + 1);
     return due && contact_closed(state, contact) && !state->cascading[contact] &&
+           !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
+}
+
+/* Does a contact that touches slide, while others relieve it of its load? It is open: the motion shares loads evenly among
+   all that are closed, and could not do without a pull. */
+static bool is_relieved(const Settling *settling, int contact) {
+    const int first = SLIP_ROWS[contact];
+    return first < SLIP_ROWS[contact + 1] && settling->row[ROW_PLACES[first]].law == ROW_SLIDING &&
+           settling->friction[contact] > 0.0 &&
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
 
@@ -153,7 +164,7 @@ bool settling_modes(Settling *settling, bool *jumped) {
     watch_solutions(settling);
     begin_cascades(settling);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        leaves[i] = gives_way(settling, i) || follows(settling, i);
+        leaves[i] = gives_way(settling, i) || is_relieved(settling, i) || follows(settling, i);
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
         const int64_t cascade = instance->state.cascading[i];

@@ -2,6 +2,7 @@
    they are slow. */
 #include <math.h>
 
+#include "contacts.h"
 #include "inputs.h"
 #include "settings.h"
 #include "settling.h"
@@ -20,19 +21,17 @@ static bool is_slow(const Settling *settling, int contact) {
            settling_slip_speed(settling, contact) <= loose_speed(settling, contact);
 }
 
-/* A slip in space that is due has turned away from the direction that it began with, and may be at rest or not. */
+/* A slip in space that is due has turned away from the direction that it began with, and may be at rest or not. One that
+   is slow at the event of another contact is so before its own: it would turn within errors of the states. */
 static bool comes_to_rest(const Settling *settling, int contact) {
-    return settling_due(settling, 2 * contact + 1) && is_slow(settling, contact);
+    const bool steadied = contact_steady(&settling->instance->state, contact) > 0.0;
+    return (settling_due(settling, 2 * contact + 1) || !steadied) && is_slow(settling, contact);
 }
 
-/* Brings velocity[] up to date for contacts in space, if one of their slips is due. */
+/* Brings velocity[] up to date for contacts in space, if one of them slides. */
 static void find_velocities(Settling *settling) {
     const State *state = &settling->instance->state;
-    bool needed = false;
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        needed = needed || (slips_in_space(i) && settling_due(settling, 2 * i + 1));
-    }
-    if (!needed) {
+    if (!contacts_slide_in_space(settling->instance)) {
         return;
     }
     rows_evaluate(settling->instance, state->time, state->states, inputs_at(settling->instance, state->time),
@@ -125,6 +124,21 @@ static bool goes_on(const Settling *settling, int contact) {
     return contact_slip_margin(state, contact, slips) > 0.0;
 }
 
+void settling_slip_direction(const Settling *settling, int contact, double direction[]) {
+    const State *state = &settling->instance->state;
+    const int first = SLIP_ROWS[contact];
+    const double steady = goes_on(settling, contact) ? contact_steady(state, contact) : 0.0;
+    double length = 0.0, along[2] = {0.0};
+    for (int i = 0; i < contact_slips(contact); i++) {
+        along[i] = row_direction(state, first + i);
+        length = hypot(length, along[i]);
+    }
+    for (int i = 0; i < contact_slips(contact); i++) {
+        const double slip = settling_slip_velocity(settling, contact, first + i);
+        direction[i] = steady > 0.0 ? slip + steady * along[i] / length : slip;
+    }
+}
+
 void settling_carry_out_slip(Settling *settling, int contact) {
     State *state = &settling->instance->state;
     const int first = SLIP_ROWS[contact];
@@ -134,7 +148,7 @@ void settling_carry_out_slip(Settling *settling, int contact) {
         (waits ? contact_wait : contact_stick)(state, contact);
         return;
     }
-    if (goes_on(settling, contact)) {
+    if (settling->row[ROW_PLACES[first]].law == ROW_SLIDING && goes_on(settling, contact)) {
         return;
     }
     for (int i = 0; i < contact_slips(contact); i++) {

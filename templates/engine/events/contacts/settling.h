@@ -76,6 +76,9 @@ double settling_slip_speed(const Settling *settling, int contact);
    then forces are found once more, because those of the motion before may not keep all contacts of a body closed. */
 void settling_close(Settling *settling, int contact);
 
+/* direction[slips], of any length: that against which friction acts on a contact which slides. */
+void settling_slip_direction(const Settling *settling, int contact, double direction[]);
+
 /* Lets a closed contact with friction slide or stick, as the laws have decided. */
 void settling_carry_out_slip(Settling *settling, int contact);
 
