@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -107,11 +109,17 @@ def test_the_deepest_path_of_a_listing() -> None:
 @pytest.mark.fmu
 def test_what_a_report_says(tmp_path: Path) -> None:
     made = firmware("pendulum", real="float")
-    text = realtime_report(made)
+    text = realtime_report(made, firmware("pendulum"))
     assert f"- memory of an instance: {made.size} bytes" in text
     sizes = {f.processor: f for f in footprints("pendulum.c", made.files)}
     assert 5_000 < sizes["Cortex-M4F"].code < sizes["x86-64"].code * 1.2 < 60_000
     assert f"| Cortex-M4F | {sizes['Cortex-M4F'].code} |" in text
+    least, median, most = map(int, re.search(r"operations \| (\d+) \| (\d+) \| (\d+) \|", text).groups())
+    assert 100 < least <= median <= most < 1e4
+    greatest, steps, single = re.search(r"\| theta, rad \| (\S+) \| (.*) \| (\S+) \|", text).groups()
+    assert 0.1 < float(greatest) < 2
+    assert float(steps.removeprefix("below ")) < 1e-9 < float(single) < 1e-4
+    assert ("| instructions |" in text) == (shutil.which("valgrind") is not None)
     done = CliRunner().invoke(main, ["c", "pendulum", "-o", str(tmp_path / "p"), "--real", "float", "--report"])
     assert done.exit_code == 0
     assert (tmp_path / "p" / "REPORT.md").read_text() == text
