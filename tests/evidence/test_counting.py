@@ -14,8 +14,8 @@ from chosen import models
 from compiling import QUICK
 
 from lag2fmu.errors import ExportError
-from lag2fmu.evidence.accuracy import KNOWN, errors_of
 from lag2fmu.evidence.counting import counted, counting
+from lag2fmu.evidence.realtime import KNOWN, errors_of
 from lag2fmu.fmu.compilers import compile_unit, host_target
 from lag2fmu.fmu.firmware import firmware
 from lag2fmu.verify.reference_files import reference_of
