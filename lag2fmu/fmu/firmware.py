@@ -96,6 +96,8 @@ def firmware(  # noqa: PLR0913 (choices of the user)
     tables = bounded(replace(table.tables, vibrations=found.vibrations), bound)
     sources = firmware_sources(found.program, tables, METHODS[found.solver], style)
     size = constant(sources, HEADER, SIZE, compiler)
+    if ram is not None and ram <= 0:
+        raise ExportError(f"--ram {ram}: expected a positive number of bytes")
     if ram is not None and size > ram:
         raise ExportError(
             f"an instance of mechanism '{mechanism.name}' takes {size} bytes, and --ram allows {ram}; take "
@@ -111,13 +113,15 @@ def firmware(  # noqa: PLR0913 (choices of the user)
 
 
 def _prefix(mechanism: Mechanism, prefix: str | None) -> str:
-    """The prefix of all names; raises ExportError for one that is no identifier."""
+    """The prefix of all names; raises ExportError for one that is no identifier, or the name of the program."""
     chosen = identifier_of(mechanism.name) if prefix is None else prefix
     if re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,40}", chosen) is None:
         raise ExportError(
             f"--prefix '{chosen}': expected a letter, then letters, digits and underscores, 41 together at most, as "
             "names in C begin with it"
         )
+    if chosen.lower() == "main":
+        raise ExportError(f"--prefix '{chosen}': main.c is the program beside the mechanism; name another prefix")
     return chosen
 
 

@@ -224,9 +224,11 @@ def test_gcc_has_no_warning(model: str, tmp_path: Path) -> None:
         ("pendulum", {"step": math.nan}, "--step nan: expected a positive number"),
         ("pendulum", {"step": 0.0}, "--step 0: expected a positive number"),
         ("pendulum", {"step": 1e3}, "would have 1000000 solver steps; expected 1 to 10000"),
-        ("pendulum", {"solver_steps": 0}, "would have 0 solver steps"),
+        ("pendulum", {"solver_steps": 0}, "--solver-steps 0: expected 1 to 10000"),
         ("pendulum", {"real": "half"}, "--real half: known are double, float"),
         ("pendulum", {"prefix": "2nd"}, "--prefix '2nd': expected a letter"),
+        ("pendulum", {"prefix": "Main"}, r"--prefix 'Main': main\.c is the program"),
+        ("pendulum", {"ram": -5}, "--ram -5: expected a positive number of bytes"),
         ("pendulum", {"ram": 100}, r"takes \d+ bytes, and --ram allows 100; take --real float"),
     ],
 )
