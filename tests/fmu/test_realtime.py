@@ -49,6 +49,26 @@ def test_longer_steps_are_discarded_and_shorter_ones_taken(tmp_path: Path) -> No
         assert any("steps" in sentence for _, _, sentence in host.log)
 
 
+def test_what_is_no_step_or_no_input_is_a_status(tmp_path: Path) -> None:
+    """Nothing moves, and a sentence tells why; FMI allows no further step after an error."""
+    fmu = export("bouncing_ball", tmp_path / "it.fmu", profile="realtime", page="static")
+    for step in (0.0, -0.01, math.nan, math.inf, -math.inf, 0.5):
+        with Stepping(fmu.path) as host:
+            host.start().steps(2, 0.01)
+            before = host.get(host.states)
+            with pytest.raises(FMICallException, match="discard" if step == 0.5 else "error"):
+                host.unit.doStep(host.time, step)
+            assert host.get(host.states) == before
+            assert "step" in host.log[-1][2]
+    for value in (math.nan, math.inf):
+        with Stepping(fmu.path) as host:
+            host.start()
+            name = next(v.name for v in host.description.modelVariables if v.causality == "input")
+            with pytest.raises(FMICallException, match="error"):
+                host.set({name: value})
+            assert name in host.log[-1][2]
+
+
 def test_it_moves_as_without_the_profile(tmp_path: Path) -> None:
     """The profile bounds a step; within the bound it is the same solver with the same steps."""
     mechanism = load("newtons_cradle")
