@@ -72,7 +72,8 @@ ROOMS = {
     ),
     "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
     "evidence": (
-        {"deadline", "errors", "version", "mechanism", "formats", "reference", "fmu", "verify", "checking"},
+        {"deadline", "errors", "building", "version", "mechanism", "formats", "reference", "solvers", "fmu", "verify"}
+        | {"checking"},
         {"numpy", "fmpy", "casadi", "libcosimpy"},
     ),
     "systems": (

@@ -98,16 +98,6 @@ def _parsed(data: bytes) -> tuple[LibraryFacts, ...]:
     return tuple(map(_mach_o, parsed)) if isinstance(parsed, lief.MachO.FatBinary) else ()
 
 
-def section_sizes(data: bytes) -> dict[str, int]:
-    """{name: bytes} of the sections of the ELF object ``data``; those of equal names are added up."""
-    lief = _quiet_lief()
-    parsed: Any = lief.ELF.parse(data)
-    sizes: dict[str, int] = {}
-    for section in parsed.sections:
-        sizes[str(section.name)] = sizes.get(str(section.name), 0) + int(section.size)
-    return sizes
-
-
 def _is_whole(data: bytes) -> bool:
     """Whether ``data`` begins like a library and is long enough for its headers."""
     return len(data) > 256 and data.startswith((b"\x7fELF", b"MZ", *_MACH_O))

@@ -22,7 +22,7 @@ from lag2fmu.cli.options import MODEL, PATH, loading
 @click.option("--prefix", metavar="NAME", help="Of all names in C; default: the name of the mechanism.")
 @click.option("--ram", type=int, metavar="BYTES", help="Refuse an instance that takes more.")
 @click.option("--compiler", type=click.Choice(["zig", "host"]), default="zig", show_default=True)
-@click.option("--report", is_flag=True, help="Write REPORT.md: code, constants and deepest stack on processors.")
+@click.option("--report", is_flag=True, help="Write REPORT.md: memory on processors, work and errors of steps.")
 @click.option("--force", is_flag=True, help="Overwrite files that exist.")
 @loading
 def c_command(**choices: Any) -> None:

@@ -9,7 +9,8 @@ import click
 
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.evidence.realtime import REPORT, realtime_report
-from lag2fmu.fmu.firmware import firmware, write_folder
+from lag2fmu.fmu.firmware import Firmware, firmware, write_folder
+from lag2fmu.mechanism.record import Mechanism
 
 
 def write_c(model: str, folder: Path, *, force: bool, report: bool, settings: tuple[str, ...], **choices: Any) -> None:
@@ -17,8 +18,9 @@ def write_c(model: str, folder: Path, *, force: bool, report: bool, settings: tu
 
     Raises Lag2FmuError for a model or options that do not fit, and for files that exist or cannot be written.
     """
-    made = firmware(load_mechanism(model, settings), **choices)
-    files = {**made.files, REPORT: realtime_report(made)} if report else made.files
+    mechanism = load_mechanism(model, settings)
+    made = firmware(mechanism, **choices)
+    files = {**made.files, REPORT: _report(mechanism, made, choices)} if report else made.files
     write_folder(files, folder, force=force)
     remarks = f": {made.remarks}" if made.remarks else ""
     click.echo(f"wrote {folder}, solver {made.solver}{remarks}")
@@ -29,3 +31,9 @@ def write_c(model: str, folder: Path, *, force: bool, report: bool, settings: tu
         f"{made.size} bytes an instance; steps of {made.bound.longest:g} s at most, "
         f"{count} solver step{'s' if count > 1 else ''} in each"
     )
+
+
+def _report(mechanism: Mechanism, made: Firmware, choices: dict[str, Any]) -> str:
+    """The report on what was ``made`` with ``choices``; numbers of type float are compared with doubles."""
+    in_double = None if made.real == "double" else firmware(mechanism, **{**choices, "real": "double", "ram": None})
+    return realtime_report(made, in_double)

@@ -110,6 +110,11 @@ def firmware_files(
     return {name: text() for name, text in names.items()}
 
 
+def probe_text(style: FirmwareStyle, told: Mapping[str, object]) -> str:
+    """A program in C that runs the mechanism and prints, step by step, what it counts; see ``firmware_files``."""
+    return render("firmware/probe.c.jinja", {"prefix": style.prefix, "real": style.real, **told})
+
+
 def _enumeration(text: str, name: str, prefix: str, removed: str = "") -> str:
     """The constants of the enumeration ``name`` in C ``text``, with their comments; each gets the ``prefix``."""
     found = re.search(rf"typedef enum \{{\n((?:(?!typedef enum)[^}}])*)\}} {name};", text)

@@ -125,11 +125,15 @@ def _flags(sources: Mapping[str, str], compiler: str) -> tuple[str, ...]:
     return (*FLAGS, "-fno-slp-vectorize") if long else FLAGS
 
 
+def host_target() -> str:
+    """Zig's name of this machine."""
+    machine = "x86_64" if platform.machine() in {"x86_64", "AMD64"} else "aarch64"
+    return next(target for target in host_platform().targets if target.startswith(machine))
+
+
 def _for_here(compiler: str) -> list[str]:
     """The command that compiles for this processor."""
-    machine = "x86_64" if platform.machine() in {"x86_64", "AMD64"} else "aarch64"
-    target = next(t for t in host_platform().targets if t.startswith(machine))
-    return [*compiler_command(compiler, target), "-mcpu=native" if compiler == "zig" else "-march=native"]
+    return [*compiler_command(compiler, host_target()), "-mcpu=native" if compiler == "zig" else "-march=native"]
 
 
 def compile_module(sources: Mapping[str, str], functions: Iterable[str]) -> bytes:

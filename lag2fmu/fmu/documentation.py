@@ -81,6 +81,7 @@ def page_text(of: Subject) -> str:
         "kinds": description.interface.capabilities,
         "binaries": content.binaries,
         "resources": content.resources,
+        "taken": content.taken,
         "version": description.version,
         "fmi": description.fmi,
         "arrays": [(port.name, [v.name for v in port.members]) for port in description.ports if port.is_array],

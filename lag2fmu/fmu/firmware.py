@@ -15,6 +15,7 @@ from lag2fmu.codegen.firmware import (
     FirmwareVariable,
     firmware_files,
     firmware_sources,
+    probe_text,
 )
 from lag2fmu.codegen.tables import StepBound
 from lag2fmu.errors import ExportError
@@ -39,7 +40,8 @@ _LEFT_OUT = frozenset({"VARIABLE_SETTING", "VARIABLE_CLOCK", "VARIABLE_INDICATOR
 class Firmware:
     """A folder of plain C: the files by name, the solver, the bytes of an instance, and remarks on both ("" for none).
 
-    ``bound`` is that of a step, ``real`` the type of numbers.
+    ``bound`` is that of a step, ``real`` the type of numbers. ``probe`` is a program that runs the ``mechanism`` and
+    prints step by step the values of ``outputs``, {name: SI unit}.
     """
 
     files: Mapping[str, str]
@@ -47,6 +49,9 @@ class Firmware:
     size: int
     bound: StepBound
     real: str
+    mechanism: Mechanism
+    outputs: Mapping[str, str]
+    probe: str
     remarks: str = ""
     moved_starts: str = ""
 
@@ -91,6 +96,8 @@ def firmware(  # noqa: PLR0913 (choices of the user)
     tables = bounded(replace(table.tables, vibrations=found.vibrations), bound)
     sources = firmware_sources(found.program, tables, METHODS[found.solver], style)
     size = constant(sources, HEADER, SIZE, compiler)
+    if ram is not None and ram <= 0:
+        raise ExportError(f"--ram {ram}: expected a positive number of bytes")
     if ram is not None and size > ram:
         raise ExportError(
             f"an instance of mechanism '{mechanism.name}' takes {size} bytes, and --ram allows {ram}; take "
@@ -98,25 +105,29 @@ def firmware(  # noqa: PLR0913 (choices of the user)
         )
     at_events = steps_over_impacts(mechanism, METHODS[found.solver])
     remarks = "; ".join(filter(None, [found.choice, damping(found.missed, METHODS[found.solver]), at_events]))
-    files = firmware_files(sources, style, size, _told(found, table, bound, remarks))
-    return Firmware(files, found.solver, size, bound, real, remarks, moved_starts(mechanism, found.equations))
+    told = _told(found, table, bound, remarks)
+    files, probe = firmware_files(sources, style, size, told), probe_text(style, told)
+    shown = {v.name: _unit(v) for v in _outputs(table)}
+    moved = moved_starts(mechanism, found.equations)
+    return Firmware(files, found.solver, size, bound, real, found.mechanism, shown, probe, remarks, moved)
 
 
 def _prefix(mechanism: Mechanism, prefix: str | None) -> str:
-    """The prefix of all names; raises ExportError for one that is no identifier."""
+    """The prefix of all names; raises ExportError for one that is no identifier, or the name of the program."""
     chosen = identifier_of(mechanism.name) if prefix is None else prefix
     if re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,40}", chosen) is None:
         raise ExportError(
             f"--prefix '{chosen}': expected a letter, then letters, digits and underscores, 41 together at most, as "
             "names in C begin with it"
         )
+    if chosen.lower() == "main":
+        raise ExportError(f"--prefix '{chosen}': main.c is the program beside the mechanism; name another prefix")
     return chosen
 
 
 def _told(found: Derived, table: VariableTable, bound: StepBound, remarks: str) -> dict[str, object]:
     """What the files say of the mechanism."""
-    kinds = {slot.name: slot.kind for slot in table.tables.slots}
-    variables = [v for v in table.variables if v.derivative_of is None and kinds.get(v.name, "") not in _LEFT_OUT]
+    variables = _kept(table)
     names = _c_names(variables)
     entries = {v.name: FirmwareVariable(v.value_reference, names[v.name], _words(v)) for v in variables}
     experiment = found.mechanism.experiment
@@ -124,7 +135,7 @@ def _told(found: Derived, table: VariableTable, bound: StepBound, remarks: str) 
         "title": found.mechanism.title,
         "name": found.mechanism.name,
         "entries": list(entries.values()),
-        "outputs": [entries[v.name] for v in variables if v.causality == "output"],
+        "outputs": [entries[v.name] for v in _outputs(table)],
         "inputs": [entries[v.name] for v in variables if v.causality == "input"],
         "step": bound.longest,
         "solver_steps": bound.solver_steps,
@@ -134,11 +145,25 @@ def _told(found: Derived, table: VariableTable, bound: StepBound, remarks: str) 
     }
 
 
+def _kept(table: VariableTable) -> list[ScalarVariable]:
+    """The variables of plain C."""
+    kinds = {slot.name: slot.kind for slot in table.tables.slots}
+    return [v for v in table.variables if v.derivative_of is None and kinds.get(v.name, "") not in _LEFT_OUT]
+
+
+def _outputs(table: VariableTable) -> list[ScalarVariable]:
+    """Those that main.c prints."""
+    return [v for v in _kept(table) if v.causality == "output"]
+
+
 def _words(variable: ScalarVariable) -> str:
     """What a variable is: its unit, its kind, its sentence."""
-    unit = variable.unit.si_name if variable.unit is not None else ""
     fixed = "fixed " if variable.variability == "fixed" else ""
-    return "; ".join(filter(None, [unit, f"{fixed}{variable.causality}", variable.doc]))
+    return "; ".join(filter(None, [_unit(variable), f"{fixed}{variable.causality}", variable.doc]))
+
+
+def _unit(variable: ScalarVariable) -> str:
+    return variable.unit.si_name if variable.unit is not None else ""
 
 
 def _c_names(variables: Sequence[ScalarVariable]) -> dict[str, str]:

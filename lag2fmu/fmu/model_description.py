@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from lag2fmu.codegen.tables import StepBound
 from lag2fmu.fmu.ports import Port
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.mechanism.record import Mechanism
@@ -28,6 +29,7 @@ class ModelDescription:
 
     ``fmi`` is the version of the standard, ``version`` that of lag2fmu. ``source_files`` are the names of the files in
     sources/ that have to be compiled. ``ports`` are the variables of FMI 3.0; a value reference is an index among them.
+    ``bound`` is that of a communication step in real time.
     """
 
     mechanism: Mechanism
@@ -40,6 +42,7 @@ class ModelDescription:
     source_files: tuple[str, ...] = ()
     ports: tuple[Port, ...] = ()
     fmi: str = "2.0"
+    bound: StepBound | None = None
 
 
 def heeds_steps(description: ModelDescription) -> bool:

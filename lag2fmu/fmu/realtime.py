@@ -33,8 +33,10 @@ def step_bound(
     step = mechanism.experiment.step if longest is None else longest
     if not (math.isfinite(step) and step > 0):
         raise ExportError(f"--step {step:g}: expected a positive number of seconds")
+    if solver_steps is not None and not 1 <= solver_steps <= MOST_SOLVER_STEPS:
+        raise ExportError(f"--solver-steps {solver_steps}: expected 1 to {MOST_SOLVER_STEPS}")
     count = math.ceil(step / solver_step * (1 - 1e-9)) if solver_steps is None else solver_steps
-    if not 1 <= count <= MOST_SOLVER_STEPS:
+    if count > MOST_SOLVER_STEPS:
         raise ExportError(
             f"a step of {step:g} s would have {count} solver steps; expected 1 to {MOST_SOLVER_STEPS}: name a shorter "
             "--step"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -10,11 +12,13 @@ import pytest
 from click.testing import CliRunner
 
 from lag2fmu.cli import main
-from lag2fmu.evidence.footprint import deepest, footprints
 from lag2fmu.evidence.realtime import realtime_report
 from lag2fmu.fmu.compilers import FLAGS, compiler_command
 from lag2fmu.fmu.firmware import firmware
+from lag2fmu.fmu.footprint import deepest, footprints
 
+ENTRIES = r"\w+_(init|set|get|start|step|time|failure|notices)"
+"""What programs call."""
 PAINTED = """
 #define _XOPEN_SOURCE 600
 #include <pthread.h>
@@ -61,7 +65,7 @@ int main(void) {
 @pytest.mark.parametrize(("model", "steps"), [("cart_pole", 1000), ("woodpecker", 1200), ("four_bar_linkage", 500)])
 def test_the_stack_that_is_used_is_what_is_reported(model: str, steps: int, tmp_path: Path) -> None:
     made = firmware(model, own_math=True)
-    reported = footprints(f"{model}.c", made.files, ["x86-64"])[0].stack
+    reported = footprints(f"{model}.c", made.files, ENTRIES, ["x86-64"])[0].stack
     for name, text in made.files.items():
         (tmp_path / name).write_text(text)
     count = made.files[f"{model}.h"].count(f"{model}_VAR_")
@@ -107,11 +111,17 @@ def test_the_deepest_path_of_a_listing() -> None:
 @pytest.mark.fmu
 def test_what_a_report_says(tmp_path: Path) -> None:
     made = firmware("pendulum", real="float")
-    text = realtime_report(made)
+    text = realtime_report(made, firmware("pendulum"))
     assert f"- memory of an instance: {made.size} bytes" in text
-    sizes = {f.processor: f for f in footprints("pendulum.c", made.files)}
+    sizes = {f.processor: f for f in footprints("pendulum.c", made.files, ENTRIES)}
     assert 5_000 < sizes["Cortex-M4F"].code < sizes["x86-64"].code * 1.2 < 60_000
     assert f"| Cortex-M4F | {sizes['Cortex-M4F'].code} |" in text
+    least, median, most = map(int, re.search(r"operations \| (\d+) \| (\d+) \| (\d+) \|", text).groups())
+    assert 100 < least <= median <= most < 1e4
+    greatest, steps, single = re.search(r"\| theta, rad \| (\S+) \| (.*) \| (\S+) \|", text).groups()
+    assert 0.1 < float(greatest) < 2
+    assert float(steps.removeprefix("below ")) < 1e-9 < float(single) < 1e-4
+    assert ("| instructions |" in text) == (shutil.which("valgrind") is not None)
     done = CliRunner().invoke(main, ["c", "pendulum", "-o", str(tmp_path / "p"), "--real", "float", "--report"])
     assert done.exit_code == 0
     assert (tmp_path / "p" / "REPORT.md").read_text() == text

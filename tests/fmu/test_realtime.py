@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import math
 import re
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,8 @@ from stepping import Stepping
 
 from lag2fmu import export, simulate
 from lag2fmu.errors import ExportError
-from lag2fmu.fmu.backends.native import describe
+from lag2fmu.fmu.backends.native import describe, fmi_headers
+from lag2fmu.fmu.compilers import constant
 from lag2fmu.fmu.deriving import derived
 from lag2fmu.fmu.firmware import firmware
 from lag2fmu.fmu.realtime import RealTime
@@ -47,6 +49,26 @@ def test_longer_steps_are_discarded_and_shorter_ones_taken(tmp_path: Path) -> No
         assert any("steps" in sentence for _, _, sentence in host.log)
 
 
+def test_what_is_no_step_or_no_input_is_a_status(tmp_path: Path) -> None:
+    """Nothing moves, and a sentence tells why; FMI allows no further step after an error."""
+    fmu = export("bouncing_ball", tmp_path / "it.fmu", profile="realtime", page="static")
+    for step in (0.0, -0.01, math.nan, math.inf, -math.inf, 0.5):
+        with Stepping(fmu.path) as host:
+            host.start().steps(2, 0.01)
+            before = host.get(host.states)
+            with pytest.raises(FMICallException, match="discard" if step == 0.5 else "error"):
+                host.unit.doStep(host.time, step)
+            assert host.get(host.states) == before
+            assert "step" in host.log[-1][2]
+    for value in (math.nan, math.inf):
+        with Stepping(fmu.path) as host:
+            host.start()
+            name = next(v.name for v in host.description.modelVariables if v.causality == "input")
+            with pytest.raises(FMICallException, match="error"):
+                host.set({name: value})
+            assert name in host.log[-1][2]
+
+
 def test_it_moves_as_without_the_profile(tmp_path: Path) -> None:
     """The profile bounds a step; within the bound it is the same solver with the same steps."""
     mechanism = load("newtons_cradle")
@@ -60,15 +82,20 @@ def test_it_moves_as_without_the_profile(tmp_path: Path) -> None:
 
 @pytest.mark.skipif("gcc" not in COMPILERS, reason="no gcc")
 def test_nothing_is_allocated_after_instantiation(tmp_path: Path) -> None:
-    """An allocator that counts: one call for the instance, none for the steps of a stack that falls."""
+    """An allocator that counts: one call for the instance, none for the steps of a stack that falls.
+
+    The instance has the bytes that the report tells, and its name.
+    """
     found = derived(load("stack_of_blocks"), None, bounded=True)
     _, sources = describe(
         found.mechanism, found.equations, found.program, found.solver, found.vibrations, realtime=RealTime()
     )
-    counting = "#include <stdlib.h>\nextern int allocations;\nstatic inline void *counted(size_t n, size_t s) "
-    counting += "{ allocations++; return calloc(n, s); }\n#define calloc counted\n"
+    counting = "#include <stdlib.h>\nextern int allocations;\nextern size_t allocated;\n"
+    counting += "static inline void *counted(size_t n, size_t s) { allocations++; allocated += n * s; "
+    counting += "return calloc(n, s); }\n#define calloc counted\n"
     counting += "#define malloc(size) counted(1, size)\n"
     counter = '__attribute__((visibility("default"))) int allocations;\n'
+    counter += '__attribute__((visibility("default"))) __SIZE_TYPE__ allocated;\n'
     texts = {**sources, "counting.h": counting, "counter.c": counter}
     library = compiled(tmp_path, texts, "gcc", options=("-include", "counting.h"))
     guid = re.search(r'MODEL_GUID\[\] = "([^"]+)"', sources["tables.c"])[1]
@@ -77,6 +104,9 @@ def test_nothing_is_allocated_after_instantiation(tmp_path: Path) -> None:
     it = ctypes.c_void_p(library.fmi2Instantiate(b"one", 1, guid.encode(), None, callbacks, 0, 0))
     count = ctypes.c_int.in_dll(library, "allocations")
     assert count.value == 1
+    headers = {file.name: file.read_text("utf-8") for file in fmi_headers().glob("fmi2*.h")}
+    told = constant({**sources, **headers}, "life.h", "COMPONENT_SIZE")
+    assert told < ctypes.c_size_t.in_dll(library, "allocated").value <= told + 16
     assert library.fmi2EnterInitializationMode(it) == library.fmi2ExitInitializationMode(it) == 0
     step = found.mechanism.experiment.step
     for i in range(50):
@@ -105,6 +135,28 @@ def test_what_is_left_of_the_laws_is_projected_and_told_once(tmp_path: Path) -> 
     assert unsolved == [False, True]
     assert all(math.isfinite(energy) for energy in energies)
     assert energies[1] < 1e3 * (energies[0] + 1.0)
+
+
+def test_the_fmu_says_what_it_takes(tmp_path: Path) -> None:
+    """In a file and on its page. An FMU without the profile says nothing."""
+    plain, bounded = (
+        export("newtons_cradle", tmp_path / f"{profile}.fmu", solver="moreau", page="static", profile=profile).path
+        for profile in ("desktop", "realtime")
+    )
+    with zipfile.ZipFile(plain) as archive:
+        assert "extra/org.lag2fmu/realtime.md" not in archive.namelist()
+        assert "In real time" not in archive.read("documentation/index.html").decode()
+    with zipfile.ZipFile(bounded) as archive:
+        text = archive.read("extra/org.lag2fmu/realtime.md").decode()
+        page = archive.read("documentation/index.html").decode()
+    (size,) = map(int, re.findall(r"^- memory of an instance: (\d+) bytes", text, re.MULTILINE))
+    found = re.search(r"^\| (\S+) \| (\d+) \| (\d+) \| (\d+) \|$", text, re.MULTILINE)
+    code, constants, stack = map(int, found.groups()[1:])
+    assert code > constants > 1000 < stack < 1e5
+    assert re.search(r"^\| MOST_\w+ \| \d+ \|$", text, re.MULTILINE)
+    for number in (code, constants, stack):
+        assert f">{number}</td>" in page
+    assert f"memory of an instance: {size} bytes" in page
 
 
 @pytest.mark.parametrize(

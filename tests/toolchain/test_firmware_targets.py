@@ -1,10 +1,12 @@
-"""Plain C on processors that are no PC's, under QEMU: with own sines the bits are those of this machine.
+"""Plain C on processors that are no PC's, under QEMU and Wine: with own sines the bits are those of this machine.
 
-Cortex-M4F and M7 run bare, without an operating system; the others run by QEMU's user mode, with zig's musl.
+Cortex-M4F and M7 run bare, without an operating system; Windows is Wine; the others run by QEMU's user mode, with zig's
+musl.
 """
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -13,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from wine import wine
 
 from lag2fmu.fmu.firmware import firmware
 
@@ -43,6 +46,8 @@ USER = {
     "i386": ("x86-linux-musl", "-msse2", "-mfpmath=sse"),
 }
 """QEMU's processor -> zig's target and flags"""
+WINDOWS = {"win64": (64, "x86_64-windows-gnu"), "win32": (32, "x86-windows-gnu", "-msse2", "-mfpmath=sse")}
+"""Platform -> the bits of its programs, zig's target and flags"""
 CASES = [(model, real) for model in MODELS for real in ("double", "float")]
 
 
@@ -68,15 +73,17 @@ def folder(files: Mapping[str, str], tmp_path: Path) -> Path:
     return tmp_path
 
 
-def run(folder: Path, command: tuple[str, ...], *start: str) -> str:
-    """What the program that ``command`` makes in ``folder`` prints, if ``start`` runs it."""
+def run(folder: Path, command: tuple[str, ...], *start: str, environment: Mapping[str, str] | None = None) -> str:
+    """What the program that ``command`` makes in ``folder`` prints, if ``start`` runs it in the ``environment``."""
     units = sorted(path.name for path in folder.glob("*.c"))
     built = subprocess.run(
-        [*command, *units, "-lm", "-o", "run"], cwd=folder, capture_output=True, text=True, check=False
+        [*command, *units, "-lm", "-o", "run.exe"], cwd=folder, capture_output=True, text=True, check=False
     )
     assert built.returncode == 0, built.stderr
-    done = subprocess.run([*start, folder / "run"], capture_output=True, text=True, check=True, timeout=300)
-    return done.stdout.replace("\r", "")
+    printed, variables = folder / "printed.txt", {**os.environ, **(environment or {})}
+    with printed.open("w") as output:  # a file: Wine's servers would hold a pipe open
+        subprocess.run([*start, folder / "run.exe"], stdout=output, env=variables, check=True, timeout=300)
+    return printed.read_text()
 
 
 ROUNDED_WRONG = {("mps2-an386", "double", "woodpecker")}
@@ -114,3 +121,11 @@ def test_bits_on_other_processors(processor: str, folder: Path, here: str) -> No
         pytest.skip(f"no qemu-{processor} on this machine")
     target, *flags = USER[processor]
     assert run(folder, (*ZIG, "-target", target, *FLAGS, *flags), f"qemu-{processor}") == here
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows needs no Wine")
+@pytest.mark.parametrize("platform", WINDOWS)
+def test_bits_on_windows(platform: str, folder: Path, here: str) -> None:
+    bits, target, *flags = WINDOWS[platform]
+    loader, environment = wine(bits)
+    assert run(folder, (*ZIG, "-target", target, *FLAGS, *flags), loader, environment=environment) == here

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
 import subprocess
@@ -15,6 +14,7 @@ import hosts
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from wine import wine
 
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import compile_libraries
@@ -29,11 +29,8 @@ pytestmark = [
     ),
 ]
 
-WINE = next((p for p in map(shutil.which, ("wine64", "/usr/lib/wine/wine64", "wine")) if p), None)
 SYSROOT = Path("/usr/aarch64-linux-gnu")
 """Of Debian's libc6-arm64-cross: the C library that qemu gives to programs for aarch64."""
-CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "lag2fmu-tests"
-
 AGREEMENT = 1e-9
 """Relative, per number: a run of 2 s with tolerance 1e-9, where C libraries differ in last places of sin and cos."""
 
@@ -52,18 +49,14 @@ def linux64() -> Machine:
     return Machine("x86_64-linux-gnu.2.17", ("-ldl", "-lpthread", "-lm"), (), {})
 
 
-def win64() -> Machine:
-    """Wine with a prefix in the cache, which takes some seconds the first time."""
-    if WINE is None:
-        pytest.skip("Wine is not on this machine (Debian: wine64)")
-    CACHE.mkdir(parents=True, exist_ok=True)
-    settings = {"WINEPREFIX": str(CACHE / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
-    with (CACHE / "wine.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (CACHE / "wine" / "system.reg").exists():
-            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-            subprocess.run([WINE, "wineboot", "--init"], env=os.environ | settings, timeout=300, check=False, **quiet)
-    return Machine("x86_64-windows-gnu", (), (WINE,), settings)
+def windows(bits: int, target: str) -> Callable[[], Machine]:
+    """A machine for ``target``: Wine for programs of so many ``bits``."""
+
+    def machine() -> Machine:
+        loader, environment = wine(bits)
+        return Machine(target, (), (loader,), environment)
+
+    return machine
 
 
 def aarch64_linux() -> Machine:
@@ -73,7 +66,7 @@ def aarch64_linux() -> Machine:
     return Machine("aarch64-linux-gnu.2.17", ("-ldl", "-lpthread", "-lm"), start, {})
 
 
-MACHINES = {"linux64": linux64, "win64": win64, "aarch64-linux": aarch64_linux}
+MACHINES = {"linux64": linux64, "win64": windows(64, "x86_64-windows-gnu"), "aarch64-linux": aarch64_linux}
 
 
 def emulated(program: str, root: str, target: str) -> Callable[[], Machine]:
@@ -94,12 +87,13 @@ def musl() -> Machine:
 
 
 FURTHER = {
+    "win32": windows(32, "x86-windows-gnu"),
     "linux32": emulated("qemu-i386", "/usr/i686-linux-gnu", "x86-linux-gnu.2.17"),
     "aarch32-linux": emulated("qemu-arm", "/usr/arm-linux-gnueabihf", "arm-linux-gnueabihf.2.17"),
     "riscv64-linux": emulated("qemu-riscv64", "/usr/riscv64-linux-gnu", "riscv64-linux-gnu.2.27"),
     "linux64-musl": musl,
 }
-"""Platforms on which one mechanism is tried; nothing here runs libraries for win32 and aarch64-windows."""
+"""Platforms on which one mechanism is tried; nothing here runs libraries for aarch64-windows."""
 
 
 @pytest.fixture(scope="module")

@@ -17,6 +17,7 @@ from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.realtime import RealTime
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sources import MANY
+from lag2fmu.fmu.taken import Taken
 from lag2fmu.fmu.versions.version import Version
 from lag2fmu.mechanism.record import Mechanism
 
@@ -56,6 +57,7 @@ class Content:
 
     ``binaries`` is a phrase on the libraries. ``resources`` are lines of HTML on further files, for the FMU's page;
     ``live`` is what makes this page a live one, None for a static one. ``doubt`` is a sentence for the user, or "".
+    ``taken`` is what an FMU takes whose steps are bounded.
     """
 
     description: ModelDescription
@@ -64,6 +66,7 @@ class Content:
     resources: tuple[str, ...]
     live: Live | None = None
     doubt: str = ""
+    taken: Taken | None = None
 
 
 Build = Callable[[Mechanism, EquationsOfMotion, Program, str, Vibrations], Content]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import uuid
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,15 +18,17 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
-from lag2fmu.fmu.compilers import compile_libraries
+from lag2fmu.fmu.compilers import compile_libraries, constant
 from lag2fmu.fmu.contents import CLOCKS, SOURCES
+from lag2fmu.fmu.footprint import LINUX, footprints
 from lag2fmu.fmu.live.module import STILL
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.observers import observed_table, observing_interface
-from lag2fmu.fmu.platforms import binaries_text, choose_platforms
+from lag2fmu.fmu.platforms import Platform, binaries_text, choose_platforms
 from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.realtime import RealTime, bounded, step_bound
-from lag2fmu.fmu.sources import ALL, source_files
+from lag2fmu.fmu.sources import ALL, SINGLE, source_files
+from lag2fmu.fmu.taken import REALTIME_ENTRY, Taken, bounds_of
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions.fmi2 import FMI2
 from lag2fmu.fmu.versions.version import Version
@@ -69,7 +71,8 @@ class _Native:
                 observed=observed,
             )
             identifier = description.model_identifier
-            with compiling(1) as beside:
+            with compiling(2) as beside:
+                told = beside.submit(_taken, sources, description, version, platforms)
                 page = (
                     beside.submit(choices.live, equations, program, description.variables, sources)
                     if choices.live
@@ -79,6 +82,7 @@ class _Native:
                     sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
                 )
             delivered = SOURCES not in choices.without
+            taken = told.result()
             files = source_files(sources, identifier, version.gate, choices.sources) if delivered else {}
             description = description if delivered else replace(description, source_files=())
             for built_for, library in zip(platforms, libraries, strict=True):
@@ -88,12 +92,33 @@ class _Native:
             made = None if page is None else page.result()
             resources = [_SOURCES.format(version.name)] if delivered else []
             resources += [STILL] if choices.live and made is None else []
-            return Content(description, files, binaries, tuple(resources), made, _doubt(observed))
+            if taken:
+                resources.append(
+                    f"<code>{REALTIME_ENTRY}</code>: what this FMU takes in real time, and its deepest calls"
+                )
+                files[REALTIME_ENTRY] = "\n".join(taken.markdown).encode()
+            return Content(description, files, binaries, tuple(resources), made, _doubt(observed), taken)
 
         return build
 
 
 NATIVE = _Native()
+
+
+def _taken(
+    sources: Mapping[str, str], description: ModelDescription, version: Version, platforms: Sequence[Platform]
+) -> Taken | None:
+    """What the FMU of ``sources`` takes where its steps are bounded, on those of the ``platforms`` that are known."""
+    if description.bound is None:
+        return None
+    identifier = description.model_identifier
+    joined = source_files(sources, identifier, version.gate, SINGLE)[f"sources/{ALL}"].decode()
+    headers = {file.name: file.read_text("utf-8") for file in sorted(fmi_headers(version).glob("fmi*.h"))}
+    begins = (target.split("-")[0] for platform in platforms for target in platform.targets)
+    processors = dict.fromkeys(LINUX[begin] for begin in begins if begin in LINUX)
+    prints = footprints(ALL, {**headers, ALL: joined}, rf"(?:{identifier}_)?{version.gate}\w+", processors)
+    size = constant({**sources, **headers}, "life.h", "COMPONENT_SIZE")
+    return Taken(identifier, description.solver, "double", description.bound, size, prints, bounds_of(joined))
 
 
 def _observation(equations: EquationsOfMotion, choices: Choices) -> Observation | None:
@@ -135,7 +160,16 @@ def describe(  # noqa: PLR0913 (choices of the user)
     interface = replace(version.interface, event_indicators=len(program.event_functions))
     interface = observing_interface(interface) if observed else interface
     blank = ModelDescription(
-        mechanism, table.variables, identifier, "", solver, VERSION, interface, ports=ports, fmi=version.name
+        mechanism,
+        table.variables,
+        identifier,
+        "",
+        solver,
+        VERSION,
+        interface,
+        ports=ports,
+        fmi=version.name,
+        bound=tables.bound,
     )
     program = with_adjoints(program) if version.has_adjoints else program
     texts = render_sources(program, tables, METHODS[solver], _BLANK, version.gate)

@@ -16,15 +16,19 @@
 #define MATRIX_ENTRIES                                                                                                \
     ((size_t)N_CONSTRAINTS * N_COORDINATES + (size_t)N_CONSTRAINTS * N_CONSTRAINTS)
 
-#ifndef SMALL_LAWS
-#define SMALL_LAWS 262144 /* bytes; laws that need no more are solved without a further block */
-#endif
-
 /* Bytes that calls take without a reservation. */
 #define ARENA_WORK                                                                                                    \
     ((12 * VECTOR_ENTRIES + 5 * MATRIX_ENTRIES + 2 * (size_t)N_COORDINATES * N_COORDINATES + SIZE_FACTOR) *            \
          sizeof(double) +                                                                                             \
      4096)
+
+/* Bytes of laws that are solved without a further block: the matrices that an elimination, its laws, their program of
+   cones and Newton's method have at one time, 16 of all rows at most; their vectors; the work of the calls above. Many
+   rows touch in few places, and their matrices are sparse: there are no more bytes than these. */
+#define LAWS_WORK ((16 * (size_t)N_CONSTRAINTS + 200) * N_CONSTRAINTS * sizeof(double) + ARENA_WORK)
+#ifndef SMALL_LAWS
+#define SMALL_LAWS (LAWS_WORK < 262144 ? LAWS_WORK : 262144)
+#endif
 
 #ifndef SOLVER_WORK
 #define SOLVER_WORK 0 /* bytes that a solver asks for beyond them and may not have from the heap */

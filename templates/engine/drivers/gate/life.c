@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "arena_size.h"
 #include "equations.h"
 #include "events.h"
 #include "logging.h"

@@ -2,7 +2,11 @@
 #ifndef LIFE_H
 #define LIFE_H
 
+#include "arena_size.h"
 #include "gate.h"
+
+/* Bytes of an instance, to which its name is added. */
+#define COMPONENT_SIZE (sizeof(Component) + ARENA_HEAD + ARENA_CAPACITY)
 
 /* Are name and token (the GUID of FMI 2.0) those of an instance of this FMU? If not, the reason is logged. */
 bool names_fit(const Importer *importer, const char *name, const char *token, const char *token_name);

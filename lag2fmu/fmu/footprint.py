@@ -14,8 +14,9 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from lag2fmu.checking.binaries import section_sizes
 from lag2fmu.fmu.compilers import compile_unit
+from lag2fmu.fmu.elf import section_sizes
+from lag2fmu.fmu.taken import Footprint
 
 TARGETS: Mapping[str, tuple[str, ...]] = {
     "x86-64": ("x86_64-linux-musl",),
@@ -23,8 +24,14 @@ TARGETS: Mapping[str, tuple[str, ...]] = {
     "Cortex-M4F": ("thumb-linux-musleabihf", "-mcpu=cortex_m4"),
     "Cortex-M7": ("thumb-linux-musleabihf", "-mcpu=cortex_m7"),
     "riscv32": ("riscv32-linux-musl",),
+    "armv7": ("arm-linux-musleabihf",),
+    "riscv64": ("riscv64-linux-musl",),
 }
 """{processor: zig's target, options}; the headers of musl are there in place of those of a firmware's C library."""
+FIRMWARE = ("x86-64", "aarch64", "Cortex-M4F", "Cortex-M7", "riscv32")
+"""The processors of programs in plain C."""
+LINUX = {"x86_64": "x86-64", "aarch64": "aarch64", "arm": "armv7", "riscv64": "riscv64"}
+"""{the begin of zig's target: processor} for libraries; frames of x86 of 32 bits are not all in its listings."""
 
 _RETURN_ADDRESS = {"x86-64": 8}
 """Bytes that a call puts on the stack beside the frame of the function that is called; others have a register."""
@@ -36,20 +43,6 @@ _BRANCH = re.compile(r"^(callq?|jmp|bl|blx|b|b\.w|call|tail|jal)\s+([A-Za-z_.$][
 _BEGIN, _SIZE = re.compile(r"^(\.Lfunc_begin\d+):"), re.compile(r"^\.(?:quad|xword|long|word)\s+(\.Lfunc_begin\d+)$")
 
 
-@dataclass(frozen=True)
-class Footprint:
-    """What a file takes on a ``processor``, in bytes: its ``code``, ``constants``, and the deepest ``stack``.
-
-    ``path`` are the functions of the deepest stack, the first one is called from outside.
-    """
-
-    processor: str
-    code: int
-    constants: int
-    stack: int
-    path: tuple[str, ...]
-
-
 @dataclass
 class _Function:
     frame: int = 0
@@ -57,21 +50,26 @@ class _Function:
     by_address: bool = False
 
 
-def footprints(name: str, files: Mapping[str, str], processors: Iterable[str] = TARGETS) -> list[Footprint]:
+def footprints(
+    name: str, files: Mapping[str, str], outside: str, processors: Iterable[str] = FIRMWARE
+) -> tuple[Footprint, ...]:
     """The footprint on each of ``processors``, names in TARGETS, of the C file ``name`` among ``files`` {name: text}.
 
-    The header of the same name declares what is called from outside. Raises BuildError with the compiler's output if
-    it fails.
+    What is called from ``outside`` are the public functions whose names match this regular expression. Raises
+    BuildError with the compiler's output if it fails.
     """
-    return [_footprint(processor, TARGETS[processor], name, files) for processor in processors]
+    return tuple(_footprint(processor, TARGETS[processor], name, files, outside) for processor in processors)
 
 
-def _footprint(processor: str, target: tuple[str, ...], name: str, files: Mapping[str, str]) -> Footprint:
-    entries = set(re.findall(r"\b(\w+)\(", files[name.removesuffix(".c") + ".h"]))
-    sizes = section_sizes(compile_unit(files, name, target, "-c", "-ffunction-sections", "-fdata-sections"))
+def _footprint(processor: str, target: tuple[str, ...], name: str, files: Mapping[str, str], outside: str) -> Footprint:
+    options = ("-S", "-fstack-size-section", "-ffunction-sections", "-fdata-sections")
+    listing = compile_unit(files, name, target, *options).decode("utf-8", "replace")
+    sizes = section_sizes(compile_unit({"unit.s": listing}, "unit.s", target, "-c"))
     code = sum(size for section, size in sizes.items() if section.startswith(".text"))
     constants = sum(size for section, size in sizes.items() if section.startswith((".rodata", ".data.rel.ro")))
-    listing = compile_unit(files, name, target, "-S", "-fstack-size-section").decode("utf-8", "replace")
+    entries = {
+        found for found in re.findall(r"^\s*\.globl\s+(\S+)", listing, re.MULTILINE) if re.fullmatch(outside, found)
+    }
     stack, path = deepest(listing, entries, _RETURN_ADDRESS.get(processor, 0))
     return Footprint(processor, code, constants, stack, path)
 
