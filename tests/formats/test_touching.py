@@ -320,10 +320,17 @@ def test_a_robot_stands_on_its_feet(robot: Robot, tmp_path: Path) -> None:
 
 
 @pytest.mark.fmu
-def test_boxes_that_are_dropped_come_to_rest(robot: Robot, tmp_path: Path) -> None:
-    """Random poses and velocities: energy grows no more than by tolerance, none sinks, all rest and bear m g."""
+@pytest.mark.parametrize(("solver", "sinks", "grows"), [("dopri5", 1e-10, 2e-5), ("moreau", 0.01, 5e-5)])
+def test_boxes_that_are_dropped_come_to_rest(
+    robot: Robot, tmp_path: Path, solver: str, sinks: float, grows: float
+) -> None:
+    """Random poses and velocities: energy grows no more than by tolerance, none sinks, all rest and bear m g.
+
+    With moreau a gap is negative for a step of 1 ms by what the approach covers in half of it, and energies of 20 J are
+    right to second order.
+    """
     mechanism = robot(urdf(CUBE), base="floating", ground="all", friction=0.5, restitution=0.3)
-    fmu, rng = export(mechanism, tmp_path / "box.fmu"), np.random.default_rng(2)
+    fmu, rng = export(mechanism, tmp_path / "box.fmu", solver=solver), np.random.default_rng(2)
     corners = [contact.name for contact in mechanism.contacts]
     wanted = ["total_energy", "kinetic_energy", *(f"{c}_{what}" for c in corners for what in ("gap", "force"))]
     for _ in range(6):
@@ -333,8 +340,8 @@ def test_boxes_that_are_dropped_come_to_rest(robot: Robot, tmp_path: Path) -> No
         values = values_of("base", np.array([0.0, 0.0, 1.0]), q)
         values |= {f"{name}_dot": x for name, x in zip(values, (*moving, *rates), strict=True)}
         run = simulate(fmu, stop_time=6, step=0.01, values=values, outputs=wanted)
-        assert np.diff(run["total_energy"]).max() < 2e-5
-        assert min(run[f"{c}_gap"].min() for c in corners) > -1e-10
+        assert np.diff(run["total_energy"]).max() < grows
+        assert min(run[f"{c}_gap"].min() for c in corners) > -sinks
         assert run["kinetic_energy"][-1] == 0
         assert sum(run[f"{c}_force"][-1] for c in corners) == pytest.approx(2 * 9.81, rel=1e-9)
 
