@@ -239,6 +239,37 @@ def test_what_floats_is_raised_onto_the_ground(robot: Robot) -> None:
     assert read(write(mechanism), "again").contacts == mechanism.contacts
 
 
+ARM = BODY.format(name="arm", mass=1, collision=SHAPE.format(at="0 0 -0.4", shape='<sphere radius="0.05"/>'))
+HINGE = """<joint name="hinge" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="2"/></joint>"""
+
+
+@pytest.mark.parametrize("pose", [{"hinge": 1.0}, "hinge=1"])
+@pytest.mark.parametrize("law", ["ideal", "compliant"])
+def test_a_base_that_floats_stands_on_the_ground_in_its_pose(robot: Robot, pose: object, law: str) -> None:
+    """The arm turns up by 1 rad, and the base goes down until the sphere at its end touches."""
+    mechanism = robot(urdf(CUBE, ARM + HINGE), base="floating", ground="arm", pose=pose, law=law)
+    starts = {q.name: q.start for q in mechanism.coordinates}
+    assert starts["hinge"] == 1.0
+    assert starts["base_z"] == pytest.approx(0.05 + 0.4 * np.cos(1), abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("pose", "message"),
+    [
+        ("hinges=1", "no joint 'hinges' has a coordinate of its own; did you mean 'hinge'?"),
+        ("hinge", "'hinge' is no JOINT=VALUE; give the angles of joints in rad, or m"),
+        ("hinge=up", "hinge = 'up' is no number; give rad, or m"),
+        ({"hinge": 3}, "hinge = 3 is not within its limits, -1 to 2"),
+        ({"hinge": float("nan")}, "hinge = nan is not within its limits"),
+    ],
+)
+def test_a_pose_that_cannot_be_taken_is_said(robot: Robot, pose: object, message: str) -> None:
+    with pytest.raises(LoadError) as raised:
+        robot(urdf(CUBE, ARM + HINGE), base="floating", pose=pose)
+    assert message in str(raised.value)
+
+
 def test_what_cannot_be_raised_is_left_out_and_said(robot: Robot) -> None:
     """A contact that overlaps at the start, of a link that does not float, is told with its depth."""
     arm = BODY.format(name="arm", mass=1, collision=SHAPE.format(at="0 0 0", shape='<sphere radius="0.05"/>'))
@@ -249,10 +280,10 @@ def test_what_cannot_be_raised_is_left_out_and_said(robot: Robot) -> None:
 
 
 def test_compliant_contacts_bear_the_robot_on_a_point(robot: Robot) -> None:
-    """They may overlap; one point bears the whole weight at 1 mm."""
+    """They begin where they touch; one point bears the whole weight at 1 mm."""
     mechanism = robot(urdf(BOX), base="floating", ground="base", law="compliant")
     assert {contact.law for contact in mechanism.contacts} == {"compliant"}
-    assert next(q.start for q in mechanism.coordinates if q.name == "base_z") == 0.0
+    assert next(q.start for q in mechanism.coordinates if q.name == "base_z") == pytest.approx(0.3, abs=1e-15)
     values = {p.name: p.value for p in mechanism.parameters}
     assert values["contact_stiffness"] * 1e-3**1.5 == pytest.approx(2 * 9.81, rel=0.01)
 
