@@ -445,6 +445,19 @@ def test_what_is_wrong_in_mjcf_is_said(robot: Robot, wrong: str, message: str) -
         robot(text, ground="all")
 
 
+def test_a_mesh_of_many_triangles_is_refused_before_mujoco_reads_it(robot: Robot, tmp_path: Path) -> None:
+    """In the folder of meshes that the file names; 500 MB would take MuJoCo long."""
+    pytest.importorskip("mujoco")
+    (tmp_path / "meshes").mkdir()
+    with (tmp_path / "meshes" / "big.stl").open("wb") as file:  # sparse: it takes no room
+        file.write(bytes(80) + struct.pack("<I", 10**7))
+        file.truncate(84 + 50 * 10**7)
+    text = """<mujoco><compiler meshdir="meshes"/><asset><mesh name="big" file="big.stl"/></asset><worldbody>
+<body><freejoint/><geom type="mesh" mesh="big"/></body></worldbody></mujoco>"""
+    with pytest.raises(LoadError, match=r"big\.stl: the mesh has 10000000 triangles; .*give its convex hull, or a box"):
+        robot(text)
+
+
 def test_pairs_of_unknown_names_and_bodies_without_geoms_are_said(robot: Robot) -> None:
     pytest.importorskip("mujoco")
     scene = SCENE.format(shape=SHAPES["sphere"], others="")
