@@ -66,7 +66,11 @@ BASE = _loaded(
     help="How the base of a robot stands; by default fixed.",
 )
 STOPS = _loaded("--stops", is_flag=True, help="Limits of a robot's joints are hard stops.")
-
+POSE = _loaded(
+    "--pose",
+    metavar="JOINT=VALUE,...",
+    help="Where joints of a robot start, in rad or m. A base that floats then stands on the ground, with --ground.",
+)
 GROUND = _loaded(
     "--ground",
     metavar="all|LINKS",
@@ -98,7 +102,7 @@ PAIRS = _loaded(
 
 def loading(command: Command) -> Command:
     """``command`` with the options that say how its model is loaded."""
-    return SET(BASE(STOPS(GROUND(FRICTION(RESTITUTION(LAW(PAIRS(command))))))))
+    return SET(BASE(STOPS(POSE(GROUND(FRICTION(RESTITUTION(LAW(PAIRS(command)))))))))
 
 
 _OBSERVER = click.option(

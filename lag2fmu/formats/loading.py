@@ -166,6 +166,7 @@ def _function_of(model: object) -> _ModelSource:
     def read(
         base: str = "fixed",
         stops: bool = False,
+        pose: Mapping[str, object] | str | None = None,
         ground: str = "",
         friction: float | None = None,
         restitution: float | None = None,
@@ -173,7 +174,7 @@ def _function_of(model: object) -> _ModelSource:
         pairs: bool = False,
     ) -> Mechanism:
         of_contacts = {"friction": friction, "restitution": restitution, "law": law, "pairs": pairs}
-        return complete(robot(path, base=base, stops=stops, ground=ground, **of_contacts))
+        return complete(robot(path, base=base, stops=stops, pose=pose, ground=ground, **of_contacts))
 
     return _ModelSource(path, read)
 

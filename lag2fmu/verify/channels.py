@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from ctypes import c_double, c_uint
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,31 @@ from lag2fmu.verify.run import Floats, Scalar, size_of
 _CALLS = {False: {"Enumeration": "Integer"}, True: {"Enumeration": "Int64"}}
 """{whether of FMI 3.0: {type of a variable: type of the call that reads it, where the two differ}}"""
 _FLOATS = ("Real", "Float64", "Float32")
+_DOUBLES = {False: "Real", True: "Float64"}
+"""{whether of FMI 3.0: the type of variables that are doubles in C}"""
+
+
+class _Doubles:
+    """Variables that are doubles, by arrays that are made once: a controller reads and sets them every millisecond."""
+
+    def __init__(self, fmu: Any, references: Sequence[int], size: int, *, third: bool) -> None:
+        """Prepare calls of ``fmu``, an instance of fmpy, for ``size`` numbers of the variables ``references``."""
+        get, put = (getattr(fmu, f"fmi{'3' if third else '2'}{verb}{_DOUBLES[third]}") for verb in ("Get", "Set"))
+        self.values: Floats = np.empty(size)
+        numbers = (c_double * size).from_buffer(self.values.data)
+        named = (fmu.component, (c_uint * len(references))(*references), len(references), numbers)
+        self._get, self._set, self._arguments = get, put, (*named, size) if third else named
+
+    def read(self) -> Floats:
+        """The present values (size,)."""
+        self._get(*self._arguments)
+        found: Floats = self.values.copy()
+        return found
+
+    def write(self, values: Floats) -> None:
+        """Set them to ``values`` (size,)."""
+        self.values[:] = values
+        self._set(*self._arguments)
 
 
 class _Part:
@@ -29,9 +55,13 @@ class _Part:
         self.references = [*offsets]
         self.rows = [offsets[scalars[i].reference] + scalars[i].element for i in columns]
         self.plain = self.rows == list(range(self.size))
+        fast = self.plain and kind == _DOUBLES[third] and hasattr(fmu, "component")
+        self._doubles = _Doubles(fmu, self.references, self.size, third=third) if fast else None
 
-    def read(self) -> list[Any]:
+    def read(self) -> list[Any] | Floats:
         """The values of the scalars (columns,)."""
+        if self._doubles is not None:
+            return self._doubles.read()
         found = self._whole()
         return found if self.plain else [found[row] for row in self.rows]
 
@@ -42,6 +72,9 @@ class _Part:
 
     def write(self, values: Floats) -> None:
         """Set the scalars to ``values`` (columns,); other elements of arrays keep theirs."""
+        if self._doubles is not None:
+            self._doubles.write(values)
+            return
         if self.plain and self.kind in _FLOATS:
             self._set(self.references, values.tolist())
             return
@@ -75,7 +108,7 @@ class Channel:
     def read(self) -> Floats:
         """The present values (k,)."""
         if len(self._parts) == 1:
-            return np.array(self._parts[0].read(), dtype=float)
+            return np.asarray(self._parts[0].read(), dtype=float)
         values = np.empty(len(self.scalars))
         for part in self._parts:
             values[part.columns] = part.read()

@@ -188,7 +188,7 @@ def test_what_an_fmu_refuses_is_a_sentence_with_the_time(exported, monkeypatch) 
     with lag2fmu.start(exported("pendulum")) as sim:
         saved = sim.save()
         sim.step(0.5)
-        for call in ("getReal", "getFMUState", "setFMUState"):
+        for call in ("fmi2GetReal", "getFMUState", "setFMUState"):
             monkeypatch.setattr(sim._instance.fmu, call, refusing)
         with pytest.raises(SimulationError, match=r"cannot give l at t = 0\.5 s: status 3; "):
             sim["l"]

@@ -5,6 +5,7 @@ Their modules are imported when a robot is read, because most mechanisms are non
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from lag2fmu.description.description import Description
@@ -14,13 +15,21 @@ ENDINGS = (".urdf", ".xml")
 """The endings of the files that ``robot`` reads."""
 
 
-def robot(path: Path, *, base: str = "fixed", stops: bool = False, **contacts: object) -> Description:
+def robot(
+    path: Path,
+    *,
+    base: str = "fixed",
+    stops: bool = False,
+    pose: Mapping[str, object] | str | None = None,
+    **contacts: object,
+) -> Description:
     """The robot in the file ``path`` as the description of a mechanism, in SI units.
 
-    Its ``base`` is "fixed", "floating" or "planar"; with ``stops`` the limits of joints are hard stops. ``contacts``:
-    ground, friction, restitution, law and pairs, see ``ground_of``. Raises LoadError, with file, line and remedy, for a
-    file that cannot be read, and MechanismError for a robot that cannot be described. Source: the specifications at
-    http://wiki.ros.org/urdf/XML and https://mujoco.readthedocs.io.
+    Its ``base`` is "fixed", "floating" or "planar"; with ``stops`` the limits of joints are hard stops. It starts in
+    the ``pose``, see ``posed``. ``contacts``: ground, friction, restitution, law and pairs, see ``ground_of``. Raises
+    LoadError, with file, line and remedy, for a file that cannot be read or a pose that it cannot take, and
+    MechanismError for a robot that cannot be described. Source: the specifications at http://wiki.ros.org/urdf/XML and
+    https://mujoco.readthedocs.io.
     """
     if path.suffix == ".xml" and base != "fixed":
         raise LoadError(f"{path}: a MJCF file says itself what moves freely; leave base = {base} out")
@@ -29,8 +38,10 @@ def robot(path: Path, *, base: str = "fixed", stops: bool = False, **contacts: o
     from lag2fmu.formats.robots.assembly import description_of
     from lag2fmu.formats.robots.ground import ground_of
     from lag2fmu.formats.robots.mjcf import read_mjcf
+    from lag2fmu.formats.robots.posing import posed
     from lag2fmu.formats.robots.urdf import read_urdf
 
     read = read_mjcf if path.suffix == ".xml" else read_urdf
     ground = ground_of(contacts, str(path))
-    return description_of(read(path, ground), path.name, base=base, stops=stops, ground=ground)
+    found = posed(read(path, ground), pose or {}, str(path))
+    return description_of(found, path.name, base=base, stops=stops, ground=ground)

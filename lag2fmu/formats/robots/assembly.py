@@ -128,7 +128,8 @@ class _Assembly:
             "ports": self._ports(),
             "gravity": Gravity(g, numbers(x / strength for x in robot.gravity) if strength else (0, 0, -1)),
         }
-        found = standing(Description(identifier(robot.name), strict_units=True, **tables), self._free)
+        found = Description(identifier(robot.name), strict_units=True, **tables)
+        found = standing(found, self._free, placed=self._base != "floating")
         names = [*parts.plain, *map(str, parts.inputs), *(z.name for z in parts.states), *map(str, parts.parameters)]
         return with_units(found, parts.alike, names)  # MJCF gives numbers alone
 

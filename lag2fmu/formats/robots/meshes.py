@@ -37,14 +37,7 @@ def read_mesh(path: Path) -> Floats:
             f"{path}: meshes are read from .stl and .obj, not from '{kind}'; convert it, or leave its link out"
         )
     try:
-        size = path.stat().st_size
-        triangles = _count(path, size) if kind == ".stl" else 0
-        if triangles > MOST_TRIANGLES or size > _MOST_BYTES:
-            has = f"{triangles} triangles" if triangles else f"{size} bytes"
-            raise LoadError(
-                f"{path}: the mesh has {has}; one of more than {MOST_TRIANGLES} triangles or {_MOST_BYTES} bytes is "
-                "not read: give its convex hull, or a box"
-            )
+        triangles = check_mesh(path)
         content = path.read_bytes()
     except OSError as error:
         raise LoadError(
@@ -54,6 +47,22 @@ def read_mesh(path: Path) -> Floats:
     if not len(vertices) or not np.isfinite(vertices).all():
         raise LoadError(f"{path}: the mesh has no vertices, or one that is not finite; export it anew")
     return vertices
+
+
+def check_mesh(path: Path) -> int:
+    """How many triangles a binary STL file has, 0 of any other file.
+
+    Raises LoadError for a mesh that is too large to be read, OSError for a file that is not there.
+    """
+    size = path.stat().st_size
+    triangles = _count(path, size) if path.suffix.lower() == ".stl" else 0
+    if triangles > MOST_TRIANGLES or size > _MOST_BYTES:
+        has = f"{triangles} triangles" if triangles else f"{size} bytes"
+        raise LoadError(
+            f"{path}: the mesh has {has}; one of more than {MOST_TRIANGLES} triangles or {_MOST_BYTES} bytes is "
+            "not read: give its convex hull, or a box"
+        )
+    return triangles
 
 
 def _count(path: Path, size: int) -> int:

@@ -21,7 +21,7 @@ from lag2fmu.formats.robots.ground import Ground
 from lag2fmu.formats.robots.mjcf_forces import actuators, limits_of, tendon_of, tendons
 from lag2fmu.formats.robots.mjcf_geoms import touches
 from lag2fmu.formats.robots.mjcf_sensors import sensors
-from lag2fmu.formats.robots.mjcf_size import check_copies
+from lag2fmu.formats.robots.mjcf_size import check_size
 from lag2fmu.formats.robots.poses import Floats, JointPose, LinkInertia
 from lag2fmu.formats.robots.tree import Closure, Coupling, Robot, RobotJoint, Span, Sum
 from lag2fmu.xml_tree import parse
@@ -52,7 +52,7 @@ def read_mjcf(path: Path, ground: Ground | None = None) -> Robot:
     tag = root.tag
     if tag != "mujoco":
         raise LoadError(f"{path}: its top element is <{tag}>; a MJCF file has <mujoco>, a URDF file ends in .urdf")
-    check_copies(root, path)
+    check_size(root, path)
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:

@@ -1,4 +1,6 @@
-"""How much a MJCF file stands for: MuJoCo copies elements, in a time that grows with the square of their number."""
+"""How much a MJCF file stands for: MuJoCo copies elements, in a time that grows with the square of their number, and
+reads meshes of any size.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +9,7 @@ from math import prod
 from pathlib import Path
 
 from lag2fmu.errors import LoadError
+from lag2fmu.formats.robots.meshes import check_mesh
 from lag2fmu.xml_tree import XmlElement, parse
 
 MOST_COPIES = 10_000
@@ -15,16 +18,20 @@ _COPYING = ("replicate", "composite", "flexcomp")
 _FILES = {"include", "model"}
 
 
-def check_copies(root: XmlElement, path: Path) -> None:
-    """Raise LoadError if elements below ``root``, or in files that it names, are copied more than MOST_COPIES times.
+def check_size(root: XmlElement, path: Path) -> None:
+    """Check what is below ``root``, the root of the file ``path``, or in files that it names.
 
-    ``path`` is the file of ``root``. A file that is missing or no XML is left to MuJoCo, which refuses it.
+    Raises LoadError for more than MOST_COPIES copies of elements, and for a mesh that is too large to be read. A file
+    that is missing or no XML is left to MuJoCo, which refuses it.
     """
     copies, seen = 0, {path.resolve()}
+    folders, meshes = {""}, set()
     waiting = [(root, 1)]
     while waiting:
         element, times = waiting.pop()
         copies += times if times > 1 else 0
+        folders |= {element.get("meshdir") or element.get("assetdir")} if element.tag == "compiler" else set()
+        meshes |= {element.get("file")} if element.tag == "mesh" and element.get("file") else set()
         if element.tag in _COPYING:
             times *= _count(element)
             copies += 0 if element.tag == "replicate" else times
@@ -35,6 +42,9 @@ def check_copies(root: XmlElement, path: Path) -> None:
             )
         waiting += [(child, times) for child in element.children]
         waiting += [(child, times) for child in _included(element, path, seen)]
+    for file in (path.parent / folder / mesh for folder in folders for mesh in meshes):
+        if file.is_file():
+            check_mesh(file)
 
 
 def _count(element: XmlElement) -> int:

@@ -1,4 +1,4 @@
-"""Where a robot stands at its start: what floats is raised out of the ground, what still overlaps is left out."""
+"""Where a robot stands at its start: what floats is put on the ground, what still overlaps is left out."""
 
 from __future__ import annotations
 
@@ -20,27 +20,30 @@ _OVERLAP = 1e-12
 """m; a gap of less below 0 is rounding."""
 
 
-def standing(d: Description, floating: Sequence[tuple[str, ...]]) -> Description:
+def standing(d: Description, floating: Sequence[tuple[str, ...]], *, placed: bool = True) -> Description:
     """``d`` with starts at which no ideal contact overlaps; ``floating`` are the coordinates (3,) of what floats.
 
-    What floats is raised along the normals of what overlaps. A contact that overlaps after that is left out and told
-    by ``not_taken``. Raises MechanismError for a contact that cannot be described.
+    What floats is raised along the normals of what overlaps. The first of it goes down, too, until it touches, if it is
+    not ``placed``. A contact that overlaps after that is left out and told by ``not_taken``. Raises MechanismError for
+    a contact that cannot be described.
     """
     poses = Poses(d)
-    ideal = [contact for contact in d.contacts if contact.law == "ideal"]
-    gaps = {c.name: poses.resolved(geometry_of(d, _smooth(c), poses).gap) for c in ideal}
+    rigid = [c for c in d.contacts if c.law == "ideal" or not placed]
+    gaps = {c.name: poses.resolved(geometry_of(d, _smooth(c), poses).gap) for c in rigid}
     for _ in range(_ROUNDS):
         raised = d
         for along in floating:
             own = [gap for gap in gaps.values() if {symbol(name) for name in along} & gap.free_symbols]
-            raised = _raised(raised, along, own)
+            raised = _moved(raised, along, own, _OVERLAP if placed else -np.inf)
+            placed = True
         if raised is d:
             break
         d = raised
     start = start_values(d, guesses=True)
     depths = {name: -value for name, gap in gaps.items() if (value := value_at(gap, start) or 0.0) < -_OVERLAP}
-    told = [f"the contact {name}: it overlaps at the start by {depth:.3g} m" for name, depth in depths.items()]
-    contacts = tuple(contact for contact in d.contacts if contact.name not in depths)
+    left = {c.name for c in d.contacts if c.law == "ideal"} & depths.keys()
+    told = [f"the contact {name}: it overlaps at the start by {depths[name]:.3g} m" for name in depths if name in left]
+    contacts = tuple(c for c in d.contacts if c.name not in left)
     return replace(d, contacts=contacts, not_taken=(*d.not_taken, *told))
 
 
@@ -49,11 +52,14 @@ def _smooth(contact: Contact) -> Contact:
     return replace(contact, friction=0, static_friction=None)
 
 
-def _raised(d: Description, along: tuple[str, ...], gaps: Sequence[sp.Expr]) -> Description:
-    """``d`` with what has the coordinates ``along`` moved out of the deepest of the ``gaps``, if one is below 0."""
+def _moved(d: Description, along: tuple[str, ...], gaps: Sequence[sp.Expr], least: float) -> Description:
+    """``d`` with what has the coordinates ``along`` moved to where the deepest of the ``gaps`` is 0.
+
+    It stays where it is if none is deeper than ``least`` (m).
+    """
     start = start_values(d, guesses=True)
     depths = [-(value_at(gap, start) or 0.0) for gap in gaps]
-    if max(depths, default=0.0) <= _OVERLAP:
+    if max(depths, default=-np.inf) <= least:
         return d
     deepest = int(np.argmax(depths))
     normal = np.array([value_at(gaps[deepest].diff(symbol(name)), start) or 0.0 for name in along])

@@ -13,6 +13,9 @@
 /* Islands of so few rows are solved as laws of located events are, with full matrices. */
 enum { FIRST_SWEEPS = 8, FEW_ROWS = 48 };
 
+/* So many rounds of sweeps cost less than a path of Coulomb's law, which leads where they do not. */
+enum { ROUNDS_BEFORE_A_PATH = 6 };
+
 typedef struct {
     const SparseProblem *problem;
     RowOrder order;
@@ -103,15 +106,16 @@ static bool solve_laws_from(const Large *large, int begin, const Laws *laws, int
     double *swept = (double *)arena_take(laws->arena, bytes), *other = (double *)arena_take(laws->arena, bytes), moved;
     Laws full = *laws;
     full.first = laws->size <= FEW_ROWS ? NULL : laws->first;
+    const int last = most_rounds < ROUNDS_BEFORE_A_PATH ? most_rounds : ROUNDS_BEFORE_A_PATH;
     bool solved = most_rounds > 0 && newton_solve(laws, start, x);
     if (most_rounds > 0 && (!solved || slips_anew(large, begin, laws, start, x)) && cones_rest(&full, other)) {
         memcpy(x, other, bytes);
         solved = true;
     }
-    solved = solved || (most_rounds > 0 && full.first == NULL && cones_slide(&full, x));
     memcpy(swept, start, bytes);
     for (int round = 0, sweeps = FIRST_SWEEPS; round < most_rounds && !solved; round++, sweeps *= 2) {
         solved = sweeps_descend(laws, sweeps, swept) && newton_solve(laws, swept, x);
+        solved = solved || (round + 1 == last && full.first == NULL && cones_slide(&full, x));
     }
     if (!solved && sweeps_descend(laws, 0, swept)) {
         memcpy(x, swept, bytes);

@@ -14,6 +14,7 @@
 #include "step_impulses.h"
 #include "step_modes.h"
 #include "step_positions.h"
+#include "step_velocities.h"
 #include "tables.h"
 
 const Method METHOD = {.name = "moreau", .order = 1};
@@ -83,7 +84,7 @@ static bool find_further(Instance *instance, double time, double length, const d
     return arena_leave(mark, true);
 }
 
-/* The positions at the end. The work that the correction of q takes from the forces is no loss of energy. */
+/* The positions at the end, and velocities that go with them. The work that the correction of q takes from the forces is no loss of energy. */
 static bool find_positions(Instance *instance, Step step, const double middle[], double states[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, before, N);
@@ -98,6 +99,7 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
     for (int i = 0; i < N; i++) {
         states[DISSIPATED] += forcing[i] * (states[i] - before[i]);
     }
+    step_velocities(instance, states);
     return arena_leave(mark, new_states_finite(instance, step));
 }
 

@@ -71,7 +71,9 @@ static void find_pace(Instance *instance) {
     }
 }
 
-/* A contact touches if its gap is closed in the middle of the step. */
+/* A contact touches if its gap is closed in the middle of the step, or if it was closed before. Without the forces of
+   this step a foot that rolls or turns leaves the ground by the curvature of its path, length^2/8 times an acceleration:
+   this opens nothing, only the laws do. */
 static void find_step_rows(Instance *instance) {
     SolverScratch *scratch = &instance->scratch.solver;
     for (int row = 0; row < K; row++) {
@@ -80,7 +82,8 @@ static void find_step_rows(Instance *instance) {
     }
     for (int c = 0; c < N_UNILATERALS; c++) {
         const int row = CONTACT_ROWS[c];
-        const bool touches = scratch->at.positions[row] <= AT_REST * stepped_size(&scratch->at, row);
+        const bool touches = contact_closed(&instance->state, c) ||
+                             scratch->at.positions[row] <= AT_REST * stepped_size(&scratch->at, row);
         for (int k = row; k < CONTACT_ROWS[c + 1]; k++) {
             scratch->active[k] = touches;
         }

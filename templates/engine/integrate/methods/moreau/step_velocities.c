@@ -1,0 +1,56 @@
+#include "step_velocities.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "scale.h"
+#include "step_impulses.h"
+
+enum { MOST_VELOCITY_CORRECTIONS = REAL_TIME ? 1 : 8 };
+
+/* Does a permanent constraint move? */
+static bool constraints_move(const SolverScratch *scratch) {
+    bool moves = false;
+    for (int row = 0; row < N_PERMANENT && !moves; row++) {
+        moves = fabs(scratch->end.velocities[row]) > MET * scratch->pace * stepped_size(&scratch->end, row);
+    }
+    return moves;
+}
+
+/* Moves qd[n] by what the velocities along the rows need; their residual is that of the rows in the middle. */
+static void correct_velocities(Instance *instance, double qd[], double *dissipated) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, pushes, K);
+    WORK_ZEROS(mark, double, start, N);
+    WORK(mark, double, changes, N);
+    WORK_ZEROS(mark, bool, permanent, K);
+    SolverScratch *scratch = &instance->scratch.solver;
+    SteppedRows *end = &scratch->end;
+    ChosenRows *chosen = &scratch->chosen;
+    memset(permanent, true, N_PERMANENT * sizeof(bool));
+    choose_rows(scratch, permanent);
+    for (int i = 0; i < chosen->count; i++) {
+        chosen->free[i] = end->velocities[chosen->rows[i]];
+        chosen->lambda[i] = 0.0;
+    }
+    solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
+    for (int i = 0; i < chosen->count; i++) {
+        pushes[chosen->rows[i]] = chosen->lambda[i];
+    }
+    stepped_respond(instance, pushes, start, changes);
+    for (int i = 0; i < N; i++) {
+        qd[i] += changes[i];
+    }
+    for (int row = 0; row < N_PERMANENT; row++) {
+        const double before = end->velocities[row];
+        end->velocities[row] += stepped_along(end, row, changes);
+        *dissipated -= 0.5 * pushes[row] * (before + end->velocities[row]);
+    }
+    arena_release(mark);
+}
+
+void step_velocities(Instance *instance, double states[]) {
+    for (int i = 0; i < MOST_VELOCITY_CORRECTIONS && constraints_move(&instance->scratch.solver); i++) {
+        correct_velocities(instance, states + N, states + DISSIPATED);
+    }
+}
