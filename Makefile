@@ -13,7 +13,7 @@ LIVE ?= all
 # tests start many processes of Python, which read modules faster when the first one keeps them compiled
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test check test-all style lint docs bench record clean
+.PHONY: demo test check test-all style lint docs bench published record clean
 
 demo: $(READY)
 	$(BIN)/lag2fmu demo --plot double_pendulum.png
@@ -57,6 +57,10 @@ docs: $(READY)
 bench: $(READY)
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench,sweeps]"
 	$(BIN)/python -m benchmarks.all $(BENCH)
+
+# docs/published.md: benchmark problems of the literature beside their published numbers, in minutes
+published: $(READY)
+	$(BIN)/python -m benchmarks.published
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
