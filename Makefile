@@ -13,7 +13,7 @@ LIVE ?= all
 # tests start many processes of Python, which read modules faster when the first one keeps them compiled
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test check test-all style lint docs bench published record clean
+.PHONY: demo test check test-all style lint docs bench published record release clean
 
 demo: $(READY)
 	$(BIN)/lag2fmu demo --plot double_pendulum.png
@@ -39,6 +39,15 @@ RECORDED := double_pendulum cart_pole four_bar_linkage heavy_top_quaternion whip
 record: $(READY)
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[importers]"
 	$(BIN)/lag2fmu record $(RECORDED) -o docs/record
+
+# dist: wheel, sdist, record with its FMUs, site, and their hashes. Equal commits give equal bytes, wherever they are
+release: export SOURCE_DATE_EPOCH := $(shell git log -1 --format=%ct)
+release: $(READY)
+	rm -rf dist build/record
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/lag2fmu record $(RECORDED) -o build/record
+	$(MAKE) docs
+	$(BIN)/python docs/site/release.py dist record=build/record site=build/site
 
 style: $(READY)
 	$(BIN)/ruff check .
