@@ -35,7 +35,7 @@ static void correct_states(const Values *values, Level level, const System *syst
 }
 
 /* The greatest residual of the rows that are not held. A row near a singular position is held: an iteration takes away
-   a share of its residual, so that rounding does not grow. What is left of it waits for a step that ends farther off. */
+   a share of its residual, so that rounding does not grow. What it leaves waits for a step that ends farther off. */
 static double firm_residual(const Values *values, Level level, double unit, const System *system) {
     const ArenaMark mark = arena_mark(system->arena);
     WORK(mark, double, held, N_CONSTRAINTS);
