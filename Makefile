@@ -13,7 +13,7 @@ LIVE ?= all
 # tests start many processes of Python, which read modules faster when the first one keeps them compiled
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test check test-all style lint docs bench record clean
+.PHONY: demo test check test-all style lint docs bench published record release clean
 
 demo: $(READY)
 	$(BIN)/lag2fmu demo --plot double_pendulum.png
@@ -40,6 +40,15 @@ record: $(READY)
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[importers]"
 	$(BIN)/lag2fmu record $(RECORDED) -o docs/record
 
+# dist: wheel, sdist, record with its FMUs, site, and their hashes. Equal commits give equal bytes, wherever they are
+release: export SOURCE_DATE_EPOCH := $(shell git log -1 --format=%ct)
+release: $(READY)
+	rm -rf dist build/record
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/lag2fmu record $(RECORDED) -o build/record
+	$(MAKE) docs
+	$(BIN)/python docs/site/release.py dist record=build/record site=build/site
+
 style: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -57,6 +66,10 @@ docs: $(READY)
 bench: $(READY)
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench,sweeps]"
 	$(BIN)/python -m benchmarks.all $(BENCH)
+
+# docs/published.md: benchmark problems of the literature beside their published numbers, in minutes
+published: $(READY)
+	$(BIN)/python -m benchmarks.published
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)

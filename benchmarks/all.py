@@ -94,12 +94,12 @@ def _prose(paragraphs: Iterable[str]) -> str:
 
 def _head() -> str:
     """Title, and the machine and versions that the numbers belong to."""
-    facts = [_processor(), f"{os.cpu_count()} processors", platform.platform(), f"Python {platform.python_version()}"]
+    facts = [processor(), f"{os.cpu_count()} processors", platform.platform(), f"Python {platform.python_version()}"]
     day = datetime.datetime.now(datetime.timezone.utc).date()
     return f"# Measurements\n\nMade by `make bench` with lag2fmu {VERSION} on {day}: {', '.join(facts)}.\n"
 
 
-def _processor() -> str:
+def processor() -> str:
     """The name of the processor, as the system has it."""
     table = Path("/proc/cpuinfo")
     lines = table.read_text("utf-8", "replace").splitlines() if table.is_file() else []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from lag2fmu.checking.archive import Archive, archive_findings, open_archive
+from lag2fmu.checking.bill import bill_findings
 from lag2fmu.checking.binaries import binary_findings, glibc_notes
 from lag2fmu.checking.description import FmuDescription, read_document
 from lag2fmu.checking.files import file_findings
@@ -23,6 +24,7 @@ def findings_in(path: Path) -> tuple[list[Finding], list[str]]:
     found = any(f.severity == "error" for f in in_xml)
     findings: list[Finding] = [
         *archive_findings(archive),
+        *bill_findings(archive),
         *schema_findings(path, rules, found=found),
         *in_xml,
         *file_findings(archive, description, rules),

@@ -25,6 +25,7 @@ from lag2fmu.fmu.exported import Fmu, Model, fmu_path, is_fmu
 from lag2fmu.fmu.icon import icon
 from lag2fmu.fmu.live.module import page_maker
 from lag2fmu.fmu.live.samples import Samples
+from lag2fmu.fmu.materials import BILL_ENTRY, bill_of_materials
 from lag2fmu.fmu.observers import observed
 from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.picture import scene_at_start
@@ -120,7 +121,9 @@ def export(  # noqa: PLR0913 (choices of the user)
     content, scene = build(mechanism, equations, program, found.solver, found.vibrations), scene_at_start(equations)
     told = documentation(Subject(equations, program, content, found.reason, scene, samples, without))
     described = {} if DESCRIPTION in without else {MECHANISM_ENTRY: write(mechanism).encode()}
-    pack({**_files(content, version, icon(scene)), **described, **told, **(extra or {})}, target)
+    files = {**_files(content, version, icon(scene)), **described, **told, **(extra or {})}
+    made_by = compiler if backend == NATIVE.name else None
+    pack({**files, BILL_ENTRY: bill_of_materials(mechanism.name, files, compiler=made_by)}, target)
     return Fmu(target, content.description, _remarks(found), moved_starts(mechanism, equations), content.doubt)
 
 

@@ -145,6 +145,14 @@ def test_n_four_bar_goes_on_through_its_singular_positions(n: int, tolerance: fl
     )
 
 
+@pytest.mark.parametrize("n", [2, 5])
+def test_states_between_long_steps_meet_constraints_that_are_nearly_lost(n: int, exported) -> None:
+    """Steps of high order are long: points between them lie near singular positions, where corrections are small."""
+    fmu = exported("n_four_bar", n=n, solver="dop853")
+    run = lag2fmu.simulate(fmu, stop_time=20.0, step=0.01, tolerance=1e-6)
+    check_row_of_windows(run, n, 0.02, straight=1e-8)
+
+
 @pytest.mark.parametrize(("n", "tolerance", "bar"), [(2, 1e-8, 1e-3), (5, 1e-10, 1e-4)])
 def test_the_importers_integrator_goes_on_through_them(n: int, tolerance: float, bar: float, exported) -> None:
     """Its constraints drift, and fmpy tells of the end of a communication step only."""

@@ -50,7 +50,7 @@ double residual_size(const Values *values, Level level, double unit, const doubl
 }
 
 bool residuals_accepted(const Values *values, Level level, double unit, const ConstraintFactorization *constraints,
-                        const double states[]) {
+                        const double states[], bool last) {
     const double distance = level == VELOCITIES ? sqrt(REDUNDANT) : 0.0;
     for (int place = 0; place < constraints->rows; place++) {
         const int k = constraints->order[place];
@@ -58,7 +58,7 @@ bool residuals_accepted(const Values *values, Level level, double unit, const Co
         for (int i = 0; i < N && place >= constraints->rank; i++) {
             left += distance * fabs(values->jacobian[k * N + i] * states[N + i]);
         }
-        const double share = 1.0 - constraints->held[k];
+        const double held = constraints->held[k], share = last && held > 0.0 ? 0.0 : 1.0 - held;
         const double most = left + ACCEPTED * unit * row_scale(values, k);
         if (!(share * fabs(residual_of(values, level, k)) <= most)) {
             return false;

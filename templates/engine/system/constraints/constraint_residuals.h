@@ -30,9 +30,11 @@ double residual_unit(Level level, const double states[]);
 double residual_size(const Values *values, Level level, double unit, const double held[]);
 
 /* Has an iteration that goes on no further met the constraints, at states[2n], for which they are factorised? A row that
-   is redundant is not corrected: at its distance from the others it leaves the velocities that these allow. */
+   is redundant is not corrected: at its distance from the others it leaves the velocities that these allow. A row near a
+   singular position is held: an iteration takes away a share of its residual, so that rounding does not grow. What the
+   last one leaves waits for a step that ends farther off. */
 bool residuals_accepted(const Values *values, Level level, double unit, const ConstraintFactorization *constraints,
-                        const double states[]);
+                        const double states[], bool last);
 
 /* Sets instance->failure to constraints that are not met; returns false. */
 bool report_constraints(Instance *instance, double time, const Values *values, Level level);

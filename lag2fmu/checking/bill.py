@@ -1,0 +1,59 @@
+"""The bill of materials in an FMU against its files: hashes that do not fit, files that are missing or not listed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from typing import Any
+
+from lag2fmu.checking.archive import Archive
+from lag2fmu.checking.findings import Finding
+from lag2fmu.errors import Lag2FmuError
+from lag2fmu.fmu.pack import read_text
+
+SUFFIX = ".cdx.json"
+"""How files with a bill of materials end (CycloneDX 1.6, recognised file patterns)."""
+_RULE = "bill-of-materials"
+_AGAIN = "export the FMU anew; whoever changed the file has to write the bill anew, too"
+_HASHES = {"SHA-256": hashlib.sha256, "SHA-384": hashlib.sha384, "SHA-512": hashlib.sha512}
+
+
+def bill_findings(archive: Archive) -> Iterator[Finding]:
+    """The findings on each bill of materials below extra/: of the files that it lists, and those that it does not."""
+    for bill in (name for name in archive.below("extra") if name.endswith(SUFFIX)):
+        listed = _listed(archive, bill)
+        if isinstance(listed, Finding):
+            yield listed
+            continue
+        for name, hashes in listed.items():
+            yield from _file_findings(archive, bill, name, hashes)
+        for name in sorted(archive.files - {*listed, bill}) if listed else ():
+            yield Finding(_RULE, name, f"'{bill}' does not list it", _AGAIN, "warning")
+
+
+def _listed(archive: Archive, bill: str) -> dict[str, dict[str, str]] | Finding:
+    """{file: {algorithm: hexadecimal hash}} of a bill, or what is wrong with the bill itself."""
+    try:
+        read: Any = json.loads(read_text(archive.path, bill))
+        if read["bomFormat"] != "CycloneDX":
+            raise ValueError(f"bomFormat is {read['bomFormat']!r}")
+        return {
+            str(part["name"]): {str(h["alg"]): str(h["content"]) for h in part.get("hashes", ())}
+            for part in read.get("components", ())
+            if part["type"] == "file"
+        }
+    except (Lag2FmuError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        problem = f"is no bill of materials that can be read: {type(error).__name__}: {error}"
+        return Finding(_RULE, bill, problem, "write it as CycloneDX in JSON")
+
+
+def _file_findings(archive: Archive, bill: str, name: str, hashes: dict[str, str]) -> Iterator[Finding]:
+    if name not in archive.files:
+        yield Finding(_RULE, name, f"'{bill}' lists it, but the FMU does not hold it", _AGAIN)
+        return
+    for algorithm in (a for a in hashes if a in _HASHES):
+        found = _HASHES[algorithm](archive.read(name)).hexdigest()
+        if found != hashes[algorithm].lower():
+            problem = f"its {algorithm} is {found[:16]}..., '{bill}' says {hashes[algorithm][:16]}..."
+            yield Finding(_RULE, name, problem, _AGAIN)

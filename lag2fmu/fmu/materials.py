@@ -1,0 +1,53 @@
+"""The bill of materials of an FMU: what it was made by, and the hash of each file in it.
+
+Source: CycloneDX 1.6, JSON (ECMA-424). There is no serial number and no time, so equal FMUs have equal bills.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from importlib.metadata import version
+
+from lag2fmu.fmu.compilers import FLAGS
+from lag2fmu.version import VERSION
+
+BILL_ENTRY = "extra/org.lag2fmu/bom.cdx.json"
+
+
+def bill_of_materials(name: str, files: Mapping[str, bytes], *, compiler: str | None) -> bytes:
+    """The bill of the FMU of the mechanism ``name`` with these ``files``, {name in the archive: content}.
+
+    ``compiler``: 'zig' or 'host', None where nothing is compiled.
+    """
+    tools = [{"type": "application", "name": "lag2fmu", "version": VERSION}]
+    told = []
+    if compiler is not None:
+        used = (
+            {"name": "ziglang", "version": version("ziglang")}
+            if compiler == "zig"
+            else {"name": "the host's C compiler"}
+        )
+        tools.append({"type": "application", **used})
+        told = [{"name": "org.lag2fmu:compiler-flags", "value": " ".join(FLAGS)}]
+    bill = {
+        "bomFormat": "CycloneDX",
+        "specVersion": "1.6",
+        "version": 1,
+        "metadata": {
+            "component": {"type": "library", "bom-ref": "fmu", "name": name},
+            "tools": {"components": tools},
+            **({"properties": told} if told else {}),
+        },
+        "components": [
+            {
+                "type": "file",
+                "bom-ref": file,
+                "name": file,
+                "hashes": [{"alg": "SHA-256", "content": hashlib.sha256(files[file]).hexdigest()}],
+            }
+            for file in sorted(files)
+        ],
+    }
+    return (json.dumps(bill, indent=1) + "\n").encode()
