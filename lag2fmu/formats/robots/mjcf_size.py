@@ -4,7 +4,7 @@ reads meshes of any size.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import prod
 from pathlib import Path
 
@@ -24,27 +24,36 @@ def check_size(root: XmlElement, path: Path) -> None:
     Raises LoadError for more than MOST_COPIES copies of elements, and for a mesh that is too large to be read. A file
     that is missing or no XML is left to MuJoCo, which refuses it.
     """
-    copies, seen = 0, {path.resolve()}
-    folders, meshes = {""}, set()
-    waiting = [(root, 1)]
-    while waiting:
-        element, times = waiting.pop()
-        copies += times if times > 1 else 0
-        folders |= {element.get("meshdir") or element.get("assetdir")} if element.tag == "compiler" else set()
-        meshes |= {element.get("file")} if element.tag == "mesh" and element.get("file") else set()
-        if element.tag in _COPYING:
-            times *= _count(element)
-            copies += 0 if element.tag == "replicate" else times
-        if copies > MOST_COPIES or times > MOST_COPIES:
+    copies, elements = 0, []
+    for element, times in _elements(root, path):
+        elements.append(element)
+        copies += times if element.tag in _COPYING[1:] or times > 1 else 0
+        if copies > MOST_COPIES:
             raise LoadError(
                 f"{path}: its <{'>, <'.join(_COPYING)}> make more than {MOST_COPIES} copies of elements; lower their "
                 "count, because so large a mechanism is not read"
             )
+    for file in _meshes(elements, path.parent):
+        check_mesh(file)
+
+
+def _elements(root: XmlElement, path: Path) -> Iterator[tuple[XmlElement, int]]:
+    """All elements below ``root`` and in files that they name, and how often each of them is made."""
+    seen, waiting = {path.resolve()}, [(root, 1)]
+    while waiting:
+        element, times = waiting.pop()
+        times *= _count(element) if element.tag in _COPYING else 1
+        yield element, times
         waiting += [(child, times) for child in element.children]
         waiting += [(child, times) for child in _included(element, path, seen)]
-    for file in (path.parent / folder / mesh for folder in folders for mesh in meshes):
-        if file.is_file():
-            check_mesh(file)
+
+
+def _meshes(elements: Iterable[XmlElement], folder: Path) -> Iterator[Path]:
+    """The files of meshes that the ``elements`` of a file in this ``folder`` name, and that are there."""
+    found = list(elements)
+    folders = {"", *(x.get("meshdir") or x.get("assetdir") for x in found if x.tag == "compiler")}
+    names = {x.get("file") for x in found if x.tag == "mesh" and x.get("file")}
+    yield from filter(Path.is_file, (folder / inner / name for inner in sorted(folders) for name in sorted(names)))
 
 
 def _count(element: XmlElement) -> int:

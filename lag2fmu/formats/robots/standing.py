@@ -30,21 +30,27 @@ def standing(d: Description, floating: Sequence[tuple[str, ...]], *, placed: boo
     poses = Poses(d)
     rigid = [c for c in d.contacts if c.law == "ideal" or not placed]
     gaps = {c.name: poses.resolved(geometry_of(d, _smooth(c), poses).gap) for c in rigid}
-    for _ in range(_ROUNDS):
-        raised = d
-        for along in floating:
-            own = [gap for gap in gaps.values() if {symbol(name) for name in along} & gap.free_symbols]
-            raised = _moved(raised, along, own, _OVERLAP if placed else -np.inf)
-            placed = True
-        if raised is d:
-            break
-        d = raised
+    d = _raised(d, floating, list(gaps.values()), placed)
     start = start_values(d, guesses=True)
     depths = {name: -value for name, gap in gaps.items() if (value := value_at(gap, start) or 0.0) < -_OVERLAP}
     left = {c.name for c in d.contacts if c.law == "ideal"} & depths.keys()
     told = [f"the contact {name}: it overlaps at the start by {depths[name]:.3g} m" for name in depths if name in left]
     contacts = tuple(c for c in d.contacts if c.name not in left)
     return replace(d, contacts=contacts, not_taken=(*d.not_taken, *told))
+
+
+def _raised(d: Description, floating: Sequence[tuple[str, ...]], gaps: Sequence[sp.Expr], placed: bool) -> Description:
+    """``d`` with what is ``floating`` moved until none of the ``gaps`` is below 0, or that goes on no further."""
+    for _ in range(_ROUNDS):
+        raised = d
+        for along in floating:
+            own = [gap for gap in gaps if {symbol(name) for name in along} & gap.free_symbols]
+            raised = _moved(raised, along, own, _OVERLAP if placed else -np.inf)
+            placed = True
+        if raised is d:
+            break
+        d = raised
+    return d
 
 
 def _smooth(contact: Contact) -> Contact:

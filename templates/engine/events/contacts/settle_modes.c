@@ -84,8 +84,8 @@ static bool gives_way(const Settling *settling, int contact) {
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
 
-/* Does a contact that touches slide, while others relieve it of its load? It is open: the motion shares loads evenly among
-   all that are closed, and could not do without a pull. */
+/* Does a contact that touches slide, while others relieve it of its load? It is open: the motion shares loads evenly
+   among all that are closed, and could not do without a pull. */
 static bool is_relieved(const Settling *settling, int contact) {
     const int first = SLIP_ROWS[contact];
     return first < SLIP_ROWS[contact + 1] && settling->row[ROW_PLACES[first]].law == ROW_SLIDING &&

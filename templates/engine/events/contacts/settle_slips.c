@@ -21,8 +21,8 @@ static bool is_slow(const Settling *settling, int contact) {
            settling_slip_speed(settling, contact) <= loose_speed(settling, contact);
 }
 
-/* A slip in space that is due has turned away from the direction that it began with, and may be at rest or not. One that
-   is slow at the event of another contact is so before its own: it would turn within errors of the states. */
+/* A slip in space that is due has turned away from the direction that it began with, and may be at rest or not. One
+   that is slow at the event of another contact is so before its own: it would turn within errors of the states. */
 static bool comes_to_rest(const Settling *settling, int contact) {
     const bool steadied = contact_steady(&settling->instance->state, contact) > 0.0;
     return (settling_due(settling, 2 * contact + 1) || !steadied) && is_slow(settling, contact);

@@ -164,6 +164,8 @@ static bool search_zero(const Instance *instance, double from, double width, dou
         if (root <= 1.0 && (found->first < 0 || found->theta[k] < found->theta[found->first])) {
             found->first = k;
             found->slope = roots_slope(bernstein, root) / width;
+            found->earliest = larger(found->theta[k] - WRONG * width, 0.0);
+            found->latest = smaller(found->theta[k] + WRONG * width, from + width);
         }
     }
     return clear;
@@ -242,6 +244,8 @@ static void add_timed(const Dense *dense, const TimedRoots *timed, Descents *fou
     if (timed->first >= 0 && (found->first < 0 || found->theta[timed->first] < found->theta[found->first])) {
         found->first = timed->first;
         found->slope = timed->slopes[timed->first] * length;
+        found->earliest = 0.0;
+        found->latest = 1.0;
     }
 }
 
@@ -258,8 +262,6 @@ bool find_descents(Instance *instance, const double start[], Descents *found) {
     }
     found->first = -1;
     found->slope = 0.0;
-    found->earliest = 0.0;
-    found->latest = 1.0;
     for (int k = 0; k < N_EVENTS; k++) {
         values[k][0] = start[k];
         found->theta[k] = NO_ROOT;
@@ -281,10 +283,6 @@ bool find_descents(Instance *instance, const double start[], Descents *found) {
             width *= 0.5;
             most = larger(width, SHORTEST_PART);
             continue;
-        }
-        if (found->first >= 0) {
-            found->earliest = larger(found->theta[found->first] - WRONG * width, 0.0);
-            found->latest = smaller(found->theta[found->first] + WRONG * width, from + width);
         }
         from = width < 1.0 - from ? from + width : 1.0;
         for (int k = 0; k < N_EVENTS; k++) {

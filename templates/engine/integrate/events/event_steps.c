@@ -75,8 +75,8 @@ static bool move_end(Instance *instance, Step *step, double length, double value
 }
 
 /* Repeats the step until the first function is 0 at its end, by secant steps from the root on its interpolant. A root
-   at the beginning of the step stays there. Secants lead astray where the function is rounding; in a part of
-   the step where nothing was looked for other functions may come down first. values[N_EVENTS] are the event functions at the end. */
+   at the beginning of the step stays there. Secants lead astray where the function is rounding: they stay
+   where all functions were looked at. values[N_EVENTS] are the event functions at the end. */
 static bool polish(Instance *instance, const Descents *found, Step *step, double values[]) {
     const double whole = step->length, rounding = DBL_EPSILON * fabs(step->end);
     const int k = found->first;

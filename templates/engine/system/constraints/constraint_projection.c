@@ -46,7 +46,8 @@ static bool project_to(Instance *instance, Level level, double time, const doubl
         const bool known = *factorized == rows_of(level);
         const double size = residual_size(values, level, unit, known ? system->constraints.held : NULL);
         const bool stands = fresh && i > 0 && size > 0.5 * previous;
-        if (size <= SOLVED || (stands && residuals_accepted(values, level, unit, &system->constraints, states, false))) {
+        if (size <= SOLVED ||
+            (stands && residuals_accepted(values, level, unit, &system->constraints, states, false))) {
             return true;
         }
         fresh = !known || size > 0.1 * previous;

@@ -29,10 +29,10 @@ double residual_unit(Level level, const double states[]);
    is left of such a row rounding errors have no bound. held[m] may be NULL. */
 double residual_size(const Values *values, Level level, double unit, const double held[]);
 
-/* Has an iteration that goes on no further met the constraints, at states[2n], for which they are factorised? A row that
-   is redundant is not corrected: at its distance from the others it leaves the velocities that these allow. A row near a
-   singular position is held: an iteration takes away a share of its residual, so that rounding does not grow. What the
-   last one leaves waits for a step that ends farther off. */
+/* Has an iteration that goes on no further met the constraints, at states[2n], for which they are factorised? A row
+   that is redundant is not corrected: at its distance from the others it leaves the velocities that these allow. A row
+   near a singular position is held: an iteration takes away a share of its residual, so that rounding does not grow.
+   What the last one leaves waits for a step that ends farther off. */
 bool residuals_accepted(const Values *values, Level level, double unit, const ConstraintFactorization *constraints,
                         const double states[], bool last);
 

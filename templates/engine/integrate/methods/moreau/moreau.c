@@ -84,7 +84,8 @@ static bool find_further(Instance *instance, double time, double length, const d
     return arena_leave(mark, true);
 }
 
-/* The positions at the end, and velocities that go with them. The work that the correction of q takes from the forces is no loss of energy. */
+/* The positions at the end, and velocities that go with them. The work that the correction of q takes from the forces
+   is no loss of energy. */
 static bool find_positions(Instance *instance, Step step, const double middle[], double states[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, before, N);

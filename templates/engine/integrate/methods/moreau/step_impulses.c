@@ -72,8 +72,8 @@ static void find_pace(Instance *instance) {
 }
 
 /* A contact touches if its gap is closed in the middle of the step, or if it was closed before. Without the forces of
-   this step a foot that rolls or turns leaves the ground by the curvature of its path, length^2/8 times an acceleration:
-   this opens nothing, only the laws do. */
+   this step a foot that rolls or turns leaves the ground by the curvature of its path, length^2/8 times an
+   acceleration: this opens nothing, only the laws do. */
 static void find_step_rows(Instance *instance) {
     SolverScratch *scratch = &instance->scratch.solver;
     for (int row = 0; row < K; row++) {

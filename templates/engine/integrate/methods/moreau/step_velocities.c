@@ -18,7 +18,7 @@ static bool constraints_move(const SolverScratch *scratch) {
 }
 
 /* Moves qd[n] by what the velocities along the rows need; their residual is that of the rows in the middle. */
-static void correct_velocities(Instance *instance, double qd[], double *dissipated) {
+static void project_velocities(Instance *instance, double qd[], double *dissipated) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, pushes, K);
     WORK_ZEROS(mark, double, start, N);
@@ -51,6 +51,6 @@ static void correct_velocities(Instance *instance, double qd[], double *dissipat
 
 void step_velocities(Instance *instance, double states[]) {
     for (int i = 0; i < MOST_VELOCITY_CORRECTIONS && constraints_move(&instance->scratch.solver); i++) {
-        correct_velocities(instance, states + N, states + DISSIPATED);
+        project_velocities(instance, states + N, states + DISSIPATED);
     }
 }
