@@ -194,13 +194,16 @@ class Along:
 
     @cached_property
     def force_sizes(self) -> Floats:
-        """The greatest force of each element, (k, 1): of a contact's normal force and friction together."""
+        """The greatest force of each element, (k, 1): of a contact's normal force and friction together.
+
+        None is far below the greatest of all: a ball that rolls along a wall has forces of rounding there.
+        """
         found = np.abs(self.forces).max(axis=1)
         for i, rows in enumerate(self.e.slip_rows):
             found[[i, *rows]] = found[[i, *rows]].max()
         for row, limit in zip(self.e.friction_rows, self.holding, strict=True):
             found[row] = max(found[row], np.abs(limit).max())
-        return np.asarray(np.maximum(found, 1e-300)[:, None])
+        return np.asarray(np.maximum(found, max(SMALL * found.max(initial=0.0), 1e-300))[:, None])
 
     @cached_property
     def energy_size(self) -> float:
