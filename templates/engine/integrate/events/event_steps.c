@@ -236,6 +236,46 @@ static bool find_first(Instance *instance, const Step *step, double start[], Des
            find_descents(instance, start, found);
 }
 
+/* Is the first function no root but the jump that another one makes which comes down there, too? Beyond the rest of a
+   slip in space its friction would turn round, and all forces with it. That other one is the first then. */
+static bool follows_another(Descents *found, const double start[], const double values[]) {
+    const int jumps = found->first;
+    if (!(fabs(values[jumps]) > POLE * (fabs(found->start) + EVENT_NOMINALS[jumps]))) {
+        return false;
+    }
+    found->theta[jumps] = NO_ROOT;
+    for (int k = 0; k < N_EVENTS; k++) {
+        if (found->theta[k] <= smaller(found->latest, found->theta[found->first])) {
+            found->first = k;
+        }
+    }
+    if (found->first == jumps || !(found->theta[found->first] > 0.0)) {
+        found->first = jumps;
+        return false;
+    }
+    found->start = start[found->first];
+    found->slope = -found->start / found->theta[found->first];
+    return true;
+}
+
+/* Ends the step at the first root that was found. start[N_EVENTS] are the event functions at the beginning of the step,
+   values[N_EVENTS] those at its end. */
+static bool end_at_root(Instance *instance, Descents *found, Step *step, const double start[], double values[]) {
+    const double whole = step->length;
+    do {
+        if (!polish(instance, found, step, values) || seems_to_repeat(instance, found, *step, whole) ||
+            is_lost(instance, found, *step, values, whole)) {
+            return false;
+        }
+    } while (follows_another(found, start, values));
+    if (fabs(values[found->first]) > POLE * (fabs(found->start) + EVENT_NOMINALS[found->first])) {
+        return report_pole(instance, found->first); /* before it is taken for what an event has left */
+    }
+    found->slope /= whole;
+    note_due(instance, found, *step, values);
+    return true;
+}
+
 /* events_end_step, with event functions of the loads in instance->shown_loads. */
 static bool end_step(Instance *instance, Step *step) {
     const ArenaMark mark = arena_mark(instance->arena);
@@ -257,20 +297,7 @@ static bool end_step(Instance *instance, Step *step) {
     if (!find_first(instance, step, start, found) || !cut_repetition(instance, start, step, found)) {
         return arena_leave(mark, false);
     }
-    if (found->first >= 0) {
-        const double whole = step->length;
-        if (!polish(instance, found, step, values) || seems_to_repeat(instance, found, *step, whole) ||
-            is_lost(instance, found, *step, values, whole)) {
-            return arena_leave(mark, false);
-        }
-        if (fabs(values[found->first]) > POLE * (fabs(found->start) + EVENT_NOMINALS[found->first])) {
-            /* before it is taken for what an event has left */
-            return arena_leave(mark, report_pole(instance, found->first));
-        }
-        found->slope /= whole;
-        note_due(instance, found, *step, values);
-    }
-    return arena_leave(mark, true);
+    return arena_leave(mark, found->first < 0 || end_at_root(instance, found, step, start, values));
 }
 
 bool events_end_step(Instance *instance, Step *step) {
