@@ -45,7 +45,8 @@ static void put_held(const Newton *newton, int k) {
     newton->right[k] = -rate * newton->w[k];
 }
 
-/* Rows k and k + 1 of a cone that slides: x - limit u = 0 with the direction u of the trial x - rate w. */
+/* Rows k and k + 1 of a cone that slides: x - limit u = 0 with the direction u of the trial x - rate w. A normal force
+   that is negative on the way limits friction to 0 wherever it goes. */
 static void put_cone(const Newton *newton, int k, double rate, const double trial[]) {
     const Laws *laws = newton->laws;
     const int width = laws->width[k], normal = laws->normal[k];
@@ -54,7 +55,7 @@ static void put_cone(const Newton *newton, int k, double rate, const double tria
         const double u = trial[i] / length;
         newton->right[k + i] = limit * u - newton->x[k + i];
         step_matrix_add(&newton->equations, k + i, k + i, 1.0);
-        if (normal >= 0) {
+        if (normal >= 0 && newton->x[normal] >= 0.0) {
             step_matrix_add(&newton->equations, k + i, normal, -laws->slope[k] * u);
         }
         for (int j = 0; j < width; j++) {
