@@ -158,6 +158,28 @@ def test_round_cones_may_hold_more_than_they_slide(laws: Laws) -> None:
     assert seen > 100
 
 
+def test_a_foot_lands_beside_one_that_slides(laws: Laws) -> None:
+    """The impulse of a landing foot would pull one that slides 25000 times as fast: that one bears nothing."""
+    delassus = np.zeros((6, 6))
+    delassus[np.triu_indices(6)] = (
+        *(9.82, 7.35, 0.34, 0.01, 0.01, 0.02),
+        *(9.76, 0.16, 0.0, 0.03, 0.08),
+        *(5.68, 0.01, 0.01, 0.09),
+        *(7.72, 7.16, 0.23),
+        *(12.22, 0.17),
+        6.94,
+    )
+    delassus += np.triu(delassus, 1).T
+    free = np.array([0.0, 4.5, -0.18, -0.00018, -1.7, -1.6])
+    rows = [row for n in (0, 3) for row in (normal(), tangential(n, 0.8), tangential(n, 0.8))]
+    solved, forces, motion = laws.solve(delassus, free, rows)
+    slip = motion[4:6] / np.linalg.norm(motion[4:6])
+    alone = 1.8e-4 / (delassus[3, 3] - 0.8 * delassus[3, 4:6] @ slip)
+    assert solved
+    assert forces == pytest.approx([0, 0, 0, alone, *(-0.8 * alone * slip)], rel=1e-9, abs=1e-20)
+    assert motion[0] > 0.0
+
+
 def test_round_cones_of_few_coordinates(laws: Laws) -> None:
     """Nine rows of contacts, five coordinates: forces are not unique, motions may wedge."""
     rows = [row for n in (0, 3, 6) for row in (normal(), tangential(n, 1.5), tangential(n, 1.5))]
