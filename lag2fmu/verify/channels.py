@@ -55,7 +55,8 @@ class _Part:
         self.references = [*offsets]
         self.rows = [offsets[scalars[i].reference] + scalars[i].element for i in columns]
         self.plain = self.rows == list(range(self.size))
-        fast = self.plain and kind == _DOUBLES[third] and hasattr(fmu, "component")
+        direct = isinstance(getattr(fmu, "component", None), int)  # not so of one in another process
+        fast = self.plain and kind == _DOUBLES[third] and direct
         self._doubles = _Doubles(fmu, self.references, self.size, third=third) if fast else None
 
     def read(self) -> list[Any] | Floats:
