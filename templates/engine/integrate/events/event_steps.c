@@ -93,7 +93,7 @@ static bool polish(Instance *instance, const Descents *found, Step *step, double
         last_value = values[k];
         length = smaller(larger(length - values[k] / slope, found->earliest * whole), found->latest * whole);
         if (found->theta[k] <= 0.0 || !(fabs(length - last_length) > rounding) ||
-            fabs(last_value) <= events_noise(instance, k)) {
+            fabs(last_value) <= NOISE * EVENT_NOMINALS[k]) {
             break;
         }
     }
@@ -236,25 +236,29 @@ static bool find_first(Instance *instance, const Step *step, double start[], Des
            find_descents(instance, start, found);
 }
 
-/* Is the first function no root but the jump that another one makes which comes down there, too? Beyond the rest of a
-   slip in space its friction would turn round, and all forces with it. That other one is the first then. */
+/* Is another function the first one that comes down? It is where the first one has no root, but a jump that the other
+   makes: beyond the rest of a slip in space its friction would turn round, and all forces with it. It is, too, where
+   the first one is rounding, and its root is found beyond that of the other. values[N_EVENTS]: at the end of the
+   step. */
 static bool follows_another(Descents *found, const double start[], const double values[]) {
-    const int jumps = found->first;
-    if (!(fabs(values[jumps]) > POLE * (fabs(found->start) + EVENT_NOMINALS[jumps]))) {
-        return false;
-    }
-    found->theta[jumps] = NO_ROOT;
+    const int first = found->first;
+    const bool jumps = fabs(values[first]) > POLE * (fabs(found->start) + EVENT_NOMINALS[first]);
+    double least = found->latest;
+    int other = -1;
     for (int k = 0; k < N_EVENTS; k++) {
-        if (found->theta[k] <= smaller(found->latest, found->theta[found->first])) {
-            found->first = k;
+        const bool passed = values[k] < -LOCATED * EVENT_NOMINALS[k];
+        if (k != first && found->theta[k] > 0.0 && found->theta[k] <= least && (jumps || passed)) {
+            other = k;
+            least = found->theta[k];
         }
     }
-    if (found->first == jumps || !(found->theta[found->first] > 0.0)) {
-        found->first = jumps;
+    if (other < 0) {
         return false;
     }
-    found->start = start[found->first];
-    found->slope = -found->start / found->theta[found->first];
+    found->theta[first] = NO_ROOT;
+    found->first = other;
+    found->start = start[other];
+    found->slope = -found->start / least;
     return true;
 }
 
