@@ -10,10 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bare import program
-from chosen import models
 from compiling import QUICK
 
-from lag2fmu.errors import ExportError
 from lag2fmu.evidence.counting import counted, counting
 from lag2fmu.evidence.realtime import KNOWN, errors_of
 from lag2fmu.fmu.compilers import compile_unit, host_target
@@ -82,35 +80,23 @@ def test_four_evaluations_a_step_of_rk4() -> None:
 
 
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="no valgrind")
-@pytest.mark.parametrize("model", models(frozenset({"cart_pole", "pendulum"})))
+@pytest.mark.parametrize("model", ["cart_pole", "pendulum", "four_bar_linkage", "bricard", "six_axis_arm"])
 def test_instructions_hardly_vary(model: str) -> None:
     """Without contacts the most that a step takes is near the median over the experiment."""
-    try:
-        made = firmware(model)
-    except ExportError:
-        pytest.skip("its methods do not fit in the profile")
-    if made.solver == "moreau":
-        pytest.skip("steps with impacts take more")
-    instructions = counted(made).instructions
-    assert len(instructions) > 50
+    instructions = counted(firmware(model)).instructions
+    assert len(instructions) > 30
     bound = 1.4 if model == "bricard" else 1.2  # 1.32 is measured
     assert instructions.max() <= bound * np.median(instructions)
 
 
-QUICK_ONES = frozenset({"cart_pole", "four_bar_linkage", "bouncing_ball"})
-
-
-@pytest.mark.parametrize("model", models(QUICK_ONES))
+@pytest.mark.parametrize("model", ["cart_pole", "four_bar_linkage", "bouncing_ball"])
 @pytest.mark.parametrize("step", [1e-3, 1e-2])  # s, no longer than that of the experiment
 def test_errors_that_are_reported_are_those_of_an_independent_integration(model: str, step: float) -> None:
     """To 20 %, in steps of a length that is named, where they are above what the independent path knows."""
     described = load(model).description
     step = min(step, described.experiment.step)
     mechanism = complete(replace(described, experiment=replace(described.experiment, step=step)))
-    try:
-        made = firmware(mechanism, step=step, solver_steps=1)
-    except ExportError:
-        pytest.skip("its methods do not fit in the profile")
+    made = firmware(mechanism, step=step, solver_steps=1)
     run = counted(made, instructions=False)
     reference = reference_of(mechanism, limit=60.0)
     size = min(len(run.values), len(reference.trajectory.time))
