@@ -25,6 +25,7 @@ from lag2fmu.errors import ExportError
 from lag2fmu.fmu import Fmu, export
 from lag2fmu.fmu.backends.native import NATIVE, describe
 from lag2fmu.fmu.deriving import derived
+from lag2fmu.fmu.materials import BILL_ENTRY
 from lag2fmu.fmu.sources import ALL, FORMS, MANY, SINGLE, source_files
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import load
@@ -92,14 +93,14 @@ def test_files_have_names_for_each_file_system(model: str, fmi: str, solver: str
 
 
 def test_an_export_has_the_one_file(tmp_path: Path) -> None:
-    """It is declared in both places, and the library is that of the many files."""
+    """It is declared in both places, and the library is that of the many files; the bill lists the sources."""
     fmus = [export("cart_pole", tmp_path / f"{form}.fmu", sources=form, page="static") for form in FORMS]
     many, single = (zipfile.ZipFile(fmu.path) for fmu in fmus)
     with many, single:
         names = set(single.namelist())
         assert {name for name in names if name.startswith("sources/")} == {f"sources/{ALL}", BUILD}
-        common = sorted(names & set(many.namelist()) - {f"sources/{ALL}"})
-        assert len(names) == len(common) + 1
+        common = sorted(names & set(many.namelist()) - {f"sources/{ALL}", BILL_ENTRY})
+        assert len(names) == len(common) + 2
         assert [many.read(name) for name in common] == [single.read(name) for name in common]
     (configuration,) = read_build_description(str(fmus[1].path))
     assert configuration.sourceFileSets[0].sourceFiles == [ALL]
