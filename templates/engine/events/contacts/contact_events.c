@@ -10,6 +10,7 @@
 
 #include "accelerations.h"
 #include "contact_modes.h"
+#include "contacts.h"
 #include "inputs.h"
 #include "scale.h"
 #include "settings.h"
@@ -181,12 +182,43 @@ static bool fades(const Instance *instance, const ElementRows *rows, int contact
            hypot(rows->velocities[first], rows->velocities[first + 1]) <= contact_loose_speed(instance, rows, contact);
 }
 
+/* A slip in space that has turned by 60 degrees from the direction of its mode is measured along its own from there. */
+static const double TURNED_AWAY = 0.5; /* the cosine */
+
+/* The speed up to which a slip in space may be at rest soon, m/s or rad/s. */
+static double slow_slip(const State *state) {
+    return LOOK_AT_SLIPS * solver_tolerance(state) * states_pace(state);
+}
+
+void contacts_turn(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, gaps, SIZE_UNILATERALS);
+    WORK(mark, double, slips, SIZE_FRICTIONAL);
+    State *state = &instance->state;
+    if (!contacts_slide_in_space(instance)) {
+        arena_release(mark);
+        return;
+    }
+    mechanism_slips(state->time, state->states, inputs_at(instance, state->time), state->parameters, gaps, slips);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const double *slip = slips + SLIP_ROWS[i] - FIRST_SLIP;
+        if (contact_slips(i) < 2 || !contact_slides(state, i) || contact_steady(state, i) > 0.0) {
+            continue;
+        }
+        const double speed = hypot(slip[0], slip[1]), along = contact_slip_margin(state, i, slip);
+        if (speed > slow_slip(state) && along > 0.0 && along < TURNED_AWAY * speed) {
+            contact_slide(state, i, slip, 0.0);
+        }
+    }
+    arena_release(mark);
+}
+
 int contacts_overdue(Instance *instance, const double values[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, ElementRows, rows);
     const State *state = &instance->state;
     const double *gaps = values + N_SWITCHES;
-    const double slow = LOOK_AT_SLIPS * solver_tolerance(state) * states_pace(state);
+    const double slow = slow_slip(state);
     bool possible = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         possible = possible || (!contact_closed(state, i) && gaps[2 * i] < 0.0) ||
