@@ -16,15 +16,15 @@ from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
-from lag2fmu.errors import BuildError
+from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.compilers import compile_libraries, constant
 from lag2fmu.fmu.contents import CLOCKS, SOURCES
 from lag2fmu.fmu.footprint import LINUX, footprints
 from lag2fmu.fmu.live.module import STILL
-from lag2fmu.fmu.model_description import ModelDescription
+from lag2fmu.fmu.model_description import Interface, ModelDescription
 from lag2fmu.fmu.observers import observed_table, observing_interface
-from lag2fmu.fmu.platforms import Platform, binaries_text, choose_platforms
+from lag2fmu.fmu.platforms import WASM, Platform, binaries_text, choose_platforms
 from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.realtime import RealTime, bounded, step_bound
 from lag2fmu.fmu.sources import ALL, SINGLE, source_files
@@ -32,6 +32,7 @@ from lag2fmu.fmu.taken import REALTIME_ENTRY, Taken, bounds_of
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions.fmi2 import FMI2
 from lag2fmu.fmu.versions.version import Version
+from lag2fmu.fmu.wasm.draft import NOT_OFFERED, manifests
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import METHODS
 from lag2fmu.version import VERSION
@@ -51,6 +52,9 @@ class _Native:
 
     def prepare(self, choices: Choices) -> Build:
         platforms = choose_platforms(choices.platform, choices.compiler)
+        portable = WASM in platforms
+        if portable:
+            _check_portable(choices)
 
         def build(
             mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str, vibrations: Vibrations
@@ -70,6 +74,7 @@ class _Native:
                 realtime=choices.realtime,
                 observed=observed,
             )
+            description = replace(description, interface=_portable(description.interface)) if portable else description
             identifier = description.model_identifier
             with compiling(2) as beside:
                 told = beside.submit(_taken, sources, description, version, platforms)
@@ -88,6 +93,7 @@ class _Native:
             for built_for, library in zip(platforms, libraries, strict=True):
                 folders = version.folders(built_for)
                 files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in folders}
+            files |= manifests() if portable else {}
             binaries = binaries_text(platforms, version.folders, choices.compiler)
             made = None if page is None else page.result()
             resources = [_SOURCES.format(version.name)] if delivered else []
@@ -103,6 +109,29 @@ class _Native:
 
 
 NATIVE = _Native()
+
+
+def _check_portable(choices: Choices) -> None:
+    """Raise ExportError for choices that a component for WebAssembly does not go with."""
+    if not choices.version.folders(WASM):
+        raise ExportError(
+            f"--platform {choices.platform}: FMI {choices.version.name} has no components for WebAssembly; "
+            "add --fmi 3.0, or leave wasm out"
+        )
+    if choices.realtime:
+        raise ExportError(
+            f"--platform {choices.platform}: calls of a component take memory for what they return, which --profile "
+            "realtime excludes; leave one of them out"
+        )
+
+
+def _portable(interface: Interface) -> Interface:
+    """The capabilities of ``interface`` that a component for WebAssembly has, too."""
+    offered = {
+        kind: {word: value for word, value in words.items() if word not in NOT_OFFERED}
+        for kind, words in interface.capabilities.items()
+    }
+    return replace(interface, capabilities=offered)
 
 
 def _taken(
