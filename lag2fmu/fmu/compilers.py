@@ -25,8 +25,8 @@ from lag2fmu.codegen.sources import component_sources
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.mach import hide, universal
 from lag2fmu.fmu.platforms import Platform, host_platform
-from lag2fmu.fmu.wasm.component import c_names, component
 from lag2fmu.fmu.translation_units import shared_files, translation_units
+from lag2fmu.fmu.wasm.component import c_names, component
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 

@@ -132,7 +132,9 @@ def binaries_text(platforms: Sequence[Platform], folders: Callable[[Platform], S
         return f"{listed}; built by the compiler of one machine, it needs {needed} as there or newer"
     linux = "musl" if PLATFORMS["linux64-musl"] in platforms else "glibc 2.17 or newer"
     linux += ", on riscv64 2.27" if "riscv64-linux" in places else ""
-    alone = f"{WASM_FOLDER}: a component for WebAssembly by the draft {WASM_NAME}, which needs an importer that runs these"
+    alone = (
+        f"{WASM_FOLDER}: a component for WebAssembly by the draft {WASM_NAME}, which needs an importer that runs these"
+    )
     if places == [WASM_FOLDER]:
         return alone
     beside = f"; {alone}" if WASM_FOLDER in places else ""

@@ -74,7 +74,9 @@ class _Native:
                 realtime=choices.realtime,
                 observed=observed,
             )
-            description = replace(description, interface=_portable(description.interface)) if portable else description
+            delivered = SOURCES not in choices.without
+            if platforms == (WASM,) and not delivered:
+                description = replace(description, interface=_of_component(description.interface))
             identifier = description.model_identifier
             with compiling(2) as beside:
                 told = beside.submit(_taken, sources, description, version, platforms)
@@ -86,7 +88,6 @@ class _Native:
                 libraries = compile_libraries(
                     sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
                 )
-            delivered = SOURCES not in choices.without
             taken = told.result()
             files = source_files(sources, identifier, version.gate, choices.sources) if delivered else {}
             description = description if delivered else replace(description, source_files=())
@@ -125,8 +126,8 @@ def _check_portable(choices: Choices) -> None:
         )
 
 
-def _portable(interface: Interface) -> Interface:
-    """The capabilities of ``interface`` that a component for WebAssembly has, too."""
+def _of_component(interface: Interface) -> Interface:
+    """The capabilities of ``interface`` that an FMU has in which there is a component for WebAssembly alone."""
     offered = {
         kind: {word: value for word, value in words.items() if word not in NOT_OFFERED}
         for kind, words in interface.capabilities.items()

@@ -99,7 +99,7 @@ def _types(root: ET.Element, variables: Iterable[ScalarVariable]) -> None:
 # --------------------------------------------------------------------------------------------------------- variables
 
 
-def _variable(  # noqa: PLR0913 (what the element says)
+def _variable(
     parent: ET.Element, port: Port, reference: str, references: Mapping[str, str], jumps: bool, updates: bool
 ) -> None:
     """The element of ``port`` with its value ``reference``; ``jumps``: states may change at events.

@@ -6,9 +6,11 @@ Source: the Component Model, design/mvp/Binary.md.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 _SORTS = {"func": b"\1", "type": b"\3", "instance": b"\5", "core func": b"\0\0", "core memory": b"\0\2"}
+MODULE, COMPONENT = b"\0asm\1\0\0\0", b"\0asm\x0d\0\1\0"
+"""How modules and components begin."""
 EQUAL, RESOURCE = b"\3\0", b"\3\1"
 """What an imported type has to be: equal to the one whose index follows, or any resource."""
 
@@ -41,12 +43,51 @@ def vector(items: Iterable[bytes]) -> bytes:
     return unsigned(len(listed)) + b"".join(listed)
 
 
+class Reader:
+    """Takes one thing after the other from the front of ``content``; beyond its end there are zeros."""
+
+    def __init__(self, content: bytes) -> None:
+        """Begin at the front."""
+        self.content = content
+
+    def take(self, size: int) -> bytes:
+        """So many bytes."""
+        taken, self.content = self.content[:size], self.content[size:]
+        return taken
+
+    def byte(self) -> int:
+        """One byte as a number."""
+        return int.from_bytes(self.take(1), "little")
+
+    def number(self) -> int:
+        """A number in LEB128 without a sign."""
+        value, shift, more = 0, 0, True
+        while more:
+            byte = self.byte()
+            value, shift, more = value | (byte & 0x7F) << shift, shift + 7, byte > 0x7F
+        return value
+
+    def name(self) -> str:
+        """A name in UTF-8."""
+        return self.take(self.number()).decode(errors="replace")
+
+
+def sections(content: bytes, number: int) -> Iterator[bytes]:
+    """The sections of a module or a component that have this ``number``."""
+    rest = Reader(content[len(MODULE) :])
+    while rest.content:
+        kind, size = rest.byte(), rest.number()
+        section = rest.take(size)
+        if kind == number:
+            yield section
+
+
 class Definitions:
     """The definitions of a component in their order; each has an index among those of its sort."""
 
     def __init__(self) -> None:
         """Begin a component."""
-        self.content = bytearray(b"\0asm\x0d\0\1\0")
+        self.content = bytearray(COMPONENT)
         self._counts: Counter[str] = Counter()
 
     def _add(self, sort: str, section: int, body: bytes) -> int:

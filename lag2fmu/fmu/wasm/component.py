@@ -40,7 +40,7 @@ class _Types:
         resources: Mapping[str, int],
     ) -> None:
         self._define, self._named, self._resources = define, named, resources
-        self.known: dict[Type, int] = dict(known)
+        self.known: dict[Type, int] = dict(known.items())
         self._functions: dict[bytes, int] = {}
 
     def index(self, kind: Type) -> int:
@@ -72,7 +72,8 @@ class _Types:
         if word == "enum":
             return code + vector(name(str(label)) for label in parts)
         if word == "record":
-            return code + vector(name(str(label)) + self._use(part) for label, part in parts)
+            fields = zip(parts[::2], parts[1::2], strict=True)
+            return code + vector(name(str(label)) + self._use(part) for label, part in fields)
         if word == "result":
             return code + b"".join(b"\1" + self._use(part) for part in parts)
         uses = [self._use(part) for part in parts]
@@ -149,9 +150,7 @@ def _makes(function: WitFunction, interface: Interface) -> bool:
     return interface.resource is not None and function.result == ("option", interface.resource)
 
 
-def _handles(
-    made: Definitions, offered: list[Interface], resources: Mapping[str, int], memory: int, fmu: int
-) -> int:
+def _handles(made: Definitions, offered: list[Interface], resources: Mapping[str, int], memory: int, fmu: int) -> int:
     """The instance of the module that turns instances into handles."""
     makers = {c_name(f): (_flat(f), i.resource) for i in offered for f in i.functions if i.resource and _makes(f, i)}
     new = {maker: made.canonical("core func", b"\2" + unsigned(resources[kind])) for maker, (_, kind) in makers.items()}

@@ -33,7 +33,8 @@ NOT_OFFERED = (
     "canReturnEarlyAfterIntermediateUpdate",
     "recommendedIntermediateInputSmoothness",
 )
-"""The capabilities of FMI 3.0 that an FMU with such a component lacks for this reason."""
+"""The capabilities of FMI 3.0 that such a component lacks for this reason. Libraries and sources beside it have them; an
+importer of components sees by what these import whether they have them."""
 
 
 @cache

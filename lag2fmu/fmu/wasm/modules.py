@@ -8,9 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lag2fmu.errors import BuildError
-from lag2fmu.fmu.wasm.binary import name, sized, unsigned, vector
+from lag2fmu.fmu.wasm.binary import MODULE, Reader, name, sections, sized, unsigned, vector
 
-_HEAD = b"\0asm\1\0\0\0"
 _I32 = b"\x7f"
 _LOAD_BYTE, _LOAD, _STORE = b"\x2d\0\0", b"\x28\2\4", b"\x36\2\4"
 """Of an option: its discriminant at 0, its value at 4."""
@@ -18,7 +17,7 @@ _LOAD_BYTE, _LOAD, _STORE = b"\x2d\0\0", b"\x28\2\4", b"\x36\2\4"
 
 def memory_module(pages: int) -> bytes:
     """A module that is a memory of so many ``pages`` at first."""
-    return _HEAD + _section(5, [b"\0" + unsigned(pages)]) + _section(7, [name("memory") + b"\2\0"])
+    return MODULE + _section(5, [b"\0" + unsigned(pages)]) + _section(7, [name("memory") + b"\2\0"])
 
 
 def handle_module(makers: Mapping[str, int]) -> bytes:
@@ -37,7 +36,7 @@ def handle_module(makers: Mapping[str, int]) -> bytes:
         codes.append(sized(b"\1\1" + _I32 + _with_handle(count, 2 * i, 2 * i + 1)))
     functions = [unsigned(i + 1) for i in range(len(makers))]
     parts = {1: types, 2: imports, 3: functions, 7: exports, 10: codes}
-    return _HEAD + b"".join(_section(number, items) for number, items in parts.items())
+    return MODULE + b"".join(_section(number, items) for number, items in parts.items())
 
 
 def _with_handle(count: int, maker: int, handle: int) -> bytes:
@@ -61,48 +60,18 @@ def imported_pages(module: bytes, *functions: str) -> int:
 
     Raises BuildError if it imports something else: a function of C that is nowhere defined.
     """
-    pages, rest = 0, _Reader(_section_of(module, 2))
-    for _ in range(rest.number()):
-        rest.name()
-        imported, kind = rest.name(), rest.byte()
-        if kind == 2:
-            bounded = rest.byte() & 1
-            pages = rest.number()
-            _ = rest.number() if bounded else 0
-        elif kind == 0 and imported in functions:
-            rest.number()
-        else:
-            raise BuildError(f"the C code of the component needs '{imported}', which WebAssembly does not have")
+    pages = 0
+    for content in sections(module, 2):
+        rest = Reader(content)
+        for _ in range(rest.number()):
+            rest.name()
+            imported, kind = rest.name(), rest.byte()
+            if kind == 2:
+                bounded = rest.byte() & 1
+                pages = rest.number()
+                _ = rest.number() if bounded else 0
+            elif kind == 0 and imported in functions:
+                rest.number()
+            else:
+                raise BuildError(f"the C code of the component needs '{imported}', which WebAssembly does not have")
     return pages
-
-
-def _section_of(module: bytes, number: int) -> bytes:
-    """The content of a section of a ``module``, nothing counted if it has none."""
-    rest = _Reader(module[len(_HEAD) :])
-    while rest.content:
-        kind, size = rest.byte(), rest.number()
-        content = rest.take(size)
-        if kind == number:
-            return content
-    return b"\0"
-
-
-class _Reader:
-    """Takes one thing after the other from the front of ``content``."""
-
-    def __init__(self, content: bytes) -> None:
-        self.content = content
-
-    def take(self, size: int) -> bytes:
-        taken, self.content = self.content[:size], self.content[size:]
-        return taken
-
-    def byte(self) -> int:
-        return self.take(1)[0]
-
-    def number(self) -> int:
-        low = self.byte()
-        return low if low < 0x80 else (low & 0x7F) | self.number() << 7
-
-    def name(self) -> str:
-        return self.take(self.number()).decode()

@@ -6,15 +6,15 @@ Source: the Component Model, design/mvp/WIT.md. A type is a tuple of a word and 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Union
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
 
-Type = Union[str, tuple["Type", ...]]
+Type: TypeAlias = "str | tuple[Type, ...]"
 """A name, of a primitive type or another one; or (word, parts), e.g. ("result", ("list", "f64"), "status").
 
-("record", (label, type), ...) and ("enum", label, ...) have labels; ("borrow", resource) is the handle of a call, and
-the name of a resource one that owns it.
+("record", label, type, label, type, ...) and ("enum", label, ...) have labels; ("borrow", resource) is the handle of a
+call, and the name of a resource one that owns it.
 """
 
 _TOKEN = re.compile(r"[a-z][\w-]*|->|[^\s\w]")
@@ -37,10 +37,10 @@ class Interface:
     """
 
     name: str
-    types: dict[str, Type] = field(default_factory=dict)
-    functions: list[WitFunction] = field(default_factory=list)
-    used: list[str] = field(default_factory=list)
-    resource: str | None = None
+    types: Mapping[str, Type]
+    functions: Sequence[WitFunction]
+    used: Sequence[str]
+    resource: str | None
 
 
 def parse_wit(text: str) -> dict[str, Interface]:
@@ -64,7 +64,7 @@ def _interface(name: str, tokens: Iterator[str]) -> Interface:
     resource = None
     for word in _within(tokens):
         if word == "use":
-            next(tokens), next(tokens)  # types.
+            _ = next(tokens), next(tokens)  # types.
             used += [label for label in _within(tokens) if label != ","]
             next(tokens)
         elif word == "type":
@@ -76,7 +76,7 @@ def _interface(name: str, tokens: Iterator[str]) -> Interface:
         elif word == "record":
             label = next(tokens)
             next(tokens)
-            types[label] = ("record", *_fields(tokens, "}").items())
+            types[label] = ("record", *(part for field in _fields(tokens, "}").items() for part in field))
         elif word == "resource":
             resource = next(tokens)
             functions += [_function(label, tokens, resource) for label in _within(tokens)]
