@@ -12,7 +12,7 @@ from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.description import FmuDescription
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.rulebook import Rulebook
-from lag2fmu.fmu.wasm.binary import COMPONENT, MODULE, Reader, sections
+from lag2fmu.fmu.wasm.binary import COMPONENT, MODULE, ByteReader, sections
 from lag2fmu.fmu.wasm.draft import FOLDER, MANIFEST
 
 SUFFIX = ".wasm"
@@ -62,7 +62,7 @@ def _names(data: bytes, section: int) -> list[str]:
     """
     found = []
     for content in sections(data, section):
-        rest = Reader(content)
+        rest = ByteReader(content)
         for _ in range(rest.number()):
             rest.byte()
             found.append(rest.name())

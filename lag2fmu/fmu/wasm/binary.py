@@ -43,7 +43,7 @@ def vector(items: Iterable[bytes]) -> bytes:
     return unsigned(len(listed)) + b"".join(listed)
 
 
-class Reader:
+class ByteReader:
     """Takes one thing after the other from the front of ``content``; beyond its end there are zeros."""
 
     def __init__(self, content: bytes) -> None:
@@ -74,7 +74,7 @@ class Reader:
 
 def sections(content: bytes, number: int) -> Iterator[bytes]:
     """The sections of a module or a component that have this ``number``."""
-    rest = Reader(content[len(MODULE) :])
+    rest = ByteReader(content[len(MODULE) :])
     while rest.content:
         kind, size = rest.byte(), rest.number()
         section = rest.take(size)

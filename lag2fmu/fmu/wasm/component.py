@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from lag2fmu.fmu.wasm.binary import EQUAL, RESOURCE, Definitions, InstanceType, name, signed, unsigned, vector
 from lag2fmu.fmu.wasm.draft import EXPORTED, LOGGER, interfaces
 from lag2fmu.fmu.wasm.modules import handle_module, imported_pages, memory_module
-from lag2fmu.fmu.wasm.wit import Interface, Type, WitFunction
+from lag2fmu.fmu.wasm.wit import Type, WitFunction, WitInterface
 
 ABI = ("wasm_realloc", "wasm_post_return", "wasm_free_instance")
 """The functions in C that take memory for arguments, give it back after a call, and end an instance."""
@@ -127,7 +127,7 @@ def component(module: bytes) -> bytes:
     return bytes(made.content)
 
 
-def _types_only(interface: Interface) -> bytes:
+def _types_only(interface: WitInterface) -> bytes:
     """The type of an instance that has the types of an ``interface``."""
     made = InstanceType()
     types = _Types(made.type, interface.types, {}, {})
@@ -146,11 +146,13 @@ def _logger_only() -> bytes:
     return made.body
 
 
-def _makes(function: WitFunction, interface: Interface) -> bool:
+def _makes(function: WitFunction, interface: WitInterface) -> bool:
     return interface.resource is not None and function.result == ("option", interface.resource)
 
 
-def _handles(made: Definitions, offered: list[Interface], resources: Mapping[str, int], memory: int, fmu: int) -> int:
+def _handles(
+    made: Definitions, offered: list[WitInterface], resources: Mapping[str, int], memory: int, fmu: int
+) -> int:
     """The instance of the module that turns instances into handles."""
     makers = {c_name(f): (_flat(f), i.resource) for i in offered for f in i.functions if i.resource and _makes(f, i)}
     new = {maker: made.canonical("core func", b"\2" + unsigned(resources[kind])) for maker, (_, kind) in makers.items()}
@@ -165,12 +167,12 @@ def _flat(function: WitFunction) -> int:
     return sum(2 if kind == "string" or not isinstance(kind, str) else 1 for kind in function.parameters.values())
 
 
-def _taken(interface: Interface) -> list[str]:
+def _taken(interface: WitInterface) -> list[str]:
     """The names of the types that the functions of an ``interface`` need, each behind those that it refers to."""
     return [*(interfaces()["types"].types if interface.used else ()), *interface.types]
 
 
-def _offering(interface: Interface, named: Mapping[str, Type]) -> bytes:
+def _offering(interface: WitInterface, named: Mapping[str, Type]) -> bytes:
     """A component that exports what it imports as an ``interface``.
 
     That gives names to the types of the functions, without which no function is exported.

@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from functools import cache
 
-from lag2fmu.fmu.wasm.wit import Interface, parse_wit
+from lag2fmu.fmu.wasm.wit import WitInterface, parse_wit
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.resources import resource_folder
 
@@ -33,8 +33,8 @@ NOT_OFFERED = (
     "canReturnEarlyAfterIntermediateUpdate",
     "recommendedIntermediateInputSmoothness",
 )
-"""The capabilities of FMI 3.0 that such a component lacks for this reason. Libraries and sources beside it have them; an
-importer of components sees by what these import whether they have them."""
+"""The capabilities of FMI 3.0 that such a component lacks for this reason. Libraries and sources beside it have them;
+an importer of components sees by what these import whether they have them."""
 
 
 @cache
@@ -43,7 +43,7 @@ def _text() -> str:
 
 
 @cache
-def interfaces() -> Mapping[str, Interface]:
+def interfaces() -> Mapping[str, WitInterface]:
     """The interfaces of the draft {short name: interface}."""
     return parse_wit(_text())
 

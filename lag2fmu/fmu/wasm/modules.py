@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lag2fmu.errors import BuildError
-from lag2fmu.fmu.wasm.binary import MODULE, Reader, name, sections, sized, unsigned, vector
+from lag2fmu.fmu.wasm.binary import MODULE, ByteReader, name, sections, sized, unsigned, vector
 
 _I32 = b"\x7f"
 _LOAD_BYTE, _LOAD, _STORE = b"\x2d\0\0", b"\x28\2\4", b"\x36\2\4"
@@ -62,7 +62,7 @@ def imported_pages(module: bytes, *functions: str) -> int:
     """
     pages = 0
     for content in sections(module, 2):
-        rest = Reader(content)
+        rest = ByteReader(content)
         for _ in range(rest.number()):
             rest.name()
             imported, kind = rest.name(), rest.byte()

@@ -30,7 +30,7 @@ class WitFunction:
 
 
 @dataclass(frozen=True)
-class Interface:
+class WitInterface:
     """An interface by its full ``name``: types {name: type} in their order, functions, and the resource if it has one.
 
     ``used`` are the names of types of other interfaces.
@@ -43,7 +43,7 @@ class Interface:
     resource: str | None
 
 
-def parse_wit(text: str) -> dict[str, Interface]:
+def parse_wit(text: str) -> dict[str, WitInterface]:
     """The interfaces {short name: interface} of a package in WIT."""
     text = re.sub("//.*", "", text)
     found = re.search(r"package\s+([\w:-]+)@([\d.]+);", text)
@@ -57,7 +57,7 @@ def parse_wit(text: str) -> dict[str, Interface]:
     return interfaces
 
 
-def _interface(name: str, tokens: Iterator[str]) -> Interface:
+def _interface(name: str, tokens: Iterator[str]) -> WitInterface:
     types: dict[str, Type] = {}
     functions: list[WitFunction] = []
     used: list[str] = []
@@ -82,7 +82,7 @@ def _interface(name: str, tokens: Iterator[str]) -> Interface:
             functions += [_function(label, tokens, resource) for label in _within(tokens)]
         else:
             functions.append(_function(word, tokens, None))
-    return Interface(name, types, functions, used, resource)
+    return WitInterface(name, types, functions, used, resource)
 
 
 def _within(tokens: Iterator[str]) -> Iterator[str]:

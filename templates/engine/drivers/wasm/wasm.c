@@ -91,7 +91,7 @@ static size_t count_values(const fmi3ValueReference references[], size_t count) 
     return values;
 }
 
-/* ------------------------------------------------------------------------------------------------ life of an instance */
+/* ---------------------------------------------------------------------- life of an instance */
 
 const List *wasm_get_version(void) {
     List *version = (List *)take(sizeof *version);
@@ -230,7 +230,7 @@ const StepResult *wasm_do_step(fmi3Instance self, double point, double step, int
     return result;
 }
 
-/* ---------------------------------------------------------------------------------------------------------- variables */
+/* ---------------------------------------------------------------------- variables */
 
 #define VALUES(name, Name, Type)                                                                                 \
     const ListResult *wasm_get_##name(fmi3Instance self, const fmi3ValueReference references[], size_t count) {  \
@@ -335,7 +335,7 @@ const ListResult *wasm_get_variable_dependencies(fmi3Instance self, fmi3ValueRef
     return listed(status, found, count);
 }
 
-/* ---------------------------------------------------------------------------------------------- states and derivatives */
+/* ---------------------------------------------------------------------- states and derivatives */
 
 const ListResult *wasm_get_fmu_state(fmi3Instance self) {
     fmi3FMUState state = NULL;
