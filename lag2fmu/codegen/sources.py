@@ -147,7 +147,7 @@ def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -
 
 def component_sources(sources: Mapping[str, str]) -> Mapping[str, str]:
     """{file name: text} of a component's C code for WebAssembly: the ``sources`` of an FMU, and its calls."""
-    return {**sources, **_texts("drivers/wasm")}
+    return {**sources, **_texts("drivers/fmi3/wasm")}
 
 
 def helpers_of(program: Program) -> list[str]:

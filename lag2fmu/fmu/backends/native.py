@@ -22,7 +22,7 @@ from lag2fmu.fmu.compilers import compile_libraries, constant
 from lag2fmu.fmu.contents import CLOCKS, SOURCES
 from lag2fmu.fmu.footprint import LINUX, footprints
 from lag2fmu.fmu.live.module import STILL
-from lag2fmu.fmu.model_description import Interface, ModelDescription
+from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.observers import observed_table, observing_interface
 from lag2fmu.fmu.platforms import WASM, Platform, binaries_text, choose_platforms
 from lag2fmu.fmu.ports import port_table, ports_of
@@ -52,8 +52,7 @@ class _Native:
 
     def prepare(self, choices: Choices) -> Build:
         platforms = choose_platforms(choices.platform, choices.compiler)
-        portable = WASM in platforms
-        if portable:
+        if WASM in platforms:
             _check_portable(choices)
 
         def build(
@@ -75,8 +74,7 @@ class _Native:
                 observed=observed,
             )
             delivered = SOURCES not in choices.without
-            if platforms == (WASM,) and not delivered:
-                description = replace(description, interface=_of_component(description.interface))
+            description = description if delivered else _without_sources(description, platforms)
             identifier = description.model_identifier
             with compiling(2) as beside:
                 told = beside.submit(_taken, sources, description, version, platforms)
@@ -90,11 +88,10 @@ class _Native:
                 )
             taken = told.result()
             files = source_files(sources, identifier, version.gate, choices.sources) if delivered else {}
-            description = description if delivered else replace(description, source_files=())
             for built_for, library in zip(platforms, libraries, strict=True):
                 folders = version.folders(built_for)
                 files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in folders}
-            files |= manifests() if portable else {}
+            files |= manifests() if WASM in platforms else {}
             binaries = binaries_text(platforms, version.folders, choices.compiler)
             made = None if page is None else page.result()
             resources = [_SOURCES.format(version.name)] if delivered else []
@@ -126,13 +123,15 @@ def _check_portable(choices: Choices) -> None:
         )
 
 
-def _of_component(interface: Interface) -> Interface:
-    """The capabilities of ``interface`` that an FMU has in which there is a component for WebAssembly alone."""
-    offered = {
-        kind: {word: value for word, value in words.items() if word not in NOT_OFFERED}
-        for kind, words in interface.capabilities.items()
-    }
-    return replace(interface, capabilities=offered)
+def _without_sources(description: ModelDescription, platforms: Sequence[Platform]) -> ModelDescription:
+    """The description of an FMU of libraries alone; a component for WebAssembly alone has fewer capabilities."""
+    capabilities = description.interface.capabilities
+    if platforms == (WASM,):
+        capabilities = {
+            kind: {word: value for word, value in words.items() if word not in NOT_OFFERED}
+            for kind, words in capabilities.items()
+        }
+    return replace(description, source_files=(), interface=replace(description.interface, capabilities=capabilities))
 
 
 def _taken(
