@@ -12,11 +12,12 @@ from components import STATUS, ComponentUnit, SteppingComponent, component_of, e
 from stepping3 import Stepping3
 
 from lag2fmu.checking import check_fmu
+from lag2fmu.codegen.sources import public_names
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.pack import DESCRIPTION, read_text
 from lag2fmu.fmu.wasm.binary import MODULE
-from lag2fmu.fmu.wasm.component import component
+from lag2fmu.fmu.wasm.component import c_names, component
 from lag2fmu.fmu.wasm.draft import NOT_OFFERED, interfaces
 from lag2fmu.fmu.wasm.modules import imported_pages, memory_module
 
@@ -195,6 +196,10 @@ def test_choices_that_do_not_go_together(choices: dict[str, str], sentence: str,
     with pytest.raises((ExportError, BuildError), match=sentence):
         export("pendulum", tmp_path / "p.fmu", **{"fmi": "3.0", "platform": "wasm", **choices})
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_c_code_has_the_functions_of_the_draft() -> None:
+    assert public_names(["wasm.c"]) == c_names()
 
 
 def test_a_module_that_needs_more_is_refused() -> None:
