@@ -57,8 +57,7 @@ def _interface_findings(name: str, data: bytes, kinds: list[str]) -> Iterator[Fi
 def _names(data: bytes, section: int) -> list[str]:
     """The names in the sections with imports (10) or exports (11) of a component.
 
-    Only the first one of a section is read: it has a length, and what follows depends on its type. Tools write more
-    than one into a section where these are instances, whose descriptions are as short as they look here.
+    In a section all are read up to the first one that is no instance, whose description has another length.
     """
     found = []
     for content in sections(data, section):
