@@ -52,8 +52,7 @@ class _Native:
 
     def prepare(self, choices: Choices) -> Build:
         platforms = choose_platforms(choices.platform, choices.compiler)
-        if WASM in platforms:
-            _check_portable(choices)
+        _check_portable(choices, platforms)
 
         def build(
             mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str, vibrations: Vibrations
@@ -88,10 +87,7 @@ class _Native:
                 )
             taken = told.result()
             files = source_files(sources, identifier, version.gate, choices.sources) if delivered else {}
-            for built_for, library in zip(platforms, libraries, strict=True):
-                folders = version.folders(built_for)
-                files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in folders}
-            files |= manifests() if WASM in platforms else {}
+            files |= _placed(dict(zip(platforms, libraries, strict=True)), identifier, version)
             binaries = binaries_text(platforms, version.folders, choices.compiler)
             made = None if page is None else page.result()
             resources = [_SOURCES.format(version.name)] if delivered else []
@@ -109,8 +105,20 @@ class _Native:
 NATIVE = _Native()
 
 
-def _check_portable(choices: Choices) -> None:
-    """Raise ExportError for choices that a component for WebAssembly does not go with."""
+def _placed(libraries: Mapping[Platform, bytes], identifier: str, version: Version) -> dict[str, bytes]:
+    """{name in the archive: content} of the libraries, and of the manifest that belongs to a component."""
+    files = {
+        f"binaries/{folder}/{identifier}{platform.suffix}": library
+        for platform, library in libraries.items()
+        for folder in version.folders(platform)
+    }
+    return files | (manifests() if WASM in libraries else {})
+
+
+def _check_portable(choices: Choices, platforms: Sequence[Platform]) -> None:
+    """Raise ExportError for choices that a component for WebAssembly, if there is one, does not go with."""
+    if WASM not in platforms:
+        return
     if not choices.version.folders(WASM):
         raise ExportError(
             f"--platform {choices.platform}: FMI {choices.version.name} has no components for WebAssembly; "
