@@ -65,8 +65,10 @@ class _Types:
             if kind in self._resources:
                 return _OWN + unsigned(self._resources[kind])
             return _CODES[kind] if kind in _CODES else self._definition(self._named[kind])
-        word, *parts = kind
-        code = _CODES[str(word)]
+        return self._composed(str(kind[0]), kind[1:])
+
+    def _composed(self, word: str, parts: tuple[Type, ...]) -> bytes:
+        code = _CODES[word]
         if word == "borrow":
             return code + unsigned(self._resources[str(parts[0])])
         if word == "enum":
