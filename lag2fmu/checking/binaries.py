@@ -16,6 +16,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from lag2fmu.checking.archive import Archive
+from lag2fmu.checking.components import component_findings, token_findings
 from lag2fmu.checking.description import FmuDescription
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.rulebook import Rulebook
@@ -165,7 +166,8 @@ def binary_findings(archive: Archive, description: FmuDescription, rules: Rulebo
 
     Source: FMI 2.0.5 specification, sections 2.1.1 and 2.3; FMI 3.0.2 specification, section 2.5.1.
     """
-    for name, folder in rules.libraries(archive, description).items():
+    yield from component_findings(archive, description, rules)
+    for name, folder in _native(archive, description, rules).items():
         data = archive.read(name)
         found = read_libraries(data)
         wanted, processors = _FOLDERS[folder]
@@ -180,10 +182,12 @@ def binary_findings(archive: Archive, description: FmuDescription, rules: Rulebo
             yield from _functions(name, part, description, rules)
             yield from _imports(name, part, archive)
             yield from _hazards(name, part, on_this_machine=folder in rules.hosts())
-        guid = description.token.encode()
-        if guid.strip(b"{} ") and guid.strip(b"{} ") not in data:
-            problem = f"does not hold the {description.token_name} of modelDescription.xml as text"
-            yield Finding("binary-guid", name, problem, "build library and description together", "warning")
+        yield from token_findings(name, data, description)
+
+
+def _native(archive: Archive, description: FmuDescription, rules: Rulebook) -> dict[str, str]:
+    """{name in the archive: folder in binaries/} of the libraries that are no components for WebAssembly."""
+    return {name: folder for name, folder in rules.libraries(archive, description).items() if folder in _FOLDERS}
 
 
 def _functions(name: str, part: LibraryFacts, description: FmuDescription, rules: Rulebook) -> Iterator[Finding]:
@@ -244,7 +248,7 @@ def glibc_notes(archive: Archive, description: FmuDescription, rules: Rulebook) 
     """A sentence on the glibc that each library for Linux needs."""
     return [
         f"{name} needs glibc {_dotted(part.glibc)}"
-        for name, folder in rules.libraries(archive, description).items()
+        for name, folder in _native(archive, description, rules).items()
         if _FOLDERS[folder][0] == "ELF"
         for part in read_libraries(archive.read(name))
         if part.glibc

@@ -182,6 +182,7 @@ TIME_LIMIT = click.option(
 PLATFORMS = (
     *("host", "linux64", "win64", "darwin", "aarch64-linux"),
     *("linux64-musl", "linux32", "aarch32-linux", "riscv64-linux", "win32", "aarch64-windows"),
+    "wasm",
     *("all", "every"),
 )
 """The choices of ``--platform``, as ``fmu.platforms`` knows them; written here so that the command line starts fast."""
@@ -202,7 +203,8 @@ PLATFORM = click.option(
     metavar="NAMES",
     default="host",
     show_default=True,
-    help=f"Platforms of the libraries, with commas: {', '.join(PLATFORMS)}. all: of desktops; every: all but musl.",
+    help=f"Platforms of the libraries, with commas: {', '.join(PLATFORMS)}. "
+    "all: of desktops; every: all but musl and wasm; wasm: a component for WebAssembly, by --fmi 3.0.",
 )
 WITHIN = click.option(
     "--limit",

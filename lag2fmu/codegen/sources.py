@@ -145,6 +145,11 @@ def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -
     return dict(sorted(files.items()))
 
 
+def component_sources(sources: Mapping[str, str]) -> Mapping[str, str]:
+    """{file name: text} of a component's C code for WebAssembly: the ``sources`` of an FMU, and its calls."""
+    return {**sources, **_texts("drivers/fmi3/wasm")}
+
+
 def helpers_of(program: Program) -> list[str]:
     """The functions that C does not have, as far as ``program`` uses them; files with them may be joined."""
     graph = program.graph

@@ -21,12 +21,17 @@ from pathlib import Path
 
 from lag2fmu.building.build_cache import kept, place
 from lag2fmu.building.process import compiling, is_zig, placed, run, zig
+from lag2fmu.codegen.sources import component_sources
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.mach import hide, universal
 from lag2fmu.fmu.platforms import Platform, host_platform
 from lag2fmu.fmu.translation_units import shared_files, translation_units
+from lag2fmu.fmu.wasm.component import c_names, component
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
+
+MODULE_FLAGS = tuple("-Os" if flag == "-O2" else flag for flag in FLAGS if flag != "-fPIC")
+"""Those of modules of WebAssembly."""
 
 LONG = 400_000
 """Characters of a C file beyond which zig does not join its scalar operations to vectors.
@@ -136,19 +141,26 @@ def _for_here(compiler: str) -> list[str]:
     return [*compiler_command(compiler, host_target()), "-mcpu=native" if compiler == "zig" else "-march=native"]
 
 
-def compile_module(sources: Mapping[str, str], functions: Iterable[str]) -> bytes:
+def compile_module(sources: Mapping[str, str], functions: Iterable[str], *options: str) -> bytes:
     """The C files in ``sources`` {file name: text} as a module of WebAssembly that offers ``functions``.
 
-    The module imports nothing, and is optimised for size. Raises BuildError with the compiler's output if it fails.
+    The module is optimised for size, and imports nothing that no ``options`` of the compiler ask for. Raises BuildError
+    with the compiler's output if it fails.
     """
     joined = translation_units(sources)
-    flags = ["-Os" if flag == "-O2" else flag for flag in FLAGS if flag != "-fPIC"]
     exports = [f"-Wl,--export={name}" for name in functions]
-    command = [*compiler_command("zig", WASM), "-mexec-model=reactor", *flags, *exports, "-s", "-o", "page.wasm"]
-    command += [*joined, "-lm"]
+    command = [*compiler_command("zig", WASM), "-mexec-model=reactor", *MODULE_FLAGS, *options, *exports, "-s"]
+    command += ["-o", "page.wasm", *joined, "-lm"]
     files = {**sources, **joined}
     made_of = (version("ziglang"), command[1:], sorted(files.items()))
     return kept(made_of, lambda: _built(command, files, "page.wasm"))
+
+
+def _compile_component(sources: Mapping[str, str], include: Path) -> bytes:
+    """The component for WebAssembly of the C files in ``sources`` {file name: text} of an FMU."""
+    headers = {file.name: file.read_text("utf-8") for file in sorted(include.glob("fmi*.h"))}
+    imports = ("-Wl,--import-memory", "-Wl,--import-symbols")
+    return component(compile_module({**component_sources(sources), **headers}, c_names(), *imports))
 
 
 def compile_unit(files: Mapping[str, str], name: str, target: tuple[str, ...], *options: str) -> bytes:
@@ -187,7 +199,10 @@ def _report(running: Mapping[tuple[Platform, str], Future[bytes]], progress: Pro
 
 def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[Platform, str], compiler: str) -> bytes:
     """The library for one target of a platform; zig's libraries of equal sources are kept and reused."""
-    (platform, target), joined = part, translation_units(sources)
+    platform, target = part
+    if target == WASM:
+        return _compile_component(sources, include)
+    joined = translation_units(sources)
     library = f"{name}{platform.suffix}"
     strip = [] if platform.suffix == ".dylib" else ["-s"]
     flags = _flags(sources, compiler)

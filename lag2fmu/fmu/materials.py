@@ -10,7 +10,8 @@ import json
 from collections.abc import Mapping
 from importlib.metadata import version
 
-from lag2fmu.fmu.compilers import FLAGS
+from lag2fmu.fmu.compilers import FLAGS, MODULE_FLAGS
+from lag2fmu.fmu.wasm.draft import FOLDER, NAME, commit
 from lag2fmu.version import VERSION
 
 BILL_ENTRY = "extra/org.lag2fmu/bom.cdx.json"
@@ -31,6 +32,9 @@ def bill_of_materials(name: str, files: Mapping[str, bytes], *, compiler: str | 
         )
         tools.append({"type": "application", **used})
         told = [{"name": "org.lag2fmu:compiler-flags", "value": " ".join(FLAGS)}]
+    portable = any(file.startswith(f"binaries/{FOLDER}/") for file in files)
+    if portable:
+        told.append({"name": "org.lag2fmu:compiler-flags-of-wasm", "value": " ".join(MODULE_FLAGS)})
     bill = {
         "bomFormat": "CycloneDX",
         "specVersion": "1.6",
@@ -48,6 +52,17 @@ def bill_of_materials(name: str, files: Mapping[str, bytes], *, compiler: str | 
                 "hashes": [{"alg": "SHA-256", "content": hashlib.sha256(files[file]).hexdigest()}],
             }
             for file in sorted(files)
-        ],
+        ]
+        + (_of_component() if portable else []),
     }
     return (json.dumps(bill, indent=1) + "\n").encode()
+
+
+def _of_component() -> list[dict[str, object]]:
+    """What is in a component for WebAssembly beside the FMU's own code: the C library, and the draft's interfaces."""
+    source = {"type": "vcs", "url": "https://github.com/modelica/fmi-ls-wasm"}
+    library = f"statically linked, as ziglang {version('ziglang')} has it"
+    return [
+        {"type": "library", "bom-ref": "wasi-libc", "name": "wasi-libc", "description": library},
+        {"type": "data", "bom-ref": NAME, "name": NAME, "version": commit(), "externalReferences": [source]},
+    ]

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from lag2fmu.errors import BuildError
+from lag2fmu.fmu.wasm.draft import FOLDER as WASM_FOLDER
+from lag2fmu.fmu.wasm.draft import NAME as WASM_NAME
 
 
 @dataclass(frozen=True)
@@ -43,15 +45,19 @@ PLATFORMS = {
     "riscv64-linux": Platform(("riscv64-linux",), ("riscv64-linux",), ".so", ("riscv64-linux-gnu.2.27",)),
     "win32": Platform(("win32",), ("x86-windows",), ".dll", ("x86-windows-gnu",)),
     "aarch64-windows": Platform(("aarch64-windows",), ("aarch64-windows",), ".dll", ("aarch64-windows-gnu",)),
+    "wasm": Platform((), (WASM_FOLDER,), ".wasm", ("wasm32-wasi",)),
 }
 """{name: platform}. Importers on Apple silicon look in either of two folders, hence the same file stands in both.
 
 A library for musl (Alpine) stands where importers look for one of Linux, so an FMU has that of glibc or that of musl.
 The first glibc for riscv64 is 2.27. The processor of aarch32-linux has floating point in hardware, as ARMv7 does.
+A component for WebAssembly belongs to FMI 3.0 alone, see ``wasm.draft``.
 """
 
-GROUPS = {"all": DESKTOP, "every": tuple(name for name in PLATFORMS if name != "linux64-musl")}
-"""{choice: names of platforms}: what desktops need, and all that fit in one FMU."""
+WASM = PLATFORMS["wasm"]
+
+GROUPS = {"all": DESKTOP, "every": tuple(name for name in PLATFORMS if name not in ("linux64-musl", "wasm"))}
+"""{choice: names of platforms}: what desktops need, and all processors that fit in one FMU of either version."""
 
 CHOICES = ("host", *PLATFORMS, *GROUPS)
 
@@ -126,4 +132,11 @@ def binaries_text(platforms: Sequence[Platform], folders: Callable[[Platform], S
         return f"{listed}; built by the compiler of one machine, it needs {needed} as there or newer"
     linux = "musl" if PLATFORMS["linux64-musl"] in platforms else "glibc 2.17 or newer"
     linux += ", on riscv64 2.27" if "riscv64-linux" in places else ""
-    return f"{listed}; they need the C library of the system only (on Linux {linux}, on macOS 11 or newer)"
+    alone = (
+        f"{WASM_FOLDER}: a component for WebAssembly by the draft {WASM_NAME}, which needs an importer that runs these"
+    )
+    if places == [WASM_FOLDER]:
+        return alone
+    beside = f"; {alone}" if WASM_FOLDER in places else ""
+    listed = ", ".join(place for place in places if place != WASM_FOLDER)
+    return f"{listed}; they need the C library of the system only (on Linux {linux}, on macOS 11 or newer){beside}"

@@ -30,7 +30,7 @@ def _shows_something(page: Path) -> bool:
 @pytest.mark.parametrize("page", filter(_shows_something, PAGES), ids=_name)
 def test_the_examples_of_a_page_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = page.read_text("utf-8")
-    needed = {*re.findall(r"^import (casadi|control|mujoco|pandas|xarray)", text, re.M)}
+    needed = {*re.findall(r"^import (casadi|control|mujoco|pandas|wasmtime|xarray)", text, re.M)}
     for package in sorted(needed | ({"h5netcdf"} if ".nc\n" in text else set())):
         pytest.importorskip(package, reason=f"{package} is not installed")
     monkeypatch.chdir(tmp_path)

@@ -22,7 +22,7 @@ from lag2fmu.analysis.observation import observation
 from lag2fmu.analysis.observing import Observing
 from lag2fmu.codegen.firmware import FirmwareStyle, firmware_sources
 from lag2fmu.codegen.lanes import render_scalar
-from lag2fmu.codegen.sources import ROOMS, page_sources, render_sources
+from lag2fmu.codegen.sources import ROOMS, component_sources, page_sources, render_sources
 from lag2fmu.codegen.tables import StepBound
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.backends.native import describe, fmi_headers
@@ -135,6 +135,7 @@ def _trees(folder: Path) -> Iterator[tuple[Path, Mapping[str, str]]]:
             trees["study"] = render_sources(found.program, table.tables, method, "", "study")
         if model.name == "double_pendulum" and solver == "dopri5":
             trees["observer"] = _observer_sources(model)
+            trees["component"] = component_sources(trees["3.0"])
         for name, sources in trees.items():
             (place := folder / f"{model.name}_{solver}_{name}").mkdir()
             yield place, sources
@@ -198,8 +199,8 @@ def test_calls_form_a_tree_with_every_family_of_solvers(solver: str, tmp_path: P
 
 
 def test_calls_form_a_tree_with_time_stepping_and_in_runs_apart_from_fmus(tmp_path: Path) -> None:
-    """Time stepping, the library of studies, and that of batches without lanes."""
-    assert circles(tmp_path, _sources("newtons_cradle", "moreau", "3.0")) == ([], [])
+    """Time stepping in a component for WebAssembly, the library of studies, and that of batches without lanes."""
+    assert circles(tmp_path, component_sources(_sources("newtons_cradle", "moreau", "3.0"))) == ([], [])
     for name, gate in (("gripper", "study"), ("four_bar_linkage", "study")):
         found = derived(load(name), "dopri5")
         tables = build_table(found.equations, found.program).tables

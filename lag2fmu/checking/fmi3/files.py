@@ -13,6 +13,7 @@ from lag2fmu.checking.fmi3.build import build_findings
 from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.checking.fmi3.terminals import terminal_findings
 from lag2fmu.errors import LoadError
+from lag2fmu.fmu.wasm.draft import MANIFEST
 from lag2fmu.xml_tree import XmlElement, parse
 
 OLD_FOLDERS = {
@@ -76,7 +77,7 @@ def _icons(archive: Archive, description: Description3) -> Iterator[Finding]:
 def _manifests(archive: Archive) -> Iterator[Finding]:
     """The manifests of layered standards: extra/<reverse domain>/fmi-ls-manifest.xml (section 2.6)."""
     for name in archive.below("extra"):
-        if not name.endswith("/fmi-ls-manifest.xml"):
+        if not name.endswith("/fmi-ls-manifest.xml") and name != MANIFEST:
             continue
         try:
             root = parse(archive.read(name), name).root

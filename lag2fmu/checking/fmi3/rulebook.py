@@ -6,6 +6,7 @@ import platform
 from collections.abc import Iterator
 from itertools import chain
 
+from lag2fmu.checking.components import SUFFIX
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.binding import FUNCTIONS
 from lag2fmu.checking.fmi3.catalogue import trials_of
@@ -16,6 +17,7 @@ from lag2fmu.checking.fmi3.session import Model3
 from lag2fmu.checking.fmi3.structure import structure_findings
 from lag2fmu.checking.fmi3.variables import variable_findings
 from lag2fmu.checking.rulebook import Rulebook
+from lag2fmu.fmu.wasm.draft import FOLDER
 
 _SUFFIXES = {
     f"{processor}-{system}": suffix
@@ -25,8 +27,8 @@ _SUFFIXES = {
         ("darwin", ".dylib", "x86_64 aarch64"),
     )
     for processor in processors.split()
-}
-"""Platform tuple -> suffix of its libraries."""
+} | {FOLDER: SUFFIX}
+"""Platform tuple -> suffix of its libraries; that of the draft fmi-ls-wasm among them."""
 
 _MACHINES = {"amd64": "x86_64", "arm64": "aarch64"}
 """What systems call a processor -> what platform tuples call it."""

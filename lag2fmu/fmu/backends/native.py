@@ -16,7 +16,7 @@ from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
-from lag2fmu.errors import BuildError
+from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.compilers import compile_libraries, constant
 from lag2fmu.fmu.contents import CLOCKS, SOURCES
@@ -24,7 +24,7 @@ from lag2fmu.fmu.footprint import LINUX, footprints
 from lag2fmu.fmu.live.module import STILL
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.observers import observed_table, observing_interface
-from lag2fmu.fmu.platforms import Platform, binaries_text, choose_platforms
+from lag2fmu.fmu.platforms import WASM, Platform, binaries_text, choose_platforms
 from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.realtime import RealTime, bounded, step_bound
 from lag2fmu.fmu.sources import ALL, SINGLE, source_files
@@ -32,6 +32,7 @@ from lag2fmu.fmu.taken import REALTIME_ENTRY, Taken, bounds_of
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions.fmi2 import FMI2
 from lag2fmu.fmu.versions.version import Version
+from lag2fmu.fmu.wasm.draft import NOT_OFFERED, manifests
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import METHODS
 from lag2fmu.version import VERSION
@@ -51,6 +52,7 @@ class _Native:
 
     def prepare(self, choices: Choices) -> Build:
         platforms = choose_platforms(choices.platform, choices.compiler)
+        _check_portable(choices, platforms)
 
         def build(
             mechanism: Mechanism, equations: EquationsOfMotion, program: Program, solver: str, vibrations: Vibrations
@@ -70,6 +72,8 @@ class _Native:
                 realtime=choices.realtime,
                 observed=observed,
             )
+            delivered = SOURCES not in choices.without
+            description = description if delivered else _without_sources(description, platforms)
             identifier = description.model_identifier
             with compiling(2) as beside:
                 told = beside.submit(_taken, sources, description, version, platforms)
@@ -81,13 +85,9 @@ class _Native:
                 libraries = compile_libraries(
                     sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
                 )
-            delivered = SOURCES not in choices.without
             taken = told.result()
             files = source_files(sources, identifier, version.gate, choices.sources) if delivered else {}
-            description = description if delivered else replace(description, source_files=())
-            for built_for, library in zip(platforms, libraries, strict=True):
-                folders = version.folders(built_for)
-                files |= {f"binaries/{folder}/{identifier}{built_for.suffix}": library for folder in folders}
+            files |= _placed(dict(zip(platforms, libraries, strict=True)), identifier, version)
             binaries = binaries_text(platforms, version.folders, choices.compiler)
             made = None if page is None else page.result()
             resources = [_SOURCES.format(version.name)] if delivered else []
@@ -103,6 +103,43 @@ class _Native:
 
 
 NATIVE = _Native()
+
+
+def _placed(libraries: Mapping[Platform, bytes], identifier: str, version: Version) -> dict[str, bytes]:
+    """{name in the archive: content} of the libraries, and of the manifest that belongs to a component."""
+    files = {
+        f"binaries/{folder}/{identifier}{platform.suffix}": library
+        for platform, library in libraries.items()
+        for folder in version.folders(platform)
+    }
+    return files | (manifests() if WASM in libraries else {})
+
+
+def _check_portable(choices: Choices, platforms: Sequence[Platform]) -> None:
+    """Raise ExportError for choices that a component for WebAssembly, if there is one, does not go with."""
+    if WASM not in platforms:
+        return
+    if not choices.version.folders(WASM):
+        raise ExportError(
+            f"--platform {choices.platform}: FMI {choices.version.name} has no components for WebAssembly; "
+            "add --fmi 3.0, or leave wasm out"
+        )
+    if choices.realtime:
+        raise ExportError(
+            f"--platform {choices.platform}: calls of a component take memory for what they return, which --profile "
+            "realtime excludes; leave one of them out"
+        )
+
+
+def _without_sources(description: ModelDescription, platforms: Sequence[Platform]) -> ModelDescription:
+    """The description of an FMU of libraries alone; a component for WebAssembly alone has fewer capabilities."""
+    capabilities = description.interface.capabilities
+    if platforms == (WASM,):
+        capabilities = {
+            kind: {word: value for word, value in words.items() if word not in NOT_OFFERED}
+            for kind, words in capabilities.items()
+        }
+    return replace(description, source_files=(), interface=replace(description.interface, capabilities=capabilities))
 
 
 def _taken(

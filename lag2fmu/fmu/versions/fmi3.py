@@ -65,8 +65,9 @@ def to_xml(description: ModelDescription) -> bytes:
     reference = {v.name: str(i) for i, port in enumerate(description.ports) for v in port.members}
     mechanism = description.mechanism
     jumps = bool(mechanism.unilaterals or mechanism.latches or mechanism.constraints)
+    updates = "providesIntermediateUpdate" in description.interface.capabilities["CoSimulation"]
     for i, port in enumerate(description.ports):
-        _variable(variables, port, str(i), reference, jumps)
+        _variable(variables, port, str(i), reference, jumps, updates)
     _structure(root, description.ports)
     return document(root)
 
@@ -98,8 +99,13 @@ def _types(root: ET.Element, variables: Iterable[ScalarVariable]) -> None:
 # --------------------------------------------------------------------------------------------------------- variables
 
 
-def _variable(parent: ET.Element, port: Port, reference: str, references: Mapping[str, str], jumps: bool) -> None:
-    """The element of ``port`` with its value ``reference``; ``jumps``: states may change at events."""
+def _variable(
+    parent: ET.Element, port: Port, reference: str, references: Mapping[str, str], jumps: bool, updates: bool
+) -> None:
+    """The element of ``port`` with its value ``reference``; ``jumps``: states may change at events.
+
+    ``updates``: there are intermediate updates.
+    """
     one = port.one
     doc = _array_doc(port) if port.is_array else one.doc
     attributes = {"name": port.name, "valueReference": reference} | ({"description": doc} if doc else {})
@@ -107,7 +113,7 @@ def _variable(parent: ET.Element, port: Port, reference: str, references: Mappin
     attributes |= {} if one.initial is None else {"initial": one.initial}
     attributes |= _of_type(port, references)
     attributes |= {"reinit": "true"} if one.state and jumps else {}
-    if one.causality in _INTERMEDIATE and one.variability == "continuous":
+    if updates and one.causality in _INTERMEDIATE and one.variability == "continuous":
         attributes["intermediateUpdate"] = "true"
     element = ET.SubElement(parent, _TYPES.get(one.type, "Enumeration"), attributes)
     if port.is_array:
