@@ -124,6 +124,28 @@ static void find_step_coefficients(Instance *instance, double time, const double
     arena_release(mark);
 }
 
+/* The mean of both ends of the step moves no permanent constraint: what these move at its beginning is turned round.
+   Contacts obey their laws without this part: with it the edge of a turning body would grow longer, and could not rest
+   on two points. */
+static void find_reversals(Instance *instance) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    ChosenRows *chosen = &scratch->chosen;
+    bool permanent[N_CONSTRAINTS + 1] = {false};
+    memset(permanent, true, N_PERMANENT * sizeof(bool));
+    memset(scratch->reversals, 0, sizeof scratch->reversals);
+    choose_rows(scratch, permanent);
+    for (int i = 0; i < chosen->count; i++) {
+        chosen->free[i] = scratch->at.velocities[chosen->rows[i]];
+        chosen->lambda[i] = 0.0;
+    }
+    if (chosen->count > 0) {
+        solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
+    }
+    for (int i = 0; i < chosen->count; i++) {
+        scratch->reversals[chosen->rows[i]] = chosen->lambda[i];
+    }
+}
+
 /* The forces of dry frictions under the present impulses; returns whether they are as they were. */
 static bool find_dry(Instance *instance, double time, const double states[], double length) {
     const ArenaMark mark = arena_mark(instance->arena);
@@ -160,7 +182,6 @@ static void set_laws(Instance *instance, double length, double part) {
         const int row = chosen->rows[i];
         const double before = scratch->at.velocities[row];
         chosen->free[i] = before + length * stepped_along(&scratch->at, row, scratch->accelerations);
-        chosen->free[i] += row < N_PERMANENT ? before : 0.0; /* the mean of both ends is 0 */
         chosen->lambda[i] = scratch->impulses[row];
     }
     for (int c = 0; c < N_UNILATERALS; c++) {
@@ -205,6 +226,7 @@ static bool solve_step_laws(Instance *instance, double length, double part) {
         scratch->after[chosen->rows[i]] = chosen->w[i];
     }
     for (int row = 0; row < N_PERMANENT; row++) {
+        scratch->impulses[row] += scratch->reversals[row];
         scratch->after[row] = -scratch->at.velocities[row];
     }
     for (int c = 0; c < N_UNILATERALS; c++) {
@@ -260,6 +282,7 @@ void step_begin(Instance *instance, double time, const double states[], double l
     find_step_rows(instance);
     find_step_coefficients(instance, time, states, length);
     stepped_meet(instance);
+    find_reversals(instance);
     for (int row = 0; row < K; row++) {
         scratch->impulses[row] = length * instance->state.solver.forces[row];
     }
