@@ -107,8 +107,8 @@ static void add_to_diagonal(const Laws *laws, double part) {
     }
 }
 
-/* Rows that give way alike, by as little as leads to a solution. Laws of impact may have no other one nearby: the points
-   of a body that is tilted a little cannot all rebound and stick. What gives way less is redundant. */
+/* Rows that give way alike, by as little as leads to a solution. Laws of impact may have no other one nearby: the
+   points of a body that is tilted a little cannot all rebound and stick. What gives way less is redundant. */
 static bool solve_giving_way(const Laws *laws, const double start[], double x[]) {
     bool solved = false;
     for (double part = GIVING_MORE * sqrt(REDUNDANT); part < GIVING_MOST && !solved; part *= GIVING_MORE) {

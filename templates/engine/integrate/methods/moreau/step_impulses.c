@@ -71,8 +71,8 @@ static void find_pace(Instance *instance) {
     }
 }
 
-/* A contact touches if its gap would be closed at the end of the step, or if it was closed before. Without the forces of
-   this step a foot that rolls or turns leaves the ground by the curvature of its path, length^2/8 times an
+/* A contact touches if its gap would be closed at the end of the step, or if it was closed before. Without the forces
+   of this step a foot that rolls or turns leaves the ground by the curvature of its path, length^2/8 times an
    acceleration: this opens nothing, only the laws do. */
 static void find_step_rows(Instance *instance, double length) {
     SolverScratch *scratch = &instance->scratch.solver;
