@@ -357,8 +357,8 @@ def test_boxes_that_are_dropped_come_to_rest(
 ) -> None:
     """Random poses and velocities: energy grows no more than by tolerance, none sinks, all rest and bear m g.
 
-    With moreau a corner sinks for a step of 1 ms by what an impact of another one makes it move, and energies of 20 J are
-    right to second order. Of 30 boxes some fall nearly flat, where not all corners can rebound and stick.
+    With moreau a corner sinks for a step of 1 ms by what an impact of another one makes it move, and energies of 20 J
+    are right to second order. Of 30 boxes some fall nearly flat, where not all corners can rebound and stick.
     """
     mechanism = robot(urdf(CUBE), base="floating", ground="all", friction=0.5, restitution=0.3)
     fmu, rng = export(mechanism, tmp_path / "box.fmu", solver=solver), np.random.default_rng(2)
