@@ -351,20 +351,20 @@ def test_a_robot_stands_on_its_feet(robot: Robot, tmp_path: Path) -> None:
 
 
 @pytest.mark.fmu
-@pytest.mark.parametrize(("solver", "sinks", "grows"), [("dopri5", 1e-10, 2e-5), ("moreau", 0.01, 5e-5)])
+@pytest.mark.parametrize(("solver", "sinks", "grows"), [("dopri5", 1e-10, 2e-5), ("moreau", 1e-3, 5e-5)])
 def test_boxes_that_are_dropped_come_to_rest(
     robot: Robot, tmp_path: Path, solver: str, sinks: float, grows: float
 ) -> None:
     """Random poses and velocities: energy grows no more than by tolerance, none sinks, all rest and bear m g.
 
-    With moreau a gap is negative for a step of 1 ms by what the approach covers in half of it, and energies of 20 J are
-    right to second order.
+    With moreau a corner sinks for a step of 1 ms by what an impact of another one makes it move, and energies of 20 J
+    are right to second order. Of 30 boxes some fall nearly flat, where not all corners can rebound and stick.
     """
     mechanism = robot(urdf(CUBE), base="floating", ground="all", friction=0.5, restitution=0.3)
     fmu, rng = export(mechanism, tmp_path / "box.fmu", solver=solver), np.random.default_rng(2)
     corners = [contact.name for contact in mechanism.contacts]
     wanted = ["total_energy", "kinetic_energy", *(f"{c}_{what}" for c in corners for what in ("gap", "force"))]
-    for _ in range(6):
+    for _ in range(30):
         q, turning, moving = rng.normal(size=4), 3 * rng.normal(size=3), rng.normal(size=3)
         q /= np.linalg.norm(q)
         rates = np.array([-q[1:] @ turning, *(q[0] * turning + np.cross(q[1:], turning))]) / 2
@@ -373,7 +373,7 @@ def test_boxes_that_are_dropped_come_to_rest(
         run = simulate(fmu, stop_time=6, step=0.01, values=values, outputs=wanted)
         assert np.diff(run["total_energy"]).max() < grows
         assert min(run[f"{c}_gap"].min() for c in corners) > -sinks
-        assert run["kinetic_energy"][-1] == 0
+        assert run["kinetic_energy"][-1] < 1e-24
         assert sum(run[f"{c}_force"][-1] for c in corners) == pytest.approx(2 * 9.81, rel=1e-9)
 
 

@@ -91,7 +91,7 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
     WORK(mark, double, before, N);
     const double *forcing = instance->scratch.system.forcing;
     for (int i = 0; i < N; i++) {
-        states[i] = middle[i] + 0.5 * step.length * states[N + i];
+        states[i] = instance->state.states[i] + step.length * middle[N + i];
     }
     memcpy(before, states, N * sizeof(double));
     if (!new_states_finite(instance, step) || !step_positions(instance, step.end, states)) {
@@ -109,7 +109,7 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
 static bool solve_step_velocities(Instance *instance, double time, double length, double middle[], double qd[]) {
     SolverScratch *rows = &instance->scratch.solver;
     System *system = &instance->scratch.system;
-    if (!stepped_measure(instance, time, middle, &rows->at)) {
+    if (!step_middle(instance, time, middle)) {
         tables_explain(instance, time, middle, inputs_at(instance, time));
         return false;
     }

@@ -58,6 +58,7 @@ typedef struct {
     double friction[SIZE_UNILATERALS];       /* what friction bears of the normal force */
     double dry[N_FRICTIONS + 1];             /* the forces of dry frictions */
     double impulses[N_CONSTRAINTS];
+    double reversals[N_CONSTRAINTS];         /* impulses of permanent constraints that turn round what these move */
     double after[N_CONSTRAINTS];             /* velocities along the rows at the end of the step */
     ChosenRows chosen;
 } SolverScratch;

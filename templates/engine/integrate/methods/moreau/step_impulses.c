@@ -71,10 +71,10 @@ static void find_pace(Instance *instance) {
     }
 }
 
-/* A contact touches if its gap is closed in the middle of the step, or if it was closed before. Without the forces of
-   this step a foot that rolls or turns leaves the ground by the curvature of its path, length^2/8 times an
+/* A contact touches if its gap would be closed at the end of the step, or if it was closed before. Without the forces
+   of this step a foot that rolls or turns leaves the ground by the curvature of its path, length^2/8 times an
    acceleration: this opens nothing, only the laws do. */
-static void find_step_rows(Instance *instance) {
+static void find_step_rows(Instance *instance, double length) {
     SolverScratch *scratch = &instance->scratch.solver;
     for (int row = 0; row < K; row++) {
         const int latch = row - FIRST_LATCH_ROW;
@@ -82,8 +82,9 @@ static void find_step_rows(Instance *instance) {
     }
     for (int c = 0; c < N_UNILATERALS; c++) {
         const int row = CONTACT_ROWS[c];
-        const bool touches = contact_closed(&instance->state, c) ||
-                             scratch->at.positions[row] <= AT_REST * stepped_size(&scratch->at, row);
+        const double end = scratch->at.positions[row] + 0.5 * length * fmin(scratch->at.velocities[row], 0.0);
+        const bool touches =
+            contact_closed(&instance->state, c) || end <= AT_REST * stepped_size(&scratch->at, row);
         for (int k = row; k < CONTACT_ROWS[c + 1]; k++) {
             scratch->active[k] = touches;
         }
@@ -124,6 +125,35 @@ static void find_step_coefficients(Instance *instance, double time, const double
     arena_release(mark);
 }
 
+/* The mean of both ends of the step moves no permanent constraint: what these move at its beginning is turned round.
+   Contacts see velocities without this part: with it the edge of a turning body would grow longer, and could not rest
+   on two points. */
+static void find_reversals(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, bool, permanent, K);
+    WORK_ZEROS(mark, double, start, N);
+    WORK(mark, double, changes, N);
+    SolverScratch *scratch = &instance->scratch.solver;
+    ChosenRows *chosen = &scratch->chosen;
+    memset(scratch->reversals, 0, sizeof scratch->reversals);
+    memset(permanent, true, N_PERMANENT * sizeof(bool));
+    choose_rows(scratch, permanent);
+    for (int i = 0; i < chosen->count; i++) {
+        chosen->free[i] = scratch->at.velocities[chosen->rows[i]];
+        chosen->lambda[i] = 0.0;
+    }
+    solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
+    for (int i = 0; i < chosen->count; i++) {
+        scratch->reversals[chosen->rows[i]] = chosen->lambda[i];
+    }
+    stepped_respond(instance, scratch->reversals, start, changes);
+    for (int row = 0; row < K; row++) {
+        scratch->at.velocities[row] += stepped_along(&scratch->at, row, changes);
+        scratch->reversals[row] *= 2.0;
+    }
+    arena_release(mark);
+}
+
 /* The forces of dry frictions under the present impulses; returns whether they are as they were. */
 static bool find_dry(Instance *instance, double time, const double states[], double length) {
     const ArenaMark mark = arena_mark(instance->arena);
@@ -160,7 +190,6 @@ static void set_laws(Instance *instance, double length, double part) {
         const int row = chosen->rows[i];
         const double before = scratch->at.velocities[row];
         chosen->free[i] = before + length * stepped_along(&scratch->at, row, scratch->accelerations);
-        chosen->free[i] += row < N_PERMANENT ? before : 0.0; /* the mean of both ends is 0 */
         chosen->lambda[i] = scratch->impulses[row];
     }
     for (int c = 0; c < N_UNILATERALS; c++) {
@@ -205,7 +234,7 @@ static bool solve_step_laws(Instance *instance, double length, double part) {
         scratch->after[chosen->rows[i]] = chosen->w[i];
     }
     for (int row = 0; row < N_PERMANENT; row++) {
-        scratch->after[row] = -scratch->at.velocities[row];
+        scratch->impulses[row] += scratch->reversals[row];
     }
     for (int c = 0; c < N_UNILATERALS; c++) {
         scratch->after[CONTACT_ROWS[c]] -= scratch->active[CONTACT_ROWS[c]] ? returned(scratch, c, part) : 0.0;
@@ -257,9 +286,12 @@ static bool reduce_loads(Instance *instance, double time, const double states[],
 void step_begin(Instance *instance, double time, const double states[], double length) {
     SolverScratch *scratch = &instance->scratch.solver;
     find_pace(instance);
-    find_step_rows(instance);
-    find_step_coefficients(instance, time, states, length);
+    find_step_rows(instance, length);
     stepped_meet(instance);
+    if (N_PERMANENT > 0) {
+        find_reversals(instance);
+    }
+    find_step_coefficients(instance, time, states, length);
     for (int row = 0; row < K; row++) {
         scratch->impulses[row] = length * instance->state.solver.forces[row];
     }

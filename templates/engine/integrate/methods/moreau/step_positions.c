@@ -9,6 +9,7 @@
 
 enum {
     MOST_POSITION_CORRECTIONS = 8,
+    MOST_MIDDLE_CORRECTIONS = REAL_TIME ? 1 : 3,
     HELD = N_HOLONOMIC - N_UNILATERALS - N_OFFSETS /* permanent holonomic constraints */
 };
 
@@ -48,25 +49,23 @@ static double find_needs(const SolverScratch *scratch, const SteppedRows *at, bo
     return worst;
 }
 
-/* Moves q by what the linearised positions need. */
-static void correct_positions(Instance *instance, const SteppedRows *at, const bool moved[], double q[]) {
-    const ArenaMark mark = arena_mark(instance->arena);
-    WORK_ZEROS(mark, double, pushes, K);
-    WORK_ZEROS(mark, double, start, N);
-    WORK(mark, double, changes, N);
-    SolverScratch *scratch = &instance->scratch.solver;
+/* The problem of the rows to be moved, by their positions. */
+static void choose_positions(SolverScratch *scratch, const SteppedRows *at, const bool moved[]) {
     ChosenRows *chosen = &scratch->chosen;
     choose_rows(scratch, moved);
     for (int i = 0; i < chosen->count; i++) {
         chosen->free[i] = at->positions[chosen->rows[i]];
         chosen->lambda[i] = 0.0;
     }
-    for (int c = 0; c < N_UNILATERALS; c++) {
-        const int i = chosen->index[CONTACT_ROWS[c]];
-        if (i >= 0 && !stays(scratch, c)) {
-            chosen->row[i].law = ROW_UNILATERAL;
-        }
-    }
+}
+
+/* Moves q by what the chosen rows need. */
+static void correct_positions(Instance *instance, double q[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, pushes, K);
+    WORK_ZEROS(mark, double, start, N);
+    WORK(mark, double, changes, N);
+    ChosenRows *chosen = &instance->scratch.solver.chosen;
     solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
     for (int i = 0; i < chosen->count; i++) {
         pushes[chosen->rows[i]] = chosen->lambda[i];
@@ -76,6 +75,44 @@ static void correct_positions(Instance *instance, const SteppedRows *at, const b
         q[i] += changes[i];
     }
     arena_release(mark);
+}
+
+/* Of the chosen contacts those that do not stay may open. */
+static void allow_opening(SolverScratch *scratch) {
+    ChosenRows *chosen = &scratch->chosen;
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        const int i = chosen->index[CONTACT_ROWS[c]];
+        if (i >= 0 && !stays(scratch, c)) {
+            chosen->row[i].law = ROW_UNILATERAL;
+        }
+    }
+}
+
+/* Is a permanent constraint open? */
+static bool constraints_open(const SteppedRows *at) {
+    bool open = false;
+    for (int row = 0; row < HELD && !open; row++) {
+        open = fabs(at->positions[row]) > MET * stepped_size(at, row);
+    }
+    return open;
+}
+
+bool step_middle(Instance *instance, double time, double states[]) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    for (int i = 0; i < MOST_MIDDLE_CORRECTIONS; i++) {
+        if (!stepped_measure(instance, time, states, &scratch->at)) {
+            return false;
+        }
+        if (!constraints_open(&scratch->at)) {
+            return true;
+        }
+        memset(scratch->active, 0, sizeof scratch->active);
+        memset(scratch->active, true, HELD * sizeof(bool));
+        stepped_meet(instance);
+        choose_positions(scratch, &scratch->at, scratch->active);
+        correct_positions(instance, states);
+    }
+    return stepped_measure(instance, time, states, &scratch->at);
 }
 
 static bool fail_positions(Instance *instance, double time, int row, double residual) {
@@ -101,7 +138,9 @@ bool step_positions(Instance *instance, double time, double states[]) {
         if (worst <= MET || i == MOST_POSITION_CORRECTIONS) {
             break;
         }
-        correct_positions(instance, at, moved, states);
+        choose_positions(scratch, at, moved);
+        allow_opening(scratch);
+        correct_positions(instance, states);
     }
     if (REAL_TIME && worst > LOCATED && isfinite(worst)) {
         give_notice(instance, NOTICE_UNSOLVED, 0.0, 0);

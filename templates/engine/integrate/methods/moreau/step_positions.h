@@ -6,6 +6,11 @@
 
 #include "stepped_rows.h"
 
+/* Moves the q of states[2n] in the middle of a step, at a time (s), onto the permanent constraints, and measures the
+   rows there: off them, two points of one body may not rest. Returns false, with instance->failure, if M is
+   singular. */
+bool step_middle(Instance *instance, double time, double states[]);
+
 /* Moves the q of states[2n] at a time (s) in the metric M of the step's middle: holonomic constraints and closed
    contacts to 0, no gap below 0. Returns false, with instance->failure, if constraints are not met. */
 bool step_positions(Instance *instance, double time, double states[]);

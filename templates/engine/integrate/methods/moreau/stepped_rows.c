@@ -88,6 +88,7 @@ static void meet_colour(Instance *instance, int colour) {
     WORK(mark, double, response, N);
     WORK(mark, int, owners, N_BLOCKS);
     SolverScratch *scratch = &instance->scratch.solver;
+    bool any = false;
     memset(owners, -1, N_BLOCKS * sizeof(int));
     for (int i = COLOUR_STARTS[colour]; i < COLOUR_STARTS[colour + 1]; i++) {
         const int row = COLOUR_ROWS[i];
@@ -95,6 +96,11 @@ static void meet_colour(Instance *instance, int colour) {
             push[ENTRY_COLUMNS[e]] += scratch->at.entries[e];
             owners[BLOCKS[ENTRY_COLUMNS[e]]] = row;
         }
+        any = any || scratch->active[row];
+    }
+    if (!any) {
+        arena_release(mark);
+        return;
     }
     mass_divide(&instance->scratch.system, push, response);
     for (int i = COLOUR_STARTS[colour]; i < COLOUR_STARTS[colour + 1]; i++) {
