@@ -43,7 +43,7 @@ static bool solve_contact(const SparseProblem *problem, int n, double lambda[]) 
     if (free >= 0.0) {
         return true;
     }
-    for (int way = -1; way <= 1; way += 2) { /* of the slip; the force is against it */
+    for (double way = -1.0; way <= 1.0; way += 2.0) { /* of the slip; the force is against it */
         lambda[0] = -free / (a - way * friction * b);
         lambda[1] = -way * friction * lambda[0];
         if (way * (slip + b * lambda[0] + c * lambda[1]) > 0.0) {
