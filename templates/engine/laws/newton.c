@@ -154,7 +154,7 @@ static bool refine(const Newton *newton) {
 
 /* Steps for many rows as long as they come nearer. Sweeps follow each that has not solved the laws, because they
    correct single contacts that the step wrongly took for open or closed. The first step is as long as Newton's: it
-   solves what is linear, from wherever it begins. Then, far from the solution, the residual's part makes steps short. */
+   solves what is linear, from wherever it begins. Then, far from the solution, the residual makes steps short. */
 static bool refine_many(Newton *newton) {
     const Laws *laws = newton->laws;
     const size_t bytes = (size_t)laws->size * sizeof(double);
