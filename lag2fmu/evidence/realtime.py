@@ -5,8 +5,10 @@ Errors are those of steps of fixed length against an accurate run, and of number
 
 from __future__ import annotations
 
+import math
 import tempfile
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,28 +29,57 @@ Floats = NDArray[np.float64]
 
 REPORT = "REPORT.md"
 
-TIGHT = 1e-13
-"""The relative tolerance of the run that errors are measured against: near rounding."""
-KNOWN = 1e-11
-"""Errors below so many greatest values are not told from those of that run."""
+TIGHT = (1e-13, 1e-12)
+"""The relative tolerances of the run that errors are measured against, near rounding, and of one beside it.
+
+The differences of both tell what the first does not know: rounding, and what the motion makes of it.
+"""
+CLEAR = 10.0
+"""Times what is not known is an error that is told; of smaller ones a bound is told."""
+ROUNDING = 1e-13
+"""Times the greatest value is never known."""
+GROWN = 1e-6
+"""Times the greatest value of a unit is more than a motion without growing errors leaves unknown."""
+LOST = 0.1
+"""Times the greatest value is an error that tells no more than that the steps have left the motion."""
 _ACCURATE = "dop853"
-"""The solver of that run, of order 8; that of stiff motions is their own."""
+"""The solver of these runs, of order 8; that of stiff motions is their own."""
 MOST_ROWS = 20
 """The most outputs whose errors are listed."""
+
+
+@dataclass(frozen=True)
+class StepErrors:
+    """The greatest errors ``found`` (outputs,) of steps of fixed length over a run, in SI units.
+
+    Each is known but for ``unknown`` (outputs,).
+    """
+
+    found: Floats
+    unknown: Floats
+
+    @property
+    def clear(self) -> NDArray[np.bool_]:
+        """(outputs,): whether what is not known is a small part of the error."""
+        return np.asarray(self.found >= CLEAR * self.unknown)
+
+    @property
+    def bounds(self) -> Floats:
+        """(outputs,): what the errors are below in any case."""
+        return self.found + self.unknown
 
 
 @dataclass(frozen=True)
 class Errors:
     """The greatest error of each output over a run, and its greatest ``values`` (outputs,), in SI units.
 
-    ``steps`` (outputs,) are errors of the steps of fixed length, ``why`` tells why there are none. ``real`` (outputs,)
-    are those that numbers of type float add; None where all are doubles.
+    ``steps`` are errors of the steps of fixed length, or the reason why there are none. ``real`` (outputs,) are those
+    that numbers of type float add; None where all are doubles.
     """
 
     values: Floats
-    steps: Floats | None
+    steps: StepErrors | str
     real: Floats | None
-    why: str = ""
 
 
 def realtime_report(made: Firmware, in_double: Firmware | None = None) -> str:
@@ -88,11 +119,11 @@ def _spread(counts: Floats) -> tuple[float, float, float]:
 def _accuracy(made: Firmware, errors: Errors) -> list[str]:
     """The errors of the run, as lines of Markdown."""
     columns = {"greatest value": [f"{value:.3g}" for value in errors.values]}
-    if errors.steps is None:
-        lines = [f"Errors of the steps are not known: {errors.why}"]
+    if isinstance(errors.steps, str):
+        lines = [f"Errors of the steps are not known: {errors.steps}"]
     else:
-        columns["error of the steps"] = [*map(_error, errors.steps, errors.values)]
-        lines = [f"Errors of the steps are the greatest differences to a run with the tolerance {TIGHT:g}."]
+        columns["error of the steps"] = _told(errors.steps)
+        lines = [*_judged(errors.steps, errors.values, [*made.outputs.values()])]
     if errors.real is not None:
         columns["error of float"] = [f"{value:.3g}" for value in errors.real]
         lines.append("Those of float are the greatest differences to the same steps in double.")
@@ -110,10 +141,39 @@ def _accuracy(made: Firmware, errors: Errors) -> list[str]:
     ]
 
 
-def _error(error: float, value: float) -> str:
-    """An error of the steps; it is not known where it is as small as those of the run that it is measured against."""
-    least = KNOWN * value
-    return f"{error:.3g}" if error >= least else f"below {least:.1g}"
+def _told(steps: StepErrors) -> list[str]:
+    """The error of each output; a bound where the run that it is measured against does not tell it."""
+    known = zip(steps.clear, steps.found, steps.bounds, strict=True)
+    return [f"{error:.3g}" if clear else f"below {_upwards(bound):.0e}" for clear, error, bound in known]
+
+
+def _upwards(number: float) -> float:
+    """The least number of one digit that is not below a positive ``number``."""
+    unit = 10.0 ** math.floor(math.log10(number)) if number > 0.0 else 1.0
+    return math.ceil(number / unit * (1.0 - 1e-12)) * unit
+
+
+def _judged(steps: StepErrors, values: Floats, units: list[str]) -> Iterator[str]:
+    """What the errors of the ``steps`` are, and what they do not tell, as sentences.
+
+    The outputs have these greatest ``values`` (outputs,) and these ``units``.
+    """
+    tight, beside = TIGHT
+    yield f"Errors of the steps are the greatest differences to a run with the tolerance {tight:g}."
+    if not steps.clear.all():
+        yield f"Those that are not told from its own, as a run with {beside:g} shows them, are below what is said."
+    usual = np.array([max(v for v, u in zip(values, units, strict=True) if u == unit) for unit in units])
+    grown = float((steps.unknown / np.where(usual > 0.0, usual, 1.0)).max())
+    if grown > GROWN:
+        yield (
+            f"The motion makes errors grow: those of rounding to {_upwards(grown):.0e} of the greatest value. Then "
+            "numbers depend on the processor and the compiler, and a shorter experiment tells more."
+        )
+    if (steps.found > LOST * usual).any():
+        yield (
+            "An error of more than a tenth of the greatest value says that a jump comes some steps early or late, or "
+            "that the steps have left the motion. Then a shorter step or a shorter experiment tells more."
+        )
 
 
 def errors_of(made: Firmware, values: Floats, in_double: Floats) -> Errors:
@@ -122,22 +182,30 @@ def errors_of(made: Firmware, values: Floats, in_double: Floats) -> Errors:
     ``values`` (m, outputs) are those of its run, ``in_double`` (m, outputs) of one by the same steps in double. Both
     are one array where it is in double itself.
     """
-    found, why = _tight(made, len(in_double))
     size = min(len(values), len(in_double))
-    real = None if values is in_double else np.abs(values[:size] - in_double[:size]).max(axis=0)
-    steps = None if found is None else np.abs(found - in_double).max(axis=0)
-    return Errors(np.abs(in_double).max(axis=0), steps, real, why)
+    real = None if values is in_double else _greatest(values[:size] - in_double[:size])
+    try:
+        tight, beside = _accurate(made, len(in_double))
+    except Lag2FmuError as error:
+        return Errors(_greatest(in_double), str(error), real)
+    unknown = np.maximum(_greatest(tight - beside), ROUNDING * _greatest(tight))
+    return Errors(_greatest(in_double), StepErrors(_greatest(in_double - tight), unknown), real)
 
 
-def _tight(made: Firmware, count: int) -> tuple[Floats | None, str]:
-    """The outputs (count, outputs) of the motion at the same times, None where they cannot be had and the reason."""
+def _greatest(values: Floats) -> Floats:
+    """The greatest magnitudes (outputs,) of ``values`` (m, outputs)."""
+    return np.asarray(np.abs(values).max(axis=0))
+
+
+def _accurate(made: Firmware, count: int) -> list[Floats]:
+    """The outputs (count, outputs) of the motion at the same times, with each tolerance of TIGHT.
+
+    Raises Lag2FmuError where they cannot be had.
+    """
     step = made.bound.longest
     solver = STIFF_SOLVER if made.solver == BOUNDED[STIFF_SOLVER] else _ACCURATE
-    asked = Run(stop_time=step * (count - 1), step=step, tolerance=TIGHT, outputs=tuple(made.outputs))
+    asked = Run(stop_time=step * (count - 1), step=step, outputs=tuple(made.outputs))
     with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
         path = Path(folder) / "it.fmu"
-        try:
-            export(made.mechanism, path, solver=solver, page="static", without=(EQUATIONS, DESCRIPTION))
-            return simulate_fmu(path, asked).values, ""
-        except Lag2FmuError as error:
-            return None, str(error)
+        export(made.mechanism, path, solver=solver, page="static", without=(EQUATIONS, DESCRIPTION))
+        return [simulate_fmu(path, replace(asked, tolerance=tolerance)).values for tolerance in TIGHT]

@@ -94,6 +94,28 @@ def test_few_contacts_have_the_same_solution(laws: Laws) -> None:
         np.testing.assert_allclose(w, small[2], atol=1e-9)
 
 
+def test_lone_contacts_have_the_same_solution(laws: Laws) -> None:
+    """Rows that act on no others, and contacts in the plane, open, held and sliding, under friction small and large."""
+    rng = np.random.default_rng(4)
+    kinds = set()
+    for k in range(300):
+        friction = 10 ** rng.uniform(-1, 0.5)
+        rows = ([normal(), tangential(0, friction)], [normal()], [bounded(friction)], [bilateral()])[min(k % 8, 3)]
+        jacobian = rng.normal(size=(len(rows), 3))
+        delassus, free = jacobian @ jacobian.T, jacobian @ rng.normal(size=3)
+        wedges = len(rows) == 2 and friction * abs(delassus[0, 1]) >= delassus[0, 0]
+        solved, forces, w = laws.solve_large(scipy.sparse.csr_matrix(delassus), free, rows)
+        assert solved
+        if wedges:
+            assert violation(delassus, free, rows, forces) < 1e-9 if forces.any() else free[0] >= 0.0
+            continue
+        small = laws.solve(delassus, free, rows)
+        np.testing.assert_allclose(forces, small[1], atol=1e-9 * np.abs(forces).max())
+        np.testing.assert_allclose(w, small[2], atol=1e-9)
+        kinds.add((len(rows), *(np.abs(w) < 1e-12), *np.sign(forces)))
+    assert len(kinds) > 8
+
+
 @pytest.mark.parametrize(("slips", "contacts", "coordinates", "friction"), [(1, 6, 4, 0.6), (2, 3, 5, 1.5)])
 def test_what_held_rests_if_there_is_any_way(
     laws: Laws, slips: int, contacts: int, coordinates: int, friction: float

@@ -35,6 +35,7 @@ UNITS = (
     "islands",
     "laws",
     "least_norm",
+    "lone_rows",
     "lu",
     "newton",
     "scale",

@@ -1,5 +1,7 @@
 #include "projection.h"
 
+#include <float.h>
+
 #include "constraints.h"
 #include "derivative.h"
 #include "inputs.h"
@@ -16,6 +18,7 @@ bool bring_back(Instance *instance, double time, double states[], double derivat
 
 bool bring_back_result(Instance *instance, Step step) {
     Scratch *scratch = &instance->scratch;
-    return METHOD.variational || TIME_STEPPING ||
+    const bool waits = REAL_TIME && DBL_DIG > 10 && step.end < scratch->step_end;
+    return waits || METHOD.variational || TIME_STEPPING ||
            bring_back(instance, step.end, scratch->new_states, scratch->new_derivatives);
 }

@@ -12,7 +12,9 @@ bool project(Instance *instance, double time, double states[], bool *moved);
 bool bring_back(Instance *instance, double time, double states[], double derivatives[]);
 
 /* Does what bring_back does, for the result of a trial step. Variational methods and time stepping meet the constraints
-   by themselves, with momenta that belong to these velocities; their results stay. */
+   by themselves, with momenta that belong to these velocities; their results stay. In real time a communication step
+   ends on the constraints: what its solver steps leave them by is of their own error. Numbers of type float are brought
+   back in each, because rounding drives them off. */
 bool bring_back_result(Instance *instance, Step step);
 
 #endif

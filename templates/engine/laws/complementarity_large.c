@@ -6,6 +6,7 @@
 
 #include "cones.h"
 #include "elimination.h"
+#include "lone_rows.h"
 #include "newton.h"
 #include "scale.h"
 #include "sweeps.h"
@@ -155,6 +156,9 @@ static bool solve_places(const Large *large, int begin, int end, int most_rounds
     const ArenaMark mark = arena_mark(arena);
     const size_t bytes = (size_t)(end - begin) * sizeof(double);
     Laws laws;
+    if (lone_rows(large->problem, end - begin, large->order.row + begin, lambda)) {
+        return true;
+    }
     if (!take_laws(large, begin, end, &laws) || !arena_reserve(arena, 2 * arena_bytes(bytes, 1))) {
         return arena_leave(mark, false);
     }
@@ -191,12 +195,15 @@ bool complementarity_large(const SparseProblem *problem, int most_rounds, double
     const ArenaMark mark = arena_mark(problem->arena);
     Large large = {.problem = problem};
     bool solved = true;
-    if (!rows_order(problem, &large.order) || !find_sparse_scales(&large)) {
-        return arena_leave(mark, false);
-    }
-    for (int i = 0; i < large.order.islands; i++) {
-        const int begin = large.order.island[i], end = large.order.island[i + 1];
-        solved = solve_places(&large, begin, end, most_rounds, lambda) && solved;
+    static const int FIRST[] = {0, 1};
+    if (!lone_rows(problem, problem->delassus.rows, FIRST, lambda)) {
+        if (!rows_order(problem, &large.order) || !find_sparse_scales(&large)) {
+            return arena_leave(mark, false);
+        }
+        for (int i = 0; i < large.order.islands; i++) {
+            const int begin = large.order.island[i], end = large.order.island[i + 1];
+            solved = solve_places(&large, begin, end, most_rounds, lambda) && solved;
+        }
     }
     sparse_multiply(&problem->delassus, lambda, w);
     for (int k = 0; k < problem->delassus.rows; k++) {

@@ -152,8 +152,9 @@ static bool refine(const Newton *newton) {
     return !moves;
 }
 
-/* Steps for many rows as long as they come nearer. Sweeps follow each, because they correct single contacts that the
-   step wrongly took for open or closed. Far from the solution the residual's part makes steps short. */
+/* Steps for many rows as long as they come nearer. Sweeps follow each that has not solved the laws, because they
+   correct single contacts that the step wrongly took for open or closed. The first step is as long as Newton's: it
+   solves what is linear, from wherever it begins. Then, far from the solution, the residual makes steps short. */
 static bool refine_many(Newton *newton) {
     const Laws *laws = newton->laws;
     const size_t bytes = (size_t)laws->size * sizeof(double);
@@ -161,15 +162,17 @@ static bool refine_many(Newton *newton) {
     memcpy(newton->best, newton->x, bytes);
     int failures = 0;
     for (int i = 0; i < MOST_NEWTON_STEPS && failures < MOST_FAILURES && least > SOLVED; i++) {
-        newton->damping = fmax(fmin(moved, 1.0), DAMPING);
+        newton->damping = i == 0 ? DAMPING : fmax(fmin(moved, 1.0), DAMPING);
         if (!step_on(newton)) {
             break;
         }
-        laws_evaluate(laws, newton->x, newton->w);
-        for (int s = 0; s < SWEEPS_AFTER_A_STEP; s++) {
-            sweep(laws, newton->x, newton->w);
+        double residual = sweeps_residual(laws, newton->x, newton->w, &moved);
+        if (residual > SOLVED) {
+            for (int s = 0; s < SWEEPS_AFTER_A_STEP; s++) {
+                sweep(laws, newton->x, newton->w);
+            }
+            residual = sweeps_residual(laws, newton->x, newton->w, &moved);
         }
-        const double residual = sweeps_residual(laws, newton->x, newton->w, &moved);
         failures = residual < 0.5 * least ? 0 : failures + 1;
         if (residual < least) {
             least = residual;
