@@ -14,9 +14,9 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
    become slower than errors of the states. */
 int contacts_overdue(Instance *instance, const double values[]);
 
-/* At the present point: friction of a slip in space that has turned far from the direction of its mode, and is not about
-   to rest, is told from its own direction from here on. The force stays the same. Else a slip that turns on would seem
-   to come to rest, and forces to jump. */
+/* At the present point: friction of a slip in space that has turned far from the direction of its mode, and is not
+   about to rest, is told from its own direction from here on. The force stays the same. Else a slip that turns on would
+   seem to come to rest, and forces to jump. */
 void contacts_turn(Instance *instance);
 
 /* In model exchange the states drift off the rows that hold. Moves them back, before switches turn and the rows become
