@@ -94,6 +94,7 @@ class _SparseProblem(ctypes.Structure):
         ("delassus", _Sparse),
         ("free", _Doubles),
         ("row", ctypes.POINTER(Row)),
+        ("yielding", ctypes.POINTER(ctypes.c_bool)),
     ]
 
 
@@ -228,18 +229,20 @@ class Laws:
         guess: Array | None = None,
         rounds: int = 12,
     ) -> tuple[bool, Array, Array]:
-        """Whether solved to rounding, lambda[rows] and w[rows] of a sparse problem."""
+        """Whether solved to rounding, and by rigid rows, lambda[rows] and w[rows] of a sparse problem."""
         size = len(free)
         start, column = delassus.indptr.astype(np.int32), delassus.indices.astype(np.int32)
         free, value = np.ascontiguousarray(free, float), np.ascontiguousarray(delassus.data, float)
         arrays = start.ctypes.data_as(_Integers), column.ctypes.data_as(_Integers), value.ctypes.data_as(_Doubles)
         matrix = _Sparse(size, *arrays)
-        problem = _SparseProblem(self._arena, matrix, free.ctypes.data_as(_Doubles), (Row * size)(*rows))
+        yielding = ctypes.c_bool(False)
+        given = free.ctypes.data_as(_Doubles), (Row * size)(*rows), ctypes.pointer(yielding)
+        problem = _SparseProblem(self._arena, matrix, *given)
         forces, motions = np.zeros(size) if guess is None else guess.copy(), np.zeros(size)
         solved = self._library.complementarity_large(
             ctypes.byref(problem), rounds, forces.ctypes.data_as(_Doubles), motions.ctypes.data_as(_Doubles)
         )
-        return bool(solved), forces, motions
+        return bool(solved) and not yielding.value, forces, motions
 
     def impact(
         self,

@@ -158,7 +158,7 @@ typedef enum {
     NOTICE_CLOSED = 128, /* the rounds of an impact had no end */
     NOTICE_REDUCED = 256, /* the restitution of an impact was reduced, or the energy would have grown */
     NOTICE_TWO_SOLUTIONS = 512, /* the laws of contact allow two motions (Painleve's paradox) */
-    NOTICE_UNSOLVED = 1024 /* in real time: a step had not the work that the laws of contact asked for */
+    NOTICE_UNSOLVED = 1024 /* the laws of contact were not met in a step, which had too little work, or no solution */
 } NoticeKind;
 
 /* notice_sentence.h puts it in words. */

@@ -103,9 +103,10 @@ void notice_sentence(const Notice *notice, char text[], size_t size) {
                  RANGES[notice->index][0], RANGES[notice->index][1], notice->time);
         break;
     case NOTICE_UNSOLVED:
-        snprintf(text, size, "before time %.17g s the laws of contact asked for more work than a step in real "
-                 "time has: impulses obey their limits, and what is left of the laws goes to the next steps; take "
-                 "shorter steps", notice->time);
+        snprintf(text, size, "before time %.17g s %s; impulses obey their limits, and what is left of the laws goes "
+                 "to the next steps; take shorter steps", notice->time,
+                 REAL_TIME ? "the laws of contact asked for more work than a step in real time has"
+                           : "contacts gave way by up to a hundredth, where the laws of rigid ones had no solution");
         break;
     case NOTICE_NO_FORCES:
     case NOTICE_TWO_SOLUTIONS:

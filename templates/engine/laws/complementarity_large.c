@@ -18,7 +18,7 @@ enum { FIRST_SWEEPS = 8, FEW_ROWS = 48 };
 enum { ROUNDS_BEFORE_A_PATH = 6 };
 
 /* Where laws have no solution, rows give way by more and more parts of a free motion, but not by much of it. */
-static const double GIVING_MORE = 10.0, GIVING_MOST = 0.05;
+static const double YIELD_MORE = 10.0, YIELD_MOST = 0.05;
 
 typedef struct {
     const SparseProblem *problem;
@@ -110,9 +110,9 @@ static void add_to_diagonal(const Laws *laws, double part) {
 
 /* Rows that give way alike, by as little as leads to a solution. Laws of impact may have no other one nearby: the
    points of a body that is tilted a little cannot all rebound and stick. What gives way less is redundant. */
-static bool solve_giving_way(const Laws *laws, const double start[], double x[]) {
+static bool solve_yielding(const Laws *laws, const double start[], double x[]) {
     bool solved = false;
-    for (double part = GIVING_MORE * sqrt(REDUNDANT); part < GIVING_MOST && !solved; part *= GIVING_MORE) {
+    for (double part = YIELD_MORE * sqrt(REDUNDANT); part < YIELD_MOST && !solved; part *= YIELD_MORE) {
         add_to_diagonal(laws, part);
         solved = newton_solve(laws, start, x) || cones_rest(laws, x);
         add_to_diagonal(laws, -part);
@@ -140,8 +140,11 @@ static bool solve_laws_from(const Large *large, int begin, const Laws *laws, int
     memcpy(swept, start, bytes);
     for (int round = 0, sweeps = FIRST_SWEEPS; round < most_rounds && !solved; round++, sweeps *= 2) {
         solved = sweeps_descend(laws, sweeps, swept) && newton_solve(laws, swept, x);
-        solved = solved || (round + 1 == last && full.first == NULL &&
-                            (cones_slide(&full, x) || solve_giving_way(&full, swept, x)));
+        if (!solved && round + 1 == last && full.first == NULL) {
+            const bool rigid = cones_slide(&full, x);
+            solved = rigid || solve_yielding(&full, swept, x);
+            *large->problem->yielding = *large->problem->yielding || (solved && !rigid);
+        }
     }
     if (!solved && sweeps_descend(laws, 0, swept)) {
         memcpy(x, swept, bytes);

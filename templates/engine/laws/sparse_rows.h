@@ -11,6 +11,7 @@ typedef struct {
     Sparse delassus; /* symmetric, positive semidefinite; the diagonal entries are always there */
     const double *free; /* [rows] */
     const Row *row;     /* [rows]: bilateral, unilateral, tangential and bounded; holding and values are not used */
+    bool *yielding;     /* set where the laws have a solution only for rows that give way */
 } SparseProblem;
 
 /* The rows in the order of elimination, where those of a contact follow each other as before. */

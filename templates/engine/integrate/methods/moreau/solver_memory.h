@@ -42,6 +42,7 @@ typedef struct {
     Row row[N_CONSTRAINTS];
     double lambda[N_CONSTRAINTS];
     double w[N_CONSTRAINTS];
+    bool yielding; /* the solution is one of rows that give way */
 } ChosenRows;
 
 typedef struct {
@@ -52,7 +53,7 @@ typedef struct {
     double accelerations[N_COORDINATES];     /* without forces of rows, there */
     double delassus[N_MEETINGS];             /* of active rows */
     double pace;                             /* the greatest velocity in nominal values, at least 1/s */
-    bool unsolved;                           /* the laws asked for more work than a step in real time has */
+    bool unsolved;                           /* the laws were not met: too little work, or no solution for rigid rows */
     bool active[N_CONSTRAINTS];              /* obey their laws in this step: contacts if they touch */
     double restitution[SIZE_UNILATERALS];    /* of contacts that collide in this step; 0 of others */
     double friction[SIZE_UNILATERALS];       /* what friction bears of the normal force */

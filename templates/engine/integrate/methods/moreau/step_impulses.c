@@ -52,13 +52,15 @@ void choose_rows(SolverScratch *scratch, const bool which[]) {
         chosen->row[i].law = ROW_BILATERAL;
     }
     chosen->start[chosen->count] = entries;
+    chosen->yielding = false;
 }
 
 bool solve_chosen(Arena *arena, ChosenRows *chosen) {
     const SparseProblem problem = {.arena = arena,
                                    .delassus = {chosen->count, chosen->start, chosen->column, chosen->value},
                                    .free = chosen->free,
-                                   .row = chosen->row};
+                                   .row = chosen->row,
+                                   .yielding = &chosen->yielding};
     return complementarity_large(&problem, MOST_ROUNDS, chosen->lambda, chosen->w);
 }
 
@@ -221,11 +223,10 @@ static bool solve_step_laws(Instance *instance, double length, double part) {
     ChosenRows *chosen = &scratch->chosen;
     choose_rows(scratch, scratch->active);
     set_laws(instance, length, part);
-    if (chosen->count > 0 && !solve_chosen(instance->arena, chosen)) {
-        scratch->unsolved = true;
-        if (!REAL_TIME) {
-            return false;
-        }
+    const bool solved = chosen->count == 0 || solve_chosen(instance->arena, chosen);
+    scratch->unsolved = scratch->unsolved || !solved || chosen->yielding;
+    if (!solved && !REAL_TIME) {
+        return false;
     }
     memset(scratch->impulses, 0, sizeof scratch->impulses);
     memset(scratch->after, 0, sizeof scratch->after);
@@ -244,6 +245,7 @@ static bool solve_step_laws(Instance *instance, double length, double part) {
 
 /* Solves the laws again and again until the forces of dry frictions agree with the loads that they depend on. */
 static bool solve_loads(Instance *instance, double time, const double states[], double length, double part) {
+    instance->scratch.solver.unsolved = false;
     for (int i = 0; i < MOST_LOADS; i++) {
         if (!solve_step_laws(instance, length, part)) {
             return false;
@@ -295,7 +297,6 @@ void step_begin(Instance *instance, double time, const double states[], double l
     for (int row = 0; row < K; row++) {
         scratch->impulses[row] = length * instance->state.solver.forces[row];
     }
-    scratch->unsolved = false;
     memset(scratch->dry, 0, sizeof scratch->dry);
     find_dry(instance, time, states, length);
 }
@@ -319,7 +320,7 @@ bool step_impulses(Instance *instance, double time, const double states[], doubl
     if (!find_impulses(instance, time, states, length)) {
         return false;
     }
-    if (REAL_TIME && instance->scratch.solver.unsolved) {
+    if (instance->scratch.solver.unsolved) {
         give_notice(instance, NOTICE_UNSOLVED, length, 0);
     }
     return true;
