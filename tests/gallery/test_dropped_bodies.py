@@ -116,3 +116,14 @@ def test_balls_in_a_box_miss_no_impact(exported: Callable[..., Fmu]) -> None:
             x, y = random.uniform(-0.15, 0.15, 2)
             start |= thrown(random, i, (x, y, 0.15 + 0.25 * i), 2.0)
         drop(fmu, start, 1.0)
+
+
+def test_both_ends_of_an_edge_give_way_together(exported: Callable[..., Fmu]) -> None:
+    """A brick that falls flat on an edge sticks, tips over, and begins to slip with both corners of it at once."""
+    floor = [((0, 0, 1), (0, 0, 0))]
+    a, b, c = 0.05, 0.05, 0.3
+    corners = np.array([[x, y, z] for x in (-a, a) for y in (-b, b) for z in (-c, c)])
+    inertia = [(b**2 + c**2) / 3, (a**2 + c**2) / 3, (a**2 + b**2) / 3]
+    text = world("brick", 1, floor) + body(0, 1.0, inertia, corners, floor, "friction = 1.05\nrestitution = 0")
+    start = {"z0": 0.579799, "e00": -0.0681067, "e01": 0.583609, "e02": -0.378704, "e03": 0.715084}
+    drop(exported(read(text, "brick.toml")), start | {"x0_dot": -0.189143, "y0_dot": 0.3559, "z0_dot": -0.160585}, 1.0)

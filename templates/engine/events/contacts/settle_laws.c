@@ -163,11 +163,46 @@ static void find_vanishing(Settling *settling) {
     }
 }
 
+/* Does a contact stick at its limit, though it is not due? */
+static bool sticks_at_limit(const Settling *settling, int contact) {
+    const int first = SLIP_ROWS[contact];
+    double friction = 0.0;
+    if (!contact_sticks(&settling->instance->state, contact) || settling_due(settling, 2 * contact + 1) ||
+        settling->row[ROW_PLACES[first]].law != ROW_TANGENTIAL) {
+        return false;
+    }
+    for (int row = first; row < SLIP_ROWS[contact + 1]; row++) {
+        friction = hypot(friction, settling->lambda[ROW_PLACES[row]]);
+    }
+    const double limit = settling->row[ROW_PLACES[first]].holding * settling->lambda[ROW_PLACES[contact]];
+    return limit > 0.0 && friction >= (1.0 - 2.0 * YIELDS) * limit;
+}
+
+/* Where a contact gives way, those that stick at the same limit are due with it: both ends of an edge, for one. Else
+   they would take turns in being the last one that holds. */
+static bool give_way_together(Settling *settling) {
+    const State *state = &settling->instance->state;
+    bool given = false, found = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        given = given || (contact_sticks(state, i) && settling_due(settling, 2 * i + 1));
+    }
+    for (int i = 0; i < N_UNILATERALS && given; i++) {
+        if (sticks_at_limit(settling, i)) {
+            settling->due[2 * i + 1] = found = true;
+        }
+    }
+    return found;
+}
+
 bool settling_laws(Settling *settling) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK_ZEROS(mark, bool, determined, K);
     memset(settling->determined, 0, sizeof settling->determined);
     bool solved = solve_settled_laws(settling, determined);
+    for (int i = 0; i < N_UNILATERALS && solved && give_way_together(settling); i++) {
+        memset(determined, 0, K * sizeof(bool));
+        solved = solve_settled_laws(settling, determined);
+    }
     memcpy(settling->determined, determined, K * sizeof(bool));
     find_vanishing(settling);
     if (solved && any_moves_without_lever(settling)) {
