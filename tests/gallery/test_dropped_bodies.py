@@ -87,7 +87,7 @@ def test_a_tetrahedron_falls_into_a_corner(exported: Callable[..., Fmu]) -> None
     walls = [(n, (0, 0, 0)) for n in ((1, 1, 1), (-1, 1, 1), (0, -1, 1))]
     feet = 0.1 * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
     text = world("corner", 1, walls) + body(0, 1.0, [0.01] * 3, feet, walls, "friction = 0.3\nrestitution = 0.2")
-    fmu = exported(read(text, "corner.toml"))
+    fmu = exported(read(text, "corner.toml"), optimised=True)
     for seed in STARTS:
         drop(fmu, thrown(np.random.default_rng(seed), 0, (0, 0, 0.8), 0.5), 1.5)
 
@@ -108,7 +108,7 @@ def test_balls_in_a_box_miss_no_impact(exported: Callable[..., Fmu]) -> None:
         for j in range(i):
             ends = f'between = ["p{i}0", "p{j}0"]\nradius = [0.1, 0.1]'
             text += f'[contacts.s{i}{j}]\nkind = "sphere_sphere"\n{ends}\n{laws}\n'
-    fmu = exported(read(text, "box.toml"))
+    fmu = exported(read(text, "box.toml"), optimised=True)
     for seed in STARTS:
         random = np.random.default_rng(seed)
         start: dict[str, float] = {}
