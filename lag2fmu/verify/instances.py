@@ -68,6 +68,7 @@ class Instance:
         import fmpy
         from fmpy.simulation import instantiate_fmu
 
+        _refuse_without_library(path, description)
         self.description, self.log = description, Log()
         self.asked: Callable[[float], None] | None = None
         self._files = tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True)
@@ -129,6 +130,20 @@ def _needed(file: str) -> bool:
     if folder == "binaries":
         return rest.split("/")[0] in (fmpy.platform, fmpy.platform_tuple)
     return folder not in ("sources", "documentation")
+
+
+def _refuse_without_library(path: Path, description: Any) -> None:
+    """Raise SimulationError for an FMU that was not compiled for this machine."""
+    import fmpy
+
+    place = fmpy.platform_tuple if is_fmi3(description) else fmpy.platform
+    with opened(path) as archive:
+        folders = [name.split("/") for name in archive.namelist()]
+    places = sorted({folder[1] for folder in folders if folder[0] == "binaries" and len(folder) > 2})
+    if place not in places:
+        others = f"only for {', '.join(places)}" if places else "nor for any other"
+        remedy = "compile its sources, or export it with --platform host"
+        raise SimulationError(f"'{path}': has no library for this machine ({place}), {others}; {remedy}")
 
 
 _waiting: dict[tuple[object, ...], Instance] = {}

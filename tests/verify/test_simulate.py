@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -287,6 +288,15 @@ def runaway() -> Mechanism:
     """x_ddot = 2 x^3 from x = 1, x_dot = 1: x = 1/(1 - t) is infinite at 1 s."""
     x = coordinate("x", start=1.0, velocity=1.0)
     return Mechanism("runaway", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2, potential=-(x**4) / 2))
+
+
+def test_an_fmu_for_other_machines(exported, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere.fmu"
+    with zipfile.ZipFile(exported("pendulum").path) as archive, zipfile.ZipFile(elsewhere, "w") as other:
+        other.writestr("modelDescription.xml", archive.read("modelDescription.xml"))
+        other.writestr("binaries/elsewhere/pendulum.so", b"")
+    with pytest.raises(SimulationError, match=r"no library for this machine .*, only for elsewhere; compile"):
+        lag2fmu.simulate(elsewhere)
 
 
 def test_a_motion_that_ends_is_an_error_in_the_words_of_the_fmu(tmp_path: Path) -> None:
