@@ -62,7 +62,7 @@ int main(void) {
 
 @pytest.mark.fmu
 @pytest.mark.skipif(sys.platform != "linux", reason="the painted stack is one of a thread of POSIX")
-@pytest.mark.parametrize(("model", "steps"), [("cart_pole", 1000), ("woodpecker", 1200), ("four_bar_linkage", 500)])
+@pytest.mark.parametrize(("model", "steps"), [("cart_pole", 1000), ("falling_rod", 1500), ("four_bar_linkage", 500)])
 def test_the_stack_that_is_used_is_what_is_reported(model: str, steps: int, tmp_path: Path) -> None:
     made = firmware(model, own_math=True)
     reported = footprints(f"{model}.c", made.files, ENTRIES, ["x86-64"])[0].stack

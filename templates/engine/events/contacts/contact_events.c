@@ -205,7 +205,11 @@ void contacts_turn(Instance *instance) {
         if (contact_slips(i) < 2 || !contact_slides(state, i) || contact_steady(state, i) > 0.0) {
             continue;
         }
-        const double speed = hypot(slip[0], slip[1]), along = contact_slip_margin(state, i, slip);
+        const double along = contact_slip_margin(state, i, slip);
+        double speed = 0.0;
+        for (int k = 0; k < contact_slips(i); k++) {
+            speed = hypot(speed, slip[k]);
+        }
         if (speed > slow_slip(state) && along > 0.0 && along < TURNED_AWAY * speed) {
             contact_slide(state, i, slip, 0.0);
         }
