@@ -14,7 +14,7 @@ from lag2fmu.fmu.materials import BILL_ENTRY
 from lag2fmu.fmu.wasm.binary import MODULE
 from lag2fmu.fmu.wasm.draft import FOLDER, MANIFEST, NAME, commit
 
-pytestmark = pytest.mark.fmu
+pytestmark = [pytest.mark.fmu, pytest.mark.slow]
 
 COMPONENT = f"binaries/{FOLDER}/pendulum.wasm"
 

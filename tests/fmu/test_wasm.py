@@ -53,11 +53,12 @@ def difference(of_library: Any, of_component: Any) -> float:
     return float((np.abs(a - b) / (1.0 + np.abs(a).max(axis=0))).max())
 
 
-SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("woodpecker", "four_bar_linkage", "clutch_pair")]
+MODELS = ("bouncing_ball", "woodpecker", "four_bar_linkage", "clutch_pair")
 
 
 @pytest.mark.fmu
-@pytest.mark.parametrize("model", ["bouncing_ball", *SLOW])
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
 def test_a_component_computes_what_the_library_does(model: str, both: Both) -> None:
     path, times, short = both(model), [0.01 * i for i in range(201)], [0.001 * i for i in range(301)]
     for events in (False, True):
@@ -75,6 +76,7 @@ def test_a_component_computes_what_the_library_does(model: str, both: Both) -> N
 
 
 @pytest.mark.fmu
+@pytest.mark.slow
 def test_the_bits_are_those_of_the_library_where_nothing_is_rounded_otherwise(both: Both) -> None:
     """The ball needs no function of a mathematical library: all values and the times of its impacts are equal."""
     path, times = both("bouncing_ball"), [0.01 * i for i in range(301)]
@@ -88,6 +90,7 @@ def test_the_bits_are_those_of_the_library_where_nothing_is_rounded_otherwise(bo
 
 
 @pytest.mark.fmu
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_states_go_from_one_to_the_other(kind: str, both: Both) -> None:
     """A state saved by the component is restored by the library, saved there, and restored by the component."""
@@ -116,6 +119,7 @@ def test_states_go_from_one_to_the_other(kind: str, both: Both) -> None:
 
 
 @pytest.mark.fmu
+@pytest.mark.slow
 def test_derivatives_and_dependencies(both: Both) -> None:
     path = both("bouncing_ball")
     with Stepping3(path) as library, SteppingComponent(path) as wasm:
@@ -134,6 +138,7 @@ def test_derivatives_and_dependencies(both: Both) -> None:
 
 
 @pytest.mark.fmu
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_function_of_the_draft_answers(kind: str, both: Both) -> None:
     """Also where nothing is asked for, or the call is illegal: no call ends the component."""
@@ -153,6 +158,7 @@ def test_every_function_of_the_draft_answers(kind: str, both: Both) -> None:
 
 
 @pytest.mark.fmu
+@pytest.mark.slow
 def test_who_says_what_is_wrong(both: Both) -> None:
     """A wrong token makes no instance; sentences come with the name of the instance, and with cut letters left out."""
     path, log = both("bouncing_ball"), []
@@ -174,6 +180,7 @@ def test_who_says_what_is_wrong(both: Both) -> None:
 
 
 @pytest.mark.fmu
+@pytest.mark.slow
 @pytest.mark.slow
 def test_an_fmu_that_is_a_component_alone_says_what_it_has(tmp_path: Path) -> None:
     path = export("pendulum", tmp_path / "p.fmu", fmi="3.0", platform="wasm", page="static", without=("sources",)).path
