@@ -19,12 +19,10 @@ from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import FLAGS
 from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.pack import unpack
-from lag2fmu.resources import bundled
 
 pytestmark = [pytest.mark.fmu, pytest.mark.toolchain]
 
-FEW = {"double_pendulum", "woodpecker"}
-MODELS = [name if name in FEW else pytest.param(name, marks=pytest.mark.slow) for name in bundled()]
+MODELS = ("double_pendulum", "woodpecker")
 HERE = Path(__file__).parent
 COUNT = 50
 
