@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from lag2fmu.description.keys import ANY, OWN, doc_key, key, unit_key
-from lag2fmu.description.places import AXES, End, Expression, Frame, axes_key, normalise
-from lag2fmu.language.units import DIMENSIONLESS, METRE, RADIAN, SECOND, Unit
+from lag2fmu.description.places import AXES, Body, End, Expression, Frame, axes_key, normalise
+from lag2fmu.language.units import DIMENSIONLESS, METRE, NEWTON, RADIAN, SECOND, TORQUE, Unit
 
 _MATRIX = tuple(f"{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
 
@@ -21,13 +22,21 @@ QUANTITIES: dict[str, tuple[str, tuple[str, ...], Unit]] = {
     "rotation": ("frame", _MATRIX, DIMENSIONLESS),
     "origin_velocity": ("frame", AXES, METRE / SECOND),
     "specific_force": ("frame", AXES, METRE / SECOND / SECOND),
+    "mass_centre": ("bodies", AXES, METRE),
+    "mass_centre_velocity": ("bodies", AXES, METRE / SECOND),
+    "angular_momentum": ("bodies", AXES, TORQUE * SECOND),
+    "holding_force": ("bodies", AXES, NEWTON),
+    "holding_torque": ("bodies", AXES, TORQUE),
 }
 """{quantity of an output: (the key it belongs to, suffixes of its entries, unit)}."""
 
-ALONG_AXES = ("angular_velocity", "angular_acceleration", "origin_velocity", "specific_force")
-"""The quantities of a frame that have ``axes``."""
+HOLDING = ("holding_force", "holding_torque")
+"""The quantities of bodies that also have a frame."""
 
-ACCELERATIONS = ("acceleration", "angular_acceleration", "specific_force")
+ALONG_AXES = ("angular_velocity", "angular_acceleration", "origin_velocity", "specific_force", *HOLDING)
+"""The quantities that have ``axes``, of the world or of a frame."""
+
+ACCELERATIONS = ("acceleration", "angular_acceleration", "specific_force", *HOLDING)
 """The quantities that depend on accelerations."""
 
 TURNING = {
@@ -55,8 +64,13 @@ class Output:
     - ``quaternion``: NAME_0 ... NAME_3, the product of those of the rotations, hence smooth; e and -e are the same R.
     - ``angles`` (rad): NAME_x, NAME_y, NAME_z with R = Rx Ry Rz (Cardan), singular at NAME_y = +-pi/2.
 
+    Some ``bodies`` together have, in world axes, ``mass_centre`` (m), its velocity ``mass_centre_velocity`` (m/s) and
+    their ``angular_momentum`` (N.m.s) about it, which in the plane is NAME_z alone. With a ``frame`` they also have
+    ``holding_force`` (N) and ``holding_torque`` (N.m) about its origin, in the ``axes`` of the world or of the frame:
+    the sum of what all others exert on the bodies, but for gravity. A sensor in a wrist tells them of the hand.
+
     ``unit`` is that of the entries and need not be given with a quantity. ``dimension`` is the number of entries of
-    positions; the Mechanism sets it. Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd edition, chapter 2.
+    positions; the Mechanism sets it. Source: J. Wittenburg, Dynamics of Multibody Systems, 2nd edition, chapters 2, 3.
     """
 
     name: str
@@ -71,9 +85,11 @@ class Output:
     doc: str = doc_key(order=1)
     frame: str | Frame | None = key("part", "The frame whose quantity it is.", default=None)
     point: End | None = key("part", "The point or body whose quantity it is.", default=None)
+    bodies: Sequence[str | Body] | None = key("names", "The bodies whose sum it is, see quantity.", default=None)
     quantity: str | None = key(
         (*QUANTITIES, "angle"),
-        "Of a point: position, velocity, acceleration, of its angle angle and its derivatives; others are of a frame.",
+        "Of a point: position, velocity, acceleration, of its angle angle and its derivatives. Of bodies: mass_centre, "
+        "its velocity, angular_momentum, what holds them. Others are of a frame.",
         default=None,
     )
     axes: str = axes_key()
@@ -101,7 +117,10 @@ class Output:
         if self.quantity not in QUANTITIES or self.turning:
             return (self.name,)
         key, suffixes, _ = QUANTITIES[self.quantity]
-        return tuple(f"{self.name}_{x}" for x in (suffixes[: self.dimension] if key == "point" else suffixes))
+        if key != "frame":
+            flat = "z" if self.quantity == "angular_momentum" else suffixes[:2]
+            suffixes = tuple(flat) if self.dimension == 2 else suffixes
+        return tuple(f"{self.name}_{x}" for x in suffixes)
 
 
 @dataclass(frozen=True)

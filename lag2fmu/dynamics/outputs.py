@@ -1,4 +1,4 @@
-"""The outputs of a mechanism on the graph: expressions, and quantities of places and frames."""
+"""The outputs of a mechanism on the graph: expressions, and quantities of places, frames and bodies."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from lag2fmu.description.outputs import QUANTITIES, TURNING, Output
 from lag2fmu.description.places import WORLD
 from lag2fmu.dynamics.energies import Composer
 from lag2fmu.dynamics.frames import Rate
+from lag2fmu.dynamics.momenta import Momenta
 from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.vectors import Vector, cross, minus, plus
 
@@ -15,6 +16,8 @@ def composed_output(composer: Composer, output: Output) -> Vector:
     if output.quantity is None:
         return (composer.put(output.expression),)
     accelerating = Forward(composer.g, composer.variables.direction(composer.g, accelerating=True))
+    if output.bodies is not None:
+        return Momenta(composer, output, accelerating).entries()
     if output.point is None:
         return _of_frame(composer, output, accelerating)
     point = str(output.point)

@@ -7,9 +7,9 @@ from collections.abc import Container, Sequence
 
 from lag2fmu.description import names
 from lag2fmu.description.description import Description
-from lag2fmu.description.outputs import ALONG_AXES, QUANTITIES, TURNING, Output
+from lag2fmu.description.outputs import ALONG_AXES, HOLDING, QUANTITIES, TURNING, Output
 from lag2fmu.description.parts import Damper, Load, Spring
-from lag2fmu.description.places import WORLD, Expression, Vector
+from lag2fmu.description.places import WORLD, Expression, Vector, remedy_for
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.description.values import require_number
 from lag2fmu.errors import MechanismError, UnitError
@@ -215,32 +215,39 @@ def _check_axes(where: str, part: Load | Output, framed: bool) -> None:
 
 
 def _measured_by(output: Output, where: str) -> str:
-    """The key that says what ``output`` is: 'expression', 'frame' or 'point'.
+    """The key that says what ``output`` is: 'expression', 'frame', 'point' or 'bodies'.
 
-    Raises MechanismError if there is none, or more than one.
+    Raises MechanismError if there is none, or more than one; a frame may stand beside bodies.
     """
-    given = [key for key in ("expression", "frame", "point") if getattr(output, key) is not None]
+    given = [key for key in ("expression", "frame", "point", "bodies") if getattr(output, key) is not None]
+    if given == ["frame", "bodies"]:
+        return "bodies"
     if len(given) != 1:
         found = " and ".join(f"'{key}'" for key in given) or "none of them"
-        raise MechanismError(f"{where}: give one of 'expression', 'frame' or 'point', got {found}")
+        raise MechanismError(f"{where}: give one of 'expression', 'frame', 'point' or 'bodies', got {found}")
     return given[0]
 
 
 def _check_output(m: Description, where: str, output: Output) -> None:
-    """Raise MechanismError unless ``output`` has an expression, or a quantity of a frame or point."""
+    """Raise MechanismError unless ``output`` has an expression, or a quantity of a frame, a point or bodies."""
     key = _measured_by(output, where)
     known = _quantities(m, output, key, where)
     if (output.quantity is None) == (key != "expression") or (known and output.quantity not in known):
-        wanted = f"give one of {', '.join(known)}" if known else "it goes with 'frame' or 'point'"
+        wanted = f"give one of {', '.join(known)}" if known else "it goes with 'frame', 'point' or 'bodies'"
         found = "is missing" if output.quantity is None else f"{output.quantity!r} does not fit"
         raise MechanismError(f"{where}.quantity: {found}; {wanted}")
-    _check_axes(where, output, key == "frame" and output.quantity in ALONG_AXES)
+    if key == "bodies" and (output.frame is None) == (output.quantity in HOLDING):
+        remedy = "leave it out" if output.frame else "name the frame whose origin it is about"
+        raise MechanismError(f"{where}.frame: does not fit to {output.quantity}; {remedy}")
+    _check_axes(where, output, output.frame is not None and output.quantity in ALONG_AXES)
 
 
 def _quantities(m: Description, output: Output, key: str, where: str) -> list[str]:
-    """The quantities that ``output`` may show of its frame or point; raises MechanismError if there is no such one."""
+    """The quantities that ``output`` may show of its part or parts; raises MechanismError if there are no such ones."""
     known = [name for name, (of, _, _) in QUANTITIES.items() if of == key]
-    if key == "frame":
+    if key == "bodies":
+        _check_bodies(m, output, where)
+    if output.frame is not None:
         try:
             m.frame(str(output.frame))
         except MechanismError as error:
@@ -251,3 +258,15 @@ def _quantities(m: Description, output: Output, key: str, where: str) -> list[st
             _location(m, str(output.point), f"{where}.point")
         known += TURNING if turns else ()
     return known
+
+
+def _check_bodies(m: Description, output: Output, where: str) -> None:
+    """Raise MechanismError unless ``output`` is of different bodies that are somewhere and have mass."""
+    named, placed = list(map(str, output.bodies or ())), {body.name: body for body in m.placed_bodies}
+    if not named or len({*named}) < len(named):
+        raise MechanismError(f"{where}.bodies: expected one or more different bodies, got {named}")
+    for name in named:
+        if name not in placed:
+            raise MechanismError(f"{where}.bodies: no body with a place is called '{name}'; {remedy_for(name, placed)}")
+    if all(placed[name].mass == 0 for name in named):
+        raise MechanismError(f"{where}.bodies: these have no mass; name bodies with mass")

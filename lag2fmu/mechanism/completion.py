@@ -101,7 +101,7 @@ def _with_places(written: Description) -> tuple[Description, Origins]:
         ported,
         inputs=(*ported.inputs, *(item for _, item in inputs)),
         loads=tuple(loads),
-        outputs=tuple(replace(o, dimension=sizes.get(str(o.point), 3)) for o in ported.outputs),
+        outputs=tuple(replace(o, dimension=sizes.get(str(o.point), ported.dimension)) for o in ported.outputs),
     )
     return with_chosen_inputs(opened, origins), origins
 

@@ -22,6 +22,7 @@ from lag2fmu.description.tables import Table
 from lag2fmu.language.definitions import calls, written_out
 from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice, symbol
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.momenta import in_fixed_frame
 from lag2fmu.reference.symbols import Symbols, symbols_of
 from lag2fmu.reference.tables import with_data
 
@@ -157,6 +158,9 @@ class Composition:
     def _output(self, output: Output) -> Iterable[tuple[str, sp.Expr]]:
         if output.expression is not None:
             yield output.name, self.written(output.expression)
+        elif output.bodies is not None and not self.mechanism.frames:
+            found = in_fixed_frame(output, self._fixed_bodies(), self.written, self.rate)
+            yield from zip(output.names, found, strict=True)
         elif output.point is not None and not self.on_frame(output.point):
             if output.turning:
                 position: Vector = (self.written(_angle(self.mechanism, str(output.point))),)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from lag2fmu.description.outputs import ACCELERATIONS, Output
+from lag2fmu.description.outputs import ACCELERATIONS
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Body
 from lag2fmu.language.vocabulary import TIME
@@ -26,17 +26,16 @@ from lag2fmu.reference.frames import (
     Mass,
     apply,
     apply_transposed,
-    changing,
     dot,
     growth,
     links_of,
     poses_of,
     rotational,
     spot_of,
-    turning,
 )
 from lag2fmu.reference.functions import STEP, Array, Compiled, Slots, compiled, in_blocks
 from lag2fmu.reference.quaternions import Quaternions
+from lag2fmu.reference.spatial_outputs import SpatialOutputs
 
 _RATE = sp.Dummy("rate", real=True)
 
@@ -57,7 +56,10 @@ class Spatial:
         self._springs = [self._element(spring, slots) for spring in m.springs if self._framed(spring)]
         self._dampers = [self._element(damper, slots) for damper in m.dampers if self._framed(damper)]
         self._loads = [x for x in m.loads if composition.on_frame(x.point if x.point is not None else x.body)]
-        self._outputs = [x for x in m.outputs if x.frame is not None or composition.on_frame(x.point)]
+        self._outputs = [
+            x for x in m.outputs if x.frame is not None or composition.on_frame(x.point) or (m.frames and x.bodies)
+        ]
+        summed = self._summed(slots)
         self._spots = {place.name: spot_of(*m.location(place.name), slots) for place in m.places if place.frame}
         self._pull = slots.add(self._gravity())
         self._configuration = (TIME, *s.q, *s.qd, *s.motion, *s.motion_dot)
@@ -67,9 +69,20 @@ class Spatial:
         self._forceful = self._forces_of_dampers((*arguments, _RATE, *s.parameters))
         entries = [x for load in self._loads for x in composition.effort(load)]
         self._entries = compiled((*arguments, *s.parameters), entries)
+        self._told = SpatialOutputs(summed, self._spots, self._pull, self._quaternions())
+
+    def _summed(self, slots: Slots) -> dict[str, Mass]:
+        """The bodies over which outputs sum, by name."""
+        named = {str(name) for output in self._outputs for name in output.bodies or ()}
+        return {body.name: self._mass(body, slots) for body in self._composition.mechanism.bodies if body.name in named}
+
+    def _quaternions(self) -> Quaternions:
+        """Those of the frames whose quaternion is an output."""
+        composition = self._composition
         wanted = [str(x.frame) for x in self._outputs if x.quantity == "quaternion"]
         own = Slots(composition.written, composition.rate)
-        self._quaternions = Quaternions(m.frames, wanted, own, (*self._configuration, *s.parameters), constants)
+        arguments = (*self._configuration, *composition.symbols.parameters)
+        return Quaternions(composition.mechanism.frames, wanted, own, arguments, self._constants)
 
     def _forces_of_dampers(self, arguments: Sequence[sp.Symbol]) -> list[tuple[Element, Compiled]]:
         """(element, its force as a function of ``arguments``) of each damper on frames that has a force."""
@@ -178,9 +191,9 @@ class Spatial:
             values, moved = (self._local(x, self._constants) for x in (here, here + 1j * STEP * block[len(rows) :]))
             poses, later = poses_of(self._links, values), poses_of(self._links, moved)
             found = [
-                self._change(output, poses, later, moved)
+                self._told.change(output, poses, later, moved)
                 if output.quantity in ACCELERATIONS
-                else self._quantity(output, poses, values, here)
+                else self._told.quantity(output, poses, values, here)
                 for output in self._outputs
             ]
             return np.concatenate([np.broadcast_to(x, (len(x), block.shape[1])) for x in found])
@@ -281,20 +294,3 @@ class Spatial:
             rate = rates[:1] + (slopes * given[1 + n : 1 + 2 * n]).sum(axis=0)
             total = total + force(np.concatenate([given, rate]), self._constants) * slopes
         return total
-
-    def _change(self, output: Output, poses: dict[str, FramePose], later: dict[str, FramePose], moved: Array) -> Array:
-        """The acceleration or angular acceleration that is ``output``, (3, N), from velocities a complex step later."""
-        if output.point is not None:
-            change: Array = self._spots[str(output.point)].motion(later, moved)[1].imag / STEP
-            return change
-        frame = str(output.frame)
-        change = changing(later[frame], str(output.quantity), moved[self._pull].real)
-        return change if output.axes == WORLD else apply_transposed(poses[frame].R, change)
-
-    def _quantity(self, output: Output, poses: dict[str, FramePose], values: Array, rows: Array) -> Array:
-        """The entries of ``output``, (k, N)."""
-        if output.point is not None:
-            return self._spots[str(output.point)].motion(poses, values)[output.quantity == "velocity"]
-        if output.quantity == "quaternion":
-            return self._quaternions(rows, str(output.frame))
-        return turning(poses[str(output.frame)], str(output.quantity), in_world=output.axes == WORLD)

@@ -325,7 +325,9 @@ SENSED = """<mujoco><compiler angle="radian"/><option gravity="0.3 -0.2 -9.7"><f
 <body name="arm" pos="0.2 0 0.1"><joint name="p" axis="0 -1 0.2" damping="0.3" ref="0.1"/>
 <geom size="0.05 0.2" type="capsule" pos="0 0 -0.3"/><site name="mid" pos="0 0.1 -0.2" euler="1 0 0.3"/>
 <body name="tip" pos="0 0 -0.5"><joint name="s" type="slide" axis="0 0.3 1"/><geom size="0.04" pos="0.02 0 0"/>
-<site name="end" pos="0.02 0 0.03"/></body></body></body></worldbody>
+<site name="end" pos="0.02 0 0.03"/><body name="hand" pos="0 0 -0.1" euler="0.2 0 0.4"><geom size="0.03 0.02 0.05"
+type="box" pos="0.01 0 -0.02"/><site name="wrist" pos="0 0.01 0" euler="0 0.5 0"/></body></body></body></body>
+</worldbody>
 <tendon><fixed name="cable"><joint joint="p" coef="0.5"/><joint joint="s" coef="-1.5"/></fixed></tendon>
 <actuator><position name="a" joint="p" kp="7" kv="0.4" ctrlrange="-1 1" forcerange="-2 3" gear="2"/></actuator>
 <sensor><jointpos name="angle" joint="p"/><jointvel name="speed" joint="s"/><tendonpos name="cable" tendon="cable"/>
@@ -336,7 +338,10 @@ SENSED = """<mujoco><compiler angle="radian"/><option gravity="0.3 -0.2 -9.7"><f
 <framepos name="hull_center" objtype="body" objname="hull"/><framequat name="mid_turn" objtype="site" objname="mid"/>
 <framequat name="box_turn" objtype="geom" objname="box"/><framelinvel name="tip_v" objtype="xbody" objname="tip"/>
 <frameangvel name="imu_w" objtype="site" objname="imu"/><framelinacc name="imu_a" objtype="site" objname="imu"/>
-<frameangacc name="arm_alpha" objtype="body" objname="arm"/></sensor></mujoco>"""
+<frameangacc name="arm_alpha" objtype="body" objname="arm"/><subtreecom name="whole" body="hull"/>
+<subtreecom name="hand_at" body="hand"/><subtreelinvel name="arm_v" body="arm"/><subtreeangmom name="arm_h" body="arm"/>
+<subtreeangmom name="hand_h" body="hand"/><force name="arm_force" site="mid"/><torque name="arm_torque" site="mid"/>
+<force name="wrist_force" site="wrist"/><torque name="wrist_torque" site="wrist"/></sensor></mujoco>"""
 
 
 def free_state(state: Any) -> dict[str, float]:
@@ -351,12 +356,12 @@ def free_state(state: Any) -> dict[str, float]:
 
 @pytest.mark.fmu
 def test_sensors_are_outputs_and_tell_what_mujocos_tell(robot: Robot, tmp_path: Path) -> None:
-    """All of 19 kinds and places at 20 random states, controls beyond their range; e and -e are one orientation."""
+    """All of 28 kinds and places at 20 random states, controls beyond their range; e and -e are one orientation."""
     mechanism, model = robot(SENSED), mujoco.MjModel.from_xml_string(SENSED)
     assert mechanism.not_taken == ()
     fmu = export(mechanism, tmp_path / "sensed.fmu", page="static", without=["equations"])
     measured = {output.name: output for output in mechanism.outputs}
-    assert len(measured) == model.nsensor == 19
+    assert len(measured) == model.nsensor == 28
     state, rng = mujoco.MjData(model), np.random.default_rng(2)
     for _ in range(20):
         state.qpos[:], state.qvel[:], state.ctrl[:] = rng.normal(size=9), rng.normal(size=8), 3 * rng.normal(size=1)
@@ -383,13 +388,15 @@ def test_an_accelerometer_at_rest_shows_gravity(robot: Robot) -> None:
 
 def test_sensors_that_nothing_is_made_of_are_told_last(robot: Robot) -> None:
     sensors = (
-        '<sensor><touch name="touch" site="s"/><force name="force" site="s"/><subtreecom name="com" body="rod"/>'
+        '<sensor><touch name="touch" site="s"/><subtreecom name="com" body="still"/>'
         '<framepos name="relative" objtype="site" objname="s" reftype="body" refname="rod"/>'
         '<jointpos name="cut" joint="z" cutoff="0.5"/><ballquat name="ball" joint="b"/></sensor>'
     )
     text = body('<joint name="b" type="ball"/><site name="s" size="1"/>', sensors)
-    text = text.replace("</worldbody>", '<body><joint name="z"/><geom size="1"/></body></worldbody>')
-    told = [f"the sensor {name}" for name in ("touch", "force", "com", "relative", "ball")]
+    still = '<body name="still"><inertial mass="1" pos="0 0 0" diaginertia="1 1 1"/></body>'
+    others = f'<body><joint name="z"/><geom size="1"/></body>{still}</worldbody>'
+    text = text.replace("</worldbody>", others)
+    told = [f"the sensor {name}" for name in ("touch", "relative", "ball", "com")]
     assert robot(text).not_taken == ("the cutoff of the sensor cut", *told)
 
 

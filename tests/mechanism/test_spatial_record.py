@@ -109,6 +109,8 @@ def test_spatial_loads_bring_three_inputs() -> None:
         (Output("o", frame=arm, quantity="rotation"), ["11", "12", "13", "21", "22", "23", "31", "32", "33"], "1"),
         (Output("o", point=tip, quantity="position", unit="mm"), "xyz", "mm"),
         (Output("o", point="rotor", quantity="velocity"), "xyz", "m/s"),
+        (Output("o", bodies=["rotor"], quantity="angular_momentum"), "xyz", "N.m.s/rad"),
+        (Output("o", bodies=[rotor], frame=arm, quantity="holding_torque", axes="frame"), "xyz", "N.m/rad"),
     ],
 )
 def test_quantities_expand_into_names(output: Output, suffixes: str, unit: str) -> None:
@@ -272,13 +274,31 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         {"points": [Point("p", (0, 0, 1))], "loads": [Load("f", "p", force=(1, 2, 3), axes="frame")]},
         "loads.f.axes: there is no frame to take the axes of",
     ),
-    ({"outputs": [Output("o")]}, "outputs.o: give one of 'expression', 'frame' or 'point', got none of them"),
+    ({"outputs": [Output("o")]}, "outputs.o: give one of 'expression', 'frame', 'point' or 'bodies', got none"),
     ({"outputs": [Output("o", q1, frame=arm)]}, "outputs.o: give one of .* got 'expression' and 'frame'"),
     ({"outputs": [Output("o", q1, quantity="angles")]}, "outputs.o.quantity: 'angles' does not fit; it goes with"),
     ({"outputs": [Output("o", frame=arm)]}, "outputs.o.quantity: is missing; give one of angular_velocity, ang"),
     ({"outputs": [Output("o", frame=arm, quantity="position")]}, "outputs.o.quantity: 'position' does not fit"),
     ({"outputs": [Output("o", frame="leg", quantity="angles")]}, "outputs.o.frame: there is no frame 'leg'"),
     ({"outputs": [Output("o", point="toe", quantity="position")]}, "outputs.o.point: there is no point or body 'toe'"),
+    (
+        {"outputs": [Output("o", point=tip, bodies=["rotor"], quantity="position")]},
+        "outputs.o: give one of .* got 'point' and 'bodies'",
+    ),
+    ({"outputs": [Output("o", bodies=["rotator"], quantity="mass_centre")]}, "outputs.o.bodies: no body with a place"),
+    ({"outputs": [Output("o", bodies=[], quantity="mass_centre")]}, "outputs.o.bodies: expected one or more different"),
+    (
+        {"outputs": [Output("o", bodies=["rotor"] * 2, quantity="mass_centre")]},
+        "outputs.o.bodies: expected one or more",
+    ),
+    (
+        {"outputs": [Output("o", bodies=["rotor"], quantity="holding_force")]},
+        "outputs.o.frame: does not fit .* name the",
+    ),
+    (
+        {"outputs": [Output("o", bodies=["rotor"], frame=arm, quantity="mass_centre")]},
+        "outputs.o.frame: does not fit to mass_centre; leave it out",
+    ),
     (
         {"outputs": [Output("o", frame=arm, quantity="angles", axes="frame")]},
         "outputs.o.axes: there is no frame to take",

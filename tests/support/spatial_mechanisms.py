@@ -104,6 +104,9 @@ def carousel(framed: bool) -> Mechanism:
     )
 
 
+_ALL = ("arm", "fan", "ball", "bead", "stone")
+
+
 def everything_spatial() -> Mechanism:
     """Trees, axes of all kinds, a moving quaternion, full tensors, springs, dampers and loads between frames."""
     q = [coordinate(f"q{i}", "rad", start=0.1 * i) for i in range(3)]
@@ -142,6 +145,9 @@ def everything_spatial() -> Mechanism:
             *(Output(f"w_{f}", frame=f, quantity="angular_velocity") for f in ("hand", "right")),
             *(Output(f"v_{f}", frame=f, quantity="origin_velocity", axes="frame") for f in ("hand", "right")),
             *(Output(f"a_{x}", frame="hand", quantity="specific_force", axes=x) for x in ("frame", "world")),
+            *(Output(k, bodies=_ALL, quantity=k) for k in ("mass_centre", "mass_centre_velocity", "angular_momentum")),
+            *(Output(k, bodies=_ALL, frame="hand", quantity=k) for k in ("holding_force", "holding_torque")),
+            Output("held", bodies=["fan", "bead"], frame="right", quantity="holding_torque", axes="frame"),
             Output("tip", point="tip", quantity="position"),
             Output("tip_v", point="tip", quantity="velocity"),
             Output("bead", point="bead", quantity="velocity"),

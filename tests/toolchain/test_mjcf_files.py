@@ -17,6 +17,7 @@ import pytest
 from kkt import solve
 
 from lag2fmu import derive, load
+from lag2fmu.dynamics import EquationsOfMotion
 from lag2fmu.errors import LoadError
 from lag2fmu.mechanism.record import Mechanism, complete
 
@@ -44,9 +45,9 @@ def corpus() -> list[Path]:
 
 
 def test_all_files_come_in_and_move_as_in_mujoco() -> None:
-    """With contacts, limits, dry friction, equalities and the medium off; controls saturate.
+    """Accelerations and sensors, with contacts, limits, dry friction, equalities and the medium off; controls saturate.
 
-    1e-10 of the greatest acceleration. Only the adhesion of the fruit fly's feet is no actuator here.
+    1e-10 of the greatest acceleration or reading. Only the adhesion of the fruit fly's feet is no actuator here.
     """
     files, refused, left_out, worst = corpus(), dict[str, str](), dict[str, str](), dict[str, float]()
     assert len(files) >= 70
@@ -65,7 +66,7 @@ def test_all_files_come_in_and_move_as_in_mujoco() -> None:
 
 
 def differences(mechanism: Mechanism, path: Path) -> Iterator[float]:
-    """The largest difference of accelerations and rates of activations from MuJoCo's, at each state."""
+    """The largest differences of accelerations and of sensors from MuJoCo's, at each state."""
     model = bare(path)
     open_chain = complete(replace(mechanism.description, constraints=(), joints=(), frictions=()))
     equations, state, rng = derive(open_chain), mujoco.MjData(model), np.random.default_rng(7)
@@ -86,6 +87,22 @@ def differences(mechanism: Mechanism, path: Path) -> Iterator[float]:
         found = solve(equations, fixed | given | moving)[0]
         scale = max(1.0, float(np.abs(state.qacc).max()))
         yield float(np.abs(accelerations(model, state, found) - state.qacc).max()) / scale
+        moving |= {f"{q.name}_ddot": x for q, x in zip(equations.mechanism.coordinates, found, strict=False)}
+        yield from readings(equations, model, state, fixed | given | moving)
+
+
+def readings(equations: EquationsOfMotion, model: Any, state: Any, values: dict[str, float]) -> Iterator[float]:
+    """The differences of the sensors that are outputs, relative to the greatest reading of a sensor."""
+    told = {output.doc: output.names for output in equations.mechanism.outputs}
+    for k in range(model.nsensor):
+        sensor, names = model.sensor(k), told.get(f"sensor {model.sensor(k).name}")
+        expected = state.sensordata[sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
+        cut = sensor.cutoff[0] and np.abs(expected).max() >= sensor.cutoff[0]
+        if names is None or cut:
+            continue
+        found = np.array(equations.graph.evaluate([equations.outputs[name] for name in names], values))
+        same = -1 if len(found) == 4 and found @ expected < 0 else 1  # e and -e are one orientation
+        yield float(np.abs(same * found - expected).max()) / max(1.0, float(np.abs(expected).max()))
 
 
 def bare(path: Path) -> Any:

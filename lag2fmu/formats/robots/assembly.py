@@ -1,12 +1,12 @@
 """From a tree of links to a description: a frame and a body for each link that moves, and the forces of its joint.
 
 Links on fixed joints are lumped with the link that carries them: their inertia goes into its body, and their origins
-become points of its frame. Frames and bodies have the names of links, coordinates those of joints.
+become points of its frame. One whose mass or force a sensor tells has a body of its own in this frame. Frames and
+bodies have the names of links, coordinates those of joints.
 """
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
 from typing import Any
 
@@ -83,7 +83,8 @@ class _Assembly:
         for joint in robot.joints:
             self._parts.joints[joint.name] = self._named(joint, names[joint.name])
         self._paths: dict[str, sp.Expr] = {}
-        self._lumped: dict[str, list[LinkInertia]] = defaultdict(list)
+        self._lumped: dict[str, tuple[str, list[LinkInertia]]] = {}  # {body: (its frame, what is in it)}
+        self._sensed = {sensor.subtree for sensor in robot.sensors}
         self._floating: list[str] = []  # frames
         self._free: list[tuple[str, ...]] = []  # coordinates of what floats in the world
         self._turned: set[str] = set()  # coordinates along which no force is a port
@@ -100,7 +101,7 @@ class _Assembly:
         measure(robot, parts)
         if ground is not None:
             touch(robot, parts, ground)
-        bodies = [self._body(frame, inertias) for frame, inertias in self._lumped.items() if frame != WORLD]
+        bodies = [self._body(name, *lumped) for name, lumped in self._lumped.items() if name != WORLD]
         strength = float(np.linalg.norm(robot.gravity))
         g = parameter(parts.names.variable("g"), strength, "m/s2", "acceleration of gravity")
         tables: dict[str, Any] = {
@@ -144,7 +145,7 @@ class _Assembly:
     def _stand(self, root: str) -> None:
         """Put the root on the ground, or let it move."""
         nowhere = JointPose(np.zeros(3))
-        self._parts.carriers[root] = (WORLD, np.eye(3), nowhere)
+        self._parts.carriers[root], self._parts.bodies[root] = (WORLD, np.eye(3), nowhere), WORLD
         if self._base != "fixed":
             base = RobotJoint(self._links[root], self._base, WORLD, root, nowhere, np.array([0.0, 0.0, 1.0]))
             self._move(base, self._named(base, self._links[root]), WORLD, nowhere)
@@ -159,7 +160,8 @@ class _Assembly:
         frame, matrix, pose = self._parts.carriers[link]
         inertia = self._robot.links[link]
         if inertia is not None:
-            self._lumped[frame].append(inertia.moved(matrix, pose.origin))
+            _, lumped = self._lumped.setdefault(self._parts.bodies[link], (frame, []))
+            lumped.append(inertia.moved(matrix, pose.origin))
 
     def _carry(self, joint: RobotJoint) -> None:
         """Let ``joint`` carry its child: in a frame of its own, or lumped with the parent."""
@@ -170,6 +172,10 @@ class _Assembly:
         else:
             self._parts.carriers[joint.child] = (frame, matrix @ joint.pose.matrix, pose)
             self._parts.points.append(Point(self._links[joint.child], numbers(pose.origin), frame))
+            own = joint.child in self._sensed and frame != WORLD
+            body = f"{self._links[joint.child]}_body"
+            carrying = self._parts.bodies[joint.parent]
+            self._parts.bodies[joint.child] = self._parts.names.entry("places", body) if own else carrying
         self._take(joint.child)
 
     # ------------------------------------------------------------------------------------------------ moving joints
@@ -179,6 +185,7 @@ class _Assembly:
         frame, turns = self._links[joint.child], turns_of(pose)
         origin = numbers(pose.origin)
         self._parts.carriers[joint.child] = (frame, np.eye(3), JointPose(np.zeros(3)))
+        self._parts.bodies[joint.child] = frame
         if joint.kind == "revolute":
             turning = turn(joint.axis, self._path(joint, name))
             self._parts.frames.append(Frame(frame, parent, origin, [*turns, turning]))
@@ -262,10 +269,10 @@ class _Assembly:
             joint = self._known[joint.mimic.leader]
         return joint.name
 
-    def _body(self, frame: str, inertias: Sequence[LinkInertia]) -> Body:
-        """One body with all ``inertias`` that ``frame`` carries."""
+    def _body(self, name: str, frame: str, inertias: Sequence[LinkInertia]) -> Body:
+        """The body ``name`` on ``frame`` with all ``inertias``."""
         whole = sum(inertias[1:], inertias[0])
-        mass = self._parts.parameter(f"mass_{frame}", whole.mass, "kg")
+        mass = self._parts.parameter(f"mass_{name}", whole.mass, "kg")
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = whole.tensor
         tensor = numbers((xx, yy, zz, xy, xz, yz))
-        return Body(frame, mass, frame=frame, center=numbers(whole.center), inertia=tensor if any(tensor) else None)
+        return Body(name, mass, frame=frame, center=numbers(whole.center), inertia=tensor if any(tensor) else None)

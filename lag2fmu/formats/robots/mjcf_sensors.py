@@ -1,4 +1,4 @@
-"""Sensors of a model that MuJoCo compiled: what of them is told by coordinates, and by places and frames of bodies."""
+"""Sensors of a model that MuJoCo compiled: what is told by coordinates, places and frames, and by sums over bodies."""
 
 from __future__ import annotations
 
@@ -28,11 +28,15 @@ _PLACED = {
 """{what MuJoCo calls mjSENS_...: the quantity of an output, and its axes}; MuJoCo's linear accelerations are specific
 forces, too."""
 
+_SUMMED = {"SUBTREECOM": "mass_centre", "SUBTREELINVEL": "mass_centre_velocity", "SUBTREEANGMOM": "angular_momentum"}
+_HELD = {"FORCE": "holding_force", "TORQUE": "holding_torque"}
+
 
 def sensors(compiled: Compiled) -> Iterator[Sensor]:
     """The sensors that become outputs; the others, and what cuts a value off, are noted as ignored."""
     m = compiled.model
-    kinds = {int(getattr(compiled.mujoco.mjtSensor, f"mjSENS_{word}")): word for word in (*_ALONG, *_DRIVEN, *_PLACED)}
+    words = (*_ALONG, *_DRIVEN, *_PLACED, *_SUMMED, *_HELD)
+    kinds = {int(getattr(compiled.mujoco.mjtSensor, f"mjSENS_{word}")): word for word in words}
     for k in range(m.nsensor):
         name, word = compiled.name("sensor", k), kinds.get(int(m.sensor_type[k]), "")
         found = _sensor(compiled, k, name, word)
@@ -57,13 +61,17 @@ def _sensor(compiled: Compiled, k: int, name: str, word: str) -> Sensor | None:
         return None if length is None or isinstance(length, Span) else Sensor(name, _ALONG[word], length)
     if word in _DRIVEN:
         return Sensor(name, _DRIVEN[word], actuator=compiled.name("actuator", target))
-    place = _POSES.get(_object(compiled, k)) if word in _PLACED and m.sensor_refid[k] < 0 else None
+    if word in _SUMMED:
+        return Sensor(name, _SUMMED[word], subtree=compiled.body(target))
+    place = _POSES.get(_object(compiled, k)) if word in (*_PLACED, *_HELD) and m.sensor_refid[k] < 0 else None
     if place is None:
         return None
     body, origin, quaternion = place(m, target)
+    link, pose = compiled.body(body), JointPose.of(origin.copy(), turned(quaternion))
+    if word in _HELD:
+        return Sensor(name, _HELD[word], place=(link, pose), axes="frame", subtree=link)
     quantity, axes = _PLACED[word]
-    pose = JointPose.of(origin.copy(), turned(quaternion))
-    return Sensor(name, quantity, place=(compiled.body(body), pose), axes=axes)
+    return Sensor(name, quantity, place=(link, pose), axes=axes)
 
 
 def _object(compiled: Compiled, k: int) -> str:

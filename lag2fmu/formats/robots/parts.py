@@ -32,7 +32,8 @@ class Parts:
     """The parts, whose ``names`` are taken.
 
     ``joints`` {name in the file: ours}, ``carriers`` {link: (its frame or the world, its turn and pose in it)},
-    ``driven`` {actuator: (length, rate, force)} of those along joints. What nothing is made of is ``ignored``. The
+    ``bodies`` {link: the body that has its mass, or the world}, ``driven`` {actuator: (length, rate, force)} of those
+    along joints. What nothing is made of is ``ignored``. The
     terms of each sum in ``alike`` have one unit; ``plain`` are the names of factors that have none where their use
     leaves it open.
     """
@@ -40,6 +41,7 @@ class Parts:
     names: Names
     joints: dict[str, str] = field(default_factory=dict)
     carriers: dict[str, tuple[str, Floats, JointPose]] = field(default_factory=dict)
+    bodies: dict[str, str] = field(default_factory=dict)
     coordinates: list[Declared] = field(default_factory=list)
     parameters: list[Declared] = field(default_factory=list)
     frames: list[Frame] = field(default_factory=list)

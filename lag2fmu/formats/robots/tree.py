@@ -163,10 +163,11 @@ class Coupling:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A ``quantity`` along joints, of an ``actuator`` or of a ``place``.
+    """A ``quantity`` along joints, of an ``actuator``, of a ``place`` or of a ``subtree``.
 
     It is "length" or "rate" ``along`` joints or of the actuator, or its "force". A place is a link and a pose in its
-    axes; its quantities are those of outputs, along the ``axes`` "world" or "frame".
+    axes; its quantities are those of outputs, along the ``axes`` "world" or "frame". A subtree is a link with all that
+    it carries; what holds it is told at the place.
     """
 
     name: str
@@ -175,6 +176,7 @@ class Sensor:
     actuator: str = ""
     place: tuple[str, JointPose] | None = None
     axes: str = "world"
+    subtree: str = ""
 
 
 @dataclass(frozen=True)
