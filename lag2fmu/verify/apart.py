@@ -88,6 +88,9 @@ def _child(sender: Any, folder: str, path: Path, run: Run, here: Callable[[Path,
             ("ended", here(path, replace(run, progress=run.progress and progress, warned=run.warned and warned)))
         )
     except Lag2FmuError as error:
+        error.__cause__ = error.__context__ = (
+            None  # with tblib, which dask installs, they would travel, but fmpy's cannot
+        )
         sender.send(("ended", error))
     sender.close()
     sys.stdout.flush()
