@@ -11,6 +11,7 @@ import numpy as np
 
 from lag2fmu.errors import LoadError
 from lag2fmu.reference.trajectory import Floats
+from lag2fmu.verify.run import Run
 
 MOST_RUNS = 10_000_000
 """Runs of a sweep, at most: with ten numbers of each they take a gigabyte."""
@@ -151,25 +152,24 @@ class SweepTask:
     """What the runs of a sweep have in common; plain data, so that it can be sent anywhere.
 
     ``model`` is the text of a mechanism, or the path of an FMU or of a system, as ``kind`` says; ``files`` are those on
-    which its runs depend. ``outputs`` are read at the ``times`` (s), which end with the stop time. ``bounds``
-    {name: (least, greatest)} in SI.
+    which its runs depend. ``run`` is what they share, its outputs are read at the ``times`` (s), the last of which is
+    the stop time. ``bounds`` {name: (least, greatest)} in SI.
     """
 
     model: str
     kind: ModelKind
     names: tuple[str, ...]
-    outputs: tuple[str, ...]
     times: Floats
-    tolerance: float | None = None
+    run: Run
     solver: str | None = None
-    step: float | None = None
-    values: Mapping[str, float] = field(default_factory=dict)
-    inputs: Mapping[str, Floats] = field(default_factory=dict)
-    input_times: Floats | None = None
-    hold: bool = False
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     threads: int | None = None
     files: tuple[str, ...] = ()
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The names that are read."""
+        return tuple(self.run.outputs or ())
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ Tasks travel to other processes.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
 
@@ -60,20 +61,21 @@ def _by_ensemble(task: SweepTask, rows: Floats) -> TaskResults:
     ensemble = _ensemble(task.model, task.solver)
     given: dict[str, dict[str, object]] = {"starts": {}, "parameters": {}, "inputs": {}}
     kinds = kinds_of(ensemble.mechanism)
-    for name, value in task.values.items():
+    run, signals = task.run, task.run.inputs
+    for name, value in (run.values or {}).items():
         given[kinds[name]][name] = value
-    given["inputs"] |= task.inputs
+    given["inputs"] |= {} if signals is None else dict(zip(signals.names, signals.values.T, strict=True))
     for name, column in zip(task.names, rows.T, strict=True):
-        whole = kinds[name] == "inputs" and task.input_times is not None
-        given[kinds[name]][name] = np.repeat(column[:, None], len(task.input_times), 1) if whole else column  # type: ignore[arg-type]
+        whole = kinds[name] == "inputs" and signals is not None
+        given[kinds[name]][name] = np.repeat(column[:, None], len(signals.time), 1) if whole else column  # type: ignore[union-attr]
     runs = ensemble.run(
         **given,  # type: ignore[arg-type]
-        input_times=task.input_times,
-        hold=task.hold,
-        stop_time=float(task.times[-1]),
+        input_times=None if signals is None else signals.time,
+        hold=run.hold,
+        stop_time=run.stop_time,
         samples=task.times if len(task.times) > 1 else (),
         outputs=task.outputs,
-        tolerance=1e-6 if task.tolerance is None else task.tolerance,
+        tolerance=1e-6 if run.tolerance is None else run.tolerance,
         threads=task.threads,
     )
     found = [runs.samples[n] if len(task.times) > 1 else runs.final[n][:, None] for n in task.outputs]
@@ -96,12 +98,10 @@ def _by_system(task: SweepTask, rows: Floats) -> TaskResults:
 
 def _one_by_one(task: SweepTask, rows: Floats, simulate: Callable[[Run], Trajectory]) -> TaskResults:
     values, reasons = np.full((len(rows), len(task.times), len(task.outputs)), np.nan), {}
-    signals = None if task.input_times is None else Trajectory.of(task.input_times, task.inputs)
     for i, row in enumerate(rows):
         try:
-            values_here = {**task.values, **dict(zip(task.names, row.tolist(), strict=True))}
-            stop = float(task.times[-1])
-            run = simulate(Run(stop, task.step, task.tolerance, values_here, signals, task.hold, task.outputs))
+            varied = dict(zip(task.names, row.tolist(), strict=True))
+            run = simulate(replace(task.run, values={**(task.run.values or {}), **varied}))
         except SimulationError as error:
             reasons[i] = str(error)
         else:

@@ -113,9 +113,10 @@ def _fingerprint(task: SweepTask, design: Design) -> str:
     """A hash of everything that the results of a sweep depend on."""
     digest = hashlib.sha256()
     model = b"".join(hashlib.sha256(Path(file).read_bytes()).digest() for file in task.files) or task.model.encode()
-    inputs = sorted((name, np.asarray(column).tobytes()) for name, column in task.inputs.items())
-    times = None if task.input_times is None else np.asarray(task.input_times).tobytes()
-    choices = (task.names, task.outputs, task.tolerance, task.solver, task.step, sorted(task.values.items()), task.hold)
-    for part in (model, design.values.tobytes(), task.times.tobytes(), repr((choices, inputs, times)).encode()):
+    run, signals = task.run, task.run.inputs
+    inputs = None if signals is None else (signals.names, signals.time.tobytes(), signals.values.tobytes())
+    values = sorted((run.values or {}).items())
+    choices = (task.names, task.outputs, run.tolerance, task.solver, run.step, values, run.hold, inputs)
+    for part in (model, design.values.tobytes(), task.times.tobytes(), repr(choices).encode()):
         digest.update(hashlib.sha256(part).digest())
     return digest.hexdigest()

@@ -20,6 +20,7 @@ from lag2fmu.studies.tasks import Wanted, task_of_fmu, task_of_model
 from lag2fmu.systems.source import is_system
 from lag2fmu.verify.inputs import Inputs
 from lag2fmu.verify.plan import check_tolerance
+from lag2fmu.verify.run import Run
 
 _PART = {"mechanism": 2000, "fmu": 20, "system": 20}
 """The number of runs in a part."""
@@ -74,7 +75,8 @@ def sweep(  # noqa: PLR0913 (choices of the user)
     if isinstance(outputs, str):
         raise LoadError(f"'{outputs}' stands where a list of outputs is expected; give ['{outputs}']")
     axes = axes_of(vary)
-    wanted = Wanted(outputs, at_end, times, stop_time, values or {}, inputs, hold, tolerance, solver)
+    run = Run(stop_time, None, tolerance, values, hold=hold, outputs=outputs)
+    wanted = Wanted(run, inputs, at_end, times, solver)
     design = grid(axes) if sample is None else sampled(axes, sample, sampling, seed)
     if is_system(model):
         task, units, title = task_of_system(Path(str(model)), design, wanted)

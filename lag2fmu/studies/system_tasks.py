@@ -12,7 +12,6 @@ from lag2fmu.studies.tasks import Wanted, declared_unit, times_of_runs
 from lag2fmu.systems.network import Network, network_of_file
 from lag2fmu.systems.recording import end_of, outputs_of
 from lag2fmu.systems.running import start_values, times_of_network
-from lag2fmu.verify.inputs import trajectory_of
 
 
 def task_of_system(path: Path, design: Design, wanted: Wanted) -> tuple[SweepTask, dict[str, Unit | None], str]:
@@ -24,26 +23,20 @@ def task_of_system(path: Path, design: Design, wanted: Wanted) -> tuple[SweepTas
         raise LoadError(f"the FMUs of '{path.name}' have their solvers inside; leave the solver out")
     whole = path.resolve()
     with network_of_file(whole) as network:
-        start, stop, step = times_of_network(network, wanted.stop_time, None)
+        start, stop, step = times_of_network(network, wanted.run.stop_time, None)
         if start:
             raise LoadError(f"'{path.name}' starts at {start:g} s; a sweep starts at 0 s")
         times = times_of_runs(wanted, stop)
-        start_values(network, {**wanted.values, **dict.fromkeys(design.names, 0.0)})
-        for name in wanted.outputs or ():
+        start_values(network, {**(wanted.run.values or {}), **dict.fromkeys(design.names, 0.0)})
+        for name in wanted.run.outputs or ():
             _check_output(network, name)
-        inputs = trajectory_of(wanted.inputs, float(times[-1]), step)
         inside = [str(c.path) for c in network.components.values()] if whole.suffix == ".ssd" else []
         task = SweepTask(
             model=str(whole),
             kind="system",
             names=design.names,
-            outputs=tuple(outputs_of(network) if wanted.outputs is None else wanted.outputs),
             times=times,
-            tolerance=wanted.tolerance,
-            values=wanted.values,
-            inputs={} if inputs is None else {name: inputs[name] for name in inputs.names},
-            input_times=None if inputs is None else inputs.time,
-            hold=wanted.hold,
+            run=wanted.common(times, step, tuple(outputs_of(network))),
             files=(str(whole), *inside),
         )
         return task, _units(network), network.name

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from lag2fmu.studies.givable import bounds_of, check_names
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.plan import times_of
+from lag2fmu.verify.run import Run
 from lag2fmu.verify.scalars import scalars_of
 
 _SAMPLES = 101
@@ -31,17 +32,22 @@ _SAMPLES = 101
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """What a user wants of every run of a sweep, see ``sweep``; times in s, ``values`` in SI."""
+    """What a user wants of every run of a sweep, see ``sweep``: the ``run`` but for its ``inputs``, times in s."""
 
-    outputs: Sequence[str] | None
+    run: Run
+    inputs: Inputs | None
     at_end: bool
     times: Sequence[float] | Floats | None
-    stop_time: float | None
-    values: Mapping[str, float]
-    inputs: Inputs | None
-    hold: bool
-    tolerance: float | None
     solver: str | None
+
+    def common(self, times: Floats, step: float, outputs: Sequence[str]) -> Run:
+        """The run until the last of ``times`` (m,), in s; ``outputs`` unless others are wanted.
+
+        ``step`` (s) is that of inputs that are functions. Raises LoadError for inputs that are none.
+        """
+        stop = float(times[-1])
+        inputs = trajectory_of(self.inputs, stop, step)
+        return replace(self.run, stop_time=stop, inputs=inputs, outputs=tuple(self.run.outputs or outputs))
 
 
 def task_of_model(
@@ -52,33 +58,27 @@ def task_of_model(
     Raises LoadError for names that the mechanism does not have, and for times (s) that a run cannot have.
     """
     mechanism = as_mechanism(model)
-    check_names(mechanism, [*design.names, *wanted.values])
-    times = times_of_runs(wanted, mechanism.experiment.stop_time if wanted.stop_time is None else wanted.stop_time)
-    found = trajectory_of(wanted.inputs, float(times[-1]), mechanism.experiment.step)
-    check_names(mechanism, () if found is None else found.names)
+    check_names(mechanism, [*design.names, *(wanted.run.values or ())])
+    stop = wanted.run.stop_time
+    times = times_of_runs(wanted, mechanism.experiment.stop_time if stop is None else stop)
+    run = wanted.common(times, mechanism.experiment.step, _outputs_of(mechanism))
+    check_names(mechanism, () if run.inputs is None else run.inputs.names)
     shown: dict[str, Unit | None] = dict(display_units(mechanism))
     task = SweepTask(
         model=write(mechanism),
         kind="mechanism",
         names=design.names,
-        outputs=_outputs_of(mechanism, wanted.outputs),
         times=times,
-        values=wanted.values,
-        inputs={} if found is None else {name: found[name] for name in found.names},
-        input_times=None if found is None else found.time,
+        run=run,
         bounds=bounds_of(mechanism, design.names),
-        hold=wanted.hold,
-        tolerance=wanted.tolerance,
         solver=wanted.solver,
         threads=threads,
     )
     return task, shown, mechanism.title
 
 
-def _outputs_of(mechanism: Mechanism, outputs: Sequence[str] | None) -> tuple[str, ...]:
-    """Names of outputs: as asked for, else coordinates, velocities, further states and the user's outputs."""
-    if outputs is not None:
-        return tuple(outputs)
+def _outputs_of(mechanism: Mechanism) -> tuple[str, ...]:
+    """Names of outputs: coordinates, velocities, further states and the user's outputs."""
     q = [c.name for c in mechanism.coordinates]
     listed = [*q, *map(velocity, q), *(z.name for z in mechanism.states), *mechanism.output_names]
     return tuple(dict.fromkeys(listed))
@@ -94,24 +94,17 @@ def task_of_fmu(model: Any, design: Design, wanted: Wanted) -> tuple[SweepTask, 
     scalars = scalars_of(description, path)
     if wanted.solver is not None:
         raise LoadError(f"'{path.name}' has its solver inside; leave the solver out")
-    _check_known(path.name, (*design.names, *(wanted.outputs or ())), scalars)
-    stop, step = times_of(path, wanted.stop_time, None)
+    _check_known(path.name, (*design.names, *(wanted.run.outputs or ())), scalars)
+    stop, step = times_of(path, wanted.run.stop_time, None)
     times = times_of_runs(wanted, stop)
-    inputs = trajectory_of(wanted.inputs, float(times[-1]), step)
     every = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
     task = SweepTask(
         model=str(path),
         kind="fmu",
         files=(str(path),),
         names=design.names,
-        outputs=tuple(every if wanted.outputs is None else wanted.outputs),
         times=times,
-        step=min(step, float(times[-1])),
-        inputs={} if inputs is None else {name: inputs[name] for name in inputs.names},
-        input_times=None if inputs is None else inputs.time,
-        values=wanted.values,
-        hold=wanted.hold,
-        tolerance=wanted.tolerance,
+        run=replace(wanted.common(times, step, every), step=min(step, float(times[-1]))),
     )
     return task, _units_of(scalars), str(description.description or description.modelName)
 
