@@ -53,8 +53,14 @@ bool motion_adjoint(Instance *instance, const Tangent *weights, Seed *sensitivit
     multipliers_spread_knowns(instance, spread, change, sensitivity);
     accelerations_stabilise_adjoint(instance, change);
     mechanism_adjoint(state->time, state->states, state->inputs, state->parameters, cache->reported, change,
-                      weights->further, weights->locals, &term->time, term->states, term->inputs, term->parameters);
+                      weights->further, &term->time, term->states, term->inputs, term->parameters);
     seed_add(sensitivity, term);
+    if (any(weights->locals, N_LOCALS)) {
+        memset(term, 0, sizeof *term);
+        mechanism_locals_adjoint(state->time, state->states, state->inputs, state->parameters, cache->reported,
+                                 weights->locals, &term->time, term->states, term->inputs, term->parameters);
+        seed_add(sensitivity, term);
+    }
     return arena_leave(mark, true);
 }
 

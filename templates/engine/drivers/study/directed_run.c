@@ -32,7 +32,11 @@ void study_free(void *study) {
 void study_reset(void *study) {
     Variations *variations = study;
     study_begin(&variations->study);
-    memset(variations->directions, 0, (size_t)variations->count * sizeof(Direction));
+    for (int d = 0; d < variations->count; d++) { /* the rest is written before it is read */
+        Direction *direction = &variations->directions[d];
+        memset(&direction->seed, 0, sizeof direction->seed);
+        memset(direction->states, 0, sizeof direction->states);
+    }
 }
 
 void study_seed(void *study, int direction, int reference, double change, double scale) {

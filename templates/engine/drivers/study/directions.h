@@ -11,6 +11,8 @@
 #include "dense_output.h"
 #include "study.h"
 
+enum { N_JUMPING = N_STATES + N_MASKS }; /* the states, and what modes remember beside them: places that latches hold */
+
 typedef struct {
     double scale;            /* a typical size of what is varied, which weighs the errors */
     Seed seed;               /* what varies of inputs and parameters; states: S at the point that is evaluated */

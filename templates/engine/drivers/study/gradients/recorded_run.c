@@ -301,6 +301,7 @@ int study_record(void *handle, const Request *request) {
     if (!record_start(tape) || !study_stretches(variations, record_stretch, record_end)) {
         explain(tape);
     }
+    variations->count = tape->varied + study_tape_room(); /* those of the study, as before */
     return variations->next;
 }
 

@@ -44,8 +44,9 @@ static void add(double sum[], double factor, const double term[]) {
 }
 
 /* Adds to found[N_STATES] the derivatives by the states of the slope at a point, weighed; inputs and parameters get
-   theirs in the total. */
-static bool slope_back(Tape *tape, double time, const double point[], const double weights[], double found[]) {
+   theirs in the total. The slope is known. */
+static bool slope_back(Tape *tape, double time, const double point[], const double slope[], const double weights[],
+                       double found[]) {
     Instance *instance = &tape->variations->study.instance, *probe = &tape->variations->probe;
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, Seed, sensitivity);
@@ -55,6 +56,13 @@ static bool slope_back(Tape *tape, double time, const double point[], const doub
     memcpy(state->states, point, N_STATES * sizeof(double));
     memcpy(state->inputs, inputs_at(instance, time), N_SIGNALS * sizeof(double));
     instance_forget_motion(probe);
+    if (N_CONSTRAINTS == 0) { /* the slope is all that would be evaluated */
+        Cache *cache = &probe->cache;
+        memcpy(cache->accelerations, slope + N_COORDINATES, N_COORDINATES * sizeof(double));
+        memcpy(cache->reported, slope + N_COORDINATES, N_COORDINATES * sizeof(double));
+        memcpy(cache->further, slope + 2 * N_COORDINATES, N_FURTHER * sizeof(double));
+        cache->accelerations_valid = true;
+    }
     memset(sensitivity, 0, sizeof *sensitivity);
     memset(tangent, 0, sizeof *tangent);
     memcpy(sensitivity->states + N_COORDINATES, weights, N_COORDINATES * sizeof(double));
@@ -116,7 +124,7 @@ static bool stages_again(Tape *tape, const Entry *entry, int first, int end) {
     double(*slopes)[N_STATES] = instance->scratch.solver.stages;
     for (int i = first; i < end; i++) {
         tableau_states(i, entry->step.length, instance->state.states, (Stages)slopes, tape->states[i]);
-        if ((i + 1 < end || end == STAGES) &&
+        if ((i + 1 < end || end == STAGES || !TABLEAU.first_same_as_last) &&
             !derivative_at(instance, stage_time(entry, i), tape->states[i], slopes[i])) {
             return false;
         }
@@ -165,20 +173,22 @@ static bool samples_back(Tape *tape, const Entry *entry, double before[], double
     add(before, -1.0, terms[0]);
     memset(found, 0, N_STATES * sizeof(double));
     add(found, -h, terms[2]);
-    return arena_leave(mark, slope_back(tape, entry->step.end, instance->scratch.new_states, found, after));
+    return arena_leave(mark, slope_back(tape, entry->step.end, instance->scratch.new_states,
+                                        instance->scratch.new_derivatives, found, after));
 }
 
 /* The stages backwards, from one behind the last one to the first. */
 static bool stages_back(Tape *tape, const Entry *entry, int end, int first, double before[]) {
     const ArenaMark mark = arena_mark(tape->variations->study.instance.arena);
     WORK(mark, double, found, N_STATES);
+    const double(*slopes)[N_STATES] = (Stages)tape->variations->study.instance.scratch.solver.stages;
     for (int i = end - 1; i >= first; i--) {
         bool any = false;
         for (int k = 0; k < N_STATES; k++) {
             any = any || tape->stages[i][k] != 0.0;
         }
         memset(found, 0, N_STATES * sizeof(double));
-        if (any && !slope_back(tape, stage_time(entry, i), tape->states[i], tape->stages[i], found)) {
+        if (any && !slope_back(tape, stage_time(entry, i), tape->states[i], slopes[i], tape->stages[i], found)) {
             return arena_leave(mark, false);
         }
         for (int j = 0; any && j < i; j++) {

@@ -16,8 +16,6 @@
 
 #include "directions.h"
 
-enum { N_JUMPING = N_STATES + N_MASKS }; /* what jumps at events: the states, and places that latches hold */
-
 typedef enum { ENTRY_STRETCH, ENTRY_STEP, ENTRY_EVENT, ENTRY_SAMPLES } EntryKind;
 
 typedef struct {
