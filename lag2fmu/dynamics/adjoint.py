@@ -34,13 +34,16 @@ def with_adjoints(program: Program) -> Program:
 
     The added functions work on a copy of the graph. An array of weights has an entry for each result. The results gt
     (1,), gx, gu, gp, gqdd are the derivatives by t, x, u, p, qdd and have their lengths. The entries of gp for switches
-    stay untouched, because switches are no knowns; those for modes count where latches hold places. There are functions of constraints, and of
-    rows that slide, if the mechanism has constraints, and such rows. Raises DerivationError as ``Function.check`` does.
+    stay untouched, because switches are no knowns; those for modes count where latches hold places. There are functions
+    of constraints, and of rows that slide, if the mechanism has constraints, and such rows. Raises DerivationError as
+    ``Function.check`` does.
     """
     graph = program.graph.copy()
     sweeps = _Sweeps(graph, {f.name.removeprefix("mechanism_"): f for f in program.functions}, program)
     found = [
-        sweeps.adjoint("unknowns_adjoint", "wdz dz + wy y, further rates and locals,", _RATES | _LOCALS, ("dqdd",)),
+        sweeps.adjoint(
+            "unknowns_adjoint", "wdz dz + wy y, further rates and locals,", {**_RATES, **_LOCALS}, ("dqdd",)
+        ),
         sweeps.adjoint("adjoint", "wr r + wdz dz, r that of mechanism_residual_tangent,", _MOTION, _SEEDS),
         sweeps.adjoint("locals_adjoint", "wy y, the locals,", _LOCALS, _SEEDS),
     ]

@@ -74,8 +74,9 @@ class StudyLibrary:
 def compiled(model: object, *, solver: str | None = None, adjoints: bool = False) -> StudyLibrary:
     """The library of ``model``, a mechanism or what ``load`` takes, with one of SOLVERS, by default the last one.
 
-    With ``adjoints`` it records runs for gradients, and takes longer to compile. Libraries that this process has compiled before are reused. Raises LoadError for another solver, and Lag2FmuError if
-    the model cannot be loaded, derived or compiled.
+    With ``adjoints`` it records runs for gradients, and takes longer to compile. Libraries that this process has
+    compiled before are reused. Raises LoadError for another solver, and Lag2FmuError if the model cannot be loaded,
+    derived or compiled.
     """
     if solver is not None and solver not in SOLVERS:
         raise LoadError(f"'{solver}' is no solver that carries derivatives; known are {', '.join(SOLVERS)}")
