@@ -81,7 +81,7 @@ def gradient(  # noqa: PLR0913 (those of sensitivities)
     check_over(library, over)
     taken = times_of(library, times, stop_time, step)
     summed = _Sum(library, parts, taken, data or {})
-    run = _Run(library, over, summed, taken, check_tolerance(tolerance), values or {}, inputs, hold)
+    run = _CostedRun(library, over, summed, taken, check_tolerance(tolerance), values or {}, inputs, hold)
     total, derivatives = run.differentiated()
     if not derivatives.any():
         raise LoadError(
@@ -139,7 +139,7 @@ def _column(library: StudyLibrary, name: str, given: ArrayLike, count: int) -> F
 
 
 @dataclass(frozen=True)
-class _Run:
+class _CostedRun:
     """A run whose cost is asked for, and what varies."""
 
     library: StudyLibrary

@@ -194,7 +194,9 @@ class Study:
         found = np.full((len(times), len(outputs)), np.nan)
         slopes = np.full((len(times), len(outputs), self.directions), np.nan)
         self.begin(values, seeds)
-        request = Asked(times, outputs, found, start=start, tolerance=tolerance, signals=signals, slopes=slopes)
+        request = PreparedRequest(
+            times, outputs, found, start=start, tolerance=tolerance, signals=signals, slopes=slopes
+        )
         reached = self._run(self.handle, ctypes.byref(request.request))
         if reached == len(times):
             return found, slopes, ""
@@ -215,7 +217,7 @@ class Study:
         return str(self._message(self.handle).decode("utf-8", "replace"))
 
 
-class Asked:
+class PreparedRequest:
     """What a run is asked for, with the arrays that its ``request`` points to; the arguments are those of ``run``."""
 
     def __init__(

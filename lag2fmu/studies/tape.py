@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.library import Asked, KnotSignals, Study, StudyLibrary
+from lag2fmu.studies.library import KnotSignals, PreparedRequest, Study, StudyLibrary
 
 
 class Tape:
@@ -52,7 +52,7 @@ class Tape:
         """
         found = np.full((len(times), len(outputs)), np.nan)
         self._study.begin(values, seeds)
-        self._asked = Asked(times, outputs, found, start=start, tolerance=tolerance, signals=signals)
+        self._asked = PreparedRequest(times, outputs, found, start=start, tolerance=tolerance, signals=signals)
         run = self._study.function("study_record", ctypes.c_int)
         reached = run(self._handle, ctypes.byref(self._asked.request))
         return found, "" if reached == len(times) else self._study.message

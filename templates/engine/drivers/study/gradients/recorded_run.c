@@ -19,7 +19,7 @@ STUDY_EXPORT int study_tape_room(void);
 /* As study_run, after the directions were seeded, but with values only. */
 STUDY_EXPORT int study_record(void *tape, const Request *request);
 
-/* gradient[varied], the derivatives along the directions of what has the derivatives weights[n_times * n_outputs] by the
+/* gradient[varied], the derivatives along the directions of what has the derivatives weights[n_times, n_outputs] by the
    samples of the recorded run. Returns 0, with a message of the study, if that fails. */
 STUDY_EXPORT int study_gradient(void *tape, const Request *request, const double weights[], double gradient[]);
 
@@ -253,10 +253,11 @@ static bool record_end(Variations *variations) {
     if (entry == NULL) {
         return false;
     }
-    for (; variations->next < request->n_times && request->times[variations->next] <= state->time; variations->next++) {
+    while (variations->next < request->n_times && request->times[variations->next] <= state->time) {
         if (!directions_sample(variations, state->time, state->states)) {
             return false;
         }
+        variations->next++;
     }
     entry->end = variations->next;
     return true;
@@ -281,7 +282,7 @@ static bool record_start(Tape *tape) {
 }
 
 /* Why the tape or the run ended early. */
-static bool explain(Tape *tape) {
+static bool explain_tape(Tape *tape) {
     Study *study = &tape->variations->study;
     if (study->message[0] == '\0' && !tape->no_memory) {
         study_explain(study);
@@ -299,7 +300,7 @@ int study_record(void *handle, const Request *request) {
     variations->tape = tape;
     variations->next = 0;
     if (!record_start(tape) || !study_stretches(variations, record_stretch, record_end)) {
-        explain(tape);
+        explain_tape(tape);
     }
     variations->count = tape->varied + study_tape_room(); /* those of the study, as before */
     return variations->next;
@@ -383,7 +384,7 @@ int study_gradient(void *handle, const Request *request, const double weights[],
     restore(tape, tape->kept.count - 1);
     for (size_t i = tape->entries.count; i-- > 0;) {
         if (!entry_back(tape, list_at(&tape->entries, i))) {
-            return explain(tape);
+            return explain_tape(tape);
         }
     }
     for (int d = 0; d < tape->varied; d++) {

@@ -6,8 +6,8 @@
 
        lambda- = (dx+/dx-)^T lambda+,   gradient += (dx+/dp)^T lambda+,
 
-   for each entry, the last one first. x+(x-, p) is what the entry has computed, so that the result is that of directions
-   (directions.h) up to rounding. Steps keep their states as checkpoints, and their stages are computed again. At events
+   for each entry, the last one first. x+(x-, p) is what the entry has computed: the result is that of directions
+   (directions.h) up to rounding. Steps keep their states as checkpoints; their stages are computed again. At events
    and at the start the Jacobian itself is kept: it comes from directions along all that varies (jumps.c).
 
    Griewank, Walther, Evaluating Derivatives, SIAM 2008, chapters 3 (reverse sweeps) and 12 (checkpoints). */
@@ -85,7 +85,7 @@ bool tape_step_back(Tape *tape, const Entry *entry, const Checkpoint *checkpoint
    total; those by the states to states[N_STATES]. */
 bool tape_sample_back(Tape *tape, int sample, double time, const double point[], double states[]);
 
-/* states[N_STATES] are derivatives by what directions_project gives at a time (s) and states, and then by what it takes;
+/* states[N_STATES] are derivatives by what directions_project gives at a time (s) and point, and then by what it takes;
    derivatives by inputs and parameters are added to the total. */
 bool tape_project_back(Tape *tape, double time, const double point[], double states[]);
 
