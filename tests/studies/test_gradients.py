@@ -101,6 +101,7 @@ def test_a_tape_records_again() -> None:
     assert len({float(x[0]) for x in found}) == 1
 
 
+@pytest.mark.slow
 def test_a_ball_at_rest_is_left_to_directions() -> None:
     """Beside the end of accumulating impacts there is no motion but along what varies: at rest nothing does."""
     found = lag2fmu.gradient("bouncing_ball", {"sum": "y"}, over=["e"], times=[0.7, 5.0])
