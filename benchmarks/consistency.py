@@ -119,9 +119,9 @@ def row(case: Case, method: str, part: float, runs: int = RUNS) -> str:
 
 
 if __name__ == "__main__":
-    print(
-        "| model | method | noise | NEES | bounds | within | NIS | bounds | within |\n|---|---|---|---|---|---|---|---|---|"
-    )
+    heads = ("model", "method", "noise", "NEES", "bounds", "within", "NIS", "bounds", "within")
+    print(f"| {' | '.join(heads)} |")
+    print("|---" * len(heads) + "|")
     for case in CASES:
         if not sys.argv[1:] or case.model in sys.argv[1:]:
             print(row(case, "ekf", SMALL), row(case, "ukf", 1.0), sep="\n", flush=True)
