@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from lag2fmu.ensemble import Ensemble as Ensemble
     from lag2fmu.ensemble.function import function as function
     from lag2fmu.errors import Lag2FmuError as Lag2FmuError
-    from lag2fmu.fmu import Fmu as Fmu
     from lag2fmu.fmu import export as export
     from lag2fmu.fmu.live.paging import page as page
     from lag2fmu.formats.loading import load as load
     from lag2fmu.mechanism import Mechanism as Mechanism
     from lag2fmu.studies.calibration import calibrate as calibrate
+    from lag2fmu.studies.gradients import gradient as gradient
     from lag2fmu.studies.observer import observe as observe
     from lag2fmu.studies.sensitivities import sensitivities as sensitivities
     from lag2fmu.studies.sweeping import sweep as sweep
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 _MOVED = {
     **dict.fromkeys(("Contact", "Friction", "State", "Stop", "Table"), "lag2fmu.mechanism"),
+    "Fmu": "lag2fmu.fmu",
     "Calibration": "lag2fmu.studies.calibrated",
     "Report": "lag2fmu.verify",
     "Runs": "lag2fmu.ensemble",

@@ -91,6 +91,7 @@ ROOMS = {
             "mechanism",
             "formats",
             "reference",
+            "graph",
             "dynamics",
             "analysis",
             "solvers",
@@ -269,7 +270,6 @@ def test_a_class_has_a_name_of_its_own() -> None:
 def test_the_public_names_are_these() -> None:
     assert sorted(lag2fmu.__all__) == [
         "Ensemble",
-        "Fmu",
         "Lag2FmuError",
         "Mechanism",
         "calibrate",
@@ -277,6 +277,7 @@ def test_the_public_names_are_these() -> None:
         "equilibria",
         "export",
         "function",
+        "gradient",
         "linearize",
         "load",
         "modes",

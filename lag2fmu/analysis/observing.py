@@ -87,13 +87,33 @@ def residuals_of(mechanism: Mechanism) -> tuple[str, ...]:
     return (*positions, *(rate(residual(c.name)) for c in mechanism.holonomic))
 
 
+def _nominals(mechanism: Mechanism) -> dict[str, float]:
+    """{state: nominal value}."""
+    sizes = {q.name: q.nominal for q in mechanism.coordinates}
+    sizes |= {velocity(q.name): q.nominal for q in mechanism.coordinates}
+    return sizes | {z.name: z.nominal for z in mechanism.states}
+
+
 def known_starts(mechanism: Mechanism, names: Sequence[str], start: Floats) -> Floats:
     """By default the start of a state is known to its nominal value, that of a parameter to a tenth of it, (n,)."""
-    nominal = {q.name: q.nominal for q in mechanism.coordinates}
-    nominal |= {velocity(q.name): q.nominal for q in mechanism.coordinates}
-    nominal |= {z.name: z.nominal for z in mechanism.states}
+    nominal = _nominals(mechanism)
     sizes = [nominal.get(name, 0.1 * abs(x)) for name, x in zip(names, start, strict=True)]
     return np.array(sizes, dtype=np.float64)
+
+
+ASSUMED = 0.01
+"""The standard deviation of what is measured, by the nominal value of its variable, where none is given."""
+
+
+def assumed_noise(mechanism: Mechanism, name: str) -> float:
+    """The standard deviation, in SI units, that is assumed of what is measured of a state.
+
+    Raises LoadError for other variables, which have no nominal value.
+    """
+    sizes = _nominals(mechanism)
+    if name not in sizes:
+        raise LoadError(f"measure '{name}': it has no nominal value to tell its noise by; give {name}=STD")
+    return ASSUMED * sizes[name]
 
 
 def hidden_states(names: Sequence[str], A: Floats, H: Floats, T: Floats) -> tuple[str, ...]:

@@ -136,6 +136,7 @@ def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
             raise ExportError(f"--{unused[0]} goes with --observer; add --observer ekf, or leave it out")
         return None
     from lag2fmu.cli.calibrating import size_of  # what studies need is not read for other exports
+    from lag2fmu.cli.observing import noise_of
 
     units = display_units(mechanism)
 
@@ -146,7 +147,7 @@ def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
     times = pairs_of(item for text in asked.sample_times for item in text.split(","))
     return Observing(
         asked.observer,
-        sizes(asked.measure),
+        noise_of((item for text in asked.measure for item in text.split(",")), mechanism, units),
         sizes(asked.process),
         tuple(filter(None, map(str.strip, asked.estimate.split(",")))),
         {name: size_of("time", text, {"time": SECOND}) for name, text in times.items()},

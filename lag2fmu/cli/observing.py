@@ -2,22 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import click
 from rich.markup import escape
 from rich.table import Table
 
+from lag2fmu.analysis.observing import assumed_noise
 from lag2fmu.cli.calibrating import in_unit, size_of
 from lag2fmu.cli.options import CSV, check_ending, check_picture, refuse_to_overwrite
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import console
+from lag2fmu.errors import LoadError
 from lag2fmu.formats.loading import pairs_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
+from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.studies.estimates import Estimates
 from lag2fmu.studies.observer import observe
+
+
+def noise_of(items: Iterable[str], mechanism: Mechanism, units: Mapping[str, Unit]) -> dict[str, float]:
+    """{measured name: standard deviation, SI} of ``items`` NAME[=STD]; tells what is assumed where none is given.
+
+    Raises LoadError for items of another form, and for variables of which nothing can be assumed.
+    """
+    names = [item.strip() for item in items]
+    given = pairs_of(name for name in names if "=" in name)
+    found: dict[str, float] = {}
+    for item in names:
+        name = item.partition("=")[0].strip()
+        if name in found:
+            raise LoadError(f"measure '{name}' is given twice; leave one out")
+        if name in given:
+            found[name] = size_of(name, given[name], units)
+            continue
+        found[name] = assumed_noise(mechanism, name)
+        unit = units.get(name)
+        shown = f"{in_unit(found[name], unit):g}{f' {unit.name}' if unit else ''}"
+        told = f"standard deviation {shown}, a hundredth of its nominal value; give {name}=STD for another"
+        click.echo(f"measure '{name}': {told}", err=True)
+    return found
 
 
 def observe_data(  # noqa: PLR0913, PLR0917 (an option each)
@@ -53,7 +79,7 @@ def observe_data(  # noqa: PLR0913, PLR0917 (an option each)
     found = observe(
         mechanism,
         data,
-        measure=sizes(measure),
+        measure=noise_of(measure, mechanism, units),
         process=sizes(process),
         start=sizes(known),
         estimate=[name.strip() for name in estimate.split(",") if name.strip()],

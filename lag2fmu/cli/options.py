@@ -113,8 +113,8 @@ _OBSERVER = click.option(
 _MEASURE = click.option(
     "--measure",
     multiple=True,
-    metavar="NAME=STD,...",
-    help="With --observer: what is measured, and its noise; repeatable.",
+    metavar="NAME[=STD],...",
+    help="With --observer: what is measured, and its noise, by default 1 % of the nominal value; repeatable.",
 )
 _PROCESS = click.option(
     "--process",

@@ -41,7 +41,11 @@ def calibrate(**choices: Any) -> None:
 @click.argument("model")
 @click.argument("data", type=click.Path(path_type=Path), metavar="CSV")
 @click.option(
-    "--measure", multiple=True, required=True, metavar="NAME=STD", help="A measured column and its noise; repeatable."
+    "--measure",
+    multiple=True,
+    required=True,
+    metavar="NAME[=STD]",
+    help="A measured column and its noise, by default 1 % of the nominal value; repeatable.",
 )
 @click.option(
     "--process",

@@ -167,6 +167,11 @@ ROOMS = ("base", "laws", "system", "events", "integrate")
 """The folders of the engine below its drivers; what stands in one calls nothing in those behind it."""
 
 _METHODS = "integrate/methods"
+_ADJOINTS = {
+    (True, False): ("drivers/adjoints",),
+    (True, True): ("drivers/adjoints", "drivers/study/gradients"),
+}
+"""{(whether there are adjoint derivatives, whether the gate is that of studies): folders}."""
 _OBSERVERS = (("drivers/observer_none",), ("drivers/observer",))
 
 
@@ -194,7 +199,7 @@ def engine_files(
     brings NAME.c along.
     """
     variants = [name if has else f"{name}_none" for name, has in kind.items()]
-    chosen = [f"drivers/{gate}", f"{_METHODS}/{method.family}", *(("drivers/adjoints",) if adjoints else ())]
+    chosen = [f"drivers/{gate}", f"{_METHODS}/{method.family}", *_ADJOINTS.get((adjoints, gate == "study"), ())]
     chosen += [folder for folder in _OBSERVERS[kind["observer"]] if gate.startswith("fmi")]
     wanted = set(texts := _texts(*chosen, *(f"{room}/{name}" for room in (*ROOMS, *chosen) for name in variants)))
     texts |= _texts(*ROOMS, "drivers", "drivers/gate", f"drivers/{gate.partition('/')[0]}", f"{_METHODS}/common")

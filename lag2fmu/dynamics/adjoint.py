@@ -20,8 +20,9 @@ from lag2fmu.graph.graph import Graph, Node
 _Weights = Mapping[str, tuple[str, str]]
 """{array of weights: (function, the array of its results that the weights belong to)}."""
 
-_CALCULATED: _Weights = {"wdz": ("further_tangent", "d2z"), "wy": ("locals_tangent", "dy")}
-_ALL: _Weights = {"wr": ("residual_tangent", "dr"), **_CALCULATED}
+_RATES: _Weights = {"wdz": ("further_tangent", "d2z")}
+_LOCALS: _Weights = {"wy": ("locals_tangent", "dy")}
+_MOTION: _Weights = {"wr": ("residual_tangent", "dr"), **_RATES}
 _DEPENDENT: _Weights = {"wc": ("dependent_tangent", "dc")}
 _MET: _Weights = {"wphi": ("constraints", "phi"), "wv": ("constraints", "v")}
 _MATRICES: _Weights = {"wM": ("dynamics", "M"), "wG": ("constraints", "G")}
@@ -32,15 +33,19 @@ def with_adjoints(program: Program) -> Program:
     """``program`` with the functions of adjoint derivatives added behind its own, which stay as they are.
 
     The added functions work on a copy of the graph. An array of weights has an entry for each result. The results gt
-    (1,), gx, gu, gp, gqdd are the derivatives by t, x, u, p, qdd and have their lengths. The entries of gp for modes
-    and switches stay untouched, because modes and switches are no knowns. There are functions of constraints, and of
-    rows that slide, if the mechanism has constraints, and such rows. Raises DerivationError as ``Function.check`` does.
+    (1,), gx, gu, gp, gqdd are the derivatives by t, x, u, p, qdd and have their lengths. The entries of gp for switches
+    stay untouched, because switches are no knowns; those for modes count where latches hold places. There are functions
+    of constraints, and of rows that slide, if the mechanism has constraints, and such rows. Raises DerivationError as
+    ``Function.check`` does.
     """
     graph = program.graph.copy()
     sweeps = _Sweeps(graph, {f.name.removeprefix("mechanism_"): f for f in program.functions}, program)
     found = [
-        sweeps.adjoint("unknowns_adjoint", "wdz dz + wy y, further rates and locals,", _CALCULATED, ("dqdd",)),
-        sweeps.adjoint("adjoint", "wr r + wdz dz + wy y, r that of mechanism_residual_tangent,", _ALL, _SEEDS),
+        sweeps.adjoint(
+            "unknowns_adjoint", "wdz dz + wy y, further rates and locals,", {**_RATES, **_LOCALS}, ("dqdd",)
+        ),
+        sweeps.adjoint("adjoint", "wr r + wdz dz, r that of mechanism_residual_tangent,", _MOTION, _SEEDS),
+        sweeps.adjoint("locals_adjoint", "wy y, the locals,", _LOCALS, _SEEDS),
     ]
     with graph.as_written():  # derivatives of dependent parameters contain no variable but parameters
         found.append(sweeps.adjoint("dependent_adjoint", "wc c, the dependent parameters,", _DEPENDENT, ("dp",)))
@@ -63,7 +68,7 @@ class _Sweeps:
 
     def __init__(self, graph: Graph, functions: Mapping[str, Function], program: Program) -> None:
         self.graph, self.functions = graph, functions
-        self.resting = program.masks + program.switches
+        self.switches = range(program.masks, program.masks + program.switches)
 
     def adjoint(self, name: str, what: str, weights: _Weights, by: tuple[str, ...]) -> Function:
         """The function that gives the derivatives of the weighted sum ``by`` arrays of arguments or of seeds.
@@ -88,7 +93,7 @@ class _Sweeps:
         places = [(f"g{array.name.removeprefix('d')}", k) for array in by for k in range(len(array.entries))]
         found = reverse(self.graph, seeds, [node for array in by for node in array.entries])
         results = ((place, k, node) for (place, k), node in zip(places, found, strict=True))
-        return tuple(result for result in results if result[0] != "gp" or result[1] >= self.resting)
+        return tuple(result for result in results if result[0] != "gp" or result[1] not in self.switches)
 
     def _weigh(self, label: str, name: str, function: str, array: str, seeds: dict[Node, Node]) -> Array:
         """The weights, called ``name``, of an ``array`` that a ``function`` fills; adds them to the ``seeds`` of nodes.

@@ -107,13 +107,13 @@ def _headings(cells: Sequence[str], where: str, units: Mapping[str, Unit]) -> tu
 
 
 def _numbers(row: Sequence[str], header: Sequence[str], where: str, *, gaps: bool = False) -> list[float]:
-    """The finite numbers of ``row``, as many as the header has names; with ``gaps`` an empty cell is NaN."""
+    """The finite numbers of ``row``, as many as the header has names; with ``gaps`` an empty cell, or nan, is NaN."""
     if len(row) != len(header):
         missing = f"; column '{header[len(row)]}' is missing" if len(row) < len(header) else ""
         raise LoadError(f"{where}: {len(row)} values for {len(header)} columns{missing}")
     numbers = [_number(text) for text in row]
     for name, text, number in zip(header, row, numbers, strict=True):
-        empty = gaps and name != "time" and not text.strip()
+        empty = gaps and name != "time" and text.strip().lower() in {"", "nan"}
         if not (empty or math.isfinite(number)):
             raise LoadError(f"{where}, column '{name}': {text[:40]!r} is not a finite number")
     return numbers

@@ -12,6 +12,7 @@ import numpy as np
 
 from lag2fmu.codegen.sources import render_sources
 from lag2fmu.description.outputs import Experiment
+from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.dynamics.program import lower
 from lag2fmu.ensemble.libraries import KernelLibrary
@@ -70,15 +71,16 @@ class StudyLibrary:
         return [self.variable(name).value_reference for name in names]
 
 
-def compiled(model: object, *, solver: str | None = None) -> StudyLibrary:
+def compiled(model: object, *, solver: str | None = None, adjoints: bool = False) -> StudyLibrary:
     """The library of ``model``, a mechanism or what ``load`` takes, with one of SOLVERS, by default the last one.
 
-    Libraries that this process has compiled before are reused. Raises LoadError for another solver, and Lag2FmuError if
-    the model cannot be loaded, derived or compiled.
+    With ``adjoints`` it records runs for gradients, and takes longer to compile. Libraries that this process has
+    compiled before are reused. Raises LoadError for another solver, and Lag2FmuError if the model cannot be loaded,
+    derived or compiled.
     """
     if solver is not None and solver not in SOLVERS:
         raise LoadError(f"'{solver}' is no solver that carries derivatives; known are {', '.join(SOLVERS)}")
-    return _compiled(_MechanismText(as_mechanism(model)), solver or SOLVERS[-1])
+    return _compiled(_MechanismText(as_mechanism(model)), solver or SOLVERS[-1], adjoints)
 
 
 class _MechanismText:
@@ -95,12 +97,13 @@ class _MechanismText:
 
 
 @cache
-def _compiled(source: _MechanismText, solver: str) -> StudyLibrary:
+def _compiled(source: _MechanismText, solver: str, adjoints: bool) -> StudyLibrary:
     equations, method = derive(source.mechanism), METHODS[solver]
     check_solver(equations.mechanism, method)
     program = lower(equations)
     mechanism = with_derived(source.mechanism, equations)
     table = build_table(equations, program)
+    program = with_adjoints(program) if adjoints else program
     texts = render_sources(program, table.tables, method, "study", "study")
     return StudyLibrary(
         mechanism.name,
@@ -152,15 +155,16 @@ class Study:
     def __init__(self, library: StudyLibrary, directions: int = 0) -> None:
         """Allocate the memory for derivatives along so many ``directions``; raises MemoryError if there is none."""
         self.library, self.directions = library, directions
-        self._reset, self._set, self._seed = (self._function(f"study_{name}") for name in ("reset", "set", "seed"))
-        self._run = self._function("study_run", ctypes.c_int)
-        self._message = self._function("study_message", ctypes.c_char_p)
-        self._free = self._function("study_free")
-        self._handle = ctypes.c_void_p(self._function("study_new", ctypes.c_void_p)(directions))
-        if not self._handle.value:
+        self._reset, self._set, self._seed = (self.function(f"study_{name}") for name in ("reset", "set", "seed"))
+        self._run = self.function("study_run", ctypes.c_int)
+        self._message = self.function("study_message", ctypes.c_char_p)
+        self._free = self.function("study_free")
+        self.handle = ctypes.c_void_p(self.function("study_new", ctypes.c_void_p)(directions))
+        if not self.handle.value:
             raise MemoryError(f"no memory for a study of '{library.name}' with {directions} directions")
 
-    def _function(self, name: str, result: Any = None) -> Any:
+    def function(self, name: str, result: Any = None) -> Any:
+        """A function of the library, by its name in C."""
         function: Any = self.library.functions.function(name)
         function.restype = result
         return function
@@ -168,7 +172,7 @@ class Study:
     def __del__(self) -> None:
         """Give the memory back."""
         if getattr(self, "_handle", None):
-            self._free(self._handle)
+            self._free(self.handle)
 
     def run(
         self,
@@ -187,24 +191,59 @@ class Study:
         reference, typical size of its change), (m, k, d); and "", or the reason why the run ended early. Rows behind
         the end are NaN.
         """
-        references = (ctypes.c_int * len(values))(*values)
         found = np.full((len(times), len(outputs)), np.nan)
         slopes = np.full((len(times), len(outputs), self.directions), np.nan)
+        self.begin(values, seeds)
+        request = PreparedRequest(
+            times, outputs, found, start=start, tolerance=tolerance, signals=signals, slopes=slopes
+        )
+        reached = self._run(self.handle, ctypes.byref(request.request))
+        if reached == len(times):
+            return found, slopes, ""
+        found[reached:], slopes[reached:] = np.nan, np.nan
+        return found, slopes, self.message
+
+    def begin(self, values: Mapping[int, float], seeds: Sequence[tuple[int, float]]) -> None:
+        """Before a run: start values, and those that are given; see ``run``."""
+        references = (ctypes.c_int * len(values))(*values)
+        self._reset(self.handle)
+        self._set(self.handle, len(values), references, (ctypes.c_double * len(values))(*values.values()))
+        for i, (reference, scale) in enumerate(seeds):
+            self._seed(self.handle, i, reference, ctypes.c_double(1.0), ctypes.c_double(scale))
+
+    @property
+    def message(self) -> str:
+        """Why the last run ended early, "" if it did not."""
+        return str(self._message(self.handle).decode("utf-8", "replace"))
+
+
+class PreparedRequest:
+    """What a run is asked for, with the arrays that its ``request`` points to; the arguments are those of ``run``."""
+
+    def __init__(
+        self,
+        times: np.ndarray[Any, Any],
+        outputs: Sequence[int],
+        values: np.ndarray[Any, Any],
+        *,
+        start: float,
+        tolerance: float,
+        signals: KnotSignals | None,
+        slopes: np.ndarray[Any, Any] | None = None,
+    ) -> None:
+        """A request whose results come to ``values`` (m, k) and, if it is given, ``slopes`` (m, k, d)."""
         times = np.ascontiguousarray(times, dtype=float)
         wanted = np.asarray(outputs, dtype=np.intc)
-        self._reset(self._handle)
-        self._set(self._handle, len(values), references, (ctypes.c_double * len(values))(*values.values()))
-        for i, (reference, scale) in enumerate(seeds):
-            self._seed(self._handle, i, reference, ctypes.c_double(1.0), ctypes.c_double(scale))
-        request = _Request(
+        self._kept = [times, wanted, values, slopes]
+        self.request = request = _Request(
             start=start,
             tolerance=tolerance,
             n_times=len(times),
             times=times.ctypes.data,
             n_outputs=len(wanted),
             outputs=wanted.ctypes.data,
-            values=found.ctypes.data,
-            slopes=slopes.ctypes.data,
+            values=values.ctypes.data,
+            slopes=None if slopes is None else slopes.ctypes.data,
         )
         if signals is not None:
             inputs = np.asarray(signals.references, dtype=np.intc)
@@ -212,8 +251,4 @@ class Study:
             request.n_inputs, request.inputs = len(inputs), inputs.ctypes.data
             request.n_knots, request.knots = len(knots), knots.ctypes.data
             request.signals, request.hold = columns.ctypes.data, int(signals.hold)
-        reached = self._run(self._handle, ctypes.byref(request))
-        if reached == len(times):
-            return found, slopes, ""
-        found[reached:], slopes[reached:] = np.nan, np.nan
-        return found, slopes, self._message(self._handle).decode("utf-8", "replace")
+            self._kept += [inputs, knots, columns]

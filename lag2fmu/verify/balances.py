@@ -17,6 +17,10 @@ from lag2fmu.verify.task import ROUNDING, Floats, Task
 _POINTS = 200
 """The number of points of a run at which forces are looked at."""
 
+_SLOW = 1e-3
+"""The part of nominal velocities whose power measures that of slower motions: what rests moves by rounding alone, and
+rounding has no relative precision."""
+
 
 def constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Reference) -> Iterator[Check]:
     """The residuals at all communication points, relative to their change with a coordinate's nominal value."""
@@ -65,7 +69,9 @@ def energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Che
     qdd = run.columns([names.acceleration(c) for c in coordinates])
     inputs = _inputs_at(task, run.time)
     balance = Equations(task.mechanism).balance(run.time, q, qd, qdd, inputs | task.further(run))
-    scale = float(np.max(balance.scale, initial=0.0)) or 1.0
+    resting = resting_energy(task, run)
+    slow = _SLOW * resting / ROUNDING  # W, as nominal velocities are nominal values by 1 s
+    scale = max(float(np.max(balance.scale, initial=0.0)), slow) or 1.0
     worst = int(np.argmax(np.abs(balance.residual)))
     off, detail = float(np.abs(balance.residual[worst]) / scale), f"largest at t = {run.time[worst]:.3g} s"
     pointwise = Check("energy: dh/dt - power, every point", off, ROUNDING, detail)
@@ -75,7 +81,7 @@ def energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Che
     rows = on_grid(reference, run.time)
     h, work = run["generalized_energy"], reference.work[rows]
     found = float(np.abs(h).max()), float(np.ptp(h)), float(np.ptp(work)), *_sizes(reference)
-    size = max(*found, resting_energy(task, run), 1e-300)
+    size = max(*found, resting, 1e-300)
     drift = np.abs(h - h[0] - work + work[0]) / size / reference.growth[rows]
     compared = (run.time <= horizon_of(task, reference)) & comparable(task, reference)[rows]
     drift = np.where(compared, drift, 0.0)

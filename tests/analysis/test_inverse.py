@@ -231,6 +231,13 @@ def test_inverse_fmus_are_validated(name: str) -> None:
     assert report.passed, str(report)
 
 
+@pytest.mark.slow
+@pytest.mark.fmu
+def test_an_inverse_loop_at_rest_is_validated() -> None:
+    """No motion is prescribed: what is compared is rounding, which has no relative precision."""
+    assert lag2fmu.validate(inverse("four_bar_linkage", "a"), stop_time=0.5).passed
+
+
 # -------------------------------------------------------------------------------------------------------------- parts
 
 

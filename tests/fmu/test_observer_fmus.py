@@ -315,7 +315,7 @@ def test_what_does_not_go_together(model: str, choices: dict, said: str, tmp_pat
     ("options", "said"),
     [
         (["--measure", "x=1"], "--measure goes with --observer"),
-        (["--observer", "ekf", "--measure", "x"], "setting 'x': expected NAME=VALUE"),
+        (["--observer", "ekf", "--measure", "x_ddot"], "measure 'x_ddot': it has no nominal value"),
         (["--observer", "ekf", "--measure", "x=1", "--reference"], "observers follow samples"),
     ],
 )

@@ -279,3 +279,16 @@ def test_the_verb_prints_and_writes_the_estimates(tmp_path: Path) -> None:
     again = CliRunner().invoke(main, [*asked, "-o", str(out)])
     assert again.exit_code == 2
     assert "overwrite it with --force" in again.stderr
+
+
+@pytest.mark.slow
+def test_a_measured_state_needs_no_deviation(tmp_path: Path) -> None:
+    """A hundredth of the nominal value is told; a cell with nan is a gap."""
+    (tmp_path / "track.csv").write_text("time,x\n0,0\n0.1,nan\n0.2,0.01\n")
+    asked = ["observe", "cart_pole", str(tmp_path / "track.csv"), "--measure", "x"]
+    done = CliRunner().invoke(main, asked)
+    assert done.exit_code == 0, done.output
+    assert "measure 'x': standard deviation 0.01 m, a hundredth of its nominal value" in done.stderr
+    assert CliRunner().invoke(main, [*asked[:-1], "x=0.01"]).stdout == done.stdout
+    twice = CliRunner().invoke(main, [*asked, "--measure", "x=1"])
+    assert "measure 'x' is given twice" in twice.stderr

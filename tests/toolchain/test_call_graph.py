@@ -24,6 +24,7 @@ from lag2fmu.codegen.firmware import FirmwareStyle, firmware_sources
 from lag2fmu.codegen.lanes import render_scalar
 from lag2fmu.codegen.sources import ROOMS, component_sources, page_sources, render_sources
 from lag2fmu.codegen.tables import StepBound
+from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.deriving import derived
@@ -132,7 +133,7 @@ def _trees(folder: Path) -> Iterator[tuple[Path, Mapping[str, str]]]:
             bounded = replace(table.tables, bound=StepBound(0.01, 10))
             trees["firmware"] = firmware_sources(found.program, bounded, method, FirmwareStyle("a", own_math=True))
         if solver == "dopri5":
-            trees["study"] = render_sources(found.program, table.tables, method, "", "study")
+            trees["study"] = render_sources(with_adjoints(found.program), table.tables, method, "", "study")
         if model.name == "double_pendulum" and solver == "dopri5":
             trees["observer"] = _observer_sources(model)
             trees["component"] = component_sources(trees["3.0"])
@@ -205,7 +206,10 @@ def test_calls_form_a_tree_with_time_stepping_and_in_runs_apart_from_fmus(tmp_pa
         found = derived(load(name), "dopri5")
         tables = build_table(found.equations, found.program).tables
         (apart := tmp_path / name).mkdir()
-        assert circles(apart, render_sources(found.program, tables, METHODS["dopri5"], "", gate)) == ([], [])
+        assert circles(apart, render_sources(with_adjoints(found.program), tables, METHODS["dopri5"], "", gate)) == (
+            [],
+            [],
+        )
         (batch := tmp_path / f"{name}_batch").mkdir()
         assert circles(batch, render_scalar(found.program, tables, METHODS["dopri5"])) == ([], [])
 

@@ -21,8 +21,7 @@ static bool any(const double values[], int count) {
     return found;
 }
 
-/* What depends on parameters alone. */
-static void add_dependent(const Instance *instance, const Tangent *weights, Seed *sensitivity) {
+void dependent_adjoint(const Instance *instance, const Tangent *weights, Seed *sensitivity) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, Seed, term);
     memset(term, 0, sizeof *term);
@@ -31,8 +30,7 @@ static void add_dependent(const Instance *instance, const Tangent *weights, Seed
     arena_release(mark);
 }
 
-/* Accelerations, multipliers, rates of further states and locals. */
-static bool add_motion(Instance *instance, const Tangent *weights, Seed *sensitivity) {
+bool motion_adjoint(Instance *instance, const Tangent *weights, Seed *sensitivity) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, unknowns, N_UNKNOWNS);
     WORK_ZEROS(mark, double, change, N_RESIDUALS);
@@ -55,8 +53,14 @@ static bool add_motion(Instance *instance, const Tangent *weights, Seed *sensiti
     multipliers_spread_knowns(instance, spread, change, sensitivity);
     accelerations_stabilise_adjoint(instance, change);
     mechanism_adjoint(state->time, state->states, state->inputs, state->parameters, cache->reported, change,
-                      weights->further, weights->locals, &term->time, term->states, term->inputs, term->parameters);
+                      weights->further, &term->time, term->states, term->inputs, term->parameters);
     seed_add(sensitivity, term);
+    if (any(weights->locals, N_LOCALS)) {
+        memset(term, 0, sizeof *term);
+        mechanism_locals_adjoint(state->time, state->states, state->inputs, state->parameters, cache->reported,
+                                 weights->locals, &term->time, term->states, term->inputs, term->parameters);
+        seed_add(sensitivity, term);
+    }
     return arena_leave(mark, true);
 }
 
@@ -80,10 +84,10 @@ bool equations_adjoint(Instance *instance, const Tangent *weights, Seed *sensiti
     if (!equations_settle(instance)) {
         return false;
     }
-    add_dependent(instance, weights, sensitivity);
+    dependent_adjoint(instance, weights, sensitivity);
     if ((any(weights->accelerations, N_UNKNOWNS) || any(weights->further, N_FURTHER) ||
          any(weights->locals, N_LOCALS)) &&
-        !add_motion(instance, weights, sensitivity)) {
+        !motion_adjoint(instance, weights, sensitivity)) {
         return false;
     }
     return settle_adjoint(instance, sensitivity);

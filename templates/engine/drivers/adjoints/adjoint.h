@@ -24,4 +24,9 @@ double *adjoint_weight(Tangent *weights, Seed *sensitivity, const Variable *vari
    instance->failure, where equations_settle or equations_tangent would. */
 bool equations_adjoint(Instance *instance, const Tangent *weights, Seed *sensitivity);
 
+/* Its parts, which add to the sensitivity as if the states were given: those of accelerations, multipliers, rates of
+   further states and locals, and those of what depends on parameters alone. */
+bool motion_adjoint(Instance *instance, const Tangent *weights, Seed *sensitivity);
+void dependent_adjoint(const Instance *instance, const Tangent *weights, Seed *sensitivity);
+
 #endif

@@ -32,7 +32,11 @@ void study_free(void *study) {
 void study_reset(void *study) {
     Variations *variations = study;
     study_begin(&variations->study);
-    memset(variations->directions, 0, (size_t)variations->count * sizeof(Direction));
+    for (int d = 0; d < variations->count; d++) { /* the rest is written before it is read */
+        Direction *direction = &variations->directions[d];
+        memset(&direction->seed, 0, sizeof direction->seed);
+        memset(direction->states, 0, sizeof direction->states);
+    }
 }
 
 void study_seed(void *study, int direction, int reference, double change, double scale) {
@@ -41,8 +45,7 @@ void study_seed(void *study, int direction, int reference, double change, double
     varied->scale = scale;
 }
 
-/* The start and how it answers to the directions; then the modes that hold there. */
-static bool begin_run(Variations *variations) {
+bool directions_begin(Variations *variations) {
     Study *study = &variations->study;
     if (!study_solve_start(study, variations->request)) {
         return false;
@@ -69,8 +72,8 @@ static bool sample_here(Variations *variations) {
     return true;
 }
 
-/* Stretches between knots up to the last time. */
-static bool run(Variations *variations) {
+bool study_stretches(Variations *variations, bool (*integrate)(Variations *variations, double end),
+                     bool (*sample)(Variations *variations)) {
     Instance *instance = &variations->study.instance;
     const Request *request = variations->request;
     const double stop = request->times[request->n_times - 1];
@@ -82,7 +85,7 @@ static bool run(Variations *variations) {
         }
         end = first ? end : study_next_knot(instance, request, stop);
         first = false;
-        if (!directions_integrate(variations, end) || !sample_here(variations)) {
+        if (!integrate(variations, end) || !sample(variations)) {
             return false;
         }
     }
@@ -93,7 +96,8 @@ int study_run(void *handle, const Request *request) {
     Variations *variations = handle;
     variations->request = request;
     variations->next = 0;
-    if (begin_run(variations) && !run(variations) && variations->study.message[0] == '\0') {
+    if (directions_begin(variations) && !study_stretches(variations, directions_integrate, sample_here) &&
+        variations->study.message[0] == '\0') {
         study_explain(&variations->study);
     }
     return variations->next;

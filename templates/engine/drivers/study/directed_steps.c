@@ -186,8 +186,7 @@ static bool pass_with_motion(void *of) {
     return directions_pass(of);
 }
 
-/* At the beginning of a stretch of smooth inputs. */
-static bool begin_stretch(Variations *variations, double end) {
+bool directions_begin_stretch(Variations *variations, double end) {
     Instance *instance = &variations->study.instance;
     instance->failure.kind = FAILURE_NONE;
     instance->scratch.step_end = end;
@@ -205,7 +204,7 @@ static bool begin_stretch(Variations *variations, double end) {
 bool directions_integrate(Variations *variations, double end) {
     const Companion derivatives = {variations, follow_motion, finish_directions, accept_directions,
                                    pass_with_motion};
-    if (!begin_stretch(variations, end) || !adaptive_steps(&variations->study.instance, end, &derivatives)) {
+    if (!directions_begin_stretch(variations, end) || !adaptive_steps(&variations->study.instance, end, &derivatives)) {
         return false;
     }
     inputs_end(&variations->study.instance);

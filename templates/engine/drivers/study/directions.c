@@ -111,10 +111,8 @@ static bool sample_slopes(Variations *variations, const Request *request, int d,
     return arena_leave(mark, true);
 }
 
-bool directions_sample(Variations *variations, double time, const double states[]) {
+bool directions_look(Variations *variations, double time, const double states[]) {
     Instance *instance = &variations->study.instance, *probe = &variations->probe;
-    const Request *request = variations->request;
-    const size_t place = (size_t)variations->next * (size_t)request->n_outputs;
     bool moved;
     probe->state = instance->state;
     probe->state.time = time;
@@ -123,8 +121,21 @@ bool directions_sample(Variations *variations, double time, const double states[
     memcpy(probe->state.states, states, N_STATES * sizeof(double));
     probe->scratch.inputs_move = false;
     instance_forget_cache(probe);
-    if (!project(probe, time, probe->state.states, &moved) || !directions_project(variations, time, states) ||
-        !study_read(probe, request, request->values + place)) {
+    if (!project(probe, time, probe->state.states, &moved)) {
+        instance->failure = probe->failure;
+        return false;
+    }
+    return true;
+}
+
+bool directions_sample(Variations *variations, double time, const double states[]) {
+    Instance *instance = &variations->study.instance, *probe = &variations->probe;
+    const Request *request = variations->request;
+    const size_t place = (size_t)variations->next * (size_t)request->n_outputs;
+    if (!directions_look(variations, time, states) || !directions_project(variations, time, states)) {
+        return false;
+    }
+    if (!study_read(probe, request, request->values + place)) {
         instance->failure = probe->failure;
         return false;
     }

@@ -11,6 +11,8 @@
 #include "dense_output.h"
 #include "study.h"
 
+enum { N_JUMPING = N_STATES + N_MASKS }; /* the states, and what modes remember beside them: places that latches hold */
+
 typedef struct {
     double scale;            /* a typical size of what is varied, which weighs the errors */
     Seed seed;               /* what varies of inputs and parameters; states: S at the point that is evaluated */
@@ -30,6 +32,7 @@ typedef struct {
     const Request *request;
     int next; /* the sample that comes */
     int count;
+    void *tape; /* that records the run, if one does */
     Direction directions[];
 } Variations;
 
@@ -53,6 +56,19 @@ bool directions_pass(Variations *variations);
 
 /* Steps to the end (s), with samples at the times asked for; those at the end are left. */
 bool directions_integrate(Variations *variations, double end);
+
+/* Goes in stretches between knots of the inputs to the last time, and samples where they end. */
+bool study_stretches(Variations *variations, bool (*integrate)(Variations *variations, double end),
+                     bool (*sample)(Variations *variations));
+
+/* The start and how it answers to the directions; then the modes that hold there. */
+bool directions_begin(Variations *variations);
+
+/* At the beginning of a stretch, to the end (s). */
+bool directions_begin_stretch(Variations *variations, double end);
+
+/* The probe comes to a time (s) and states, on the constraints. */
+bool directions_look(Variations *variations, double time, const double states[]);
 
 /* Values and derivatives for the next sample at a time (s), with the states there and S in the seeds. */
 bool directions_sample(Variations *variations, double time, const double states[]);

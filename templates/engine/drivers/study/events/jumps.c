@@ -23,8 +23,6 @@
 #include "solver_steps.h"
 #include "step_size.h"
 
-enum { N_JUMPING = N_STATES + N_MASKS }; /* the states, and what modes remember beside them: places that latches hold */
-
 static const double WIDTH = 1e-4;     /* the width of differences, relative to the size of what is moved */
 static const double DIFFERENT = 1e-5; /* two derivatives by differences of this width differ if they do so by this part;
                                          where modes hold they agree to the square of the width */

@@ -1,0 +1,155 @@
+"""Gradients by adjoints: closed forms, differences of costs, forward sensitivities, refusals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lag2fmu
+from lag2fmu.errors import ExpressionError, Lag2FmuError, LoadError, SimulationError
+from lag2fmu.mechanism import Body, Mechanism, Spring, coordinate, parameter
+from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, compiled
+from lag2fmu.studies.requests import scale_of
+from lag2fmu.studies.sensitivities import directed_run
+from lag2fmu.studies.tape import Tape
+
+pytestmark = pytest.mark.fmu
+
+
+def block() -> Mechanism:
+    """M x'' + k x = Q from x(0) = 1, x'(0) = 0.5."""
+    m, k = parameter("m", 2.0, "kg"), parameter("k", 8.0, "N/m")
+    x = coordinate("x", "m", start=1.0, velocity=0.5)
+    spring = Spring("spring", stiffness=k, elongation=x)
+    return Mechanism("block", coordinates=[x], parameters=[m, k], bodies=[Body("body", m, (x, 0))], springs=[spring])
+
+
+def test_a_cost_at_the_end_has_its_closed_form() -> None:
+    """x = cos wt + 0.5/w sin wt + Q/k (1 - cos wt), w = sqrt(k/m); the cost is k x**2."""
+    found = lag2fmu.gradient(
+        block(), "k*x**2", over=["x", "x_dot", "k", "Q_x", "m"], stop_time=3.0, tolerance=1e-11
+    )  # fmt: skip
+    w, m, k, t = 2.0, 2.0, 8.0, 3.0
+    c, s = np.cos(w * t), np.sin(w * t)
+    x = c + 0.5 / w * s
+    by_w = -t * s + 0.5 * (t * c / w - s / w**2)
+    by_k = by_w / (2 * w * m)
+    expected = [c, s / w, by_k + x / (2 * k), (1 - c) / k, -by_w * w / (2 * m)]
+    assert found.value == pytest.approx(k * x**2, abs=1e-9)
+    np.testing.assert_allclose(found.derivatives, 2 * k * x * np.array(expected), atol=1e-8)
+    assert found["m"] == found.derivatives[4]
+    with pytest.raises(LoadError, match="no derivative by 'mm'; did you mean 'm'"):
+        found["mm"]
+
+
+def test_integrals_and_sums_have_their_closed_forms() -> None:
+    """From x' = 0: the integral of x**2 is t/2 + sin(2 w t)/(4 w); the sum is over samples less data."""
+    times = np.linspace(0.0, 2.0, 5)
+    data = {"seen": np.array([1.0, 0.0, 0.5, -0.5, 0.25])}
+    found = lag2fmu.gradient(
+        block(), {"integral": "x**2", "sum": "(x - seen)**2*t"}, over=["x"], data=data, times=times,
+        values={"x_dot": 0.0}, tolerance=1e-11,
+    )  # fmt: skip
+    w, x = 2.0, np.cos(2.0 * times)
+    integral = 1.0 + np.sin(4.0 * w) / (4 * w)
+    assert found.value == pytest.approx(integral + ((x - data["seen"]) ** 2 * times).sum(), abs=1e-9)
+    assert found["x"] == pytest.approx(2 * integral + (2 * (x - data["seen"]) * x * times).sum(), abs=1e-8)
+
+
+def test_inputs_over_time_go_back_through_their_stretches() -> None:
+    """The derivative of x by a constant added to a ramp, whatever the knots: (1 - cos wt)/k."""
+    ramp = {"time": [0.0, 0.7, 1.3, 3.0], "Q_x": [0.0, 0.7, 1.3, 3.0]}
+    found = lag2fmu.gradient(block(), "x", over=["Q_x"], inputs=ramp, stop_time=3.0, tolerance=1e-11)
+    assert found["Q_x"] == pytest.approx((1 - np.cos(6.0)) / 8.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("cost", "options", "error", "what"),
+    [
+        ("y", {}, LoadError, "no variable 'y'"),
+        ("3", {}, LoadError, "contains no variable"),
+        ("x +", {}, ExpressionError, "cost, end"),
+        ({"ende": "x"}, {}, LoadError, "'ende' is no place"),
+        ({}, {}, LoadError, "the cost is empty"),
+        ("m", {"over": ["k"]}, LoadError, "does not depend on k"),
+        ("log(-1 - x**2)", {}, SimulationError, "no finite value"),
+        ({"integral": "x_ddot"}, {}, Lag2FmuError, "x_ddot"),
+        ({"sum": "x - y"}, {"data": {"y": [1.0]}}, LoadError, r"shape \(1,\); give one value for each of the 101"),
+        ({"sum": "x - y"}, {"data": {"y": [0.0, np.nan]}, "times": [0.5, 1.0]}, LoadError, "is nan at index 1"),
+        ({"sum": "x"}, {"data": {"x": [0.0]}, "times": [1.0]}, LoadError, "has the name of a variable"),
+        ("x", {"over": ["nothing"]}, LoadError, "no variable 'nothing'"),
+        ("x", {"times": [1.0, 0.5]}, LoadError, "ascend"),
+    ],
+)
+def test_what_is_no_cost_is_refused(cost: Any, options: dict[str, Any], error: type[Exception], what: str) -> None:
+    with pytest.raises(error, match=what):
+        lag2fmu.gradient(block(), cost, **{"over": ["k"], "stop_time": 1.0, **options})
+
+
+def test_a_tape_records_again() -> None:
+    """What was seeded for the last run does not stay."""
+    library = compiled(block(), adjoints=True)
+    tape, outputs, times = Tape(library, 1), library.readable(["x"]), np.array([0.5, 1.0])
+    seeds = [(library.settable("k"), 8.0)]
+    found = []
+    for _ in range(2):
+        _, reason = tape.record({}, times, outputs, tolerance=1e-9, seeds=seeds)
+        assert not reason
+        found += [tape.gradient(np.ones((2, 1)))[0], tape.gradient(np.ones((2, 1)))[0]]
+    assert len({float(x[0]) for x in found}) == 1
+
+
+@pytest.mark.slow
+def test_a_ball_at_rest_is_left_to_directions() -> None:
+    """Beside the end of accumulating impacts there is no motion but along what varies: at rest nothing does."""
+    found = lag2fmu.gradient("bouncing_ball", {"sum": "y"}, over=["e"], times=[0.7, 5.0])
+    library, t = compiled("bouncing_ball"), 0.7
+    h, g = (float(library.variables[name].start or 0.0) for name in ("y", "g"))
+    first = np.sqrt(2 * h / g)
+    assert found["e"] == pytest.approx(g * first * (t - first), rel=1e-8)
+    with pytest.raises(SimulationError, match=r"newtons_cradle.*has no gradient.*has no derivative"):
+        lag2fmu.gradient("newtons_cradle", "a", over=["e"], stop_time=2.0)
+
+
+SMOOTH = (
+    "acrobot", "andrews_squeezer", "bead_on_hoop", "bricard", "cart_pole", "chaplygin_sleigh", "double_pendulum",
+    "four_bar_linkage", "free_body", "furuta_pendulum", "heavy_top_quaternion", "humanoid_planar",
+    "motion_driven_pendulum", "n_pendulum", "parallel_manipulator", "rattleback", "rolling_disc", "six_axis_arm",
+    "slides_problem_5_massless", "spherical_pendulum", "whipple_bicycle", "wilberforce_pendulum",
+)  # fmt: skip
+HYBRID = (
+    "block_on_belt", "brake", "braked_wheel", "clutch_pair", "coulomb_oscillator", "crane", "dc_motor",
+    "disintegration", "falling_rod", "hopper_leg", "impact_oscillator", "pendulum_with_stop", "rocking_block",
+    "sliding_sphere", "stack_of_blocks",
+)  # fmt: skip
+NOISY = {"gripper": 1e-7}
+"""Models whose derivatives are that far from each other: at events both are differences, and round."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("model", "accuracy"), [*((name, 1e-9) for name in (*SMOOTH, *HYBRID)), *NOISY.items()]
+)  # fmt: skip
+def test_gradients_are_those_of_forward_sensitivities(model: str, accuracy: float) -> None:
+    """A random weighted sum of all variables at seven times, by all that can vary."""
+    library = compiled(model, adjoints=True)
+    kinds = (*STATES, "VARIABLE_LOCAL", "VARIABLE_ACCELERATION", "VARIABLE_MULTIPLIER", "VARIABLE_DEPENDENT")
+    names = [name for name, kind in library.kinds.items() if kind in kinds]
+    over = [
+        name for name, kind in library.kinds.items()
+        if kind in (*PARAMETERS, INPUT) or (kind == STATES[0] and library.variables[name].initial == "exact")
+    ]  # fmt: skip
+    times = np.linspace(0.0, library.experiment.stop_time, 7)
+    tolerance = 1e-13 if model == "sliding_sphere" else 1e-12
+    forward = directed_run(library, over, names, values={}, times=times, tolerance=tolerance)
+    tape = Tape(library, len(over))
+    seeds = [(library.settable(name), scale_of(library, name, {})) for name in over]
+    _, reason = tape.record({}, times, library.readable(names), tolerance=tolerance, seeds=seeds)
+    weights = np.random.default_rng(0).standard_normal((len(times), len(names)))
+    found, why = tape.gradient(weights)
+    assert [forward.reason, reason, why] == ["", "", ""]
+    terms = weights[:, :, None] * forward.result.derivatives
+    size = abs(terms).sum(axis=(0, 1))
+    np.testing.assert_array_less(abs(found - terms.sum(axis=(0, 1))), accuracy * (size + 1e-3 * size.max()) + 1e-30)
