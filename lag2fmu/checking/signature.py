@@ -27,7 +27,7 @@ def signature_findings(path: Path, key: str | None) -> tuple[list[Finding], list
     try:
         from minisign import PublicKey, Signature, VerifyError
     except ImportError as error:
-        raise LoadError('signatures need a package; run \'pip install "lag2fmu[signature]"\'') from error
+        raise LoadError("signatures need a package; run 'pip install \"lag2fmu[signature]\"'") from error
     try:
         maker = PublicKey.from_file(key) if Path(key).is_file() else PublicKey.from_base64(key)
     except (ValueError, OSError) as error:
