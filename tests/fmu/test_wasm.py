@@ -139,6 +139,28 @@ def test_derivatives_and_dependencies(both: Both) -> None:
 
 @pytest.mark.fmu
 @pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
+def test_adjoint_derivatives_are_those_of_the_library(model: str, both: Both) -> None:
+    """The component finds them column by column; for all knowns, while the start is solved for and afterwards."""
+    path, random = both(model), np.random.default_rng(7)
+    with Stepping3(path) as library, SteppingComponent(path) as wasm:
+        variables = [v for v in library.description.modelVariables if v.type == "Float64"]
+        states = {v.derivative.valueReference for v in variables if v.derivative is not None}
+        causalities = ("input", "parameter", "independent")
+        known = [v.valueReference for v in variables if v.causality in causalities and v.name[:7] != "solver_"]
+        known += sorted(states)
+        unknown = sorted({v.valueReference for v in variables if v.causality == "output"})
+        weights = [float(w) for w in random.normal(size=len(unknown))]
+        for enter in ("enterInitializationMode", "exitInitializationMode"):
+            getattr(library.unit, enter)(), getattr(wasm.unit, enter)()
+            found = np.array(wasm.unit.getAdjointDerivative(unknown, known, weights))
+            expected = np.array(library.unit.getAdjointDerivative(unknown, known, weights, len(known)))
+            assert np.abs(found - expected).max() <= EQUAL * np.abs(expected).max()
+            assert np.abs(expected).max() > 0.1
+
+
+@pytest.mark.fmu
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_function_of_the_draft_answers(kind: str, both: Both) -> None:
     """Also where nothing is asked for, or the call is illegal: no call ends the component."""
