@@ -77,6 +77,13 @@ def test_a_component_computes_what_the_library_does(model: str, both: Both) -> N
 
 @pytest.mark.fmu
 @pytest.mark.slow
+def test_the_longest_equations_make_no_larger_component(tmp_path: Path) -> None:
+    path = export("whipple_bicycle", tmp_path / "bicycle.fmu", fmi="3.0", platform="wasm", page="static").path
+    assert len(component_of(path)) <= MOST_BYTES
+
+
+@pytest.mark.fmu
+@pytest.mark.slow
 def test_the_bits_are_those_of_the_library_where_nothing_is_rounded_otherwise(both: Both) -> None:
     """The ball needs no function of a mathematical library: all values and the times of its impacts are equal."""
     path, times = both("bouncing_ball"), [0.01 * i for i in range(301)]
