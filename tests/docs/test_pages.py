@@ -27,7 +27,6 @@ def written(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
     return {"reference/text-format.md": text_format.page(), **gallery.texts()}
 
 
-@pytest.mark.long
 def test_written_pages_are_those_of_today(written: dict[str, str], request: pytest.FixtureRequest) -> None:
     """``pytest tests/docs --update`` writes them anew, and removes those of models that are no more."""
     gone = {path.relative_to(DOCS).as_posix() for path in (DOCS / "gallery").glob("*.md")} - set(written)
