@@ -40,10 +40,11 @@ record: $(READY)
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[importers]"
 	$(BIN)/lag2fmu record $(RECORDED) -o docs/record
 
-# dist: wheel, sdist, record with its FMUs, site, and their hashes. Equal commits give equal bytes, wherever they are
+# dist: wheel, sdist, record with its FMUs, site, bill of materials, and hashes. Equal commits and tools give equal bytes
 release: export SOURCE_DATE_EPOCH := $(shell git log -1 --format=%ct)
 release: $(READY)
 	rm -rf dist build/record
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[importers]"
 	$(BIN)/python -m build --outdir dist
 	$(BIN)/lag2fmu record $(RECORDED) -o build/record
 	$(MAKE) docs

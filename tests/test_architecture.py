@@ -70,7 +70,7 @@ ROOMS = {
         | {"analysis", "picture", "solvers", "fmu"},
         {"sympy", "numpy", "fmpy", "lxml", "rich", "matplotlib"},
     ),
-    "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "rich"}),
+    "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "minisign", "rich"}),
     "evidence": (
         {"deadline", "errors", "building", "version", "mechanism", "formats", "reference", "solvers", "fmu", "verify"}
         | {"checking"},
@@ -134,6 +134,7 @@ USERS = {
     "fmpy": {"evidence/checks.py", "verify/instances.py", "verify/by_fmpy.py", "verify/simulate.py"},
     "lief": {"checking/binaries.py"},
     "lxml": {"verify/instances.py"},
+    "minisign": {"checking/signature.py"},
     "matplotlib": {"verify/plots", "studies/calibration_figure.py", "studies/estimates_figure.py"},
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},

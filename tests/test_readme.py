@@ -68,13 +68,6 @@ def test_the_changelog_says_where_names_are_now() -> None:
         assert hasattr(import_module(place), name)
 
 
-def test_links_of_the_readme_lead_to_files() -> None:
-    links = re.findall(r'\]\(([^)#]+)|src="([^"]+)"', README)
-    assert links
-    for path in (a or b for a, b in links):
-        assert (ROOT / path).is_file(), path
-
-
 def test_the_repository_table_is_true() -> None:
     """Every room of the package stands there, and every folder that is named exists."""
     section = (ROOT / "docs" / "extending.md").read_text("utf-8").split("## The repository")[1]

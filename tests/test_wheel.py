@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import shutil
 import subprocess
 import sys
 import venv
@@ -72,3 +75,26 @@ def test_the_installed_wheel_works_in_an_empty_folder(
     ).stdout
     assert str(environment) in where
     assert [p.name for p in work.iterdir()] == ["pendulum.fmu"]
+
+
+def test_the_files_of_a_release_are_listed_with_their_hashes(wheel: Path, tmp_path: Path) -> None:
+    """In SHA256SUMS and in the bill of materials, which names what the package needs; equal contents, equal bytes."""
+    made = []
+    for name in ("one", "two"):
+        folder, part = tmp_path / name, tmp_path / f"{name}_part" / "inner"
+        part.mkdir(parents=True)
+        folder.mkdir()
+        (part / "file.txt").write_text("content", "utf-8")
+        shutil.copy(wheel, folder)
+        script = [sys.executable, ROOT / "docs" / "site" / "release.py", folder, f"part={part.parent}"]
+        subprocess.run(script, check=True)
+        made.append({path.name: path.read_bytes() for path in folder.iterdir()})
+    assert made[0] == made[1]
+    sums = dict(reversed(line.split("  ")) for line in made[0].pop("SHA256SUMS").decode().splitlines())
+    assert sums == {name: hashlib.sha256(data).hexdigest() for name, data in made[0].items()}
+    bill = json.loads(made[0]["lag2fmu.cdx.json"])
+    listed = {p["name"]: p["hashes"][0]["content"] for p in bill["components"] if p["type"] == "file"}
+    assert listed == {name: sha256 for name, sha256 in sums.items() if name != "lag2fmu.cdx.json"}
+    needed = {p["name"] for p in bill["components"] if p.get("scope") == "required"}
+    assert {"sympy", "ziglang", "fmpy"} <= needed
+    assert "casadi" not in needed

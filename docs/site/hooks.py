@@ -1,4 +1,4 @@
-"""What MkDocs asks while it builds the site: the generated pages, and formulas as MathML.
+"""What MkDocs asks while it builds the site: pictures of the gallery, and formulas as MathML.
 
 The environment variable LAG2FMU_LIVE says which models of the gallery get a page in which they move: "all", "none" or
 names with commas between them. Each takes two seconds of a processor, for the compiler and a direct integration.
@@ -15,27 +15,38 @@ from pathlib import Path
 from latex2mathml.converter import convert
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 import gallery
-import generated
 
-UNMEASURED = "# Measurements\n\n`make bench` measures accuracy and speed, and writes this page.\n"
+from lag2fmu.resources import bundled
+
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 
 _LINK = re.compile(r'href="([^":]+)\.md([#"])')
 
 
+def _moving() -> tuple[str, ...]:
+    """The models whose pages move."""
+    live = os.environ.get("LAG2FMU_LIVE", "none")
+    return bundled() if live == "all" else () if live == "none" else tuple(live.split(","))
+
+
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the generated pages."""
-    pages: dict[str, str] = {"reference/text-format.md": generated.text_format()}
-    pages |= gallery.pages(os.environ.get("LAG2FMU_LIVE", "none"))
-    if files.get_file_from_path("benchmarks.md") is None:
-        pages["benchmarks.md"] = UNMEASURED
-    for path, content in pages.items():
+    """Add the pages in which models move."""
+    for path, content in gallery.motions(_moving()).items():
         files.append(File.generated(config, path, content=content))
     return files
+
+
+def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
+    """Sketches and motions in the gallery, which takes the whole width."""
+    if not page.file.src_uri.startswith("gallery/"):
+        return markdown
+    page.meta["hide"] = ["navigation", "toc"]
+    return gallery.with_picture(page.file.src_uri, markdown, _moving())
 
 
 def on_page_content(content: str, **_: object) -> str:

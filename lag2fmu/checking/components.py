@@ -6,16 +6,20 @@ Source: https://github.com/modelica/fmi-ls-wasm, docs/index.adoc, sections "FMU 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import PurePosixPath
 
 from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.description import FmuDescription
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.rulebook import Rulebook
-from lag2fmu.fmu.wasm.binary import COMPONENT, MODULE, ByteReader, sections
-from lag2fmu.fmu.wasm.draft import FOLDER, MANIFEST
 
-SUFFIX = ".wasm"
+FOLDER, SUFFIX = "wasm32-wasip2", ".wasm"
+MANIFEST = "extra/org.modelica.fmi-ls-wasm/manifest.xml"
+_MODULE, _COMPONENT = b"\0asm\1\0\0\0", b"\0asm\x0d\0\1\0"
+"""How modules and components begin: the Component Model, design/mvp/Binary.md."""
+_IMPORTS, _EXPORTS, _INSTANCE = 10, 11, 5
+"""Numbers of sections of a component, and of a sort, from there."""
 _INTERFACES = {
     "CoSimulation": "co-simulation",
     "ModelExchange": "model-exchange",
@@ -30,8 +34,8 @@ def component_findings(archive: Archive, description: FmuDescription, rules: Rul
     names = [name for name, folder in rules.libraries(archive, description).items() if folder == FOLDER]
     for name in names:
         data = archive.read(name)
-        if not data.startswith(COMPONENT):
-            found = "a module, which has no interfaces" if data.startswith(MODULE) else "none that can be read"
+        if not data.startswith(_COMPONENT):
+            found = "a module, which has no interfaces" if data.startswith(_MODULE) else "none that can be read"
             yield Finding("binary-format", name, f"is {found}", f"{FOLDER} wants a component of WebAssembly")
             continue
         stem = PurePosixPath(name).stem
@@ -43,7 +47,7 @@ def component_findings(archive: Archive, description: FmuDescription, rules: Rul
 
 
 def _interface_findings(name: str, data: bytes, kinds: list[str]) -> Iterator[Finding]:
-    exported, imported = _names(data, 11), _names(data, 10)
+    exported, imported = _names(data, _EXPORTS), _names(data, _IMPORTS)
     for short in ("common", *(_INTERFACES[kind] for kind in kinds)):
         if not any(found.startswith(f"fmi:fmi3/{short}@3.") for found in exported):
             problem = f"does not export the interface fmi:fmi3/{short}"
@@ -55,23 +59,33 @@ def _interface_findings(name: str, data: bytes, kinds: list[str]) -> Iterator[Fi
 
 
 def _names(data: bytes, section: int) -> list[str]:
-    """The names in the sections with imports (10) or exports (11) of a component.
+    """The names in the sections with imports or exports of a component.
 
     In a section all are read up to the first one that is no instance, whose description has another length.
     """
-    found = []
-    for content in sections(data, section):
-        rest = ByteReader(content)
-        for _ in range(rest.number()):
-            rest.byte()
-            found.append(rest.name())
-            sort = rest.byte()
-            if sort != 5:
+    found, stream = [], BytesIO(data[len(_COMPONENT) :])
+    while number := stream.read(1):
+        content = BytesIO(stream.read(_number(stream)))
+        for _ in range(_number(content)) if number[0] == section else ():
+            content.read(1)
+            found.append(content.read(_number(content)).decode(errors="replace"))
+            if _number(content) != _INSTANCE:
                 break
-            rest.number()
-            if section == 11 and rest.byte():
-                rest.byte(), rest.number()
+            _number(content)
+            if section == _EXPORTS and _number(content):
+                content.read(1), _number(content)
     return found
+
+
+def _number(stream: BytesIO) -> int:
+    """A number of at most 32 bits in LEB128 without a sign; beyond the end there are zeros."""
+    value = 0
+    for shift in range(0, 35, 7):
+        byte = int.from_bytes(stream.read(1), "little")
+        value |= (byte & 0x7F) << shift
+        if byte < 0x80:
+            break
+    return value
 
 
 def token_findings(name: str, data: bytes, description: FmuDescription) -> Iterator[Finding]:

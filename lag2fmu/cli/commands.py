@@ -270,6 +270,7 @@ def import_command(**choices: Any) -> None:
 @click.command()
 @click.argument("fmu", type=PATH)
 @click.option("--run/--no-run", default=True, show_default=True, help="Run its library, in a process of its own.")
+@click.option("--key", help="FMU.minisig has to be signed by this public key of minisign, a text or a file.")
 @TIME_LIMIT
 def check(**choices: Any) -> None:
     """Check FMU, of any tool, by the rules of FMI 2.0 or 3.0; running it executes code that is in it."""

@@ -146,8 +146,12 @@ def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -
 
 
 def component_sources(sources: Mapping[str, str]) -> Mapping[str, str]:
-    """{file name: text} of a component's C code for WebAssembly: the ``sources`` of an FMU, and its calls."""
-    return {**sources, **_texts("drivers/fmi3/wasm")}
+    """{file name: text} of a component's C code for WebAssembly: the ``sources`` of an FMU, and its calls.
+
+    Adjoint derivatives are those of drivers/fmi3/wasm/adjoint_columns.c, so that the files with others are left out.
+    """
+    others = {path.name for path in _paths("drivers/adjoints") if path.suffix == ".c"} | {"adjoints.c"}
+    return {name: text for name, text in sources.items() if name not in others} | _texts("drivers/fmi3/wasm")
 
 
 def helpers_of(program: Program) -> list[str]:

@@ -31,6 +31,7 @@ def test_a_component_is_checked(path: Path, tmp_path: Path) -> None:
     data, manifest = files[COMPONENT], files[MANIFEST]
     for changed, rule in (
         ({COMPONENT: MODULE + bytes(8)}, "binary-format"),
+        ({COMPONENT: data[:8] + b"\xff" * 9999}, "binary-functions"),
         ({COMPONENT: data.replace(b"fmi:fmi3/model-exchange@3", b"fmi:fmi3/model-exchangi@3")}, "binary-functions"),
         ({COMPONENT: data.replace(b"fmi:fmi3/callbacks@", b"foi:fmi3/callbacks@")}, "binary-imports"),
         ({MANIFEST: manifest.replace(b"fmi-ls:fmi-ls-name", b"fmi-ls:fmi-ls-nam")}, "manifest"),

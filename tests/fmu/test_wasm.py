@@ -77,6 +77,13 @@ def test_a_component_computes_what_the_library_does(model: str, both: Both) -> N
 
 @pytest.mark.fmu
 @pytest.mark.slow
+def test_the_longest_equations_make_no_larger_component(tmp_path: Path) -> None:
+    path = export("whipple_bicycle", tmp_path / "bicycle.fmu", fmi="3.0", platform="wasm", page="static").path
+    assert len(component_of(path)) <= MOST_BYTES
+
+
+@pytest.mark.fmu
+@pytest.mark.slow
 def test_the_bits_are_those_of_the_library_where_nothing_is_rounded_otherwise(both: Both) -> None:
     """The ball needs no function of a mathematical library: all values and the times of its impacts are equal."""
     path, times = both("bouncing_ball"), [0.01 * i for i in range(301)]
@@ -135,6 +142,28 @@ def test_derivatives_and_dependencies(both: Both) -> None:
             assert found == library.dependencies(name)
             assert wasm.unit.getNumberOfVariableDependencies(reference) == len(found)
         assert wasm.unit.getOutputDerivatives([(y, 1), (y, 2)]) == wasm.get(["y_dot", "y_ddot"])
+
+
+@pytest.mark.fmu
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
+def test_adjoint_derivatives_are_those_of_the_library(model: str, both: Both) -> None:
+    """The component finds them column by column; for all knowns, while the start is solved for and afterwards."""
+    path, random = both(model), np.random.default_rng(7)
+    with Stepping3(path) as library, SteppingComponent(path) as wasm:
+        variables = [v for v in library.description.modelVariables if v.type == "Float64"]
+        states = {v.derivative.valueReference for v in variables if v.derivative is not None}
+        causalities = ("input", "parameter", "independent")
+        known = [v.valueReference for v in variables if v.causality in causalities and v.name[:7] != "solver_"]
+        known += sorted(states)
+        unknown = sorted({v.valueReference for v in variables if v.causality == "output"})
+        weights = [float(w) for w in random.normal(size=len(unknown))]
+        for enter in ("enterInitializationMode", "exitInitializationMode"):
+            getattr(library.unit, enter)(), getattr(wasm.unit, enter)()
+            found = np.array(wasm.unit.getAdjointDerivative(unknown, known, weights))
+            expected = np.array(library.unit.getAdjointDerivative(unknown, known, weights, len(known)))
+            assert np.abs(found - expected).max() <= EQUAL * np.abs(expected).max()
+            assert np.abs(expected).max() > 0.1
 
 
 @pytest.mark.fmu

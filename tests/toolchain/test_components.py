@@ -66,17 +66,18 @@ def test_the_same_mathematical_library_gives_the_same_bits(
     assert printed == rows
 
 
-def test_a_component_runs_in_node(fmu_of: Callable[[str], Path], tmp_path: Path) -> None:
+@pytest.mark.parametrize("model", ["bouncing_ball", "four_bar_linkage", "woodpecker"])
+def test_a_component_runs_in_node(model: str, fmu_of: Callable[[str], Path], tmp_path: Path) -> None:
     """jco makes a module for Node of it: values and state are those in wasmtime."""
     jco, node = shutil.which("jco"), shutil.which("node")
     if jco is None or node is None:
         pytest.skip("there is no jco, or no node to run it (npm install @bytecodealliance/jco)")
-    path = fmu_of("bouncing_ball")
+    path = fmu_of(model)
     arguments, rows, state = run_of(path, 0.05)
-    (tmp_path / "ball.wasm").write_bytes(component_of(path))
+    (tmp_path / "fmu.wasm").write_bytes(component_of(path))
     folder = tmp_path / "out"
-    subprocess.run([jco, "transpile", "ball.wasm", "-o", "out", "--instantiation", "async"], cwd=tmp_path, check=True)
+    subprocess.run([jco, "transpile", "fmu.wasm", "-o", "out", "--instantiation", "async"], cwd=tmp_path, check=True)
     (folder / "package.json").write_text('{"type": "module"}')
-    command = [node, str(HERE / "component_host.mjs"), str(folder), "ball", *arguments]
+    command = [node, str(HERE / "component_host.mjs"), str(folder), "fmu", *arguments]
     found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     assert found == {"rows": rows, "state": [*state], "said": []}

@@ -8,12 +8,12 @@ from itertools import chain
 from posixpath import normpath
 
 from lag2fmu.checking.archive import Archive
+from lag2fmu.checking.components import MANIFEST
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.build import build_findings
 from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.checking.fmi3.terminals import terminal_findings
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.wasm.draft import MANIFEST
 from lag2fmu.xml_tree import XmlElement, parse
 
 OLD_FOLDERS = {

@@ -6,7 +6,7 @@ import platform
 from collections.abc import Iterator
 from itertools import chain
 
-from lag2fmu.checking.components import SUFFIX
+from lag2fmu.checking.components import FOLDER, SUFFIX
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.binding import FUNCTIONS
 from lag2fmu.checking.fmi3.catalogue import trials_of
@@ -17,7 +17,6 @@ from lag2fmu.checking.fmi3.session import Model3
 from lag2fmu.checking.fmi3.structure import structure_findings
 from lag2fmu.checking.fmi3.variables import variable_findings
 from lag2fmu.checking.rulebook import Rulebook
-from lag2fmu.fmu.wasm.draft import FOLDER
 
 _SUFFIXES = {
     f"{processor}-{system}": suffix

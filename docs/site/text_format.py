@@ -1,4 +1,4 @@
-"""The pages of the site that are written from the code: the text format and the gallery."""
+"""The page that is written from the code: the text format."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ VALUES = {
 """Kind of a key -> what is written there; other kinds speak for themselves."""
 
 
-def text_format() -> str:
+def page() -> str:
     """The page on the text format, in Markdown."""
     tables = "\n".join(_table(name, of) for name, of in table_keys().items())
     return f"""# The text format
@@ -85,7 +85,7 @@ def _table(name: str, of: TableKey) -> str:
 
 
 def _section(name: str, doc: str, form: str, keys: Mapping[str, Key], part: type) -> str:
-    head = f"## {name} {{ #{name} }}\n\n{doc} {form} In Python: `{part.__name__}`.\n"
+    head = f"## {name}\n\n{doc} {form} In Python: `{part.__name__}`.\n"
     if not keys:
         return head
     rows = "".join(_row(key) for key in keys.values())
