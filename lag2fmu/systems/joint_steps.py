@@ -21,15 +21,16 @@ import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.systems.circuit import Circuit
-from lag2fmu.systems.joint_newton import EARLY, GAUSS, LATE, Course, correction, passing_of
+from lag2fmu.systems.coupling import ClosedJoints, CouplingReport
+from lag2fmu.systems.joint_newton import EARLY, GAUSS, LATE, Course, Learned, correction, passing_of
 from lag2fmu.systems.joint_system import JointState, JointSystem, check_closed
 from lag2fmu.systems.ledger import Ledger
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.steps import FixedSteps, Outer
 from lag2fmu.verify.run import Floats
 
-_CLOSED = 1e-11
-"""A joint is closed if its gap, and what its speed opens in a step, is this part of the system's size: 1e5 times the
+_CLOSED = 1e-12
+"""A joint is closed if its gap, and what its speed opens in a step, is this part of the system's size: 1e4 times the
 rounding of positions, and far less than what the FMUs' own tolerances let pass."""
 _OPEN = 1e-6
 """The most that a joint may be open at the start, as a part of the system's size: the digits that users write."""
@@ -37,6 +38,10 @@ _REPETITIONS = 12
 """The most runs of one step. Two or three are enough where the motion is smooth; after an impact there are more."""
 _SLOW = 0.3
 """Newton's matrix is measured anew where a repetition leaves more than this part of the error."""
+_ENOUGH = 2
+"""It is also measured before a step where the last one took more runs, but no more often than it costs a run a step."""
+_FIRST = (0.5, 1.0)
+"""The steps that tell the forces at the start, as parts of a step: four values of each force."""
 _HISTORY, _TERMS = 3, 4
 """The forces of a step begin as the polynomial with so many terms that fits those of the last steps, two of each."""
 
@@ -59,22 +64,27 @@ class JoinedSteps(FixedSteps):
     ) -> None:
         """``step`` (s) is about the length of all steps; ``outer`` and ``hold`` as for FixedSteps."""
         super().__init__(members, circuit, outer, Ledger(members, circuit.inputs, (), hold=hold), hold=hold)
-        self._joints, self._step, self._measured = joints, step, False
+        self._joints, self._step, self._due, self._age = joints, step, True, 0
+        self._learned = Learned()
         self._past: list[tuple[Floats, Floats]] = []
         self._last: tuple[Course, float] | None = None
         self.runs: list[int] = []
+        self._gap = 0.0
 
     def begin(self, t: float) -> None:
         """Bring inputs and forces of joints to what they are at ``t`` (s), the begin of the run.
 
-        A step that is taken back tells the forces. Raises SimulationError for joints that are open.
+        Steps that are taken back tell the forces. Raises SimulationError for joints that are open.
         """
         super().begin(t)
         check_closed(self._joints, t, _OPEN)
         with self.taken_back() as back:
-            forces = self._close(t, self._step, back)
-            back()
-        self._past, self._last, self.runs = self._past[-1:], None, []
+            for part in _FIRST:
+                self._last = self._last and (self._last[0], 0.0)
+                forces = self._close(t, part * self._step, back)
+                back()
+        self._past, self._last = self._past[-len(_FIRST) :], self._last and (self._last[0], 0.0)
+        self.runs, self._gap = [], 0.0
         self._arrive(t, forces(0.0))
 
     def advance(self, t: float, end: float) -> None:
@@ -84,6 +94,11 @@ class JoinedSteps(FixedSteps):
         self._repeated += self.runs[-1] - 1
         self._arrive(end, forces(end - t))
         self.accept(end - t, 0.0)
+
+    def facts(self, unjudged: tuple[str, ...]) -> CouplingReport:
+        """Those of all steps, and how the joints were closed."""
+        runs = self.runs or [0]
+        return replace(super().facts(unjudged), joints=ClosedJoints(self._gap, float(np.median(runs)), max(runs)))
 
     def _arrive(self, t: float, wrenches: Floats) -> None:
         """Bring all inputs to what they are at ``t`` (s)."""
@@ -96,9 +111,10 @@ class JoinedSteps(FixedSteps):
         Returns the wrenches on all places as a function of the time (s) in the step. ``back`` takes a run back. Raises
         SimulationError where no forces are found.
         """
-        if not self._measured or self._joints.redundant:
-            self._joints.measure(t, h)
-            self._measured = True
+        if self._due or self._joints.redundant:
+            self._measure(t, h)
+        self._age += 1
+        self._learned.begin()
         start, left = self._joints.state(), np.inf
         course, forces = self._ahead(start, h), self._expected(t, h)
         for run in range(1, _REPETITIONS + 1):
@@ -109,21 +125,30 @@ class JoinedSteps(FixedSteps):
             end = self._joints.state()
             course = partial(passing_of, start, end, h)
             try:
-                change, reached = correction(self._joints, end, forces, passing, [course(c * h) for c in GAUSS], h)
+                passed = [course(c * h) for c in GAUSS]
+                change, reached = correction(self._joints, self._learned, end, forces, passing, passed, h)
             except np.linalg.LinAlgError as error:  # what an FMU tells is no number, or nothing moves
                 raise self._open(end, t + h) from error
             miss = self._joints.open_by(reached[1] * h, reached[0], h)
             if miss <= _CLOSED:
                 self._check(end, t, h)
+                self._gap = max(self._gap, float(np.abs(end.gap[self._joints.held]).max(initial=0.0)))
                 self._last = course, h
                 self._past = [*self._past[1 - _HISTORY :], (t + h * GAUSS, forces)]
                 self.runs.append(run)
+                self._due = run > _ENOUGH and self._age >= self._joints.driven
                 return wrenches
             back()
             if run > 1 and miss > _SLOW * left:
-                self._joints.measure(t, h)
+                self._measure(t, h)
             left, forces = miss, forces + change
         raise self._open(end, t + h)
+
+    def _measure(self, t: float, h: float) -> None:
+        """Measure Newton's matrix at ``t`` (s)."""
+        self._joints.measure(t, h)
+        self._learned.forget()
+        self._age = 0
 
     def _check(self, end: JointState, t: float, h: float) -> None:
         """Raise SimulationError if the ``end`` leaves open what no force closes: joints that contradict each other."""
