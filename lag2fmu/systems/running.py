@@ -25,6 +25,7 @@ from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.systems.bonds import bonds_of
 from lag2fmu.systems.circuit import Circuit
 from lag2fmu.systems.coupling import Coupling, SystemRun
+from lag2fmu.systems.fmu_process import Apart
 from lag2fmu.systems.joint_steps import JoinedSteps
 from lag2fmu.systems.joint_system import JointSystem
 from lag2fmu.systems.ledger import Ledger
@@ -54,7 +55,7 @@ def simulate_system(
     inputs: Inputs | None = None,
     share: Callable[[float], None] = reached,
     *,
-    apart: bool = False,
+    apart: Apart = False,
     coupling: Coupling = "jacobi",
 ) -> SystemRun:
     """Run the system ``network`` by co-simulation.
@@ -63,11 +64,13 @@ def simulate_system(
     units of the FMUs. The ``values`` of the ``run`` are {COMPONENT.VARIABLE: value} in these units, ``inputs`` those of
     the system. Without stop time and step the default experiments of the system and of its FMUs tell them. Raises
     LoadError for what does not fit, SimulationError with the name of the component that fails. ``share`` is told the
-    part of the run that is done, 0 to 1; ``apart``: each FMU has a process of its own. ``coupling``: how the components
-    make a step.
+    part of the run that is done, 0 to 1; ``apart``: each FMU has a process of its own, a number is the longest time (s)
+    of a call there. ``coupling``: how the components make a step.
     """
     if coupling not in get_args(Coupling):
         raise LoadError(f"'{network.name}': coupling {coupling!r} is none; write jacobi, gauss-seidel or iterated")
+    if apart is not False and not 0.0 < apart < math.inf:
+        raise LoadError(f"'{network.name}': the patience of {apart!r} s with a call is none; give a positive time")
     if run.kind != "co-simulation":
         raise LoadError(f"'{network.name}': a system runs by co-simulation alone; leave the kind out")
     start, stop, step = times_of_network(network, run.stop_time, run.step)
@@ -117,7 +120,7 @@ def times_of_network(network: Network, stop: float | None, step: float | None) -
 
 
 def _run(
-    network: Network, run: Run, begin: Callable[[str], None], *, controlled: bool, apart: bool, coupling: Coupling
+    network: Network, run: Run, begin: Callable[[str], None], *, controlled: bool, apart: Apart, coupling: Coupling
 ) -> SystemRun:
     """The run of the ``network`` in this process; ``begin`` gets the name of each component before it is called.
 
