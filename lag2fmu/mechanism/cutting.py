@@ -224,6 +224,7 @@ class _Splitter:
         own: dict[str, Any] = {
             name: tuple(map(self._freed, tables.get(name, ()))) for name, key in table_keys().items() if key.many
         }
+        own["strict_units"] = False  # the whole has passed that check; places of loops are in any unit
         name, title = f"{self.base}_{piece if cut else 'base'}", f"{self.d.title}: {piece}"
         found = replace(self.d, **own | {"name": name, "title": title, "energy": self._energy(piece)})
         found = replace(

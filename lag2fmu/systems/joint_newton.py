@@ -62,7 +62,7 @@ class Learned:
         whole = matrix + h * self._known
         if self._last is not None:
             x, before = self._last
-            update: Floats = np.outer(before - right - whole @ x, x) / (x @ x)
+            update: Floats = np.outer(before - right - whole @ x, x) / float(x @ x)
             self._known = self._known + update / h
             whole = whole + update
         found: Floats = np.linalg.solve(whole, right)

@@ -147,7 +147,7 @@ def _steps_of(
     coupling: Coupling,
     *,
     controlled: bool,
-) -> tuple[FixedSteps, tuple[str, ...]]:
+) -> tuple[FixedSteps | ControlledSteps, tuple[str, ...]]:
     """(the steps, what they do not judge): repeated for joints, or until inputs agree; else as the error allows.
 
     Raises LoadError where the ``coupling`` cannot be had.
@@ -160,8 +160,11 @@ def _steps_of(
     if network.joints:
         joints = JointSystem(members, network.joints)
         beside = [f"the energy of {p.effort.source} to {p.effort.target}: it goes beside joints" for p in pairs]
-        beside += ["the length of the steps: joints do not tell the error of one; halve --step and compare"]
-        return JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold), (*beside, *unjudged)
+        fixed = _fixed(circuit, members, hold=run.hold) if controlled and circuit.inputs else []
+        joined = JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold)
+        if controlled and not fixed:
+            return ControlledSteps(joined, tolerance, step), (*beside, *unjudged)
+        return joined, (*beside, *fixed, *unjudged)
     hold = run.hold or circuit.sampled
     ledger = Ledger(members, circuit.inputs, pairs, hold=hold)
     if coupling == "iterated":
@@ -169,7 +172,8 @@ def _steps_of(
         return IteratedSteps(members, circuit, outer.at, ledger, _ITERATED * tolerance), (*beside, *unjudged)
     fixed = _fixed(circuit, members, hold=hold) if controlled and not circuit.sampled else []
     if controlled and not hold and not fixed:
-        return ControlledSteps(members, circuit, outer.at, ledger, tolerance, step, coupling), tuple(unjudged)
+        steps = FixedSteps(members, circuit, outer.at, ledger, hold=False, coupling=coupling)
+        return ControlledSteps(steps, tolerance, step), tuple(unjudged)
     return FixedSteps(members, circuit, outer.at, ledger, hold=hold, coupling=coupling), (*fixed, *unjudged)
 
 
@@ -263,7 +267,7 @@ def _initialize(
 
 
 def _steps(
-    steps: FixedSteps, sampling: Sampling, members: Mapping[str, Member], recorder: Recorder, run: Run
+    steps: FixedSteps | ControlledSteps, sampling: Sampling, members: Mapping[str, Member], recorder: Recorder, run: Run
 ) -> Trajectory:
     """The run from one point that is recorded to the next."""
     start, stop, step = run.start_time, float(run.stop_time or 0.0), float(run.step or 0.0)
