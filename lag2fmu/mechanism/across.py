@@ -9,6 +9,7 @@ from typing import Any
 
 import sympy as sp
 
+from lag2fmu.description import names
 from lag2fmu.description.description import Description, table_keys
 from lag2fmu.description.keys import keys_in
 from lag2fmu.description.outputs import Output
@@ -103,3 +104,16 @@ def as_slot(constraint: Constraint, owners: Owners) -> dict[str, Point] | None:
         one: Point(name, (first + still, zero), angle=zero),
         other: Point(name, (-second, zero), angle=zero),
     }
+
+
+def without_multipliers(tables: Mapping[str, list[Any]]) -> list[str]:
+    """Take out of ``tables`` the outputs of multipliers that went with a joint; their names."""
+    known, outputs = {names.multiplier(c.name) for c in tables.get("constraints", ())}, tables.get("outputs", [])
+    bare = names.multiplier("")
+    gone = [x for x in outputs if any(s.startswith(bare) and s not in known for s in _symbols(x))]
+    outputs[:] = [x for x in outputs if x not in gone]
+    return [x.name for x in gone]
+
+
+def _symbols(output: Output) -> set[str]:
+    return set() if output.expression is None else {s.name for s in sp.sympify(output.expression).free_symbols}

@@ -22,7 +22,7 @@ from lag2fmu.description.ports import Ports
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import symbol, value_of
-from lag2fmu.mechanism.across import as_slot, by_pieces, closed_by
+from lag2fmu.mechanism.across import as_slot, by_pieces, closed_by, without_multipliers
 from lag2fmu.mechanism.cut import Axis, Cut
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.opening import with_places
@@ -138,7 +138,7 @@ class _Splitter:
                 left_out.append(record.name)
             elif table != "definitions":
                 self._refuse(table, record)
-        left_out += [name for own_tables in tables.values() for name in _taken_out(own_tables)]
+        left_out += [name for own_tables in tables.values() for name in without_multipliers(own_tables)]
         joints = tuple(self._joint(cut, own[frame]) for frame, cut in self.cuts.items())
         descriptions = {x: self._description(x, tables[x]) for x in tables}
         return CutMechanism(descriptions, (*joints, *slots), tuple(left_out))
@@ -263,15 +263,6 @@ class _Splitter:
             for table, kind in kinds.items()
         }
         return replace(d, **tables)
-
-
-def _taken_out(tables: Mapping[str, list[Any]]) -> list[str]:
-    """Take out of ``tables`` the outputs of multipliers that went with a joint; their names."""
-    known, outputs = {names.multiplier(c.name) for c in tables.get("constraints", ())}, tables.get("outputs", [])
-    bare = names.multiplier("")
-    gone = [x for x in outputs if any(s.startswith(bare) and s not in known for s in _names(x))]
-    outputs[:] = [x for x in outputs if x not in gone]
-    return [x.name for x in gone]
 
 
 def _reached(waiting: list[str], shared: Mapping[str, Any], own: Collection[str]) -> set[str]:
