@@ -106,13 +106,15 @@ def as_slot(constraint: Constraint, owners: Owners) -> dict[str, Point] | None:
     }
 
 
-def without_multipliers(tables: Mapping[str, list[Any]]) -> list[str]:
-    """Take out of ``tables`` the outputs of multipliers that went with a joint; their names."""
-    known, outputs = {names.multiplier(c.name) for c in tables.get("constraints", ())}, tables.get("outputs", [])
-    bare = names.multiplier("")
-    gone = [x for x in outputs if any(s.startswith(bare) and s not in known for s in _symbols(x))]
-    outputs[:] = [x for x in outputs if x not in gone]
-    return [x.name for x in gone]
+def without_multipliers(pieces: Iterable[Mapping[str, list[Any]]]) -> list[str]:
+    """Take out of the tables of all ``pieces`` the outputs of multipliers that went with a joint; their names."""
+    found, bare = list[str](), names.multiplier("")
+    for tables in pieces:
+        known, outputs = {names.multiplier(c.name) for c in tables.get("constraints", ())}, tables.get("outputs", [])
+        gone = [x for x in outputs if any(s.startswith(bare) and s not in known for s in _symbols(x))]
+        outputs[:] = [x for x in outputs if x not in gone]
+        found += [x.name for x in gone]
+    return found
 
 
 def _symbols(output: Output) -> set[str]:

@@ -1,8 +1,7 @@
 """A mechanism in pieces: which entries belong to each piece of one that is cut.
 
-A piece that is cut off moves freely, by coordinates that its cut gives it. What works across a cut goes
-with the joint if it is a spring or a damper of the joint's coordinate. A constraint that is a sum over two pieces
-becomes a slot; anything else is an error that names it.
+A piece that is cut off moves freely, by coordinates of its cut. Springs and dampers of a joint's coordinate go with it.
+A constraint that is a sum over two pieces becomes a slot; whatever else works across a cut is an error that names it.
 """
 
 from __future__ import annotations
@@ -123,37 +122,36 @@ class _Splitter:
         """Everything where it belongs. Raises MechanismError for what works across a cut."""
         tables: dict[str, dict[str, list[Any]]] = {piece: {} for piece in (self.base, *self.cuts)}
         own: dict[str, list[Spring | Damper]] = {frame: [] for frame in self.cuts}
-        left_out: list[str] = []
-        slots: list[CutJoint] = []
+        left_out, slots = list[str](), list[CutJoint]()
         for table, whole in self._split():
-            record = self._closed(whole) if table == "constraints" else whole
+            record = self._closed(whole)
             owner = self._owner(table, record)
             if owner in tables:
                 tables[owner].setdefault(table, []).append(record)
-            elif table == "constraints" and (slot := as_slot(record, self._pieces_of)):
-                slots.append(self._slot(slot))
+            elif slot := self._slot(record):
+                slots.append(slot)
             elif isinstance(record, Spring | Damper) and owner:
                 own[owner.removeprefix(_JOINT)].append(record)
-            elif table == "outputs":
-                left_out.append(record.name)
-            elif table != "definitions":
-                self._refuse(table, record)
-        left_out += [name for own_tables in tables.values() for name in without_multipliers(own_tables)]
+            else:
+                left_out += self._left(table, record)
+        left_out += without_multipliers(tables.values())
         joints = tuple(self._joint(cut, own[frame]) for frame, cut in self.cuts.items())
-        descriptions = {x: self._description(x, tables[x]) for x in tables}
-        return CutMechanism(descriptions, (*joints, *slots), tuple(left_out))
+        return CutMechanism({x: self._description(x, tables[x]) for x in tables}, (*joints, *slots), tuple(left_out))
 
     def _pieces_of(self, expression: sp.Expr) -> set[str]:
         return {piece for s in expression.free_symbols for piece in self.owners.get(s.name, ())}
 
-    def _closed(self, constraint: Constraint) -> Constraint:
-        """``constraint``, which may belong to fewer pieces if the joints' gaps are added."""
-        return closed_by(constraint, self.cuts.values(), self._pieces_of)
+    def _closed(self, record: Any) -> Any:
+        """``record``; a constraint may belong to fewer pieces if the joints' gaps are added."""
+        return closed_by(record, self.cuts.values(), self._pieces_of) if isinstance(record, Constraint) else record
 
-    def _slot(self, places: Mapping[str, Point]) -> CutJoint:
-        for piece, point in places.items():
+    def _slot(self, record: Any) -> CutJoint | None:
+        """The slot that a constraint between two pieces becomes; None if it is none."""
+        places = as_slot(record, self._pieces_of) if isinstance(record, Constraint) else None
+        for piece, point in (places or {}).items():
             self.spots.setdefault(piece, []).append(point)
-        return CutJoint("slot", (0.0, 1.0, 0.0), {piece: point.name for piece, point in places.items()})
+        ends = {piece: point.name for piece, point in (places or {}).items()}
+        return CutJoint("slot", (0.0, 1.0, 0.0), ends) if ends else None
 
     def _split(self) -> Iterator[tuple[str, Any]]:
         """(table, entry) of all entries that belong to pieces; coordinates of joints are gone."""
@@ -169,6 +167,12 @@ class _Splitter:
             return self.piece[record.name]
         owners = self.owners[record.name] if table == "coordinates" else self.of(record) or {self.base}
         return next(iter(owners)) if len(owners) == 1 else ""
+
+    def _left(self, table: str, record: Any) -> list[str]:
+        """The names of outputs among an entry of several pieces; raises MechanismError for what has to be in one."""
+        if table not in ("outputs", "definitions"):
+            self._refuse(table, record)
+        return [record.name] if table == "outputs" else []
 
     def _refuse(self, table: str, record: Any) -> NoReturn:
         sides = " and ".join(f"'{x}'" for x in sorted(self.of(record)))
@@ -212,8 +216,6 @@ class _Splitter:
         used = _names(cut.seat)
         parents = {name.removeprefix(_PART) for name in used if name.startswith(_PART)}
         return self._piece(parents | {self.joints[name] for name in used & self.joints.keys()})
-
-    # ------------------------------------------------------------------------------------------ one description
 
     def _description(self, piece: str, tables: Mapping[str, list[Any]]) -> Description:
         cut, seats = self.cuts.get(piece), [c.seat for c in self.cuts.values() if self._below(c) == piece]

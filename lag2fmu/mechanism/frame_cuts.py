@@ -74,14 +74,18 @@ class _Mount:
         self.moving = {symbol(q.name) for q in d.coordinates}
         self.origin = sp.Matrix([poses.resolved(x) for x in frame.origin])
         self.turns = tuple(Rotation(turn.axis, poses.resolved(turn.angle)) for turn in _turns(frame))
-        self.turning = [i for i, turn in enumerate(self.turns) if turn.angle.free_symbols & self.moving]
         self.quaternion = tuple(map(sp.sympify, frame.quaternion or ()))
-        used = {s for x in (*self.origin, *(turn.angle for turn in self.turns)) for s in x.free_symbols}
-        used |= {s for x in self.quaternion for s in x.free_symbols}
+        expressions = (*self.origin, *(turn.angle for turn in self.turns), *self.quaternion)
+        used = {s for x in expressions for s in x.free_symbols}
         self.own = sorted(s.name for s in used & self.moving)
         alone = {*self.quaternion} <= self.moving
         if not (alone and {s.name for s in used - self.moving} <= values.keys() - {"t"}):
             self._refuse("moves by itself, or by expressions in a quaternion")
+
+    @property
+    def turning(self) -> list[int]:
+        """Which of the turns move."""
+        return [i for i, turn in enumerate(self.turns) if turn.angle.free_symbols & self.moving]
 
     def _refuse(self, how: str) -> NoReturn:
         raise MechanismError(f"--at {self.frame.name}: it {how}, {_WHY}")

@@ -7,7 +7,7 @@ at one of its places, which a slot or a rod holds.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -141,17 +141,24 @@ class _Mover:
         """The cut at the first one of the parts; None if they are not shifted alike on a line or a circle."""
         if not self.parts or not all(self._alike(part, self.parts[0]) for part in self.places):
             return None
-        body = self.parts[0]
+        return self._sliding(self.parts[0]) or self._circling(self.parts[0])
+
+    def _sliding(self, body: Body) -> PlaneCut | None:
+        """The cut at ``body``, which slides on a line that does not turn; None if it does not."""
         place = _position(body)
         along = [sp.simplify(r.diff(self.q)) for r in place]
-        if {s for x in along for s in x.free_symbols} <= self.constants:
+        if _free(along) <= self.constants:
             seat = tuple(r.xreplace({self.q: sp.S.Zero}) for r in place)
             way = [x - r for x, r in zip(_free_place(body.name), seat, strict=True)]
             shown = sum(v * x for v, x in zip(along, way, strict=True)) / sum(v**2 for v in along)
-            fixed = {s for r in seat for s in r.free_symbols} <= self.constants
+            fixed = _free(seat) <= self.constants
             axis = [value_of(x, self.values) for x in along]
             return self._cut("slot", (axis[0], axis[1], 0.0), body, seat, place, None, shown if fixed else None)
-        hinge = self._centre(body, sp.S.One)
+        return None
+
+    def _circling(self, body: Body) -> PlaneCut | None:
+        """The cut at ``body``, which keeps its distance from a hinge; None if it does not."""
+        place, hinge = _position(body), self._centre(body, sp.S.One)
         if hinge is None:
             return None
         square = sp.simplify(sum((r - h) ** 2 for r, h in zip(place, hinge, strict=True)))
@@ -200,5 +207,8 @@ def _position(place: Place) -> _Vector:
 
 
 def _symbols(place: Place) -> set[sp.Symbol]:
-    expressions = (*_position(place), *(() if place.angle is None else (sp.sympify(place.angle),)))
+    return _free((*_position(place), sp.sympify(place.angle or 0)))
+
+
+def _free(expressions: Iterable[sp.Expr]) -> set[sp.Symbol]:
     return {s for x in expressions for s in x.free_symbols}

@@ -95,12 +95,7 @@ def _members(word: str, one: End, other: End, components: Components) -> Iterato
     2.4.9.1.
     """
     a, b = (components[end.component].terminals[end.connector] for end in (one, other))
-    if a.rule == b.rule == JOINED:
-        places = ":".join(f"{end.component}.{end.connector.removesuffix('_port')}" for end in (one, other))
-        raise LoadError(f"--connect {word}: both are places, which a joint connects: --join {places}=KIND")
-    rule, twin = ("bus" if terminal.rule == JOINED else terminal.rule for terminal in (a, b))
-    if rule != twin:
-        raise LoadError(f"--connect {word}: the terminal {one} matches by '{a.rule}', {other} by '{b.rule}'")
+    rule = _rule(word, (one, a.rule), (other, b.rule))
     if rule == "sequence":
         pairs = list(zip(a.members, b.members, strict=False))
     else:
@@ -112,6 +107,18 @@ def _members(word: str, one: End, other: End, components: Components) -> Iterato
     for x, y in pairs:
         factor = -1.0 if x in a.inflows and y in b.inflows else 1.0
         yield End(one.component, a.members[x]), End(other.component, b.members[y]), factor
+
+
+def _rule(word: str, *ends: tuple[End, str]) -> str:
+    """The rule by which the members of both ``ends`` match. Raises LoadError if there is none."""
+    rules = {"bus" if rule == JOINED else rule for _, rule in ends}
+    if all(rule == JOINED for _, rule in ends):
+        places = ":".join(f"{end.component}.{end.connector.removesuffix('_port')}" for end, _ in ends)
+        raise LoadError(f"--connect {word}: both are places, which a joint connects: --join {places}=KIND")
+    if len(rules) > 1:
+        (one, rule), (other, twin) = ends
+        raise LoadError(f"--connect {word}: the terminal {one} matches by '{rule}', {other} by '{twin}'")
+    return rules.pop()
 
 
 def _connector(word: str, end: End, components: Components) -> Connector:

@@ -59,12 +59,12 @@ class Learned:
         """
         if self._known.shape != matrix.shape:
             self._known = np.zeros(matrix.shape)
-        whole = matrix + h * self._known
+        whole: Floats = matrix + h * self._known
         if self._last is not None:
             x, before = self._last
             update: Floats = np.outer(before - right - whole @ x, x) / float(x @ x)
-            self._known = self._known + update / h
-            whole = whole + update
+            self._known += update / h
+            whole += update
         found: Floats = np.linalg.solve(whole, right)
         self._last = found, right
         return found

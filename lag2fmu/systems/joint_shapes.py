@@ -125,10 +125,9 @@ def _columns(ends: Ends, axis: Floats) -> list[tuple[Floats, Floats, bool]]:
     planar, groups = is_planar(ends.first), groups_of(ends)
     unit, none = np.eye(3), np.zeros(3)
     normals = [np.cross(unit[2], axis)] if planar else _across(axis)
-    forces = {"point": unit[: 2 if planar else 3], "line": normals, "plane": [axis]}
+    forces = {"point": unit[: 2 if planar else 3], "line": normals, "plane": [axis], "rod": [axis]}
     torques = {"axis": normals, "turn": unit[2 if planar else 0 :]}
     columns = [(f, none, group == "point") for group in groups for f in forces.get(group, ())]
-    columns += [(axis, none, True)] if "rod" in groups else []
     columns += [(none, t, False) for group in groups for t in torques.get(group, ())]
     if ends.joint.acts and ends.joint.kind == "revolute":
         columns.append((none, unit[2] if planar else axis, False))

@@ -56,7 +56,6 @@ class JointSystem:
       ``stiffness`` (k,).
     - ``basis`` (k, r): forces that are independent; if joints are ``redundant``, r is less than k.
     - ``scale`` (k,): the sizes of the rows of the basis.
-    - ``driven``: how many forces and torques on places are measured, each by a short step.
     """
 
     def __init__(self, members: Mapping[str, Member], joints: Sequence[Ends]) -> None:
@@ -76,7 +75,11 @@ class JointSystem:
         self._lengths = np.concatenate([law.lengths for law in self._laws])
         self.redundant, self.basis, self.scale = False, np.eye(len(self.held)), np.ones(len(self.held))
         self._size, self._mobility = _SMALLEST, np.zeros((first[-1], first[-1]))
-        self.driven = sum(len(places.driven) for places in self._places)
+
+    @property
+    def driven(self) -> int:
+        """How many forces and torques on places are measured, each by a short step."""
+        return sum(len(places.driven) for places in self._places)
 
     def state(self) -> JointState:
         """The joints at present."""

@@ -44,8 +44,6 @@ from lag2fmu.verify.run import Run
 _LOGGER = logging.getLogger("lag2fmu")
 _TOLERANCE = 1e-6
 """The relative tolerance of the coupling, where none is given: that of the FMUs of lag2fmu."""
-_ITERATED = 0.01
-"""Iterated steps end when inputs miss less than this part of the tolerance: the rest is left for many steps."""
 _DEFAULTS = Run()
 
 
@@ -154,27 +152,33 @@ def _steps_of(
     """
     circuit, step = Circuit(members, network.wires), float(run.step or 0.0)
     pairs, unjudged = bonds_of(network)
-    tolerance = _TOLERANCE if run.tolerance is None else run.tolerance
+    tolerance = run.tolerance or _TOLERANCE
     if coupling != "jacobi":
         _check_coupling(network, members, circuit, coupling, hold=run.hold)
     if network.joints:
-        joints = JointSystem(members, network.joints)
         beside = [f"the energy of {p.effort.source} to {p.effort.target}: it goes beside joints" for p in pairs]
-        fixed = _fixed(circuit, members, hold=run.hold) if controlled and circuit.inputs else []
-        joined = JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold)
-        if controlled and not fixed:
-            return ControlledSteps(joined, tolerance, step), (*beside, *unjudged)
+        joined, fixed = _joined_steps_of(network, members, circuit, outer, run, controlled=controlled)
         return joined, (*beside, *fixed, *unjudged)
     hold = run.hold or circuit.sampled
     ledger = Ledger(members, circuit.inputs, pairs, hold=hold)
     if coupling == "iterated":
         beside = ["the length of the steps: inputs agree at the ends of iterated steps; halve --step and compare"]
-        return IteratedSteps(members, circuit, outer.at, ledger, _ITERATED * tolerance), (*beside, *unjudged)
+        return IteratedSteps(members, circuit, outer.at, ledger, tolerance), (*beside, *unjudged)
     fixed = _fixed(circuit, members, hold=hold) if controlled and not circuit.sampled else []
     if controlled and not hold and not fixed:
         steps = FixedSteps(members, circuit, outer.at, ledger, hold=False, coupling=coupling)
         return ControlledSteps(steps, tolerance, step), tuple(unjudged)
     return FixedSteps(members, circuit, outer.at, ledger, hold=hold, coupling=coupling), (*fixed, *unjudged)
+
+
+def _joined_steps_of(
+    network: Network, members: Mapping[str, Member], circuit: Circuit, outer: _Outer, run: Run, *, controlled: bool
+) -> tuple[FixedSteps | ControlledSteps, list[str]]:
+    """(the steps of a system with joints, why their error does not choose their length)."""
+    step, joints = float(run.step or 0.0), JointSystem(members, network.joints)
+    steps = JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold)
+    fixed = _fixed(circuit, members, hold=run.hold) if controlled and circuit.inputs else []
+    return steps if fixed or not controlled else ControlledSteps(steps, run.tolerance or _TOLERANCE, step), fixed
 
 
 def _check_coupling(

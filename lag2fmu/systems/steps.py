@@ -28,6 +28,8 @@ _SAFETY, _LEAST, _MOST = 0.9, 0.2, 3.0
 """The next step is shorter than the error asks for by the first factor, and no less and no more times the last one."""
 _SHORTEST = 1e-4
 """The shortest step as a part of the longest one. Where an input jumps, no step is short enough."""
+_ITERATED = 0.01
+"""Iterated steps end when inputs miss less than this part of the tolerance: the rest is left for many steps."""
 _ITERATIONS = 20
 """The most repetitions of a step. Each makes what is missed smaller by a factor that falls with its length."""
 
@@ -174,14 +176,14 @@ class ControlledSteps:
 
 
 class IteratedSteps(FixedSteps):
-    """Steps that are repeated until all inputs come to what they hear at the end, to the relative ``tolerance``."""
+    """Steps that are repeated until all inputs come to what they hear at the end, well within the ``tolerance``."""
 
     def __init__(
         self, members: Mapping[str, Member], circuit: Circuit, outer: Outer, ledger: Ledger, tolerance: float
     ) -> None:
         """All ``members`` can go back to a state before."""
         super().__init__(members, circuit, outer, ledger, hold=False)
-        self._tolerance = tolerance
+        self._tolerance = _ITERATED * tolerance
         self._goal: list[Floats] = []
 
     def advance(self, t: float, end: float) -> None:
