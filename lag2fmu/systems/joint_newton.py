@@ -65,7 +65,7 @@ class Learned:
             update: Floats = np.outer(before - right - whole @ x, x) / float(x @ x)
             self._known += update / h
             whole += update
-        found: Floats = np.linalg.solve(whole, right)
+        found: Floats = np.asarray(np.linalg.solve(whole, right), dtype=np.float64)
         self._last = found, right
         return found
 
