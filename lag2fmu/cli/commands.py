@@ -22,6 +22,7 @@ from lag2fmu.cli.options import (
     MODEL_OR_FMU,
     MODELS,
     PATH,
+    PATIENCE,
     PLATFORM,
     SOLVER,
     STOP_TIME,
@@ -202,6 +203,7 @@ def page_command(**choices: Any) -> None:
 @CONNECT
 @JOIN
 @APART
+@PATIENCE
 @COUPLING
 @STOP_TIME
 @click.option("--step", type=float, metavar="S", help="Communication step in seconds.")

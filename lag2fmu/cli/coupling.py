@@ -12,12 +12,19 @@ from lag2fmu.systems.coupling import CouplingReport
 
 def print_coupling(found: CouplingReport, *, error: bool) -> None:
     """Print it to standard output, or to standard ``error``; nothing where nothing is coupled."""
-    if found.error is None and not found.repeated:
+    if found.error is None and not found.repeated and found.joints is None:
         return
     counts = f"{found.steps} steps of {found.shortest:.3g} to {found.longest:.3g} s, {found.repeated} repeated"
     jumps = f", {found.jumps} of the shortest length for inputs that jump" if found.jumps else ""
     largest = "" if found.error is None else f"; largest error of an input {found.error:.2g} of its size"
     click.echo(f"coupling: {counts}{jumps}{largest}", err=error)
+    if found.joints is not None:
+        j = found.joints
+        click.echo(
+            f"joints: open by {j.gap:.2g} m or rad; places astray in a step by {j.astray:.2g} of its size; "
+            f"runs of a step {j.median:g} in the median, {j.most} at most",
+            err=error,
+        )
     if found.bonds:
         table = Table()
         for heading in ("bond", "energy made", "energy exchanged"):

@@ -30,6 +30,6 @@ def cut_model(
     pieces = cut(load_mechanism(model, settings), at, target, fmi=fmi or "2.0", solver=solver)
     click.echo(f"wrote {target}: {', '.join(pieces.descriptions)}")
     for joint in pieces.joints:
-        click.echo(f"  {joint.cut.kind} joint between {joint.inner} and {joint.outer}")
+        click.echo(f"  {joint.kind} joint between {' and '.join(joint.ends)}")
     if pieces.left_out:
         click.echo(f"left out, of several pieces at once: {', '.join(pieces.left_out)}", err=True)

@@ -27,6 +27,7 @@ class SimulateOptions:
     connect: tuple[str, ...]
     join: tuple[str, ...]
     apart: bool
+    patience: float | None
     coupling: Coupling
     stop_time: float | None
     step: float | None

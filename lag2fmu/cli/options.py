@@ -159,6 +159,12 @@ JOIN = click.option(
     metavar="A.P:B.P=KIND[:AXIS]",
     help="Two places that are ports, and the ideal joint between them; repeatable.",
 )
+PATIENCE = click.option(
+    "--patience",
+    type=float,
+    metavar="SECONDS",
+    help="The longest time of a call of an FMU, which then has a process of its own that is ended.",
+)
 APART = click.option("--apart", is_flag=True, help="Run each FMU of a system in a process of its own.")
 COUPLING = click.option(
     "--coupling",

@@ -78,8 +78,9 @@ def run_system(asked: SimulateOptions) -> None:
         inputs = None if asked.inputs is None else read_csv(asked.inputs)
         progress = opened.enter_context(progress_bar("simulating", 1.0))
         try:
+            apart = asked.apart if asked.patience is None else asked.patience
             trajectory = simulate_system(
-                network, run, inputs, progress or reached, apart=asked.apart, coupling=asked.coupling
+                network, run, inputs, progress or reached, apart=apart, coupling=asked.coupling
             )
         except SimulationError as error:
             if error.reached is not None and asked.out is not None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lag2fmu.description import names
 from lag2fmu.description.outputs import QUANTITIES, TURNING
@@ -20,6 +20,8 @@ from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.mechanism.record import Mechanism
 
+JOINED = "org.lag2fmu.joint"
+"""The matching rule of places."""
 _CONNECTED = ("input", "output")
 _FORCES = ("force", "torque")
 _PLACE_MEMBER = re.compile(rf"({'|'.join(sorted({*_FORCES, *QUANTITIES, *TURNING}))})(_([xyz]|[0-3]{{1,2}}))?")
@@ -28,13 +30,18 @@ _PLACE_MEMBER = re.compile(rf"({'|'.join(sorted({*_FORCES, *QUANTITIES, *TURNING
 
 @dataclass(frozen=True)
 class Terminal:
-    """What is connected together: ``members`` {member: variable}; those in ``flows`` add up to zero."""
+    """What is connected together: ``members`` {member: variable}; those in ``flows`` add up to zero.
+
+    By the ``rule`` bus members of one name match. By that of places, JOINED, both terminals tell poses and hear forces,
+    and what is between them finds the forces that keep an ideal joint closed.
+    """
 
     name: str
     kind: str
     doc: str
     members: Mapping[str, str]
     flows: frozenset[str]
+    rule: str = "bus"
 
 
 def terminals(description: ModelDescription, *, icon: bool) -> bytes:
@@ -50,7 +57,7 @@ def terminals(description: ModelDescription, *, icon: bool) -> bytes:
         ET.SubElement(picture, "Icon", square)
     parent = ET.SubElement(root, "Terminals")
     for terminal in terminals_of(description):
-        attributes = {"matchingRule": "bus", "name": terminal.name, "terminalKind": terminal.kind}
+        attributes = {"matchingRule": terminal.rule, "name": terminal.name, "terminalKind": terminal.kind}
         attributes |= {"description": terminal.doc} if terminal.doc else {}
         element = ET.SubElement(parent, "Terminal", attributes)
         for member, variable in terminal.members.items():
@@ -70,7 +77,7 @@ def terminals_of(description: ModelDescription) -> tuple[Terminal, ...]:
         name = terminal.name
         while name in (other.name for other in found):
             name += "_"
-        found.append(Terminal(name, terminal.kind, terminal.doc, members, terminal.flows))
+        found.append(replace(terminal, name=name, members=members))
     return tuple(terminal for terminal in found if terminal.members)
 
 
@@ -120,4 +127,4 @@ def _of_places(description: ModelDescription) -> Iterator[Terminal]:
         rest = [v.name.removeprefix(f"{place}_") for v in description.variables if v.name.startswith(f"{place}_")]
         members = {member: f"{place}_{member}" for member in rest if _PLACE_MEMBER.fullmatch(member)}
         flows = frozenset(member for member in members if member.startswith(_FORCES))
-        yield Terminal(f"{place}_port", "org.lag2fmu.place", "", members, flows)
+        yield Terminal(f"{place}_port", "org.lag2fmu.place", "", members, flows, JOINED)

@@ -29,7 +29,7 @@ def check(m: Description, brought: Container[str] = ()) -> tuple[Scope, tuple[st
     ``brought`` are the places of the constraints that joints bring. Raises MechanismError for the first fault. With
     ``strict_units`` a mismatch of units raises UnitError.
     """
-    if not m.coordinates and not m.driven:
+    if not (m.coordinates or m.driven or m.ports.poses):
         raise MechanismError(
             f"coordinates: mechanism '{m.name}' has none, and no prescribed motion; "
             "declare at least one generalized coordinate"

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
+
+import sympy as sp
 
 from lag2fmu.description.places import Frame, Place, Point
 from lag2fmu.description.symbols import Coordinate
@@ -20,7 +22,7 @@ class Cut(ABC):
 
     - ``kind`` of the joint, ``axis``: 3 numbers in the axes of both ends.
     - ``coordinates``: those of the joint, which go with it; a single one is 1/``scale`` times the joint's angle (rad)
-      or way (m).
+      or way (m) where the ``kind`` has one.
     - ``seat``: a new place on what carries it, and ``pin``: one on the piece; both coincide but for the joint's motion.
     - ``carried``: the names of the frames, or in the plane of the bodies and points, that the joint moves.
     """
@@ -38,6 +40,16 @@ class Cut(ABC):
     def measured(self) -> str:
         """The name of the ``probe``."""
         return f"{self.root}_cut"
+
+    @property
+    def stands(self) -> Mapping[sp.Symbol, sp.Expr]:
+        """What stands for the joint's coordinate and its rates in the piece; nothing if no expression does."""
+        return {}
+
+    @property
+    def gaps(self) -> Sequence[sp.Expr]:
+        """What is 0 as long as the joint holds: coordinates of the piece less what carries them."""
+        return ()
 
     @property
     @abstractmethod

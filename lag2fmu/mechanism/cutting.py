@@ -1,7 +1,7 @@
 """A mechanism in pieces: which entries belong to each piece of one that is cut.
 
-A piece that is cut off moves freely, by coordinates that its cut gives it. What works across a cut goes
-with the joint if it is a spring or a damper of the joint's coordinate; anything else is an error that names it.
+A piece that is cut off moves freely, by coordinates of its cut. Springs and dampers of a joint's coordinate go with it.
+A constraint that is a sum over two pieces becomes a slot; whatever else works across a cut is an error that names it.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.description.description import Description, label_of, table_keys
 from lag2fmu.description.keys import keys_in
-from lag2fmu.description.parts import Damper, Energy, Spring
-from lag2fmu.description.places import expressions_of
+from lag2fmu.description.parts import Constraint, Damper, Energy, Spring
+from lag2fmu.description.places import Point, expressions_of
 from lag2fmu.description.ports import Ports
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import symbol, value_of
-from lag2fmu.mechanism.cut import Cut
+from lag2fmu.mechanism.across import as_slot, by_pieces, closed_by, without_multipliers
+from lag2fmu.mechanism.cut import Axis, Cut
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.opening import with_places
 
@@ -35,14 +36,17 @@ _WHERE_USED = ("parameters", "inputs", "tables", "definitions", "points")
 
 @dataclass(frozen=True)
 class CutJoint:
-    """The joint of a ``cut`` between the pieces ``inner`` and ``outer``, with the numbers of its own force in SI."""
+    """A joint of this ``kind`` between the places ``ends`` {piece: place}, the first one with the ``axis``.
 
-    cut: Cut
-    inner: str
-    outer: str
-    damping: float
-    stiffness: float
-    rest: float
+    ``damping``, ``stiffness`` and ``rest`` are the numbers of its own force, in SI units.
+    """
+
+    kind: str
+    axis: Axis
+    ends: Mapping[str, str]
+    damping: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,8 @@ class _Splitter:
     """Who owns what: ``owners`` {name: pieces}; the coordinates of joints are owned by their cuts."""
 
     def __init__(self, d: Description, cuts: Sequence[Cut], start: Mapping[str, float]) -> None:
-        self.d, self.cuts, self.start = d, {cut.root: cut for cut in cuts}, start
+        self.d, self.cuts, self.start = by_pieces(d, cuts), {cut.root: cut for cut in cuts}, start
+        self.spots: dict[str, list[Point]] = {}
         self.values, self.base = values_of(d), d.name
         if self.base in self.cuts:
             raise MechanismError(f"--at {self.base}: the mechanism has this name too; rename one of them")
@@ -100,8 +105,14 @@ class _Splitter:
                 where = " and ".join(sorted(moved | {self.joints.get(q.name, "")} - {""}))
                 raise MechanismError(f"the coordinate '{q.name}' moves several pieces, {where}; cut elsewhere")
             owner = {_JOINT + self.joints[q.name]} if q.name in self.joints else moved or {self.base}
-            for name in (names.velocity, names.acceleration, names.generalized_force, str):
-                self.owners[name(q.name)] = owner
+            self._give(q.name, owner)
+        for cut in self.cuts.values():
+            for q in cut.free_coordinates(self.start):
+                self._give(q.name, {cut.root})
+
+    def _give(self, q: str, owner: set[str]) -> None:
+        for name in (names.velocity, names.acceleration, names.generalized_force, str):
+            self.owners[name(q)] = owner
 
     def of(self, record: Any) -> set[str]:
         """The pieces to which a ``record`` belongs, by all that it refers to."""
@@ -111,19 +122,36 @@ class _Splitter:
         """Everything where it belongs. Raises MechanismError for what works across a cut."""
         tables: dict[str, dict[str, list[Any]]] = {piece: {} for piece in (self.base, *self.cuts)}
         own: dict[str, list[Spring | Damper]] = {frame: [] for frame in self.cuts}
-        left_out: list[str] = []
-        for table, record in self._split():
+        left_out, slots = list[str](), list[CutJoint]()
+        for table, whole in self._split():
+            record = self._closed(whole)
             owner = self._owner(table, record)
             if owner in tables:
                 tables[owner].setdefault(table, []).append(record)
+            elif slot := self._slot(record):
+                slots.append(slot)
             elif isinstance(record, Spring | Damper) and owner:
                 own[owner.removeprefix(_JOINT)].append(record)
-            elif table == "outputs":
-                left_out.append(record.name)
-            elif table != "definitions":
-                self._refuse(table, record)
+            else:
+                left_out += self._left(table, record)
+        left_out += without_multipliers(tables.values())
         joints = tuple(self._joint(cut, own[frame]) for frame, cut in self.cuts.items())
-        return CutMechanism({x: self._description(x, tables[x]) for x in tables}, joints, tuple(left_out))
+        return CutMechanism({x: self._description(x, tables[x]) for x in tables}, (*joints, *slots), tuple(left_out))
+
+    def _pieces_of(self, expression: sp.Expr) -> set[str]:
+        return {piece for s in expression.free_symbols for piece in self.owners.get(s.name, ())}
+
+    def _closed(self, record: Any) -> Any:
+        """``record``; a constraint may belong to fewer pieces if the joints' gaps are added."""
+        return closed_by(record, self.cuts.values(), self._pieces_of) if isinstance(record, Constraint) else record
+
+    def _slot(self, record: Any) -> CutJoint | None:
+        """The slot that a constraint between two pieces becomes; None if it is none."""
+        places = as_slot(record, self._pieces_of) if isinstance(record, Constraint) else None
+        for piece, point in (places or {}).items():
+            self.spots.setdefault(piece, []).append(point)
+        ends = {piece: point.name for piece, point in (places or {}).items()}
+        return CutJoint("slot", (0.0, 1.0, 0.0), ends) if ends else None
 
     def _split(self) -> Iterator[tuple[str, Any]]:
         """(table, entry) of all entries that belong to pieces; coordinates of joints are gone."""
@@ -139,6 +167,12 @@ class _Splitter:
             return self.piece[record.name]
         owners = self.owners[record.name] if table == "coordinates" else self.of(record) or {self.base}
         return next(iter(owners)) if len(owners) == 1 else ""
+
+    def _left(self, table: str, record: Any) -> list[str]:
+        """The names of outputs among an entry of several pieces; raises MechanismError for what has to be in one."""
+        if table not in ("outputs", "definitions"):
+            self._refuse(table, record)
+        return [record.name] if table == "outputs" else []
 
     def _refuse(self, table: str, record: Any) -> NoReturn:
         sides = " and ".join(f"'{x}'" for x in sorted(self.of(record)))
@@ -159,7 +193,8 @@ class _Splitter:
                 ratio, size, _ = self._linear(cut, "dampers", record, record.rate, record.damping)
                 damping += size * ratio**2
         rest = -push / stiffness if stiffness else 0.0
-        return CutJoint(cut, self._below(cut), cut.root, damping, stiffness, rest)
+        ends = {self._below(cut): cut.seat.name, cut.root: cut.pin.name}
+        return CutJoint(cut.kind, cut.axis, ends, damping, stiffness, rest)
 
     def _linear(self, cut: Cut, table: str, record: Any, of: Any, constant: Any) -> tuple[float, float, float]:
         """Of a spring or damper: d(``of``)/d(the joint's angle or way), its ``constant``, and ``of`` at 0.
@@ -182,15 +217,16 @@ class _Splitter:
         parents = {name.removeprefix(_PART) for name in used if name.startswith(_PART)}
         return self._piece(parents | {self.joints[name] for name in used & self.joints.keys()})
 
-    # ------------------------------------------------------------------------------------------ one description
-
     def _description(self, piece: str, tables: Mapping[str, list[Any]]) -> Description:
         cut, seats = self.cuts.get(piece), [c.seat for c in self.cuts.values() if self._below(c) == piece]
-        spots = [seat.name for seat in seats] + ([cut.pin.name] if cut else [])
+        places = [*(cut.freed(seat) if cut else seat for seat in seats), *([cut.pin] if cut else ())]
+        places += self.spots.get(piece, [])
+        spots = [place.name for place in places]
         coordinates = [self._started(q) for q in tables.get("coordinates", ())]
         own: dict[str, Any] = {
             name: tuple(map(self._freed, tables.get(name, ()))) for name, key in table_keys().items() if key.many
         }
+        own["strict_units"] = False  # the whole has passed that check; places of loops are in any unit
         name, title = f"{self.base}_{piece if cut else 'base'}", f"{self.d.title}: {piece}"
         found = replace(self.d, **own | {"name": name, "title": title, "energy": self._energy(piece)})
         found = replace(
@@ -198,7 +234,6 @@ class _Splitter:
             coordinates=(*(cut.free_coordinates(self.start) if cut else ()), *coordinates),
             ports=Ports(forces=spots, torques=spots, poses=spots, velocities=spots),
         )
-        places = [*(cut.freed(seat) if cut else seat for seat in seats), *([cut.pin] if cut else ())]
         return self._with_used(with_places(found, places))
 
     def _started(self, q: Coordinate) -> Coordinate:

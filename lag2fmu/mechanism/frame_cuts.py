@@ -62,26 +62,30 @@ def frame_cut_at(d: Description, name: str, values: Mapping[str, float]) -> Cut:
 
     ``values``: {parameter: SI value}. Raises MechanismError if there is none, or its joint is no joint between FMUs.
     """
-    frame = _frame(d, name)
-    if str(frame.parent) == WORLD:
-        raise MechanismError(f"--at {name}: '{frame.name}' stands on the world; nothing is on the other side")
-    return _Mount(d, frame, values).cut()
+    return _Mount(d, _frame(d, name), values).cut()
 
 
 class _Mount:
     """How a ``frame`` stands on its parent: origin and turns, and the coordinates in them."""
 
     def __init__(self, d: Description, frame: Frame, values: Mapping[str, float]) -> None:
-        """Raises MechanismError where a quaternion or time is in them."""
+        """Raises MechanismError where time is in them, or something besides coordinates in a quaternion."""
         poses, self.d, self.frame, self.values = Poses(d), d, frame, values
         self.moving = {symbol(q.name) for q in d.coordinates}
         self.origin = sp.Matrix([poses.resolved(x) for x in frame.origin])
         self.turns = tuple(Rotation(turn.axis, poses.resolved(turn.angle)) for turn in _turns(frame))
-        self.turning = [i for i, turn in enumerate(self.turns) if turn.angle.free_symbols & self.moving]
-        used = {s for x in (*self.origin, *(turn.angle for turn in self.turns)) for s in x.free_symbols}
+        self.quaternion = tuple(map(sp.sympify, frame.quaternion or ()))
+        expressions = (*self.origin, *(turn.angle for turn in self.turns), *self.quaternion)
+        used = {s for x in expressions for s in x.free_symbols}
         self.own = sorted(s.name for s in used & self.moving)
-        if frame.quaternion is not None or not {s.name for s in used - self.moving} <= values.keys() - {"t"}:
-            self._refuse("turns by a quaternion, or moves by itself")
+        alone = {*self.quaternion} <= self.moving
+        if not (alone and {s.name for s in used - self.moving} <= values.keys() - {"t"}):
+            self._refuse("moves by itself, or by expressions in a quaternion")
+
+    @property
+    def turning(self) -> list[int]:
+        """Which of the turns move."""
+        return [i for i, turn in enumerate(self.turns) if turn.angle.free_symbols & self.moving]
 
     def _refuse(self, how: str) -> NoReturn:
         raise MechanismError(f"--at {self.frame.name}: it {how}, {_WHY}")
@@ -93,7 +97,8 @@ class _Mount:
             return self._prismatic()
         if not slides and len(self.own) == len(self.turning) == 1:
             return self._revolute()
-        if slides or len(self.own) != len(self.turning) or len(self.own) not in (0, 3):
+        free = len(self.own) == len(self.quaternion or self.turning) and len(self.own) in (0, 3, 4)
+        if slides or not free:
             self._refuse(f"moves by {', '.join(self.own)}")
         kind, turns = ("spherical", ()) if self.own else ("fixed", self.turns)
         return self._of(kind, (0.0, 0.0, 1.0), 1.0, self.origin, turns)

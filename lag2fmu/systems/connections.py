@@ -11,6 +11,8 @@ from lag2fmu.systems.components import Component, Connector, LinearUnit
 
 Components = Mapping[str, Component]
 
+JOINED = "org.lag2fmu.joint"
+"""The matching rule of places: both tell poses and hear forces, and a joint is between them."""
 GIVES = ("output", "local")
 """The causalities that may be connected to an input; SSP 2.0 treats the local variables of FMI as outputs."""
 
@@ -89,22 +91,34 @@ def _members(word: str, one: End, other: End, components: Components) -> Iterato
     """(connector, connector, factor) of the members of two terminals that belong together.
 
     By the rule "plug" all members have the same names, by "bus" some have, and by "sequence" their order counts.
-    Source: FMI 3.0.2, section 2.4.9.1.
+    Places, which match by JOINED, are a bus for what hears their motion and gives forces. Source: FMI 3.0.2, section
+    2.4.9.1.
     """
     a, b = (components[end.component].terminals[end.connector] for end in (one, other))
-    if a.rule != b.rule:
-        raise LoadError(f"--connect {word}: the terminal {one} matches by '{a.rule}', {other} by '{b.rule}'")
-    if a.rule == "sequence":
+    rule = _rule(word, (one, a.rule), (other, b.rule))
+    if rule == "sequence":
         pairs = list(zip(a.members, b.members, strict=False))
     else:
         pairs = [(member, member) for member in a.members if member in b.members]
     whole = len(pairs) == len(a.members) == len(b.members)
-    if not pairs or (a.rule != "bus" and not whole):
+    if not pairs or (rule != "bus" and not whole):
         has = ", ".join(a.members)
         raise LoadError(f"--connect {word}: {one} has the members {has}, and {other} has {', '.join(b.members)}")
     for x, y in pairs:
         factor = -1.0 if x in a.inflows and y in b.inflows else 1.0
         yield End(one.component, a.members[x]), End(other.component, b.members[y]), factor
+
+
+def _rule(word: str, *ends: tuple[End, str]) -> str:
+    """The rule by which the members of both ``ends`` match. Raises LoadError if there is none."""
+    rules = {"bus" if rule == JOINED else rule for _, rule in ends}
+    if all(rule == JOINED for _, rule in ends):
+        places = ":".join(f"{end.component}.{end.connector.removesuffix('_port')}" for end, _ in ends)
+        raise LoadError(f"--connect {word}: both are places, which a joint connects: --join {places}=KIND")
+    if len(rules) > 1:
+        (one, rule), (other, twin) = ends
+        raise LoadError(f"--connect {word}: the terminal {one} matches by '{rule}', {other} by '{twin}'")
+    return rules.pop()
 
 
 def _connector(word: str, end: End, components: Components) -> Connector:

@@ -27,6 +27,22 @@ class BondEnergy:
 
 
 @dataclass(frozen=True)
+class ClosedJoints:
+    """How the ideal joints of a system were closed at the ends of steps.
+
+    - ``gap``: how far one was open at most, in m or rad.
+    - ``astray``: how far places went within a step at most by what its linear forces miss, as a part of the system's
+      size.
+    - ``median``, ``most``: how often a step was run.
+    """
+
+    gap: float
+    astray: float
+    median: float
+    most: int
+
+
+@dataclass(frozen=True)
 class CouplingReport:
     """The facts of a run.
 
@@ -36,6 +52,7 @@ class CouplingReport:
     - ``error``: the greatest error of an input at the end of a step, relative to the largest value that it has had;
       None where no input changes within steps.
     - ``unjudged``: what could not be judged, a sentence each.
+    - ``joints``: how ideal joints were closed, None where there are none.
     """
 
     steps: int
@@ -46,6 +63,7 @@ class CouplingReport:
     error: float | None
     bonds: tuple[BondEnergy, ...]
     unjudged: tuple[str, ...]
+    joints: ClosedJoints | None = None
 
 
 @dataclass(frozen=True, eq=False)

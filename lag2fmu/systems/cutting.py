@@ -49,8 +49,8 @@ def cut(
 
 def _word(joint: CutJoint) -> str:
     """The joint of ``joint`` as ``ssp`` reads it."""
-    axis = ",".join(map(repr, joint.cut.axis))
+    axis = ",".join(map(repr, joint.axis))
     numbers = "".join(f":{name}={getattr(joint, name)!r}" for name in ("damping", "stiffness", "rest"))
     acts = joint.damping or joint.stiffness
-    ends = f"{joint.inner}.{joint.cut.seat.name}:{joint.outer}.{joint.cut.pin.name}"
-    return f"{ends}={joint.cut.kind}:{axis}{numbers if acts else ''}"
+    ends = ":".join(f"{piece}.{place}" for piece, place in joint.ends.items())
+    return f"{ends}={joint.kind}:{axis}{numbers if acts else ''}"

@@ -10,7 +10,7 @@ import numpy as np
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.systems.components import Component
-from lag2fmu.systems.fmu_process import instance_apart
+from lag2fmu.systems.fmu_process import Apart, instance_apart
 from lag2fmu.systems.member import ORDERS, Member
 from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
@@ -169,12 +169,12 @@ class FmuMember(Member):
 
 @contextmanager
 def fmu_member_of(
-    component: Component, driven: Sequence[str], begin: Callable[[], None], kind: type[FmuMember], *, apart: bool
+    component: Component, driven: Sequence[str], begin: Callable[[], None], kind: type[FmuMember], *, apart: Apart
 ) -> Iterator[FmuMember]:
     """The ``component``, instantiated for co-simulation; ``driven`` are its inputs that change within steps.
 
     ``kind`` is the class of the member; with periodic clocks it has event mode. ``begin`` is called before calls of the
-    FMU; ``apart``: it has a process of its own. Raises LoadError for an FMU without co-simulation, SimulationError for
+    FMU; ``apart``: see there. Raises LoadError for an FMU without co-simulation, SimulationError for
     one that cannot be instantiated.
     """
     if component.kind != "CoSimulation":
@@ -186,7 +186,8 @@ def fmu_member_of(
     begin()
     events, asks = bool(component.clocks), tuple(sorted(followed))
     if apart:
-        with instance_apart(component.path, events=events, followed=asks) as remote:
+        patience = None if apart is True else apart
+        with instance_apart(component.path, events=events, followed=asks, patience=patience) as remote:
             yield kind(component, cast("Instance", remote), scalars, begin)
         return
     with instance_of(component.path, "CoSimulation", events=events, followed=asks) as instance:

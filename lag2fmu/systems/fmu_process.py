@@ -21,6 +21,8 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.verify.apart import FORKS, end_of
 from lag2fmu.verify.instances import Instance, Log, description_of, instance_of
 
+Apart = bool | float
+"""Whether each FMU has a process of its own; a number is the longest time (s) that a call may take there."""
 _DIES_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of Linux: the signal that a process gets when its parent ends, even while it hangs in an FMU."""
 _PATIENCE = 5.0
@@ -40,11 +42,12 @@ class _Remote:
 class RemoteInstance:
     """What an ``Instance`` is, in another ``process`` at the end of a ``connection``."""
 
-    def __init__(self, path: Path, process: Any, connection: Any) -> None:
+    def __init__(self, path: Path, process: Any, connection: Any, patience: float | None) -> None:
+        """A call that takes longer than ``patience`` (s) ends the process; None: it may take any time."""
         self.description, self.log = description_of(path), Log()
         self.fmu = _Remote(self._call)
         self.asked: Callable[[float], None] | None = None
-        self._process, self._connection = process, connection
+        self._process, self._connection, self._patience = process, connection, patience
 
     def _call(self, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         """The result of a call. Raises SimulationError if it fails, or if the process ends."""
@@ -59,6 +62,11 @@ class RemoteInstance:
     def answer(self) -> Any:
         """What the process answers; on the way it may ask for inputs. Raises SimulationError if a call fails."""
         while True:
+            if not self._connection.poll(self._patience):
+                self._process.kill()
+                raise SimulationError(
+                    f"the FMU does not come back from a call within {self._patience:g} s and is ended"
+                )
             kind, value, *said = self._connection.recv()
             if kind == "asked":
                 if self.asked is not None:
@@ -73,10 +81,13 @@ class RemoteInstance:
 
 
 @contextmanager
-def instance_apart(path: Path, *, events: bool, followed: tuple[int, ...]) -> Iterator[RemoteInstance]:
+def instance_apart(
+    path: Path, *, events: bool, followed: tuple[int, ...], patience: float | None
+) -> Iterator[RemoteInstance]:
     """An instance of the FMU ``path`` for co-simulation in a process of its own, which ends with the context.
 
-    See ``instance_of`` for ``events`` and ``followed``. Raises SimulationError for one that cannot be instantiated.
+    See ``instance_of`` for ``events`` and ``followed``. A call that takes longer than ``patience`` (s) raises
+    SimulationError; None: it may take any time. Raises SimulationError for one that cannot be instantiated.
     """
     context: Any = get_context("fork" if FORKS else "spawn")
     here, there = context.Pipe()
@@ -85,7 +96,7 @@ def instance_apart(path: Path, *, events: bool, followed: tuple[int, ...]) -> It
         process.start()
         there.close()
         try:
-            instance = RemoteInstance(path, process, here)
+            instance = RemoteInstance(path, process, here, patience)
             instance.fmu.instantiate()  # what the process does first, whatever it is called
             yield instance
         finally:

@@ -33,8 +33,46 @@ Course = Callable[[float], Passing]
 """The joints by the time (s) in a step."""
 
 
+class Learned:
+    """What the runs of steps tell of Newton's matrix beyond what was measured, by Broyden's update.
+
+    Steps that follow each other miss in nearly the same way, so that it is kept from step to step. Source: C. G.
+    Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19 (1965).
+    """
+
+    def __init__(self) -> None:
+        self.forget()
+
+    def forget(self) -> None:
+        """The matrix is measured anew."""
+        self._known: Floats = np.zeros((0, 0))
+        self._last: tuple[Floats, Floats] | None = None
+
+    def begin(self) -> None:
+        """A step begins, whose first run follows no change."""
+        self._last = None
+
+    def change(self, matrix: Floats, right: Floats, h: float) -> Floats:
+        """The x (n,) that solves ``matrix`` x = ``right`` (n,), with what is known better of the matrix (n, n).
+
+        After it was applied to the step ``h`` (s), the next ``right`` tells what it did.
+        """
+        if self._known.shape != matrix.shape:
+            self._known = np.zeros(matrix.shape)
+        whole: Floats = matrix + h * self._known
+        if self._last is not None:
+            x, before = self._last
+            update: Floats = np.outer(before - right - whole @ x, x) / float(x @ x)
+            self._known += update / h
+            whole += update
+        found: Floats = np.asarray(np.linalg.solve(whole, right), dtype=np.float64)
+        self._last = found, right
+        return found
+
+
 def correction(
     joints: JointSystem,
+    learned: Learned,
     end: JointState,
     forces: Floats,
     before: Sequence[Passing],
@@ -62,7 +100,7 @@ def correction(
     basis = joints.basis
     matrix = np.block([[basis.T @ rows[n, i] @ basis for i in (0, 1)] for n in (0, 1)])
     right = -(missed + excess) @ basis
-    found = np.linalg.solve(matrix, right.ravel()).reshape(2, -1) @ basis.T
+    found = learned.change(matrix, right.ravel(), h).reshape(2, -1) @ basis.T
     reached = missed @ basis @ (basis / joints.scale[:, None] ** 2).T
     reached[0] += sum(change @ force for change, force in zip(speeds, excess, strict=True)) * own
     return found, reached

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lag2fmu.description.joints import across
+from lag2fmu.errors import SimulationError
 from lag2fmu.systems.joints import NUMBERS, Ends, groups_of, is_planar
 from lag2fmu.verify.run import Floats
 
@@ -67,9 +68,15 @@ class JointLaw:
         self._still = np.array([column[2] for column in columns])
         self.lengths = self._forces.any(axis=0)
         self._axis, self._turns, self._tilts = axis, "turn" in groups, "axis" in groups
+        self._joint, self._rod, self._length = ends.joint, "rod" in groups, 0.0
 
     def shape(self, first: PlaceMotion, second: PlaceMotion) -> JointShape:
-        """The joint where its ends move like ``first`` and ``second``."""
+        """The joint where its ends move like ``first`` and ``second``.
+
+        Raises SimulationError for a rod without length.
+        """
+        if self._rod:
+            return self._along(second.p - first.p, second.v - first.v)
         F, T = (np.where(self._still, x, first.R @ x) for x in (self._forces, self._torques))
         turning = first.omega[:, None]
         F_dot = np.where(self._still, 0.0, np.cross(turning, F, axis=0))
@@ -85,6 +92,17 @@ class JointLaw:
             gap[-1] = self._turned(first.R.T @ second.R)
         speed = directions[0].T @ twists[0] + directions[1].T @ twists[1]
         return JointShape(directions, rates, gap, speed)
+
+    def _along(self, e: Floats, e_dot: Floats) -> JointShape:
+        """The rod that reaches over ``e`` (3,) in m, with its rate (3,): it keeps the length that it has first."""
+        length = float(np.linalg.norm(e))
+        if not length:
+            raise SimulationError(f"the joint {self._joint}: both places are at one point; a rod joins two")
+        self._length = self._length or length
+        u = e / length
+        u_dot, none = (e_dot - u * (u @ e_dot)) / length, np.zeros(3)
+        directions, rates = (np.array([[*-x, *none], [*x, *none]])[:, :, None] for x in (u, u_dot))
+        return JointShape(directions, rates, np.array([length - self._length]), np.array([u @ e_dot]))
 
     def _turned(self, turn: Floats) -> float:
         """The angle (rad) by which the matrix ``turn`` (3, 3) turns about the axis, next to that of the last call."""
@@ -107,7 +125,7 @@ def _columns(ends: Ends, axis: Floats) -> list[tuple[Floats, Floats, bool]]:
     planar, groups = is_planar(ends.first), groups_of(ends)
     unit, none = np.eye(3), np.zeros(3)
     normals = [np.cross(unit[2], axis)] if planar else _across(axis)
-    forces = {"point": unit[: 2 if planar else 3], "line": normals, "plane": [axis]}
+    forces = {"point": unit[: 2 if planar else 3], "line": normals, "plane": [axis], "rod": [axis]}
     torques = {"axis": normals, "turn": unit[2 if planar else 0 :]}
     columns = [(f, none, group == "point") for group in groups for f in forces.get(group, ())]
     columns += [(none, t, False) for group in groups for t in torques.get(group, ())]

@@ -21,6 +21,9 @@ _REDUNDANT = 1e-6
 1e-7 at the FMUs' default tolerance. Two hinges of a door may be a thousandth of its width apart."""
 _STIFF = 1e-6
 """A wrench that moves places less than this part of what another one does moves none."""
+_SMALLEST = 1e-3
+"""The size (m) of a system that lies about the origin. Otherwise it is that of its places' positions, or of their radii
+of gyration."""
 _SOON = 0.01
 """The part of a step in which the effect of forces is measured, so that it is that at the begin of the step."""
 _CHANGE = 1e-3
@@ -71,7 +74,12 @@ class JointSystem:
         self.damping, self.stiffness, self._rest = own
         self._lengths = np.concatenate([law.lengths for law in self._laws])
         self.redundant, self.basis, self.scale = False, np.eye(len(self.held)), np.ones(len(self.held))
-        self._size, self._mobility = 0.0, np.zeros((first[-1], first[-1]))
+        self._size, self._mobility = _SMALLEST, np.zeros((first[-1], first[-1]))
+
+    @property
+    def driven(self) -> int:
+        """How many forces and torques on places are measured, each by a short step."""
+        return sum(len(places.driven) for places in self._places)
 
     def state(self) -> JointState:
         """The joints at present."""
@@ -100,7 +108,7 @@ class JointSystem:
 
         ``gap`` (k,) and its rate ``speed`` (k,) are 0 where nothing is held.
         """
-        scales = np.where(self._lengths, self._size or 1.0, 1.0)
+        scales = np.where(self._lengths, self._size, 1.0)
         return float((np.maximum(np.abs(gap), h * np.abs(speed)) / scales).max(initial=0.0))
 
     def own_forces(self, places: Floats, rates: Floats) -> Floats:
@@ -135,6 +143,9 @@ class JointSystem:
         """
         for places, part in zip(self._places, self._parts, strict=True):
             self._mobility[part, part] = _mobility(places, t, _SOON * h)
+        moved = np.diag(self._mobility).reshape(-1, 2, 3).max(axis=2)
+        inert = moved[:, 1] > 0
+        self._size = max(self._size, float(np.sqrt(moved[inert, 0] / moved[inert, 1]).max(initial=0.0)))
         state = self.state()
         matrix = self.effect(state, state.turned, state.directions)
         if not np.isfinite(matrix).all():

@@ -9,12 +9,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import isfinite
 
-from lag2fmu.description.joints import JOINTS
+from lag2fmu.description.joints import JOINTS, Kind
 from lag2fmu.description.places import AXES
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.systems.components import Component, ComponentTerminal
-from lag2fmu.systems.connections import End
+from lag2fmu.systems.connections import JOINED, End
 from lag2fmu.xml_tree import XmlElement
 
 ANNOTATION, SPACE = "org.lag2fmu.joints", "urn:lag2fmu:joints"
@@ -22,8 +22,12 @@ ANNOTATION, SPACE = "org.lag2fmu.joints", "urn:lag2fmu:joints"
 PLACE = "org.lag2fmu.place"
 """The kind of the terminals that can be joined."""
 _GROUPS = {"point", "line", "plane", "axis", "turn"}
-KINDS = tuple(name for name, kind in JOINTS.items() if {*kind.equations} <= _GROUPS)
-"""The kinds of joints, which are those of the table ``joints`` of a mechanism that hold without a number more."""
+KINDS = {name: kind for name, kind in JOINTS.items() if {*kind.equations} <= _GROUPS} | {
+    "slot": Kind(("line",), None, ("axis",), planar=("line",)),
+    "rod": Kind(("rod",), None, (), planar=("rod",)),
+}
+"""The kinds of joints: those of the table ``joints`` of a mechanism that hold without a number more, and two of points.
+The second place of a slot is on the axis. A rod keeps the distance that both places have at the start."""
 Axis = tuple[float, float, float]
 NUMBERS = ("damping", "stiffness", "rest")
 """The numbers of a joint's own force, in SI units; all are 0 by default."""
@@ -152,7 +156,7 @@ def ends_of(joint: IdealJoint, components: Mapping[str, Component], where: str) 
     ends = Ends(joint, *(_terminal(end, components, where) for end in (joint.first, joint.second)))
     _check_plane(ends, where)
     for end, terminal in ((joint.first, ends.first), (joint.second, ends.second)):
-        missing = [*_missing(terminal, turning=joint.acts or {*groups_of(ends)} != {"point"})]
+        missing = [*_missing(terminal, turning=joint.acts or not {*groups_of(ends)} <= {"point", "rod"})]
         if missing:
             name = end.connector.removesuffix("_port")
             options = " ".join(f"--port {key}={name}" for key in missing)
@@ -165,8 +169,8 @@ def _check_plane(ends: Ends, where: str) -> None:
     first, second = is_planar(ends.first), is_planar(ends.second)
     if first != second:
         raise LoadError(f"{where}: one place moves in the plane and the other in space; join two of one kind")
-    if first and not JOINTS[ends.joint.kind].planar:
-        known = ", ".join(name for name in KINDS if JOINTS[name].planar)
+    if first and not KINDS[ends.joint.kind].planar:
+        known = ", ".join(name for name in KINDS if KINDS[name].planar)
         raise LoadError(f"{where}: there is no joint '{ends.joint.kind}' in the plane; give one of {known}")
 
 
@@ -174,6 +178,8 @@ def _terminal(end: End, components: Mapping[str, Component], where: str) -> Comp
     terminal = components[end.component].terminals.get(end.connector) if end.component in components else None
     if terminal is None or terminal.kind != PLACE:
         raise LoadError(f"{where}: {end} is no terminal of a place")
+    if terminal.rule not in (JOINED, "bus"):  # FMUs made before there was a rule of joints are buses
+        raise LoadError(f"{where}: {end} matches by '{terminal.rule}'; places that are joined match by '{JOINED}'")
     return terminal
 
 
@@ -195,7 +201,7 @@ def is_planar(terminal: ComponentTerminal) -> bool:
 
 def groups_of(ends: Ends) -> tuple[str, ...]:
     """The groups of equations of the joint, see ``joint_shapes``."""
-    kind = JOINTS[ends.joint.kind]
+    kind = KINDS[ends.joint.kind]
     return kind.planar if is_planar(ends.first) else kind.equations
 
 

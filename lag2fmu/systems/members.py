@@ -9,6 +9,7 @@ from functools import partial
 from lag2fmu.errors import SimulationError
 from lag2fmu.systems.clocked import ClockedFmu
 from lag2fmu.systems.fmu_member import FmuMember, fmu_member_of
+from lag2fmu.systems.fmu_process import Apart
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.network import Network
 from lag2fmu.systems.sampled_function import SampledFunction
@@ -16,11 +17,11 @@ from lag2fmu.systems.sampled_function import SampledFunction
 
 @contextmanager
 def members_of(
-    network: Network, begin: Callable[[str], None], *, hold: bool, apart: bool
+    network: Network, begin: Callable[[str], None], *, hold: bool, apart: Apart
 ) -> Iterator[dict[str, Member]]:
     """{name: member} of all components; ``begin`` gets the name of each before it is called.
 
-    With ``hold`` no input changes within a step; ``apart``: each FMU has a process of its own. Raises LoadError for an
+    With ``hold`` no input changes within a step; ``apart``: see there. Raises LoadError for an
     FMU without co-simulation, SimulationError for one that cannot be instantiated.
     """
     with ExitStack() as opened:

@@ -25,6 +25,7 @@ from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.systems.bonds import bonds_of
 from lag2fmu.systems.circuit import Circuit
 from lag2fmu.systems.coupling import Coupling, SystemRun
+from lag2fmu.systems.fmu_process import Apart
 from lag2fmu.systems.joint_steps import JoinedSteps
 from lag2fmu.systems.joint_system import JointSystem
 from lag2fmu.systems.ledger import Ledger
@@ -43,8 +44,6 @@ from lag2fmu.verify.run import Run
 _LOGGER = logging.getLogger("lag2fmu")
 _TOLERANCE = 1e-6
 """The relative tolerance of the coupling, where none is given: that of the FMUs of lag2fmu."""
-_ITERATED = 0.01
-"""Iterated steps end when inputs miss less than this part of the tolerance: the rest is left for many steps."""
 _DEFAULTS = Run()
 
 
@@ -54,7 +53,7 @@ def simulate_system(
     inputs: Inputs | None = None,
     share: Callable[[float], None] = reached,
     *,
-    apart: bool = False,
+    apart: Apart = False,
     coupling: Coupling = "jacobi",
 ) -> SystemRun:
     """Run the system ``network`` by co-simulation.
@@ -63,11 +62,13 @@ def simulate_system(
     units of the FMUs. The ``values`` of the ``run`` are {COMPONENT.VARIABLE: value} in these units, ``inputs`` those of
     the system. Without stop time and step the default experiments of the system and of its FMUs tell them. Raises
     LoadError for what does not fit, SimulationError with the name of the component that fails. ``share`` is told the
-    part of the run that is done, 0 to 1; ``apart``: each FMU has a process of its own. ``coupling``: how the components
-    make a step.
+    part of the run that is done, 0 to 1; ``apart``: each FMU has a process of its own, a number is the longest time (s)
+    of a call there. ``coupling``: how the components make a step.
     """
     if coupling not in get_args(Coupling):
         raise LoadError(f"'{network.name}': coupling {coupling!r} is none; write jacobi, gauss-seidel or iterated")
+    if apart is not False and not 0.0 < apart < math.inf:
+        raise LoadError(f"'{network.name}': the patience of {apart!r} s with a call is none; give a positive time")
     if run.kind != "co-simulation":
         raise LoadError(f"'{network.name}': a system runs by co-simulation alone; leave the kind out")
     start, stop, step = times_of_network(network, run.stop_time, run.step)
@@ -117,7 +118,7 @@ def times_of_network(network: Network, stop: float | None, step: float | None) -
 
 
 def _run(
-    network: Network, run: Run, begin: Callable[[str], None], *, controlled: bool, apart: bool, coupling: Coupling
+    network: Network, run: Run, begin: Callable[[str], None], *, controlled: bool, apart: Apart, coupling: Coupling
 ) -> SystemRun:
     """The run of the ``network`` in this process; ``begin`` gets the name of each component before it is called.
 
@@ -144,30 +145,40 @@ def _steps_of(
     coupling: Coupling,
     *,
     controlled: bool,
-) -> tuple[FixedSteps, tuple[str, ...]]:
+) -> tuple[FixedSteps | ControlledSteps, tuple[str, ...]]:
     """(the steps, what they do not judge): repeated for joints, or until inputs agree; else as the error allows.
 
     Raises LoadError where the ``coupling`` cannot be had.
     """
     circuit, step = Circuit(members, network.wires), float(run.step or 0.0)
     pairs, unjudged = bonds_of(network)
-    tolerance = _TOLERANCE if run.tolerance is None else run.tolerance
+    tolerance = run.tolerance or _TOLERANCE
     if coupling != "jacobi":
         _check_coupling(network, members, circuit, coupling, hold=run.hold)
     if network.joints:
-        joints = JointSystem(members, network.joints)
         beside = [f"the energy of {p.effort.source} to {p.effort.target}: it goes beside joints" for p in pairs]
-        beside += ["the length of the steps: joints do not tell the error of one; halve --step and compare"]
-        return JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold), (*beside, *unjudged)
+        joined, fixed = _joined_steps_of(network, members, circuit, outer, run, controlled=controlled)
+        return joined, (*beside, *fixed, *unjudged)
     hold = run.hold or circuit.sampled
     ledger = Ledger(members, circuit.inputs, pairs, hold=hold)
     if coupling == "iterated":
         beside = ["the length of the steps: inputs agree at the ends of iterated steps; halve --step and compare"]
-        return IteratedSteps(members, circuit, outer.at, ledger, _ITERATED * tolerance), (*beside, *unjudged)
+        return IteratedSteps(members, circuit, outer.at, ledger, tolerance), (*beside, *unjudged)
     fixed = _fixed(circuit, members, hold=hold) if controlled and not circuit.sampled else []
     if controlled and not hold and not fixed:
-        return ControlledSteps(members, circuit, outer.at, ledger, tolerance, step, coupling), tuple(unjudged)
+        steps = FixedSteps(members, circuit, outer.at, ledger, hold=False, coupling=coupling)
+        return ControlledSteps(steps, tolerance, step), tuple(unjudged)
     return FixedSteps(members, circuit, outer.at, ledger, hold=hold, coupling=coupling), (*fixed, *unjudged)
+
+
+def _joined_steps_of(
+    network: Network, members: Mapping[str, Member], circuit: Circuit, outer: _Outer, run: Run, *, controlled: bool
+) -> tuple[FixedSteps | ControlledSteps, list[str]]:
+    """(the steps of a system with joints, why their error does not choose their length)."""
+    step, joints = float(run.step or 0.0), JointSystem(members, network.joints)
+    steps = JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold)
+    fixed = _fixed(circuit, members, hold=run.hold) if controlled and circuit.inputs else []
+    return steps if fixed or not controlled else ControlledSteps(steps, run.tolerance or _TOLERANCE, step), fixed
 
 
 def _check_coupling(
@@ -260,7 +271,7 @@ def _initialize(
 
 
 def _steps(
-    steps: FixedSteps, sampling: Sampling, members: Mapping[str, Member], recorder: Recorder, run: Run
+    steps: FixedSteps | ControlledSteps, sampling: Sampling, members: Mapping[str, Member], recorder: Recorder, run: Run
 ) -> Trajectory:
     """The run from one point that is recorded to the next."""
     start, stop, step = run.start_time, float(run.stop_time or 0.0), float(run.step or 0.0)

@@ -11,6 +11,7 @@ from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.systems.assembling import Part, network_of
 from lag2fmu.systems.coupling import Coupling
+from lag2fmu.systems.fmu_process import Apart
 from lag2fmu.systems.running import simulate_system
 from lag2fmu.systems.source import is_system
 from lag2fmu.verify import entry_points
@@ -35,7 +36,7 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     kind: Kind = "co-simulation",
     sample_time: float | None = None,
     progress: Callable[[float], None] | None = None,
-    apart: bool = False,
+    apart: Apart = False,
     coupling: Coupling = "jacobi",
 ) -> Trajectory:
     """Run ``model`` as an FMU by fmpy and return its ``outputs`` every ``step`` (s) until ``stop_time`` (s).
@@ -44,7 +45,8 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     ``lag2fmu.ssp``. Its variables are called COMPONENT.VARIABLE. A component is an FMU, a mechanism, or a Python
     function, "FILE.py:NAME@SAMPLE_TIME" or a Controller of ``lag2fmu.systems.controller``. What is returned is then a
     SystemRun, whose ``coupling`` tells steps, errors and the energy that the coupling made in each bond.
-    With ``apart`` each FMU of it has a process of its own. ``coupling`` tells how components make a step: side by side
+    With ``apart`` each FMU of it has a process of its own; a number is the longest time (s) that a call may take there,
+    after which the process is ended. ``coupling`` tells how components make a step: side by side
     ('jacobi'), one after the other along their connections ('gauss-seidel'), or again until no input misses what it
     hears ('iterated').
 

@@ -28,6 +28,8 @@ _SAFETY, _LEAST, _MOST = 0.9, 0.2, 3.0
 """The next step is shorter than the error asks for by the first factor, and no less and no more times the last one."""
 _SHORTEST = 1e-4
 """The shortest step as a part of the longest one. Where an input jumps, no step is short enough."""
+_ITERATED = 0.01
+"""Iterated steps end when inputs miss less than this part of the tolerance: the rest is left for many steps."""
 _ITERATIONS = 20
 """The most repetitions of a step. Each makes what is missed smaller by a factor that falls with its length."""
 
@@ -107,8 +109,18 @@ class FixedSteps:
             for member, state in states:
                 member.forget(state)
 
-    def accept(self, h: float, error: float) -> None:
-        """Count a step of length ``h`` (s), whose inputs had a relative ``error``."""
+    @property
+    def order(self) -> int:
+        """The order of the error within a step."""
+        return self.circuit.order
+
+    def reject(self) -> None:
+        """Count a step that was taken back."""
+        self._repeated += 1
+
+    def accept(self, h: float, error: float, *, jumps: bool = False) -> None:
+        """Count a step of length ``h`` (s), whose inputs had a relative ``error``; an input may have ``jumps``."""
+        self._jumps += jumps
         self._ledger.accept()
         if self._before:
             self.circuit.passed(self._before, h)
@@ -130,23 +142,13 @@ class FixedSteps:
         )
 
 
-class ControlledSteps(FixedSteps):
-    """Steps whose errors of coupling are within the relative ``tolerance``."""
+class ControlledSteps:
+    """``steps`` whose errors of coupling are within the relative ``tolerance``; none is longer than ``longest`` (s)."""
 
-    def __init__(
-        self,
-        members: Mapping[str, Member],
-        circuit: Circuit,
-        outer: Outer,
-        ledger: Ledger,
-        tolerance: float,
-        longest: float,
-        coupling: Coupling = "jacobi",
-    ) -> None:
-        """No step is longer than ``longest`` (s)."""
-        super().__init__(members, circuit, outer, ledger, hold=False, coupling=coupling)
+    def __init__(self, steps: FixedSteps, tolerance: float, longest: float) -> None:
+        self._steps, self.circuit, self.begin, self.facts = steps, steps.circuit, steps.begin, steps.facts
         self._tolerance, self._limit, self._length = tolerance, longest, longest
-        self._exponent = 1.0 / (circuit.order + 1)
+        self._exponent = 1.0 / (steps.order + 1)
 
     def advance(self, t: float, end: float) -> None:
         """From ``t`` to the ``end`` (s) in as many steps as it takes. Raises SimulationError."""
@@ -162,27 +164,26 @@ class ControlledSteps(FixedSteps):
 
     def _try(self, t: float, h: float, shortest: float) -> float:
         """The error of a step, in units of the tolerance; where it is too large, all is as before the step."""
-        with self.taken_back() as back:
-            missed, made = self.make(t, h, last=False)
+        with self._steps.taken_back() as back:
+            missed, made = self._steps.make(t, h, last=h <= shortest)
             error = max(missed, made) / self._tolerance
             if error > 1.0 and h > shortest:
                 back()
-                self._repeated += 1
+                self._steps.reject()
             else:
-                self.accept(h, missed)
-                self._jumps += error > 1.0
+                self._steps.accept(h, missed, jumps=error > 1.0)
         return error
 
 
 class IteratedSteps(FixedSteps):
-    """Steps that are repeated until all inputs come to what they hear at the end, to the relative ``tolerance``."""
+    """Steps that are repeated until all inputs come to what they hear at the end, well within the ``tolerance``."""
 
     def __init__(
         self, members: Mapping[str, Member], circuit: Circuit, outer: Outer, ledger: Ledger, tolerance: float
     ) -> None:
         """All ``members`` can go back to a state before."""
         super().__init__(members, circuit, outer, ledger, hold=False)
-        self._tolerance = tolerance
+        self._tolerance = _ITERATED * tolerance
         self._goal: list[Floats] = []
 
     def advance(self, t: float, end: float) -> None:

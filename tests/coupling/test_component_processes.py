@@ -46,6 +46,7 @@ def test_the_run_is_the_same_to_the_bit(fmi: str, chosen: dict, exported) -> Non
 FAILS = """    (void)no_set;
     if (self->value[2] == -1.0 && time > 0.45) *(volatile int *)0 = 1;
     if (self->value[2] == -5.0 && time > 0.45) return fmi2Error;
+    while (self->value[2] == -7.0 && time > 0.45) *(volatile double *)&time += 0.0;
 """
 
 
@@ -68,6 +69,29 @@ def test_a_crash_keeps_the_motion(k: float, message: str, tmp_path) -> None:
     done = CliRunner().invoke(main, words)
     assert done.exit_code == 2
     assert len((tmp_path / "o.csv").read_text("utf-8").splitlines()) == 7
+
+
+def test_a_call_that_takes_too_long_ends_the_process(tmp_path, monkeypatch) -> None:
+    """The FMU hangs for good: its name, the time, and what was recorded until then."""
+    other = by_hand(tmp_path / "other.fmu", SOURCE.replace("    (void)no_set;\n", FAILS, 1))
+    path = lag2fmu.ssp({"a": other, "b": other}, tmp_path / "s.ssp", values={"b.k": -7.0})
+    (tmp_path / "t").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "t"))
+    message = "the component 'b', in the step from t = 0.5 s: the FMU does not come back from a call within 0.5 s"
+    with pytest.raises(SimulationError, match=re.escape(message)) as caught:
+        lag2fmu.simulate(path, stop_time=1.0, step=0.1, apart=0.5)
+    assert caught.value.reached.time == pytest.approx(np.arange(0, 0.55, 0.1))
+    assert not [*(tmp_path / "t").iterdir()]
+    if sys.platform == "linux":
+        assert children(os.getpid()) == []
+
+
+@pytest.mark.parametrize("patience", ["0", "-1", "nan", "inf"])
+def test_a_patience_that_is_none(patience: str, exported) -> None:
+    words = ["simulate", f"a={exported(CAR).path}", f"b={exported(CAR).path}", "--patience", patience]
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 2
+    assert "give a positive time" in done.output
 
 
 LOST = re.compile(r"the component '(cart|wagon|third)', .* the process of the FMU is lost: it crashes \(SIGKILL\)")

@@ -34,16 +34,16 @@ def _data(description: ModelDescription, picture: Mapping[str, Any] | None, samp
     mechanism = description.mechanism
     experiment, coordinates = mechanism.experiment, [c.name for c in mechanism.coordinates]
     stop, units = experiment.stop_time, display_units(mechanism)
-    moving = coordinates or [*mechanism.driven]
+    moving, shown = coordinates or [*mechanism.driven], [v for v in description.variables if _is_shown(v)]
     return {
         "name": mechanism.name,
         "experiment": {"stop": stop, "step": experiment.step, "tolerance": experiment.tolerance},
         "speed": 1 if _SHORT <= stop <= _LONG else float(f"{stop / _SHOWN:.1g}"),
-        "variables": [_variable(v, mechanism, units) for v in description.variables if _is_shown(v)],
+        "variables": [_variable(v, mechanism, units) for v in shown],
         "coordinates": coordinates,
         "drawing": picture,
         "plot": [q for q in moving if units.get(q) == units.get(moving[0])][:_LINES],
-        "phase": [moving[0], names.velocity(moving[0])],
+        "phase": [moving[0], names.velocity(moving[0])] if moving else [shown[0].name] * 2,
         "reference": None if samples is None else samples.data(),
     }
 
