@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 import click
@@ -140,18 +142,19 @@ def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
 
     units = display_units(mechanism)
 
-    def sizes(items: tuple[str, ...]) -> dict[str, float]:
-        pairs = pairs_of(item for text in items for item in text.split(","))
-        return {name: size_of(name, text, units) for name, text in pairs.items()}
-
-    times = pairs_of(item for text in asked.sample_times for item in text.split(","))
+    times = pairs_of(_items(asked.sample_times))
     return Observing(
         asked.observer,
-        noise_of((item for text in asked.measure for item in text.split(",")), mechanism, units),
-        sizes(asked.process),
+        noise_of(_items(asked.measure), mechanism, units),
+        {name: size_of(name, text, units) for name, text in pairs_of(_items(asked.process)).items()},
         tuple(filter(None, map(str.strip, asked.estimate.split(",")))),
         {name: size_of("time", text, {"time": SECOND}) for name, text in times.items()},
     )
+
+
+def _items(texts: Iterable[str]) -> Iterator[str]:
+    """The items of all ``texts``, which have commas between."""
+    return chain.from_iterable(text.split(",") for text in texts)
 
 
 def _integrated(mechanism: Mechanism, asked: ExportOptions) -> tuple[dict[str, bytes], Samples | None]:
