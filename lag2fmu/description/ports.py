@@ -20,6 +20,8 @@ ACTING = ("forces", "torques")
 MOVING = ("poses", "velocities", "accelerations")
 """The fields with places at which forces or torques act, and those with places whose motion is an output."""
 
+PLACE, JOINED = "org.lag2fmu.place", "org.lag2fmu.joint"
+"""The kind of the terminal of a place that is a port, and its matching rule: an ideal joint is between two of them."""
 ROTATIONS = ("quaternion", "rotation", "angles")
 
 

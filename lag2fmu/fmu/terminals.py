@@ -15,13 +15,11 @@ from dataclasses import dataclass, replace
 
 from lag2fmu.description import names
 from lag2fmu.description.outputs import QUANTITIES, TURNING
-from lag2fmu.description.ports import bare
+from lag2fmu.description.ports import JOINED, PLACE, bare
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.mechanism.record import Mechanism
 
-JOINED = "org.lag2fmu.joint"
-"""The matching rule of places."""
 _CONNECTED = ("input", "output")
 _FORCES = ("force", "torque")
 _PLACE_MEMBER = re.compile(rf"({'|'.join(sorted({*_FORCES, *QUANTITIES, *TURNING}))})(_([xyz]|[0-3]{{1,2}}))?")
@@ -127,4 +125,4 @@ def _of_places(description: ModelDescription) -> Iterator[Terminal]:
         rest = [v.name.removeprefix(f"{place}_") for v in description.variables if v.name.startswith(f"{place}_")]
         members = {member: f"{place}_{member}" for member in rest if _PLACE_MEMBER.fullmatch(member)}
         flows = frozenset(member for member in members if member.startswith(_FORCES))
-        yield Terminal(f"{place}_port", "org.lag2fmu.place", "", members, flows, JOINED)
+        yield Terminal(f"{place}_port", PLACE, "", members, flows, JOINED)

@@ -15,6 +15,7 @@ from lag2fmu.description.keys import keys_in
 from lag2fmu.description.outputs import Output
 from lag2fmu.description.parts import Constraint, Force
 from lag2fmu.description.places import Point
+from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.cut import Cut
 from lag2fmu.mechanism.renaming import mapped
 
@@ -41,10 +42,16 @@ def _by_piece(d: Description, cut: Cut) -> Description:
         content = getattr(d, name)
         if name not in _KEPT and content is not None:
             tables[name] = tuple(_changed(x, stands) for x in content) if key.many else _changed(content, stands)
-    forces = (force for record in tables["forces"] for force in _shared(record, q, shown))
+    free = sorted({s.name for s in shown.free_symbols} - _declared(d))
+    forces = (force for record in tables["forces"] for force in _shared(record, q, shown, free))
     unit = next(x.unit for x in d.coordinates if x.name == q)
     own = () if any(x.name == q for x in d.outputs) else (Output(q, shown, unit, f"coordinate {q}"),)
     return replace(d, **tables | {"forces": tuple(forces), "outputs": (*tables["outputs"], *own)})
+
+
+def _declared(d: Description) -> set[str]:
+    """The names of the whole's own coordinates, parameters and inputs."""
+    return {x.name for x in d.parameters} | {x.name for x in d.coordinates} | {x.name for x in d.inputs}
 
 
 def _changed(record: Any, stands: Mapping[sp.Symbol, sp.Expr]) -> Any:
@@ -55,15 +62,15 @@ def _changed(record: Any, stands: Mapping[sp.Symbol, sp.Expr]) -> Any:
     return replace(record, **different) if different else record
 
 
-def _shared(force: Force, q: str, shown: sp.Expr) -> Iterator[Force]:
-    """A ``force`` on the coordinate ``q`` as forces on those of which q is ``shown``: Q dq/dx."""
+def _shared(force: Force, q: str, shown: sp.Expr, free: Iterable[str]) -> Iterator[Force]:
+    """A ``force`` Q on ``q`` as forces Q dq/dx on the ``free`` coordinates x of the piece, by which q is ``shown``."""
     if force.coordinate != q:
         yield force
         return
-    for s in sorted(shown.free_symbols, key=str):
-        slope = shown.diff(s)
-        if "_free_" in s.name and slope != 0:
-            yield Force(s.name, force.expression * slope)
+    for name in free:
+        slope = shown.diff(symbol(name))
+        if slope != 0:
+            yield Force(name, force.expression * slope)
 
 
 def closed_by(constraint: Constraint, cuts: Iterable[Cut], owners: Owners) -> Constraint:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
+from lag2fmu.description.ports import JOINED
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.systems.components import Component, Connector, LinearUnit
 
 Components = Mapping[str, Component]
 
-JOINED = "org.lag2fmu.joint"
-"""The matching rule of places: both tell poses and hear forces, and a joint is between them."""
 GIVES = ("output", "local")
 """The causalities that may be connected to an input; SSP 2.0 treats the local variables of FMI as outputs."""
 

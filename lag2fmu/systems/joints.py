@@ -11,16 +11,15 @@ from math import isfinite
 
 from lag2fmu.description.joints import JOINTS, Kind
 from lag2fmu.description.places import AXES
+from lag2fmu.description.ports import JOINED, PLACE
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.systems.components import Component, ComponentTerminal
-from lag2fmu.systems.connections import JOINED, End
+from lag2fmu.systems.connections import End
 from lag2fmu.xml_tree import XmlElement
 
 ANNOTATION, SPACE = "org.lag2fmu.joints", "urn:lag2fmu:joints"
 """The type of the annotation, and the namespace of the elements in it."""
-PLACE = "org.lag2fmu.place"
-"""The kind of the terminals that can be joined."""
 _GROUPS = {"point", "line", "plane", "axis", "turn"}
 KINDS = {name: kind for name, kind in JOINTS.items() if {*kind.equations} <= _GROUPS} | {
     "slot": Kind(("line",), None, ("axis",), planar=("line",)),

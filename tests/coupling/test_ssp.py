@@ -20,6 +20,7 @@ from train import CAR, WAGON_ALONE, K, M, W, X, Y
 
 import lag2fmu
 from lag2fmu.cli import main
+from lag2fmu.description.ports import JOINED
 from lag2fmu.errors import ExportError, LoadError
 from lag2fmu.systems.components import Component, ComponentTerminal, Connector, LinearUnit
 from lag2fmu.systems.connections import connected
@@ -244,6 +245,7 @@ def test_forces_of_terminals_change_sign_in_the_archive(exported, tmp_path) -> N
         ),
         ({"bheat": "input"}, "bus", "a.port has the members force, place, and b.port has heat"),
         ({"bforce": "output", "bplace": "input"}, "plug", "matches by 'bus', b.port by 'plug'"),
+        ({"bforce": "output", "bplace": "input"}, "sequence", "matches by 'bus', b.port by 'sequence'"),
     ],
 )
 def test_terminals_that_do_not_match(causalities: dict[str, str], rule: str, message: str) -> None:
@@ -252,3 +254,16 @@ def test_terminals_that_do_not_match(causalities: dict[str, str], rule: str, mes
         connected(["a.port:b.port"], {"a": a, "b": b})
     with pytest.raises(LoadError, match=r"a\.port is a terminal; both ends have to be terminals"):
         connected([f"a.port:b.{next(iter(causalities))}"], {"a": a, "b": b})
+
+
+def test_places_match_what_drives_them_and_are_joined_to_each_other() -> None:
+    """By their own rule two places need a joint; what hears a motion and gives a force is connected as to a bus."""
+    place = component("a", {"aforce": "input", "aplace": "output"}, JOINED)
+    twin = component("b", {"bforce": "input", "bplace": "output"}, JOINED)
+    with pytest.raises(LoadError, match=r"both are places, which a joint connects: --join a\.port:b\.port=KIND"):
+        connected(["a.port:b.port"], {"a": place, "b": twin})
+    drive = component("b", {"bforce": "output", "bplace": "input"})
+    assert len(connected(["a.port:b.port"], {"a": place, "b": drive})) == 2
+    plug = component("b", {"bforce": "output", "bplace": "input"}, "plug")
+    with pytest.raises(LoadError, match=f"the terminal a.port matches by '{JOINED}', b.port by 'plug'"):
+        connected(["a.port:b.port"], {"a": place, "b": plug})
