@@ -171,7 +171,7 @@ class Study:
 
     def __del__(self) -> None:
         """Give the memory back."""
-        if getattr(self, "_handle", None):
+        if getattr(self, "handle", None):
             self._free(self.handle)
 
     def run(

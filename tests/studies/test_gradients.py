@@ -102,6 +102,16 @@ def test_a_tape_records_again() -> None:
 
 
 @pytest.mark.slow
+def test_memory_is_given_back() -> None:
+    """That of a tape, and behind it that of its study."""
+    tape = Tape(compiled(block(), adjoints=True), 1)
+    study, freed = tape._study, []
+    tape._free, study._free = freed.append, freed.append
+    wanted = [tape._handle, study.handle]
+    del study, tape
+    assert freed == wanted
+
+
 def test_a_ball_at_rest_is_left_to_directions() -> None:
     """Beside the end of accumulating impacts there is no motion but along what varies: at rest nothing does."""
     found = lag2fmu.gradient("bouncing_ball", {"sum": "y"}, over=["e"], times=[0.7, 5.0])
