@@ -28,7 +28,7 @@ check: lint
 
 # everything: other importers, cross builds, sanitizers, fuzzing; PYTEST=--optimised compiles all as users get it
 test-all: lint
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[imports,importers,docs,page,sweeps]"
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[imports,importers,meshes,docs,page,sweeps]"
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps dm_control gymnasium  # their files alone
 	$(BIN)/python -m pytest $(SPREAD) --all-models $(PYTEST)
 

@@ -37,7 +37,10 @@ ROOMS = {
         {"deadline", "errors", "progress", "language", "description", "mechanism", "formats", "graph", "dynamics"},
         {"sympy", "numpy", "scipy", "control"},
     ),
-    "picture": ({"errors", "language", "description", "mechanism", "graph", "dynamics"}, {"sympy", "numpy"}),
+    "picture": (
+        {"errors", "language", "description", "mechanism", "graph", "dynamics"},
+        {"sympy", "numpy", "trimesh", "fast_simplification"},
+    ),
     "procedure": (
         {"language", "description", "mechanism", "reference", "graph", "dynamics"},
         {"sympy", "numpy"},
@@ -138,6 +141,8 @@ USERS = {
     "matplotlib": {"verify/plots", "studies/calibration_figure.py", "studies/estimates_figure.py"},
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
+    "trimesh": {"picture/surfaces.py"},
+    "fast_simplification": {"picture/surfaces.py"},
 }
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs"""
 

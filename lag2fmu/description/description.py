@@ -34,6 +34,7 @@ from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import FILTERED, Coordinate, Declared, Input, Parameter
 from lag2fmu.description.tables import Table
 from lag2fmu.description.values import require_record
+from lag2fmu.description.visuals import Visual
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import check_identifier
 
@@ -108,9 +109,8 @@ class Description:
         Body, "tables", "Bodies: particles (no inertia), planar bodies (position and angle), spatial ones (frame)."
     )
     points: tuple[Point, ...] = table_key(Point, "tables", "Points that springs, dampers, loads and outputs refer to.")
-    springs: tuple[Spring, ...] = table_key(
-        Spring, "tables", "Springs, by the elongation or between two points or bodies."
-    )
+    visuals: tuple[Visual, ...] = table_key(Visual, "tables", "What is seen on frames, for pictures alone.")
+    springs: tuple[Spring, ...] = table_key(Spring, "tables", "Springs, by the elongation or between two places.")
     dampers: tuple[Damper, ...] = table_key(Damper, "tables", "Dampers, by the rate or between two points or bodies.")
     loads: tuple[Load, ...] = table_key(Load, "tables", "Forces at points and torques on bodies.")
     joints: tuple[Joint, ...] = table_key(

@@ -19,6 +19,7 @@ from lag2fmu.description.parts import KINDS
 from lag2fmu.description.places import WORLD
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, start_or_guess
+from lag2fmu.description.visuals import Visual
 from lag2fmu.errors import LoadError, MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
 from lag2fmu.formats.robots import ENDINGS, robot
@@ -157,7 +158,8 @@ def _named(root: TomlTable, name: str, kind: type) -> list[object]:
     """A part for each of the sub-tables."""
     parts = root.table(name)
     subs = {label: parts.table(label, NAMED[name]) for label in parts.content}
-    return _parts(subs) if kind is Part else [_part(kind, sub, label) for label, sub in subs.items()]
+    more = {"folder": root.around.folder} if kind is Visual else {}
+    return _parts(subs) if kind is Part else [_part(kind, sub, label, **more) for label, sub in subs.items()]
 
 
 def _expressions(root: TomlTable, name: str, kind: type) -> list[object]:
@@ -190,8 +192,8 @@ _FORMS: dict[str, Callable[[TomlTable, str, type], object]] = {
 """{form of a ``TableKey``: the function that reads it}."""
 
 
-def _part(part: type, table: TomlTable, *label: str, **more: str) -> object:
-    """The record of the part called ``label``, from its ``table``."""
+def _part(part: type, table: TomlTable, *label: str, **more: object) -> object:
+    """The record of the part called ``label``, from its ``table`` and ``more`` fields, which are no keys of it."""
     return part(*label, **_values(part, table), **more)
 
 
@@ -220,9 +222,8 @@ def _values(part: type, table: TomlTable) -> dict[str, Any]:
 
 def _quantity(table: TomlTable, name: str, known: Key, unit: Unit) -> float | None:
     """The number ``name`` in SI: in the unit of its key, or in that of the part, velocities by s."""
-    own = known.unit if isinstance(known.unit, Unit) else unit
     per = SECOND if known.field in ("velocity", "velocity_given") else None
-    return table.quantity(name, own, known.kind == "difference", per)
+    return table.quantity(name, known.unit if isinstance(known.unit, Unit) else unit, known.kind == "difference", per)
 
 
 def _starts(values: dict[str, Any], where: str) -> dict[str, Any]:

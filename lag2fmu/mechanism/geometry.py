@@ -31,7 +31,7 @@ def check_geometry(m: Description) -> None:
     for frame in m.frames:
         _check_frame(frame)
     _check_parents(frames)
-    for table, parts in (("bodies", m.bodies), ("points", m.points)):
+    for table, parts in (("bodies", m.bodies), ("points", m.points), ("visuals", m.visuals)):
         for part in parts:
             if part.frame is not None:
                 _check_no_body(str(part.frame), frames, m.bodies, f"{table}.{part.name}.frame")

@@ -14,6 +14,7 @@ from lag2fmu.description.ports import Ports
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate, Declared, Input, Parameter
 from lag2fmu.description.tables import Table
+from lag2fmu.description.visuals import Visual
 
 
 class Keywords(TypedDict, total=False):
@@ -44,6 +45,7 @@ class Keywords(TypedDict, total=False):
     frames: Iterable[Frame]
     bodies: Iterable[Body]
     points: Iterable[Point]
+    visuals: Iterable[Visual]
     springs: Iterable[Spring]
     dampers: Iterable[Damper]
     loads: Iterable[Load]

@@ -82,7 +82,8 @@ def check_names(mechanism: Description) -> None:
         if other is not None and not (what.startswith("outputs.") and other.startswith("definitions.")):
             raise MechanismError(f"{what}: the name '{name}' is already taken by {other}; choose another one")
         taken[name] = what
-    for table in ("frames", "springs", "dampers", "loads", "joints", "constraints", "contacts", "stops", "frictions"):
+    acting = ("springs", "dampers", "loads", "joints", "constraints", "contacts", "stops", "frictions")
+    for table in ("frames", "visuals", *acting):
         _check_unique([part.name for part in getattr(mechanism, table)], table)
     _check_unique([part.name for part in (*mechanism.bodies, *mechanism.points)], "bodies and points")
     _check_unique([part.coordinate for part in mechanism.forces], "forces")

@@ -53,7 +53,7 @@ def _check_energies(d: Description, parent: str) -> None:
 
 
 def _with_ends(d: Description, parent: str) -> Description:
-    """``d`` with ``parent`` in place of the world, in frames, joints and contacts."""
+    """``d`` with ``parent`` in place of the world, in frames, joints, contacts and visuals."""
     return replace(
         d,
         frames=tuple(replace(x, parent=_moved(x.parent, parent)) for x in d.frames),
@@ -62,6 +62,7 @@ def _with_ends(d: Description, parent: str) -> Description:
             for x in d.joints
         ),
         contacts=tuple(replace(x, between=x.between and _ends(x.between, parent)) for x in d.contacts),
+        visuals=tuple(replace(x, frame=_moved(x.frame, parent)) for x in d.visuals),
     )
 
 

@@ -65,7 +65,7 @@ class Mechanism(Description):
         - ``parameters``, ``coordinates``, ``inputs``: symbols, or the records that they declare.
         - ``states``, ``tables``, ``definitions``: further states of first order, measured data, named expressions.
         - ``energy``: kinetic, potential and dissipated energy, or the Lagrangian; ``gravity``: in m/s2.
-        - ``frames``, ``bodies``, ``points``: places, and what has mass.
+        - ``frames``, ``bodies``, ``points``: places, and what has mass; ``visuals``: what is seen of them.
         - ``springs``, ``dampers``, ``loads``, ``forces`` (of each coordinate): what acts.
         - ``joints``, ``constraints``: what holds always, or while a condition holds.
         - ``contacts``, ``stops``, ``frictions``: what holds at times; ``impacts``: "sequential" or "simultaneous".

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from lag2fmu.description.places import WORLD
 from lag2fmu.graph.batches import Floats, Values
 from lag2fmu.picture import glyphs
 from lag2fmu.picture.annotations import annotate
@@ -57,6 +58,7 @@ def _things(start: Layout, layout: Layout) -> Canvas:
     _links(canvas, layout, flat)
     for part, ends in layout.ropes:
         canvas.stroke(part, "rope", [flat[list(ends)]])
+    _surfaces(canvas, layout)
     _bodies(canvas, layout, flat, layout.shapes)
     _points(canvas, layout)
     draw_forces(canvas, layout)
@@ -86,22 +88,35 @@ def _rail(canvas: Canvas, layout: Layout, coordinate: str, spot: int) -> None:
 
 
 def _links(canvas: Canvas, layout: Layout, flat: Floats) -> None:
-    """Every link once, but for those that a spring or damper between the same ends replaces."""
+    """Every link once."""
     seen: set[tuple[tuple[float, float], ...]] = set()
-    sprung = [set(a.ends) for _, a in layout.attached if a is not None]
-    for link in layout.skeleton.links:
+    for link in layout.links:
         ends = flat[list(link.ends)]
         key = tuple(sorted((round(float(x), 3), round(float(y), 3)) for x, y in ends))
-        if key[0] != key[1] and key not in seen and set(link.ends) not in sprung:
+        if key[0] != key[1] and key not in seen:
             canvas.stroke(f"links.{link.part}", "link" if link in layout.skeleton.rigid else "guide", [ends])
         seen.add(key)
+
+
+def _surfaces(canvas: Canvas, layout: Layout) -> None:
+    """The silhouettes of visuals, the farthest first."""
+    s, positions, view = layout.skeleton, layout.positions, layout.view
+    found = []
+    for surface in layout.seen:
+        places = surface.outline
+        if surface.frame != WORLD:
+            places = positions[s.origins[surface.frame]] + places @ positions[list(s.axes[surface.frame])]
+        found.append((float(places.mean(axis=0) @ view.normal), surface.frame, glyphs.hull(view.flat(places))))
+    for _, name, line in sorted(found, key=lambda item: item[0]):
+        canvas.stroke(f"visuals.{name}", "shape", [line / layout.unit])
 
 
 def _bodies(canvas: Canvas, layout: Layout, flat: Floats, shapes: Mapping[str, Shape]) -> None:
     """All bodies at one state; a particle without a size gets a radius that shows its mass."""
     s, bodies = layout.skeleton, layout.mechanism.placed_bodies
     heaviest, room = max(s.masses.values(), default=0.0) or 1.0, layout.room
-    for name in sorted(s.masses, key=lambda name: BACK_TO_FRONT.index(shapes[name].kind)):
+    shown = [name for name in s.masses if s.place[name] not in layout.hidden]
+    for name in sorted(shown, key=lambda name: BACK_TO_FRONT.index(shapes[name].kind)):
         radius = room * (1.3 + 1.4 * (max(s.masses[name], 0.0) / heaviest) ** (1 / 3))
         _body(canvas, layout, name, shapes[name], flat[s.place[name]], radius)
     for body in bodies if len(bodies) <= _NAMED else ():
@@ -140,12 +155,12 @@ def _facing(layout: Layout, shape: Shape, lines: list[Floats]) -> list[Floats]:
 def _points(canvas: Canvas, layout: Layout) -> None:
     """Joints, where no body is drawn over them, and points."""
     s, flat = layout.skeleton, layout.at_start
-    joints = {link.ends[0] for link in s.links if link.arm} - set(s.place.values())
+    joints = {link.ends[0] for link in s.links if link.arm} - set(s.place.values()) - layout.hidden
     bodies = [flat[s.place[body.name]] for body in layout.mechanism.placed_bodies]
     for i in sorted(joints):
         if not any(np.allclose(flat[i], body, atol=0.5) for body in bodies):
             canvas.disc("joint", "joint", flat[i], 1.0)
-    points = layout.mechanism.points
+    points = [point for point in layout.mechanism.points if s.place[point.name] not in layout.hidden]
     for point in points:
         canvas.disc(f"points.{point.name}", "joint", flat[s.place[point.name]], 0.8)
         if len(points) <= _NAMED:

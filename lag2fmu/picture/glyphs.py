@@ -98,6 +98,25 @@ def circle(center: Points, radius: float, count: int = 40) -> Points:
     return np.asarray(center + radius * np.column_stack([np.cos(angle), np.sin(angle)]), dtype=np.float64)
 
 
+def hull(points: Points) -> Points:
+    """The closed convex polyline (k, 2) around ``points`` (n, 2): Andrew, Inf. Process. Letters 9 (1979) 216-219."""
+    order = points[np.lexsort((points[:, 1], points[:, 0]))]
+    sides = []
+    for places in (order, order[::-1]):
+        side: list[Points] = []
+        for c in places:
+            while len(side) > 1 and _turn(side[-2], side[-1], c) <= 0.0:
+                side.pop()
+            side.append(c)
+        sides += side[:-1]
+    return np.array([*sides, sides[0]]) if sides else points
+
+
+def _turn(a: Points, b: Points, c: Points) -> float:
+    """Positive where the way from ``a`` by ``b`` to ``c`` turns to the left."""
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
 def axes(a: Points, b: Points) -> tuple[Points, Points]:
     """The unit vectors (2,) from ``a`` to ``b`` and, a quarter turn to the left, across."""
     length = float(np.linalg.norm(b - a))

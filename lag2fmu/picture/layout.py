@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from functools import cached_property
 
 import numpy as np
 
 from lag2fmu.description.parts import Spring
+from lag2fmu.description.places import WORLD
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values
 from lag2fmu.mechanism.record import Mechanism
@@ -16,7 +17,8 @@ from lag2fmu.picture.attachments import attachments, ropes
 from lag2fmu.picture.loops import add_loops
 from lag2fmu.picture.pulleys import Pulley, hung
 from lag2fmu.picture.shapes import BALL, CUBOID, DISC, PARTICLE, ROD, Shape, shape_of
-from lag2fmu.picture.skeleton import Skeleton
+from lag2fmu.picture.skeleton import Skeleton, SkeletonLine
+from lag2fmu.picture.surfaces import Surface
 from lag2fmu.picture.view import view_of
 
 SIZE, DISPLACED = 60.0, 8.0
@@ -37,10 +39,12 @@ class Layout:
     - ``unit``: metres for a unit of the picture.
     - ``shift``: {spot: (2,)} of bodies that are drawn beside their true place.
     - ``pulley``: the fixed pulley on which all bodies hang, None if they hang on none.
+    - ``seen``: the surfaces of visuals; what else would be drawn on their frames is ``covered``.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
+    def __init__(self, mechanism: Mechanism, seen: Sequence[Surface] = ()) -> None:
+        self.mechanism, self.seen = mechanism, seen
+        self.covered = frozenset(surface.frame for surface in seen)
         self.skeleton = Skeleton(mechanism)
         add_loops(self.skeleton)
         self.view = view_of(self.skeleton)
@@ -155,6 +159,19 @@ class Layout:
         down = self.view.down
         return hung({i: np.asarray(down) @ self.skeleton.spot_slopes[i][:, :, 0] for i in spots})
 
+    @cached_property
+    def hidden(self) -> frozenset[int]:
+        """The spots of covered frames, and of bodies and points on them."""
+        s = self.skeleton
+        origins = {s.origins[frame] for frame in self.covered if frame != WORLD}
+        return frozenset(origins | {s.place[x.name] for x in self.mechanism.places if str(x.frame) in self.covered})
+
+    @cached_property
+    def links(self) -> list[SkeletonLine]:
+        """The links that are drawn: no spring or damper has the same ends, and no surfaces cover both."""
+        sprung = [set(a.ends) for _, a in self.attached if a is not None]
+        return [x for x in self.skeleton.links if set(x.ends) not in sprung and not self.hidden.issuperset(x.ends)]
+
     def direction(self, spot: int) -> Floats:
         """The direction (2,) in the picture in which the spot can move."""
         moved = self.rails.get(spot, np.array([1.0, 0.0]))
@@ -217,8 +234,8 @@ def drawable(mechanism: Mechanism) -> bool:
     return bool(mechanism.places or mechanism.frames)
 
 
-def layout_of(mechanism: Mechanism) -> Layout:
-    """The layout of ``mechanism`` at its start values, which are taken to meet the constraints.
+def layout_of(mechanism: Mechanism, seen: Sequence[Surface] = ()) -> Layout:
+    """The layout of ``mechanism``, with the surfaces that are ``seen``, at starts that are taken to meet constraints.
 
     Raises DerivationError if there is nothing to draw.
     """
@@ -227,7 +244,7 @@ def layout_of(mechanism: Mechanism) -> Layout:
             f"mechanism '{mechanism.name}' has no bodies or points: there is nothing to draw; "
             'give it a point that moves, e.g. [points.P] position = ["x", "y"]'
         )
-    return Layout(mechanism)
+    return Layout(mechanism, seen)
 
 
 def supports(layout: Layout) -> tuple[list[int], list[int]]:

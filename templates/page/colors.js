@@ -54,7 +54,7 @@ const DARK = {
 
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 
-/** The colour of a style in the user's present scheme, light or dark. */
-const colorOf = (style) => (dark.matches ? DARK : LIGHT)[style];
+/** The colour of a style in the user's present scheme, light or dark; a colour of its own stays. */
+const colorOf = (style) => (style.startsWith("#") ? style : (dark.matches ? DARK : LIGHT)[style]);
 
 const onSchemeChange = (listen) => dark.addEventListener("change", listen);

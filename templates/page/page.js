@@ -269,6 +269,7 @@ class Page {
 async function main() {
   const model = JSON.parse(byId("model").textContent);
   const mechanism = await loadMechanism(await unpacked("module"));
+  if (byId("surfaces")) model.drawing.surfaces = (await unpacked("surfaces")).buffer;
   let three = null;
   if (byId("three")) {
     const address = URL.createObjectURL(new Blob([await unpacked("three")], { type: "text/javascript" }));

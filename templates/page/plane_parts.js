@@ -65,6 +65,14 @@ const PARTS = {
         }
     view.shape(hull(corners), "body", "edge", 0.5);
   },
+  surface(view, moment, item) {
+    const [at, axes] = [moment.flat(item.at), item.frame ? flatAxes(view, moment, item) : null];
+    const corners = item.outline.map((place) => {
+      const x = place.map((value) => value / view.drawing.unit);
+      return axes ? off(off(at, axes[0], x[0], axes[1], x[1]), axes[2], x[2]) : moment.flatVector(place);
+    });
+    view.shape(hull(corners), item.color || "body", "edge", 0.4);
+  },
   spring(view, moment, item) {
     if (item.hinge !== undefined) {
       view.lines(spiral(moment.flat(item.hinge), item.reach * view.size), "spring", 0.5);

@@ -11,27 +11,42 @@ function makeParts(three, drawing, colors, opacity) {
 
 class Maker {
   constructor(three, drawing, colors, opacity) {
-    Object.assign(this, { three, drawing, colors, opacity, group: new three.Group(), materials: new Map() });
+    Object.assign(this, { three, drawing, colors, opacity, group: new three.Group(), materials: new Map(), read: 0 });
   }
 
-  material(style) {
-    if (!this.materials.has(style)) {
+  /** The material of a style; `flat` shows each triangle as a plane. */
+  material(style, flat = false) {
+    const key = `${style} ${flat}`;
+    if (!this.materials.has(key)) {
       const options = {
+        flatShading: flat,
         color: this.colors(style),
         transparent: this.opacity < 1,
         opacity: this.opacity,
         shininess: 40,
       };
-      this.materials.set(style, new this.three.MeshPhongMaterial(options));
+      this.materials.set(key, new this.three.MeshPhongMaterial(options));
     }
-    return this.materials.get(style);
+    return this.materials.get(key);
   }
 
-  mesh(geometry, style) {
-    const mesh = new this.three.Mesh(geometry, this.material(style));
+  mesh(geometry, style, flat = false) {
+    const mesh = new this.three.Mesh(geometry, this.material(style, flat));
     mesh.frustumCulled = false;
     this.group.add(mesh);
     return mesh;
+  }
+
+  /** The triangles of a surface, in m; surfaces stand in the drawing's bytes in the order of its items. */
+  geometry({ vertices, triangles, low, step }) {
+    const counted = new Uint16Array(this.drawing.surfaces, this.read, 3 * vertices);
+    const corners = new Uint16Array(this.drawing.surfaces, this.read + counted.byteLength, 3 * triangles);
+    this.read += counted.byteLength + corners.byteLength;
+    const places = Float32Array.from(counted, (count, k) => low[k % 3] + count * step[k % 3]);
+    const geometry = new this.three.BufferGeometry();
+    geometry.setAttribute("position", new this.three.BufferAttribute(places, 3));
+    geometry.setIndex(new this.three.BufferAttribute(corners, 1));
+    return geometry;
   }
 
   sphere(radius, style) {
@@ -169,6 +184,15 @@ const MAKERS = {
     return (moment) => {
       box.position.set(...maker.place(moment, item.at));
       maker.turn(box, moment.axes(item));
+    };
+  },
+  surface(maker, item) {
+    const mesh = maker.mesh(maker.geometry(item), item.color || "body", true);
+    const scale = 1 / maker.drawing.unit;
+    mesh.scale.set(scale, scale, scale);
+    return (moment) => {
+      mesh.position.set(...maker.place(moment, item.at));
+      if (item.frame) maker.turn(mesh, moment.axes(item));
     };
   },
   spring(maker, item) {

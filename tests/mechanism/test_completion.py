@@ -16,7 +16,7 @@ from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import Body, Constraint, Frame, Joint, Load, Mechanism, Output, complete, coordinate, parameter
 from lag2fmu.mechanism.name_check import check_names
 
-NO_KEYS = {"moves", "name", "coordinate", "kind", "dimension", "declared", "nominal_from", "grid"}
+NO_KEYS = {"moves", "name", "coordinate", "kind", "dimension", "declared", "nominal_from", "grid", "folder"}
 """Fields that are no keys: names of parts, the kind of a constraint (a table), what follows."""
 
 

@@ -15,10 +15,14 @@ from numpy.typing import NDArray
 
 import lag2fmu
 from lag2fmu.codegen import DEFAULT_SOLVER
+from lag2fmu.description.places import Body, Frame
+from lag2fmu.description.symbols import coordinate
+from lag2fmu.description.visuals import Visual
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.documentation import PAGE
 from lag2fmu.fmu.live.document import script
 from lag2fmu.fmu.pack import read_text
+from lag2fmu.mechanism import Mechanism
 from lag2fmu.resources import bundled, resource_folder
 from lag2fmu.verify.page_samples import page_samples
 from lag2fmu.verify.reference_files import reference_of
@@ -99,6 +103,32 @@ def test_a_page_computes_what_its_fmu_does(name: str, browser: Browser, live: Ca
     assert browser.ask(BALANCE) < UNBALANCED
     browser.do("page.player.play()")
     browser.wait("page.player.time > 0")
+    assert browser.messages() == []
+
+
+def test_a_page_shows_surfaces_where_their_frames_are(browser: Browser, tmp_path: Path) -> None:
+    """A box on a rotor that turns by 2 rad/s about an inclined axis, with another box that stands beside it."""
+    q = coordinate("q", "rad", velocity=2.0)
+    turning = Mechanism(
+        "turning",
+        coordinates=[q],
+        frames=[Frame("mount", rotations=[("x", 0.4)]), Frame("rotor", "mount", rotations=[("z", q)])],
+        bodies=[Body("rotor", 1, frame="rotor", inertia=(1, 2, 3, 0, 0, 0))],
+        visuals=[
+            Visual("stand", "sphere", size=(0.1,), color="#445566"),
+            Visual("cover", "box", "rotor", (0.2, 0.4, 0.6), origin=(1, 0, 0), color="#112233"),
+        ],
+    )
+    lag2fmu.page(turning, tmp_path / "turning.html")
+    browser.open(tmp_path / "turning.html", PAUSED)
+    browser.do("page.player.seek(1.5)")
+    meshes = "page.view.parts.group.children.filter((x) => x.material.color?.getHexString() === '112233')"
+    browser.wait(f"page.view.parts && Math.abs({meshes}[0].matrixWorld.elements[1]) > 1e-3")
+    assert browser.ask(f"{meshes}.map((x) => x.geometry.index.count)") == [36]
+    axes = np.array(browser.ask(f"{meshes}[0].matrixWorld.elements")).reshape(4, 4)[:3, :3]
+    along = [np.cos(3.0), np.cos(0.4) * np.sin(3.0), np.sin(0.4) * np.sin(3.0)]
+    assert axes[0] / np.linalg.norm(axes[0]) == pytest.approx(along, abs=1e-5)
+    assert axes[2] / np.linalg.norm(axes[2]) == pytest.approx([0, -np.sin(0.4), np.cos(0.4)], abs=1e-5)
     assert browser.messages() == []
 
 

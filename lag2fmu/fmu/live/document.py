@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from lag2fmu.codegen.templates import render
+from lag2fmu.fmu.live.parts import Live
 from lag2fmu.resources import resource_folder
 
 SCRIPTS = (
@@ -22,21 +23,21 @@ A page that is opened from a disk may load no other file, so they are one script
 """
 
 
-def document(context: Mapping[str, object], data: Mapping[str, Any], module: bytes, *, spatial: bool) -> str:
+def document(context: Mapping[str, object], data: Mapping[str, Any], made: Live) -> str:
     """The text of the page.
 
-    - ``context``: that of the static page.
-    - ``data``: the data for the script.
-    - ``module``: the mechanism in WebAssembly.
-    - ``spatial``: whether the page includes the library that draws in space.
+    ``context`` is that of the static page, ``data`` is for the script, and ``made`` holds what is compiled and drawn.
+    A mechanism in space needs the library that draws it.
     """
+    spatial = made.spatial
     folder = resource_folder("templates") / "page"
     vendor = folder / "vendor"
     styles = [(vendor / "uPlot.min.css").read_text("utf-8"), (folder / "page.css").read_text("utf-8")]
     live = {
         "css": "\n".join(styles),
         "data": json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-        "module": _packed(module),
+        "module": _packed(made.module),
+        "surfaces": _packed(made.surfaces) if made.surfaces else "",
         "three": _packed((vendor / "three.module.min.js").read_bytes()) if spatial else "",
         "licences": "\n".join(path.read_text("utf-8").replace("--", "- -") for path in licences(spatial)),
         "uplot": (vendor / "uPlot.iife.min.js").read_text("utf-8").replace("</script", "<\\/script"),

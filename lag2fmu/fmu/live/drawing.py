@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.description.parts import Load, Spring
-from lag2fmu.description.places import Body
+from lag2fmu.description.places import WORLD, Body
 from lag2fmu.fmu.live.spots import Spots
 from lag2fmu.graph.batches import Floats
 from lag2fmu.mechanism.record import Mechanism
@@ -24,6 +24,7 @@ from lag2fmu.picture.layout import BACK_TO_FRONT, BOX, GAP, Layout, drawable, la
 from lag2fmu.picture.pulleys import Pulley
 from lag2fmu.picture.scene import Canvas, Stroke
 from lag2fmu.picture.shapes import PARTICLE, ROD, Shape, own_link
+from lag2fmu.picture.surfaces import Surface, packed, surfaces
 from lag2fmu.picture.walls import draw_walls
 
 Item = dict[str, Any]
@@ -36,17 +37,23 @@ _NAMED = 8
 
 @dataclass(frozen=True)
 class Drawing:
-    """The ``data`` for the page's script, and the ``spots`` that they refer to."""
+    """The ``data`` for the page's script, the ``spots`` that they refer to, and the ``surfaces`` of visuals as bytes.
+
+    ``notes`` are sentences on what is not drawn.
+    """
 
     data: Item
     spots: Spots
+    surfaces: bytes = b""
+    notes: tuple[str, ...] = ()
 
 
 def drawing(mechanism: Mechanism) -> Drawing | None:
     """The drawing of ``mechanism``, None if there is nothing to draw."""
     if not drawable(mechanism):
         return None
-    layout = layout_of(mechanism)
+    seen, notes = surfaces(mechanism)
+    layout = layout_of(mechanism, seen)
     spots = Spots(layout.skeleton)
     items = list(_items(layout, spots))
     view, s = layout.view, layout.skeleton
@@ -65,6 +72,8 @@ def drawing(mechanism: Mechanism) -> Drawing | None:
             "residuals": len(spots.residuals()),
         },
         spots,
+        b"" if layout.planar else packed(seen),
+        tuple(notes),
     )
 
 
@@ -78,6 +87,7 @@ def _items(layout: Layout, spots: Spots) -> Iterator[Item]:
         yield {"k": "pulley", "tree": _pulley(layout.pulley, spots), "height": BOX[0]}
     yield from _ground(layout, spots)
     yield from _links(layout, spots)
+    yield from (_surface(layout, spots, surface) for surface in layout.seen)
     yield from _bodies(layout, spots)
     yield from _points(layout, spots)
     for part, attachment in layout.attached:
@@ -108,13 +118,23 @@ def _ground(layout: Layout, spots: Spots) -> Iterator[Item]:
         yield {"k": "still", "style": "ground", "lines": lines}
 
 
-def _links(layout: Layout, spots: Spots) -> Iterator[Item]:
+def _surface(layout: Layout, spots: Spots, surface: Surface) -> Item:
+    """A surface on its frame; in the plane by the places (k, 3) in its axes of which its silhouette is made."""
     s = layout.skeleton
-    sprung = [set(a.ends) for _, a in layout.attached if a is not None]
-    for link in s.links:
-        if set(link.ends) not in sprung:
-            style = "link" if link in s.rigid else "guide"
-            yield {"k": "link", "ends": [spots(i) for i in link.ends], "style": style}
+    item: Item = {"k": "surface", "size": [float(f"{np.linalg.norm(surface.vertices, axis=1).max():.6g}")]}
+    if surface.frame == WORLD:
+        item["at"] = spots.vector((s.graph.zero,) * 3)
+    else:
+        item["at"] = spots(s.origins[surface.frame])
+        item |= {"frame": [spots(i) for i in s.axes[surface.frame]], "axes": np.eye(3).tolist()}
+    shape = {"outline": [_rounded(x) for x in surface.outline]} if layout.planar else surface.head()
+    return item | {"color": surface.color} | shape
+
+
+def _links(layout: Layout, spots: Spots) -> Iterator[Item]:
+    for link in layout.links:
+        style = "link" if link in layout.skeleton.rigid else "guide"
+        yield {"k": "link", "ends": [spots(i) for i in link.ends], "style": style}
 
 
 def _bodies(layout: Layout, spots: Spots) -> Iterator[Item]:
@@ -122,6 +142,8 @@ def _bodies(layout: Layout, spots: Spots) -> Iterator[Item]:
     heaviest, room = max(s.masses.values(), default=0.0) or 1.0, layout.room
     for name in sorted(s.masses, key=lambda name: BACK_TO_FRONT.index(layout.shapes[name].kind)):
         shape, spot = layout.shapes[name], s.place[name]
+        if spot in layout.hidden:
+            continue
         item: Item = {"k": shape.kind, "name": name, "at": spots(spot), "label": len(bodies) <= _NAMED}
         if shape.kind == PARTICLE and layout.half(spot) and _falls(layout, spot):
             item |= {"r": BOX[0], "real": True}
@@ -170,12 +192,12 @@ def _extended(layout: Layout, spots: Spots, body: Body, shape: Shape) -> Item:
 def _points(layout: Layout, spots: Spots) -> Iterator[Item]:
     """Joints, where no body is drawn over them, and points."""
     s, flat, m = layout.skeleton, layout.at_start, layout.mechanism
-    joints = {link.ends[0] for link in s.links if link.arm} - set(s.place.values())
+    joints = {link.ends[0] for link in s.links if link.arm} - set(s.place.values()) - layout.hidden
     bodies = [flat[s.place[body.name]] for body in m.placed_bodies]
     for i in sorted(joints):
         if not any(np.allclose(flat[i], body, atol=0.5) for body in bodies):
             yield {"k": "joint", "at": spots(i), "r": 1.0}
-    for point in m.points:
+    for point in (x for x in m.points if s.place[x.name] not in layout.hidden):
         label = len(m.points) <= _NAMED
         yield {"k": "joint", "at": spots(s.place[point.name]), "r": 0.8, "name": point.name, "label": label}
 

@@ -94,5 +94,9 @@ def live(
             picture = None
     references = {v.name: v.value_reference for v in variables if v.derivative_of is None}
     texts = page_sources(sources, {"picture": spots, "work": work(equations, references)})
-    data = None if picture is None else picture.data
-    return Live(data, compile_module(texts, public_names(["page.c"])))
+    module = compile_module(texts, public_names(["page.c"]))
+    if picture is None:
+        return Live(None, module)
+    for note in picture.notes:
+        _LOGGER.warning("warning: %s", note)
+    return Live(picture.data, module, picture.surfaces)

@@ -26,8 +26,10 @@ def live_document(
 ) -> str:
     """The page as HTML; ``context`` is that of the static page; it compares its trajectory with ``samples``."""
     notes = context["sketch"][1] if context["sketch"] else ()  # type: ignore[index]
+    if made.surfaces:
+        notes = (*notes, f"The surfaces of bodies take {len(made.surfaces) / 1000:.0f} kB before they are packed.")
     data = _data(description, made.picture, samples)
-    return document({**context, "notes": notes}, data, made.module, spatial=made.spatial)
+    return document({**context, "notes": notes}, data, made)
 
 
 def _data(description: ModelDescription, picture: Mapping[str, Any] | None, samples: Samples | None) -> dict[str, Any]:

@@ -9,10 +9,11 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Live:
-    """The ``picture`` (the data of a ``Drawing``) and the ``module`` in WebAssembly."""
+    """The ``picture`` and its ``surfaces``, data of a ``Drawing``, and the ``module`` in WebAssembly."""
 
     picture: Mapping[str, Any] | None
     module: bytes
+    surfaces: bytes = b""
 
     @property
     def spatial(self) -> bool:

@@ -44,4 +44,4 @@ def robot(
     read = read_mjcf if path.suffix == ".xml" else read_urdf
     ground = ground_of(contacts, str(path))
     found = posed(read(path, ground), pose or {}, str(path))
-    return description_of(found, path.name, base=base, stops=stops, ground=ground)
+    return description_of(found, path, base=base, stops=stops, ground=ground)

@@ -8,6 +8,7 @@ bodies have the names of links, coordinates those of joints.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from lag2fmu.errors import LoadError
 from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.robots.attachments import attach
 from lag2fmu.formats.robots.ground import Ground
+from lag2fmu.formats.robots.looking import look
 from lag2fmu.formats.robots.measuring import measure
 from lag2fmu.formats.robots.naming import Names, coordinates_of, variables_of
 from lag2fmu.formats.robots.parts import UNITS, Parts
@@ -41,9 +43,9 @@ BASES = ("fixed", "floating", "planar")
 
 
 def description_of(
-    robot: Robot, source: str, *, base: str = "fixed", stops: bool = False, ground: Ground | None = None
+    robot: Robot, source: Path, *, base: str = "fixed", stops: bool = False, ground: Ground | None = None
 ) -> Description:
-    """``robot`` as a description; ``source`` says where it is from.
+    """``robot`` as a description; ``source`` is its file.
 
     The ``base`` stands in the world ("fixed"), moves freely ("floating", by 3 coordinates and a quaternion) or in the
     plane z = 0 ("planar", by x, y and an angle). Limits of joints are bounds of the coordinates, and with ``stops``
@@ -51,8 +53,8 @@ def description_of(
     MechanismError for a robot that cannot be described.
     """
     if base not in BASES:
-        raise LoadError(f"{source}: base = '{base}' is unknown; give one of {', '.join(BASES)}")
-    return _Assembly(robot, source, base, stops).description(ground)
+        raise LoadError(f"{source.name}: base = '{base}' is unknown; give one of {', '.join(BASES)}")
+    return _Assembly(robot, source.name, base, stops).description(ground, source.parent)
 
 
 _LAST = "the sensor "
@@ -89,8 +91,8 @@ class _Assembly:
         self._free: list[tuple[str, ...]] = []  # coordinates of what floats in the world
         self._turned: set[str] = set()  # coordinates along which no force is a port
 
-    def description(self, ground: Ground | None) -> Description:
-        """The whole; raises LoadError if nothing moves, and MechanismError."""
+    def description(self, ground: Ground | None, folder: Path) -> Description:
+        """The whole, with files named from ``folder`` on; raises LoadError if nothing moves, and MechanismError."""
         robot, parts = self._robot, self._parts
         self._stand(robot.root)
         for joint in robot.joints:
@@ -118,6 +120,7 @@ class _Assembly:
             "frames": parts.frames,
             "bodies": bodies,
             "points": parts.points,
+            "visuals": look(robot, parts, folder),
             "springs": parts.springs,
             "dampers": parts.dampers,
             "joints": parts.closures,

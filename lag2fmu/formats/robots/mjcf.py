@@ -20,6 +20,7 @@ from lag2fmu.formats.robots.compiled import ROOT, Compiled, disabled_taken_out, 
 from lag2fmu.formats.robots.ground import Ground
 from lag2fmu.formats.robots.mjcf_forces import actuators, limits_of, tendon_of, tendons
 from lag2fmu.formats.robots.mjcf_geoms import touches
+from lag2fmu.formats.robots.mjcf_looks import looks
 from lag2fmu.formats.robots.mjcf_sensors import sensors
 from lag2fmu.formats.robots.mjcf_size import check_size
 from lag2fmu.formats.robots.poses import Floats, JointPose, LinkInertia
@@ -107,6 +108,7 @@ class _MjcfReader:
             couplings,
             measured,
             touching,
+            tuple(looks(self._compiled, self._path.parent)),
         )
 
     def _inertia(self, body: int) -> LinkInertia | None:

@@ -210,6 +210,19 @@ class Touch:
 
 
 @dataclass(frozen=True)
+class Look:
+    """What is seen of a ``link`` at a ``pose`` in its axes: ``shape``, ``size``, ``file``, ``color`` are a Visual's."""
+
+    name: str
+    link: str
+    shape: str
+    pose: JointPose
+    size: tuple[float, ...] = ()
+    file: str = ""
+    color: str = ""
+
+
+@dataclass(frozen=True)
 class Robot:
     """A tree: ``links`` by name with their inertia, None without, the ``root`` among them, ``joints`` parents first.
 
@@ -228,6 +241,7 @@ class Robot:
     couplings: tuple[Coupling, ...] = ()
     sensors: tuple[Sensor, ...] = ()
     touches: tuple[Touch, ...] = ()
+    looks: tuple[Look, ...] = ()
 
 
 def in_order(root: str, joints: Iterable[RobotJoint]) -> tuple[RobotJoint, ...]:

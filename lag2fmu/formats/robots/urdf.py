@@ -1,8 +1,8 @@
 """Reading URDF, the XML in which ROS describes robots: http://wiki.ros.org/urdf/XML.
 
-Links with their inertia, and joints with origin, axis, limit, dynamics and mimic are read. Elements for pictures
-(visual, collision, material, sensor), drives (transmission) and the simulator Gazebo are left out. What acts on the
-motion in Gazebo is listed: http://sdformat.org/tutorials?tut=sdformat_urdf_extensions.
+Links with their inertia and what is seen of them, and joints with origin, axis, limit, dynamics and mimic are read;
+collision shapes where something touches. Sensors, drives (transmission) and the simulator Gazebo are left out. What
+acts on the motion in Gazebo is listed: http://sdformat.org/tutorials?tut=sdformat_urdf_extensions.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from lag2fmu.formats.robots.ground import Ground
 from lag2fmu.formats.robots.poses import Floats, LinkInertia
 from lag2fmu.formats.robots.tree import Mimic, Robot, RobotJoint, in_order
 from lag2fmu.formats.robots.urdf_elements import UrdfElements
-from lag2fmu.formats.robots.urdf_geoms import touches
+from lag2fmu.formats.robots.urdf_geoms import looks, touches
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.xml_tree import XmlElement, parse
 
@@ -85,7 +85,9 @@ class _UrdfReader(UrdfElements):
         self._check_mimics(joints)
         touching = () if ground is None else touches(self, self._root, ground)
         name = self._root.get("name") or "robot"
-        return Robot(name, root, links, ordered, tuple(self._ignored()), touches=touching)
+        return Robot(
+            name, root, links, ordered, tuple(self._ignored()), touches=touching, looks=looks(self, self._root)
+        )
 
     # ------------------------------------------------------------------------------------------------------- links
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from base64 import b64encode
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -20,6 +21,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.drawing import frame
 from lag2fmu.picture.layout import layout_of
 from lag2fmu.picture.scene import Disc, Stroke
+from lag2fmu.picture.surfaces import surfaces
 from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plots.figures import LETTERS
@@ -32,6 +34,7 @@ RATE, MOST_FRAMES = 25, 300
 _SIZE, _MARGIN, _DOTS = (6.0, 4.5), 6.0, 100
 
 Progress = Callable[[float], None]
+_LOGGER = logging.getLogger("lag2fmu")
 
 
 @mpl.rc_context(LETTERS)
@@ -46,7 +49,10 @@ def animate(model: Mechanism | str | Path, run: Trajectory, path: str | Path, pr
     """
     mechanism, path = as_mechanism(model), Path(path)
     writer = writer_of(path)
-    layout = layout_of(mechanism)
+    seen, notes = surfaces(mechanism)
+    for note in notes:
+        _LOGGER.warning("warning: %s", note)
+    layout = layout_of(mechanism, seen)
     times = np.linspace(run.time[0], run.time[-1], _count(run))
     states = _states(mechanism, run, times)
     pictures = [frame(layout, state) for state in states]

@@ -1,0 +1,221 @@
+"""What is seen of a mechanism as triangles: solids, and meshes of files, simplified until a page can carry them.
+
+Meshes are read by trimesh and simplified by fast-simplification, which are optional.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from lag2fmu.description.visuals import MESH, Visual
+from lag2fmu.graph.batches import Floats
+from lag2fmu.language.definitions import written_out
+from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.record import Mechanism
+
+Triangles = NDArray[np.int64]
+
+MOST_TRIANGLES = 40_000
+"""The most triangles of all meshes of a mechanism together, some 300 kB of a page."""
+_LEAST, _MOST_VERTICES = 100, 65_535
+"""A mesh keeps so many triangles, however many others there are; and has no more vertices than 16 bits count."""
+_MOST_BYTES = 256 << 20
+_ROUND = 32
+"""The corners of a circle."""
+_NEEDED = "pip install 'lag2fmu[meshes]'"
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """What is seen of one visual: ``triangles`` (m, 3) of ``vertices`` (n, 3) in m, in the axes of its ``frame``.
+
+    ``color`` is #rrggbb, or "" for that of bodies.
+    """
+
+    frame: str
+    vertices: Floats
+    triangles: Triangles
+    color: str
+
+    def _steps(self) -> tuple[Floats, Floats]:
+        """The least vertex (3,), and the step (3,) by which 16 bits count from it."""
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        return low, np.where(high > low, (high - low) / _MOST_VERTICES, 1.0)
+
+    def head(self) -> dict[str, object]:
+        """The numbers of ``vertices`` and ``triangles`` in ``content``, and how the former are counted."""
+        low, step = self._steps()
+        counts = {"vertices": len(self.vertices), "triangles": len(self.triangles)}
+        return counts | {name: [float(f"{x:.6g}") for x in v] for name, v in (("low", low), ("step", step))}
+
+    def content(self) -> bytes:
+        """Vertices, counted from ``low`` in steps of ``step`` (m), and triangles, in 16 bits, the low byte first."""
+        low, step = self._steps()
+        return np.rint((self.vertices - low) / step).astype("<u2").tobytes() + self.triangles.astype("<u2").tobytes()
+
+    @cached_property
+    def outline(self) -> Floats:
+        """The vertices (k, 3) that lie farthest in some of many directions: what a silhouette is made of."""
+        k = np.arange(400) + 0.5
+        rise, turn = np.arccos(1 - 2 * k / len(k)), np.pi * (1 + 5**0.5) * k
+        towards = np.array([np.cos(turn) * np.sin(rise), np.sin(turn) * np.sin(rise), np.cos(rise)])
+        found: Floats = self.vertices[np.unique(np.argmax(self.vertices @ towards, axis=0))]
+        return found
+
+
+def surfaces(mechanism: Mechanism, most: int = MOST_TRIANGLES) -> tuple[list[Surface], list[str]]:
+    """The surfaces of the visuals, whose meshes have ``most`` triangles together, and a sentence on what is left out.
+
+    Parameters have their values. A mesh that is not there, cannot be read, or is too large is left out.
+    """
+    visuals = _Numbers(mechanism).of_all(mechanism.visuals)
+    read = [(visual, _read(visual) if visual.shape == MESH else _solid(visual)) for visual in visuals]
+    missing = [made for _, made in read if isinstance(made, str)]
+    found = [(x, v) for v, made in read if not isinstance(made, str) for x in made]
+    count = sum(len(surface.triangles) for surface, visual in found if visual.shape == MESH)
+    share = min(1.0, most / max(count, 1))
+    stood = [_stood(_simplified(x, share) if v.shape == MESH else x, v) for x, v in found]
+    return stood, [_left_out(missing, len(visuals))] if missing else []
+
+
+class _Numbers:
+    """Puts the values of parameters in the place of their names."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        given = {p.name: p.expression for p in mechanism.parameters if p.expression is not None}
+        self._meaning = written_out({**{d.name: d.expression for d in mechanism.definitions}, **given})
+        self._values = {symbol(p.name): p.value for p in mechanism.parameters if p.value is not None}
+
+    def of_all(self, visuals: Iterable[Visual]) -> list[Visual]:
+        """``visuals`` in numbers alone."""
+        return [self._of(visual) for visual in visuals]
+
+    def _of(self, visual: Visual) -> Visual:
+        place, turn = self._numbers(visual.origin), self._numbers(visual.quaternion)
+        return replace(visual, size=visual.size and self._numbers(visual.size), origin=place, quaternion=turn)
+
+    def _numbers(self, entries: Iterable[Any]) -> tuple[float, ...]:
+        return tuple(float(sp.sympify(x).xreplace(self._meaning).subs(self._values)) for x in entries)
+
+
+def _left_out(missing: list[str], count: int) -> str:
+    shown = "; ".join(dict.fromkeys(missing[:3]))
+    more = ", ..." if len(missing) > 3 else ""
+    return f"{len(missing)} of {count} visuals are not drawn: {shown}{more}"
+
+
+def _stood(surface: Surface, visual: Visual) -> Surface:
+    """``surface`` scaled, turned and moved as ``visual`` says."""
+    scale = np.array([float(x) for x in visual.size or (1, 1, 1)]) if visual.shape == MESH else np.ones(3)
+    w, *v = (float(x) for x in visual.quaternion)
+    e, vertices = np.array(v), surface.vertices * scale
+    norm = w * w + e @ e
+    turned = vertices + 2 / norm * (w * np.cross(e, vertices) + np.cross(e, np.cross(e, vertices)))
+    flipped = surface.triangles[:, ::-1] if np.prod(scale) < 0.0 else surface.triangles
+    return replace(surface, vertices=turned + np.array([float(x) for x in visual.origin]), triangles=flipped)
+
+
+# ---------------------------------------------------------------------------------------------------------- meshes
+
+
+def _read(visual: Visual) -> list[Surface] | str:
+    """The meshes in the file of ``visual``, one for each color, or why there are none."""
+    path = visual.find()
+    if path is None:
+        return f"there is no file '{visual.file}'"
+    try:
+        import fast_simplification  # noqa: F401
+        import trimesh
+    except ImportError:
+        return f"meshes need the packages trimesh, pycollada and fast-simplification; {_NEEDED}"
+    if path.stat().st_size > _MOST_BYTES:
+        return f"'{path.name}' has more than {_MOST_BYTES} bytes"
+    try:
+        scene: Any = trimesh.load_scene(str(path))
+        meshes = [_surface(mesh, visual) for mesh in scene.dump() if len(getattr(mesh, "faces", ()))]
+    except Exception as error:  # what readers of strangers' files raise is theirs
+        return f"'{path.name}' cannot be read: {error}"
+    if not meshes or not all(np.isfinite(mesh.vertices).all() for mesh in meshes):
+        return f"'{path.name}' has no triangles, or vertices that are not finite"
+    return meshes
+
+
+def _surface(mesh: Any, visual: Visual) -> Surface:
+    """A mesh of trimesh, in the color of ``visual`` or its own."""
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    rgba = getattr(getattr(mesh.visual, "material", None), "main_color", None)
+    own = "" if rgba is None else "#" + "".join(f"{int(x):02x}" for x in rgba[:3])
+    vertices, triangles = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
+    return Surface(str(visual.frame), vertices, triangles, visual.color or own)
+
+
+def _simplified(mesh: Surface, share: float) -> Surface:
+    """``mesh`` with a ``share`` of its triangles, by quadric error metrics: Garland, Heckbert, SIGGRAPH 1997."""
+    count = len(mesh.triangles)
+    most = max(_LEAST, int(share * count))
+    if count <= most and len(mesh.vertices) <= _MOST_VERTICES:
+        return mesh
+    from fast_simplification import simplify
+
+    left = 1.0 - min(most, _MOST_VERTICES) / count
+    vertices, triangles = simplify(mesh.vertices.astype(np.float32), mesh.triangles.astype(np.int32), left)
+    return replace(mesh, vertices=vertices.astype(np.float64), triangles=triangles.astype(np.int64))
+
+
+# ---------------------------------------------------------------------------------------------------------- solids
+
+
+def _solid(visual: Visual) -> list[Surface] | str:
+    """The surface of a solid, or why there is none."""
+    size = [float(x) for x in visual.size or ()]
+    if min(size) <= 0.0:
+        return f"the size of '{visual.name}' is not positive"
+    vertices, triangles = _box(size) if visual.shape == "box" else _revolved([*_profile(visual.shape, size)])
+    if visual.shape == "ellipsoid":
+        vertices = vertices * size
+    return [Surface(str(visual.frame), vertices, triangles, visual.color)]
+
+
+def _box(edges: Sequence[float]) -> tuple[Floats, Triangles]:
+    vertices = np.array([*product((-0.5, 0.5), repeat=3)]) * edges
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return vertices, np.array([t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))])
+
+
+def _profile(shape: str, size: Sequence[float]) -> Iterator[tuple[float, float]]:
+    """(radius, z) along the surface of a solid about z, from below to above."""
+    half = 0.5 * size[1] if shape in ("cylinder", "capsule") else 0.0
+    if shape == "cylinder":
+        yield from ((0.0, -half), (size[0], -half), (size[0], half), (0.0, half))
+        return
+    radius = 1.0 if shape == "ellipsoid" else size[0]
+    for angle in np.linspace(-np.pi / 2, np.pi / 2, _ROUND // 2 + 1):
+        middle = [-half, half] if shape == "capsule" and abs(angle) < 1e-9 else [half if angle > 0 else -half]
+        yield from ((round(radius * float(np.cos(angle)), 12), z + radius * float(np.sin(angle))) for z in middle)
+
+
+def _revolved(profile: Sequence[tuple[float, float]]) -> tuple[Floats, Triangles]:
+    """The surface that a ``profile`` sweeps about z; its triangles turn to the right about what points outwards."""
+    turn = 2 * np.pi * np.arange(_ROUND) / _ROUND
+    rings = [np.column_stack((r * np.cos(turn), r * np.sin(turn), np.full(_ROUND, z))) for r, z in profile]
+    here = np.arange(_ROUND)
+    beside = (here + 1) % _ROUND
+    triangles = []
+    for k in range(len(rings) - 1):
+        low, high = k * _ROUND, (k + 1) * _ROUND
+        triangles += [*zip(low + here, low + beside, high + beside, strict=True)] if profile[k][0] else []
+        triangles += [*zip(low + here, high + beside, high + here, strict=True)] if profile[k + 1][0] else []
+    return np.vstack(rings), np.array(triangles)
+
+
+def packed(found: Iterable[Surface]) -> bytes:
+    """Vertices and triangles of ``found``, one surface after the other, as the ``head`` of each says."""
+    return b"".join(surface.content() for surface in found)
