@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from lag2fmu.description.keys import ANY, OWN, doc_key, key, unit_key
+from lag2fmu.description.keys import BORNE, OWN, doc_key, key, unit_key
 from lag2fmu.description.places import AXES, Body, End, Expression, Frame, axes_key, normalise
 from lag2fmu.language.units import DIMENSIONLESS, METRE, NEWTON, RADIAN, SECOND, TORQUE, Unit
 
@@ -49,7 +49,7 @@ TURNING = {
 
 @dataclass(frozen=True)
 class Output:
-    """A further output of the FMU, by ``expression`` in t, q, qd, inputs and parameters, or a ``quantity`` of a part.
+    """A further output of the FMU, by ``expression`` or as a ``quantity`` of a part.
 
     A ``point`` (or body, which stands for its mass centre) has, in world axes, ``position`` (m), ``velocity`` (m/s) and
     ``acceleration`` (m/s2): NAME_x, NAME_y, and NAME_z in space. A planar one with an angle also has ``angle`` (rad),
@@ -76,9 +76,9 @@ class Output:
     name: str
     expression: Expression | None = key(
         "expression",
-        "In t, coordinates, velocities, accelerations, inputs, parameters.",
+        "In t, coordinates, velocities, accelerations, inputs, parameters, forces of contacts and constraints.",
         default=None,
-        names=ANY | {"acceleration", "multiplier"},
+        names=BORNE | {"acceleration"},
         unit=OWN,
     )
     unit: Unit | str | None = unit_key(order=1)

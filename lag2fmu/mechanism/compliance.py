@@ -66,7 +66,7 @@ def _written_out(m: Description, contact: Contact, poses: Poses) -> Compliant:
     return Compliant(
         contact,
         [Definition(label, expression) for label, expression, _ in parts],
-        [Damper(label, rate=along, force=-symbol(label)) for label, _, along in parts if along is not None],
+        [Damper(label, rate=along, force=-symbol(label)) for label, _, along in parts if along],  # none along 0
         [
             Output(
                 label,

@@ -110,8 +110,6 @@ def _remedy(table: str, meaning: str) -> str:
         return "; a signal that moves a support is declared with motion = true"
     if meaning == "velocity" and table == "constraints":
         return "; a constraint on velocities belongs to the nonholonomic ones"
-    if meaning == "contact force" and table == "outputs":
-        return "; it is a variable of the FMU by itself, which 'export --output' makes an output"
     if meaning == "further state" and table == "constraints":
         return "; a force may use it"
     return ""

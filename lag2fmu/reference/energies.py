@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import ArrayLike
 
-from lag2fmu.description.names import acceleration, multiplier, velocity
+from lag2fmu.description.names import acceleration, force, multiplier, velocity
 from lag2fmu.description.symbols import Coordinate, Parameter
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.vocabulary import TIME, symbol
@@ -55,7 +55,9 @@ class EnergyFunctions:
         unknowns = [symbol(acceleration(item.name)) for item in mechanism.coordinates]
         unknowns += [symbol(multiplier(item.name)) for item in mechanism.constraints]
         everything = (TIME, *s.q, *s.qd, *s.inputs, *unknowns, *s.parameters)
-        self._outputs = compiled(everything, tuple(c.outputs.values()))
+        touching = [symbol(force(name)) for name in mechanism.unilateral_names]
+        of_outputs = (TIME, *s.q, *s.qd, *s.inputs, *unknowns, *touching, *s.parameters)
+        self._outputs = compiled(of_outputs, tuple(c.outputs.values()))
         self._further = compiled(everything, c.further)
         self.constraints = ConstraintFunctions(c, self.constants)
         self.spatial = Spatial(c, self.constants)
@@ -175,12 +177,15 @@ class EnergyFunctions:
         values = self._forces(state.rows, self.constants)
         return values if self.spatial.empty else values + self.spatial.forces(self._rows(state), state.inputs)
 
-    def outputs(self, state: StateBatch, unknowns: Sequence[Floats]) -> dict[str, Floats]:
+    def outputs(self, state: StateBatch, unknowns: Sequence[Floats], forces: Floats | None = None) -> dict[str, Floats]:
         """The outputs of the mechanism by name, in its order, in SI units, each (*batch).
 
-        ``unknowns`` are the accelerations (n, *batch) and multipliers (m, *batch).
+        ``unknowns`` are the accelerations (n, *batch) and multipliers (m, *batch), ``forces`` those of contacts and
+        stops (u, *batch); without them nothing touches.
         """
-        rows = np.concatenate([state.rows, *unknowns])
+        if forces is None:
+            forces = np.zeros((len(self.mechanism.unilateral_names), *state.rows.shape[1:]))
+        rows = np.concatenate([state.rows, *unknowns, forces])
         values = dict(zip(self.composition.outputs, self._outputs(rows, self.constants), strict=True))
         if not self.spatial.empty:
             k, qdd = len(self.composition.symbols.motion), np.broadcast_to(unknowns[0], state.qd.shape)

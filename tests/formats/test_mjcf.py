@@ -396,7 +396,7 @@ def test_sensors_that_nothing_is_made_of_are_told_last(robot: Robot) -> None:
     still = '<body name="still"><inertial mass="1" pos="0 0 0" diaginertia="1 1 1"/></body>'
     others = f'<body><joint name="z"/><geom size="1"/></body>{still}</worldbody>'
     text = text.replace("</worldbody>", others)
-    told = [f"the sensor {name}" for name in ("touch", "relative", "ball", "com")]
+    told = [f"the sensor {name}" for name in ("relative", "ball", "touch", "com")]
     assert robot(text).not_taken == ("the cutoff of the sensor cut", *told)
 
 

@@ -609,9 +609,9 @@ REFUSED = {
         '[states]\ni = { derivative = 1 }\n[energy]\npotential = "x*i"',
         "energy.potential: 'i' is a further state and cannot stand here",
     ),
-    "output of a force": (
-        '[contacts.c]\ngap = "y"\n[outputs]\nf = { expression = "c_force", unit = "N" }',
-        "outputs.f.expression: 'c_force' is a contact force and cannot stand here; it is a variable of the FMU",
+    "energy of a force": (
+        '[contacts.c]\ngap = "y"\n[energy]\npotential = "c_force*x"',
+        "energy.potential: 'c_force' is a contact force and cannot stand here",
     ),
     "state of no size": ("[states]\ni = { derivative = 1, nominal = 0 }", "states.i.nominal: 0.0 is not positive"),
     "generated name": (

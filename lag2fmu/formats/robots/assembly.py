@@ -100,9 +100,9 @@ class _Assembly:
         if not parts.coordinates:
             raise LoadError(f"{self._source}: nothing moves in this robot; give base = floating, or a joint that moves")
         attach(robot, parts)
-        measure(robot, parts)
         if ground is not None:
             touch(robot, parts, ground)
+        measure(robot, parts)
         bodies = [self._body(name, *lumped) for name, lumped in self._lumped.items() if name != WORLD]
         strength = float(np.linalg.norm(robot.gravity))
         g = parameter(parts.names.variable("g"), strength, "m/s2", "acceleration of gravity")

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import numpy as np
+import sympy as sp
+
+from lag2fmu.description.names import force
 from lag2fmu.description.outputs import QUANTITIES, Output
 from lag2fmu.description.places import WORLD, Frame, Point
 from lag2fmu.formats.identifiers import identifier
 from lag2fmu.formats.robots.lengths import length_of
-from lag2fmu.formats.robots.parts import Parts
+from lag2fmu.formats.robots.parts import Parts, Touched
 from lag2fmu.formats.robots.poses import JointPose
-from lag2fmu.formats.robots.tree import Robot, Sensor
+from lag2fmu.formats.robots.tree import Geom, Robot, Sensor
 from lag2fmu.formats.robots.writing import numbers, turns_of
+from lag2fmu.language.units import NEWTON
+from lag2fmu.language.vocabulary import symbol
+
+ROUNDING = 1e-9
+"""A zone as large as the shape in it holds it: files round to some digits."""
 
 
 def measure(robot: Robot, parts: Parts) -> None:
@@ -17,6 +26,8 @@ def measure(robot: Robot, parts: Parts) -> None:
     for sensor in robot.sensors:
         if sensor.subtree:
             _of_subtree(sensor, robot, parts)
+        elif sensor.zone is not None:
+            _of_touch(sensor, sensor.zone, parts)
         elif sensor.place is not None:
             _at_place(sensor, *sensor.place, parts)
         elif sensor.along:
@@ -53,6 +64,50 @@ def _of_subtree(sensor: Sensor, robot: Robot, parts: Parts) -> None:
         parts.outputs.append(Output(name, bodies=bodies, quantity=sensor.quantity, doc=f"sensor {sensor.name}"))
     else:
         _at_place(sensor, *sensor.place, parts, bodies)
+
+
+def _of_touch(sensor: Sensor, zone: Geom, parts: Parts) -> None:
+    """The sum of the normal forces of the contacts of a link in a ``zone``.
+
+    Nothing is made of a sensor without such contacts, or where the motion decides whether a contact is in the zone.
+    """
+    touched = parts.touched.get(zone.link, [])
+    inside = [x for x in touched if _holds(zone, x)]
+    if not inside or not all(x in inside or any(_is_apart(zone, x, y) for y in inside) for x in touched):
+        parts.ignored.append(f"the sensor {sensor.name}")
+        return
+    total = sp.Add(*(symbol(force(x.contact)) for x in inside))
+    name = parts.names.variable(identifier(sensor.name))
+    parts.outputs.append(Output(name, total, NEWTON, doc=f"sensor {sensor.name}"))
+
+
+def _holds(zone: Geom, touched: Touched) -> bool:
+    """Whether the whole ball of what is ``touched`` is in the ``zone``."""
+    x, (radius, *more) = zone.pose.matrix.T @ (touched.place - zone.pose.origin), zone.size
+    reach = touched.radius * (1.0 - ROUNDING)
+    if zone.kind == "box":
+        return bool((np.abs(x) + reach <= np.array(zone.size) * (1.0 + ROUNDING)).all())
+    if zone.kind == "ellipsoid":  # of it the ball that is as near to its surface everywhere
+        return bool(np.linalg.norm(x / np.array(zone.size)) + reach / min(zone.size) <= 1.0)
+    if zone.kind == "cylinder":
+        return bool(np.hypot(x[0], x[1]) + reach <= radius and abs(x[2]) + reach <= more[0])
+    along = np.clip(x[2], -more[0], more[0]) if zone.kind == "capsule" else 0.0
+    return bool(np.linalg.norm(x - [0.0, 0.0, along]) + reach <= radius)
+
+
+def _is_apart(zone: Geom, touched: Touched, inside: Touched) -> bool:
+    """Whether a contact is never counted by a sensor of the ``zone``, in which another ball is ``inside``.
+
+    MuJoCo counts contacts from which a ray along the normal, out of the link, meets the zone. On a plane the ray goes
+    down below it. Neither ball, of radii r and R, is below the plane, and the zone goes no farther from the centre of
+    the latter than Z. So the ray cannot meet it if the centres are farther apart than D with D^2 + 2 r R - r^2 = Z^2.
+    """
+    if not touched.plane or touched.plane != inside.plane:
+        return False
+    halves = zone.size if zone.kind in ("box", "ellipsoid") else (sum(zone.size),)
+    farthest = float(np.linalg.norm(inside.place - zone.pose.origin)) + float(np.linalg.norm(halves))
+    apart, r = float(np.linalg.norm(touched.place - inside.place)), touched.radius
+    return apart**2 + 2 * r * inside.radius - r**2 > farthest**2
 
 
 def _carried(robot: Robot, link: str) -> set[str]:

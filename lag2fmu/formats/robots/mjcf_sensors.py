@@ -8,7 +8,7 @@ from typing import Any
 from lag2fmu.formats.robots.compiled import Compiled, turned
 from lag2fmu.formats.robots.mjcf_forces import tendon_of
 from lag2fmu.formats.robots.poses import JointPose
-from lag2fmu.formats.robots.tree import Sensor, Span
+from lag2fmu.formats.robots.tree import Geom, Sensor, Span
 
 _SLIDE = 2  # mjtJoint; the kinds below have several coordinates
 
@@ -30,12 +30,14 @@ forces, too."""
 
 _SUMMED = {"SUBTREECOM": "mass_centre", "SUBTREELINVEL": "mass_centre_velocity", "SUBTREEANGMOM": "angular_momentum"}
 _HELD = {"FORCE": "holding_force", "TORQUE": "holding_torque"}
+_TOUCH = "TOUCH"
+_ZONES = {2: ("sphere", 1), 3: ("capsule", 2), 4: ("ellipsoid", 3), 5: ("cylinder", 2), 6: ("box", 3)}  # mjtGeom
 
 
 def sensors(compiled: Compiled) -> Iterator[Sensor]:
     """The sensors that become outputs; the others, and what cuts a value off, are noted as ignored."""
     m = compiled.model
-    words = (*_ALONG, *_DRIVEN, *_PLACED, *_SUMMED, *_HELD)
+    words = (*_ALONG, *_DRIVEN, *_PLACED, *_SUMMED, *_HELD, _TOUCH)
     kinds = {int(getattr(compiled.mujoco.mjtSensor, f"mjSENS_{word}")): word for word in words}
     for k in range(m.nsensor):
         name, word = compiled.name("sensor", k), kinds.get(int(m.sensor_type[k]), "")
@@ -50,19 +52,14 @@ def sensors(compiled: Compiled) -> Iterator[Sensor]:
 def _sensor(compiled: Compiled, k: int, name: str, word: str) -> Sensor | None:
     """Sensor ``k``, which MuJoCo calls mjSENS_``word``; None where nothing is made of it."""
     m, target = compiled.model, int(compiled.model.sensor_objid[k])
-    if word.startswith("JOINT"):
-        return (
-            None
-            if m.jnt_type[target] < _SLIDE
-            else Sensor(name, _ALONG[word], ((compiled.name("joint", target), 1.0),))
-        )
-    if word.startswith("TENDON"):
-        length = tendon_of(compiled, target)
-        return None if length is None or isinstance(length, Span) else Sensor(name, _ALONG[word], length)
+    if word in _ALONG:
+        return _along(compiled, target, name, word)
     if word in _DRIVEN:
         return Sensor(name, _DRIVEN[word], actuator=compiled.name("actuator", target))
     if word in _SUMMED:
         return Sensor(name, _SUMMED[word], subtree=compiled.body(target))
+    if word == _TOUCH:
+        return _touch(compiled, target, name)
     place = _POSES.get(_object(compiled, k)) if word in (*_PLACED, *_HELD) and m.sensor_refid[k] < 0 else None
     if place is None:
         return None
@@ -72,6 +69,23 @@ def _sensor(compiled: Compiled, k: int, name: str, word: str) -> Sensor | None:
         return Sensor(name, _HELD[word], place=(link, pose), axes="frame", subtree=link)
     quantity, axes = _PLACED[word]
     return Sensor(name, quantity, place=(link, pose), axes=axes)
+
+
+def _along(compiled: Compiled, target: int, name: str, word: str) -> Sensor | None:
+    """A sensor of a joint that has one coordinate, or of a tendon of such joints; None of others."""
+    if word.startswith("TENDON"):
+        length = tendon_of(compiled, target)
+        return None if length is None or isinstance(length, Span) else Sensor(name, _ALONG[word], length)
+    single = compiled.model.jnt_type[target] >= _SLIDE
+    return Sensor(name, _ALONG[word], ((compiled.name("joint", target), 1.0),)) if single else None
+
+
+def _touch(compiled: Compiled, site: int, name: str) -> Sensor:
+    """A sensor of what touches in a ``site``."""
+    m, (body, origin, quaternion) = compiled.model, _POSES["SITE"](compiled.model, site)
+    kind, count = _ZONES[int(m.site_type[site])]
+    size, pose = tuple(map(float, m.site_size[site][:count])), JointPose.of(origin.copy(), turned(quaternion))
+    return Sensor(name, "touch", zone=Geom(name, compiled.body(body), kind, pose, size))
 
 
 def _object(compiled: Compiled, k: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -27,15 +28,26 @@ STIFFNESSES = {"rad": "N.m/rad", "m": "N/m"}
 INERTIAS = {"rad": "kg.m2", "m": "kg"}
 
 
+class Touched(NamedTuple):
+    """What of a link touches by an ideal ``contact``: the ball of a ``radius`` (m) about a ``place`` (3,) in its axes.
+
+    ``plane`` is the geom that it touches, "" if that is none.
+    """
+
+    contact: str
+    place: Floats
+    radius: float
+    plane: str
+
+
 @dataclass
 class Parts:
     """The parts, whose ``names`` are taken.
 
     ``joints`` {name in the file: ours}, ``carriers`` {link: (its frame or the world, its turn and pose in it)},
     ``bodies`` {link: the body that has its mass, or the world}, ``driven`` {actuator: (length, rate, force)} of those
-    along joints. What nothing is made of is ``ignored``. The
-    terms of each sum in ``alike`` have one unit; ``plain`` are the names of factors that have none where their use
-    leaves it open.
+    along joints, ``touched`` {link: what of it touches}. What nothing is made of is ``ignored``. The terms of each sum
+    in ``alike`` have one unit; ``plain`` are the names of factors that have none where their use leaves it open.
     """
 
     names: Names
@@ -60,6 +72,7 @@ class Parts:
     contacts: list[Contact] = field(default_factory=list)
     outputs: list[Output] = field(default_factory=list)
     driven: dict[str, tuple[sp.Expr, sp.Expr, sp.Expr]] = field(default_factory=dict)
+    touched: dict[str, list[Touched]] = field(default_factory=dict)
     ignored: list[str] = field(default_factory=list)
     alike: list[sp.Expr] = field(default_factory=list)
     plain: list[str] = field(default_factory=list)

@@ -20,7 +20,7 @@ from lag2fmu.description.names import of_unilateral
 from lag2fmu.description.places import WORLD, Frame, Point
 from lag2fmu.formats.identifiers import identifier
 from lag2fmu.formats.robots.ground import Ground
-from lag2fmu.formats.robots.parts import Parts
+from lag2fmu.formats.robots.parts import Parts, Touched
 from lag2fmu.formats.robots.poses import Floats, JointPose
 from lag2fmu.formats.robots.tree import Geom, Robot, Touch
 from lag2fmu.formats.robots.writing import axis_of, number, numbers, turns_of
@@ -111,7 +111,9 @@ class _Touching:
             label = f"{name}_{k}" if len(spots) > 1 else name
             place = partial(self._frame if kind == "ellipsoid_plane" else self._point, touching.first)(at, label)
             keys_of = {} if not radius else {"radius": number(radius[0]) if len(radius) == 1 else numbers(radius)}
-            yield self._contact(label, keys, kind=kind, between=(place, plane), normal=normal, **keys_of)
+            contact = self._contact(label, keys, kind=kind, between=(place, plane), normal=normal, **keys_of)
+            self._told(contact, touching.first, at, max(radius, default=0.0), touching.second.name)
+            yield contact
 
     def _plane(self, plane: Geom, margin: float) -> tuple[str, Any]:
         """A point of a ``plane``, raised by ``margin``, and its normal in the world."""
@@ -133,7 +135,16 @@ class _Touching:
         lengths = [number(2 * geom.size[1]) for geom in pair if geom.kind == "capsule"]
         if lengths:
             own["length"] = lengths[0] if len(lengths) == 1 else tuple(lengths)
-        yield self._contact("_".join(identifier(geom.name) for geom in pair), keys, **own)
+        contact = self._contact("_".join(identifier(geom.name) for geom in pair), keys, **own)
+        for geom in pair:
+            self._told(contact, geom, (0.0, 0.0, 0.0), sum(geom.size), "")
+        yield contact
+
+    def _told(self, contact: Contact, geom: Geom, at: Any, radius: float, plane: str) -> None:
+        """Note for sensors what of the link of ``geom`` touches a ``plane`` or other geom; ``at`` (3,) in its axes."""
+        if contact.law == "ideal":
+            place = geom.pose.origin + geom.pose.matrix @ np.array(at)
+            self._parts.touched.setdefault(geom.link, []).append(Touched(contact.name, place, radius, plane))
 
     def _centre(self, geom: Geom) -> str:
         """The frame of a capsule or the point of a sphere, one for all that it touches."""

@@ -167,7 +167,7 @@ class Sensor:
 
     It is "length" or "rate" ``along`` joints or of the actuator, or its "force". A place is a link and a pose in its
     axes; its quantities are those of outputs, along the ``axes`` "world" or "frame". A subtree is a link with all that
-    it carries; what holds it is told at the place.
+    it carries; what holds it is told at the place. "touch" is the sum of the normal forces on the link of a ``zone``.
     """
 
     name: str
@@ -177,6 +177,7 @@ class Sensor:
     place: tuple[str, JointPose] | None = None
     axes: str = "world"
     subtree: str = ""
+    zone: Geom | None = None
 
 
 @dataclass(frozen=True)

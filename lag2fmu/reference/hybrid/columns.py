@@ -54,7 +54,8 @@ def _by_sides(run: HybridRun, track: Track, states: list[StateBatch], answers: l
             *(np.stack([getattr(states[r], x) for r in rows], axis=-1) for x in ("t", "q", "qd", "inputs"))
         )
         unknowns = [np.stack([getattr(answers[r], x) for r in rows], axis=-1) for x in ("qdd", "multipliers")]
-        values = system.energies.outputs(batch, unknowns)
+        touching = np.stack([answers[r].forces[: len(system.elements.contacts)] for r in rows], axis=-1)
+        values = system.energies.outputs(batch, unknowns, touching)
         inputs = dict(zip(system.energies.input_names, batch.inputs, strict=True))
         for energy in ("kinetic_energy", "potential_energy", "generalized_energy"):
             values[energy] = getattr(system.equations, energy)(batch.t, batch.q.T, batch.qd.T, inputs)
