@@ -13,8 +13,9 @@ from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.symbols import signal
 from lag2fmu.formats.identifiers import identifier
 from lag2fmu.formats.robots.lengths import gear_of, gears_of, idle, length_of, spot_of, spots_of
+from lag2fmu.formats.robots.muscles import activation_rate, muscle_force
 from lag2fmu.formats.robots.parts import Parts
-from lag2fmu.formats.robots.tree import Activation, Actuator, Limits, Robot, RobotJoint, Span, Turning, Wrench
+from lag2fmu.formats.robots.tree import Activation, Actuator, Limits, Muscle, Robot, RobotJoint, Span, Turning, Wrench
 from lag2fmu.formats.robots.turning import angular_velocity, velocity
 from lag2fmu.formats.robots.writing import numbers
 from lag2fmu.language.vocabulary import Choice, Smooth, symbol
@@ -57,6 +58,8 @@ def drive(actuator: Actuator, parts: Parts) -> None:
     control = signal(name, doc=f"control of the actuator {actuator.name}{saturating}")
     parts.inputs.append(control)
     u = saturated(control, actuator.control_limits, name, parts)
+    if actuator.muscle is not None:
+        return _contract(actuator, actuator.muscle, u, name, parts)
     if actuator.state is not None:
         u = _activated(actuator, actuator.state, u, parts)
     gain, alone = _factors(_GAINS, actuator.gain, name, parts), _factors(_BIASES, actuator.bias, name, parts)
@@ -74,9 +77,27 @@ def drive(actuator: Actuator, parts: Parts) -> None:
         force = limits(force + by_length * at + by_rate * rate)
         if not isinstance(along, Turning):
             parts.driven[actuator.name] = at, rate, force
-        for q in sorted(str(q) for q in parts.coordinates if q.dot in rate.free_symbols):
-            factor = rate.diff(symbol(f"{q}_dot"))
-            parts.forces[q] = parts.forces.get(q, sp.S.Zero) + factor * force
+        _act(force, rate, parts)
+
+
+def _act(force: sp.Expr, rate: sp.Expr, parts: Parts) -> None:
+    """A ``force`` along the length that has this ``rate``."""
+    for q in sorted(str(q) for q in parts.coordinates if q.dot in rate.free_symbols):
+        parts.forces[q] = parts.forces.get(q, sp.S.Zero) + rate.diff(symbol(f"{q}_dot")) * force
+
+
+def _contract(actuator: Actuator, muscle: Muscle, u: sp.Expr, name: str, parts: Parts) -> None:
+    """The force of a ``muscle`` along joints, whose activation follows the control ``u``."""
+    activation = parts.names.variable(f"act_{identifier(actuator.name)}")
+    z = symbol(activation)
+    rate = activation_rate(muscle, u, z, activation, parts)
+    parts.alike.append(z + u)
+    parts.states.append(State(activation, None, 0.0, rate, doc=f"activation of the muscle {actuator.name}"))
+    at, speed = length_of(actuator.along, name, parts)  # type: ignore[arg-type]  # muscles of others are not read
+    active, passive = muscle_force(muscle, at, speed, name, parts)
+    force = saturated(active * z + passive, actuator.force_limits, f"force_{name}", parts)
+    parts.driven[actuator.name] = at, speed, force
+    _act(force, speed, parts)
 
 
 def saturated(x: sp.Expr, limits: Limits | None, name: str, parts: Parts) -> sp.Expr:

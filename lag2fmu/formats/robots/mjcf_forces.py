@@ -8,7 +8,18 @@ from itertools import islice
 import numpy as np
 
 from lag2fmu.formats.robots.compiled import Compiled, turned
-from lag2fmu.formats.robots.tree import Activation, Actuator, Limits, Span, Sum, Tendon, Transmission, Turning, Wrench
+from lag2fmu.formats.robots.tree import (
+    Activation,
+    Actuator,
+    Limits,
+    Muscle,
+    Span,
+    Sum,
+    Tendon,
+    Transmission,
+    Turning,
+    Wrench,
+)
 
 _FREE, _BALL = 0, 1  # mjtJoint
 
@@ -18,10 +29,11 @@ def actuators(compiled: Compiled) -> Iterator[Actuator]:
     m, own = compiled.model, compiled.mujoco
     for k in range(len(m.actuator_trntype)):
         name = compiled.name("actuator", k)
+        muscle = _muscle(compiled, k)
         bias = _affine(m.actuator_biasprm[k], 3 if m.actuator_biastype[k] == own.mjtBias.mjBIAS_AFFINE else 0)
         gain = _affine(m.actuator_gainprm[k], 3 if m.actuator_gaintype[k] == own.mjtGain.mjGAIN_AFFINE else 1)
-        through = _transmission(compiled, k) if _is_plain(compiled, k) else None
-        if through is None or not _follows(through, gain, bias):
+        through = _transmission(compiled, k) if muscle or _is_plain(compiled, k) else None
+        if through is None or not _follows(through, gain, bias, muscle):
             compiled.ignored.append(f"the actuator {name}")
             continue
         compiled.note(
@@ -38,7 +50,28 @@ def actuators(compiled: Compiled) -> Iterator[Actuator]:
         if force_limits is not None and isinstance(through, Span) and bias[1]:  # its spring is a part of its own
             compiled.ignored.append(f"limits of the force of the actuator {name}")
             force_limits = None
-        yield Actuator(name, through, gain, bias, _control_limits(compiled, k), force_limits, _activation(compiled, k))
+        state = None if muscle else _activation(compiled, k)
+        yield Actuator(name, through, gain, bias, _control_limits(compiled, k), force_limits, state, muscle)
+
+
+def _muscle(compiled: Compiled, k: int) -> Muscle | None:
+    """The curves of actuator ``k``, None if it is no muscle, or one whose active and passive curves differ."""
+    m, own = compiled.model, compiled.mujoco
+    curves = [float(x) for x in m.actuator_gainprm[k][:9]]
+    muscular = (
+        int(m.actuator_gaintype[k]) == int(own.mjtGain.mjGAIN_MUSCLE)
+        and int(m.actuator_biastype[k]) == int(own.mjtBias.mjBIAS_MUSCLE)
+        and int(m.actuator_dyntype[k]) == int(own.mjtDyn.mjDYN_MUSCLE)
+    )
+    least, most = map(float, m.actuator_lengthrange[k])
+    if not (muscular and _is_on(compiled, k) and most > least and curves == [*map(float, m.actuator_biasprm[k][:9])]):
+        return None
+    first, last, peak, scale, lmin, lmax, vmax, fpmax, fvmax = curves
+    unit = (most - least) / (last - first)
+    rise, fall, smoothing = map(float, m.actuator_dynprm[k][:3])
+    peak = scale / float(m.actuator_acc0[k]) if peak < 0.0 else peak
+    optimal = least + (1.0 - first) * unit
+    return Muscle(peak, optimal, unit, lmin, lmax, vmax, fpmax, fvmax, rise, fall, smoothing)
 
 
 def _control_limits(compiled: Compiled, k: int) -> Limits | None:
@@ -72,11 +105,13 @@ def _affine(numbers: Iterable[float], count: int) -> tuple[float, float, float]:
     return first, second, third
 
 
-def _follows(through: Transmission, gain: Sequence[float], bias: Sequence[float]) -> bool:
-    """Whether a force can depend on length and rate as ``gain`` and ``bias`` say.
+def _follows(through: Transmission, gain: Sequence[float], bias: Sequence[float], muscle: Muscle | None) -> bool:
+    """Whether a force can depend on length and rate as ``gain`` and ``bias``, or the curves of a ``muscle``, say.
 
     Between two places a damper knows the rate, and a spring the length, which no control multiplies.
     """
+    if muscle is not None:
+        return isinstance(through, tuple)
     on_joints, between_two = isinstance(through, tuple), isinstance(through, Span) and len(through.spots) == 2
     length = on_joints or (between_two and not gain[1])
     rate = on_joints or between_two or isinstance(through, Turning)
@@ -84,19 +119,25 @@ def _follows(through: Transmission, gain: Sequence[float], bias: Sequence[float]
 
 
 def _is_plain(compiled: Compiled, k: int) -> bool:
-    """Whether the actuator is on, and has one control without delay, a state at most, and a force affine in these."""
+    """Whether the actuator is on, and has a state at most and a force affine in this or its control."""
+    m, own = compiled.model, compiled.mujoco
+    return bool(
+        _is_on(compiled, k)
+        and int(m.actuator_gaintype[k]) in map(int, (own.mjtGain.mjGAIN_AFFINE, own.mjtGain.mjGAIN_FIXED))
+        and int(m.actuator_biastype[k]) in map(int, (own.mjtBias.mjBIAS_AFFINE, own.mjtBias.mjBIAS_NONE))
+        and _follows_control(compiled, k)
+    )
+
+
+def _is_on(compiled: Compiled, k: int) -> bool:
+    """Whether actuator ``k`` is on, and has one control without delay."""
     m, own = compiled.model, compiled.mujoco
     off = m.opt.disableflags & int(own.mjtDisableBit.mjDSBL_ACTUATION)
     group = int(m.actuator_group[k])
     off = off or (0 <= group < 31 and int(m.opt.disableactuator) >> group & 1)
     delayed = hasattr(m, "actuator_delay") and m.actuator_delay[k]
     several = hasattr(m, "actuator_ctrlnum") and m.actuator_ctrlnum[k] != 1
-    return bool(
-        not (off or delayed or several)
-        and int(m.actuator_gaintype[k]) in map(int, (own.mjtGain.mjGAIN_AFFINE, own.mjtGain.mjGAIN_FIXED))
-        and int(m.actuator_biastype[k]) in map(int, (own.mjtBias.mjBIAS_AFFINE, own.mjtBias.mjBIAS_NONE))
-        and _follows_control(compiled, k)
-    )
+    return not (off or delayed or several)
 
 
 def _follows_control(compiled: Compiled, k: int) -> bool:

@@ -115,10 +115,32 @@ class Activation:
 
 
 @dataclass(frozen=True)
+class Muscle:
+    """The curves of a muscle, by MuJoCo's words: ``lmin``, ``lmax``, ``vmax`` (1/s), ``fpmax``, ``fvmax``.
+
+    ``peak`` is the greatest active force at rest, at the ``optimal`` length; lengths count in the ``unit``. Activation
+    follows with the times ``rise`` and ``fall`` (s), one going over into the other in a width ``smoothing``.
+    """
+
+    peak: float
+    optimal: float
+    unit: float
+    lmin: float
+    lmax: float
+    vmax: float
+    fpmax: float
+    fvmax: float
+    rise: float
+    fall: float
+    smoothing: float
+
+
+@dataclass(frozen=True)
 class Actuator:
     """A force ``along`` something: the sum of ``gain`` times (1, length, length') times u, and ``bias`` times these.
 
-    u is its input, or its ``state`` if it has one. Input and force saturate at ``control_limits``, ``force_limits``.
+    u is its input, or its ``state`` if it has one; a ``muscle`` has curves instead of gain and bias. Input and force
+    saturate at ``control_limits``, ``force_limits``.
     """
 
     name: str
@@ -128,6 +150,7 @@ class Actuator:
     control_limits: Limits | None = None
     force_limits: Limits | None = None
     state: Activation | None = None
+    muscle: Muscle | None = None
 
 
 @dataclass(frozen=True)
