@@ -105,13 +105,16 @@ def test_an_importer_that_fails_is_a_sentence(run, said: str) -> None:
         run_by(Importer("x", "x", "co-simulation", run), Path("a.fmu"), 1e-6, np.array([0.0, 1.0]), ["y"])
 
 
-def test_files_of_others_are_left_alone(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["thesis.tex", "pendulum.fmu", "Readme.txt"])
+def test_files_of_others_are_left_alone(name: str, tmp_path: Path) -> None:
+    """Also those with the names of ours: a record is known by its Readme.txt."""
     (tmp_path / "pendulum").mkdir()
-    (tmp_path / "pendulum" / "thesis.tex").write_text("mine")
+    (tmp_path / "pendulum" / name).write_text("mine")
     done = CliRunner().invoke(main, ["record", "pendulum", "-o", str(tmp_path)])
     assert done.exit_code == 2
-    assert "holds 'thesis.tex', which is no file of a record; move it away" in done.output
+    assert f"holds '{name}', which is no file of a record; move it away" in done.output
     assert [path.name for path in tmp_path.iterdir()] == ["pendulum"]
+    assert (tmp_path / "pendulum" / name).read_text() == "mine"
     (tmp_path / "cart_pole").write_text("a file")
     with pytest.raises(ExportError, match="is a file, where the folder of a record has to stand"):
         record(["cart_pole"], tmp_path)
