@@ -54,7 +54,7 @@ def main() -> None:
         print(sections[-1], flush=True)
         written(name, found, RESULTS)
     if not names:
-        sections.append(nonsmooth.section())
+        sections.append(nonsmooth.section([*nonsmooth.PROBLEMS]))
         OUT.write_text(page(sections), "utf-8", newline="\n")
         print(f"wrote {OUT}")
 
