@@ -39,6 +39,12 @@ def test_the_files_of_a_record(recorded) -> None:
     lines = (folder / name / f"{name}_ref.opt").read_text().splitlines()
     assert lines == ["StartTime,0.0", "StopTime,10.0", "StepSize,0.01", "RelTol,1e-06"]
     assert json.loads((folder / "tools.json").read_text())[0]["fmuExport"] == ["CS", "ME"]
+    features = (
+        "co-simulation, model exchange, inputs (2), tunable parameters (5), directional derivatives, "
+        "states that are saved and restored"
+    )
+    assert f"Features of FMI that it uses: {features}.\n" in (folder / name / "Readme.txt").read_text()
+    assert "event indicators (" in (folder / "bouncing_ball" / "Readme.txt").read_text()
 
 
 @pytest.mark.fmu
