@@ -13,7 +13,7 @@ LIVE ?= all
 # tests start many processes of Python, which read modules faster when the first one keeps them compiled
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test check test-all style lint docs bench published record release clean
+.PHONY: demo test check test-all style lint docs bench published record release installed clean
 
 demo: $(READY)
 	$(BIN)/lag2fmu demo --plot double_pendulum.png
@@ -49,6 +49,20 @@ release: $(READY)
 	$(BIN)/lag2fmu record $(RECORDED) -o build/record
 	$(MAKE) docs
 	$(BIN)/python docs/site/release.py dist record=build/record site=build/site
+
+PYTHONS ?= python3.10 python3.11 python3.12 python3.13 python3.14
+
+# the wheel in an empty environment of each of PYTHONS that is here: install, demo, import without a warning; minutes each
+installed: $(READY)
+	rm -rf build/installed
+	$(BIN)/python -m build --wheel --outdir build/installed
+	set -e; for python in $(PYTHONS); do \
+	    command -v $$python > /dev/null || { echo "$$python is not here"; continue; }; \
+	    $$python -m venv --clear build/installed/env; \
+	    build/installed/env/bin/python -m pip install --quiet --disable-pip-version-check build/installed/*.whl; \
+	    (cd build/installed && env/bin/lag2fmu demo > demo.txt && env/bin/python -W error -c "import lag2fmu"); \
+	    build/installed/env/bin/python --version; \
+	done
 
 style: $(READY)
 	$(BIN)/ruff check .

@@ -10,7 +10,7 @@ The tolerance bounds the error of a step, and errors of steps add up: over ten s
 tolerance, which misses three of the bars. Each problem then says what meets them. Of the spatial slider-crank the
 solutions that were submitted differ from each other by 8e-4 m. Of Bricard's mechanism
 and the governor the library's own tables are not at hand, so the independent path stands for them, and what is drawn of
-the tables is held by a test. Woodpecker, cam and clearance joints have no closed form; tests hold their laws.
+the tables is held by a test.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def main() -> None:
         print(sections[-1], flush=True)
         written(name, found, RESULTS)
     if not names:
-        sections.append(nonsmooth.section())
+        sections.append(nonsmooth.section([*nonsmooth.PROBLEMS]))
         OUT.write_text(page(sections), "utf-8", newline="\n")
         print(f"wrote {OUT}")
 

@@ -36,15 +36,16 @@ def _listed(archive: Archive, bill: str) -> dict[str, dict[str, str]] | Finding:
     """{file: {algorithm: hexadecimal hash}} of a bill, or what is wrong with the bill itself."""
     try:
         read: Any = json.loads(read_text(archive.path, bill))
-        if read["bomFormat"] != "CycloneDX":
-            raise ValueError(f"bomFormat is {read['bomFormat']!r}")
+        if not isinstance(read, dict) or read.get("bomFormat") != "CycloneDX":
+            raise ValueError("its bomFormat is not CycloneDX")
         return {
             str(part["name"]): {str(h["alg"]): str(h["content"]) for h in part.get("hashes", ())}
             for part in read.get("components", ())
             if part["type"] == "file"
         }
     except (Lag2FmuError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        problem = f"is no bill of materials that can be read: {type(error).__name__}: {error}"
+        said = str(error) if isinstance(error, (Lag2FmuError, ValueError)) else "its components are of no known form"
+        problem = f"is no bill of materials that can be read: {said}"
         return Finding(_RULE, bill, problem, "write it as CycloneDX in JSON")
 
 
@@ -52,7 +53,10 @@ def _file_findings(archive: Archive, bill: str, name: str, hashes: dict[str, str
     if name not in archive.files:
         yield Finding(_RULE, name, f"'{bill}' lists it, but the FMU does not hold it", _AGAIN)
         return
-    for algorithm in (a for a in hashes if a in _HASHES):
+    known = [algorithm for algorithm in hashes if algorithm in _HASHES]
+    if not known:
+        yield Finding(_RULE, name, f"'{bill}' has no hash of it by {', '.join(_HASHES)}", _AGAIN, "warning")
+    for algorithm in known:
         found = _HASHES[algorithm](archive.read(name)).hexdigest()
         if found != hashes[algorithm].lower():
             problem = f"its {algorithm} is {found[:16]}..., '{bill}' says {hashes[algorithm][:16]}..."

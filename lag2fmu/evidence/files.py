@@ -69,12 +69,33 @@ def _readme(fmu: Fmu, fmi: str, reference: Reference, verdicts: Sequence[Verdict
             f"{reference.amplification.max():.1e} times",
             "until the end, and so do errors of a solver. Values are in SI units, and inputs keep their start values.",
             "",
+            f"Features of FMI that it uses: {', '.join(_features(fmu))}.",
+            "",
             "What tools said:",
             "",
             *rows,
             "",
         ]
     )
+
+
+def _features(fmu: Fmu) -> list[str]:
+    """What an importer can be tried with: interfaces, inputs, parameters, state events, states that are saved."""
+    description = fmu.description
+    inputs = sum(v.causality == "input" for v in description.variables)
+    tunable = sum(v.variability == "tunable" for v in description.variables)
+    counted = (
+        (inputs, "inputs"),
+        (tunable, "tunable parameters"),
+        (description.interface.event_indicators or 0, "event indicators"),
+    )
+    return [
+        "co-simulation",
+        "model exchange",
+        *(f"{what} ({count})" for count, what in counted if count),
+        "directional derivatives",
+        "states that are saved and restored",
+    ]
 
 
 def tools_entry(platforms: Iterable[str]) -> str:
@@ -90,15 +111,15 @@ def tools_entry(platforms: Iterable[str]) -> str:
         "vendor": "lag2fmu",
         "vendorURL": "",
         "examplesURL": "",
-        "description": "From the Lagrangian of a mechanism to a validated FMU: coordinates, energies, forces, "
-        "constraints and contacts in; co-simulation and model exchange out, for all platforms, with sources",
+        "description": "Derives the equations of motion of a mechanism from its Lagrangian: coordinates, energies, "
+        "forces, constraints and contacts in, an FMU out",
         "features": [],
         "platforms": list(platforms),
         "interfaces": ["CLI", "library"],
         "fmiVersions": ["2.0", "3.0"],
         "fmuExport": ["CS", "ME"],
         "fmuImport": ["CS", "ME"],
-        "layeredStandards": ["REF"],
+        "layeredStandards": ["REF", "WASM"],
     }
     return json.dumps([entry], indent=4) + "\n"
 

@@ -97,7 +97,9 @@ def _refuse_others(folder: Path, name: str) -> None:
         return
     if not folder.is_dir():
         raise ExportError(f"'{folder}' is a file, where the folder of a record has to stand; choose another with -o")
-    own = {README, f"{name}.fmu", f"{name}_ref.csv", f"{name}_ref.opt", f"{name}_in.csv"}
+    readme = folder / README
+    of_a_record = readme.is_file() and readme.read_bytes().startswith(f"{name}.fmu: ".encode())
+    own = {README, f"{name}.fmu", f"{name}_ref.csv", f"{name}_ref.opt", f"{name}_in.csv"} if of_a_record else set()
     others = sorted(path.name for path in folder.iterdir() if path.name not in own)
     if others:
         raise ExportError(

@@ -58,6 +58,16 @@ def test_files_that_are_missing_or_not_listed_are_named(files: dict[str, bytes],
     assert (second.place, second.severity) == ("resources/other.txt", "warning")
 
 
+def test_a_file_without_a_hash_that_can_be_compared_is_named(files: dict[str, bytes], tmp_path: Path) -> None:
+    bill = json.loads(files[BILL_ENTRY])
+    first, second = (part for part in bill["components"][:2])
+    del first["hashes"]
+    second["hashes"][0]["alg"] = "MD5"
+    findings = found(files | {BILL_ENTRY: json.dumps(bill).encode()}, tmp_path)
+    assert [(f.place, f.severity) for f in findings] == [(part["name"], "warning") for part in (first, second)]
+    assert all("has no hash of it by SHA-256" in f.problem for f in findings)
+
+
 @pytest.mark.parametrize(
     "bill",
     [
@@ -68,9 +78,11 @@ def test_files_that_are_missing_or_not_listed_are_named(files: dict[str, bytes],
         b'{"bomFormat": "other"}',
         b"[" * 9999,
         b'{"bomFormat": "CycloneDX", "components": 3}',
+        b'{"bomFormat": "CycloneDX", "components": [1, 2]}',
     ],
 )
 def test_what_is_no_bill_is_said(bill: bytes, files: dict[str, bytes], tmp_path: Path) -> None:
     (finding,) = found(files | {BILL_ENTRY: bill}, tmp_path)
     assert finding.place == BILL_ENTRY
     assert "no bill of materials that can be read" in finding.problem
+    assert not any(word in finding.problem for word in ("Error", "subscriptable", "iterable", "recursion"))

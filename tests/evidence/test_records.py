@@ -39,6 +39,12 @@ def test_the_files_of_a_record(recorded) -> None:
     lines = (folder / name / f"{name}_ref.opt").read_text().splitlines()
     assert lines == ["StartTime,0.0", "StopTime,10.0", "StepSize,0.01", "RelTol,1e-06"]
     assert json.loads((folder / "tools.json").read_text())[0]["fmuExport"] == ["CS", "ME"]
+    features = (
+        "co-simulation, model exchange, inputs (2), tunable parameters (5), directional derivatives, "
+        "states that are saved and restored"
+    )
+    assert f"Features of FMI that it uses: {features}.\n" in (folder / name / "Readme.txt").read_text()
+    assert "event indicators (" in (folder / "bouncing_ball" / "Readme.txt").read_text()
 
 
 @pytest.mark.fmu
@@ -105,13 +111,16 @@ def test_an_importer_that_fails_is_a_sentence(run, said: str) -> None:
         run_by(Importer("x", "x", "co-simulation", run), Path("a.fmu"), 1e-6, np.array([0.0, 1.0]), ["y"])
 
 
-def test_files_of_others_are_left_alone(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["thesis.tex", "pendulum.fmu", "Readme.txt"])
+def test_files_of_others_are_left_alone(name: str, tmp_path: Path) -> None:
+    """Also those with the names of ours: a record is known by its Readme.txt."""
     (tmp_path / "pendulum").mkdir()
-    (tmp_path / "pendulum" / "thesis.tex").write_text("mine")
+    (tmp_path / "pendulum" / name).write_text("mine")
     done = CliRunner().invoke(main, ["record", "pendulum", "-o", str(tmp_path)])
     assert done.exit_code == 2
-    assert "holds 'thesis.tex', which is no file of a record; move it away" in done.output
+    assert f"holds '{name}', which is no file of a record; move it away" in done.output
     assert [path.name for path in tmp_path.iterdir()] == ["pendulum"]
+    assert (tmp_path / "pendulum" / name).read_text() == "mine"
     (tmp_path / "cart_pole").write_text("a file")
     with pytest.raises(ExportError, match="is a file, where the folder of a record has to stand"):
         record(["cart_pole"], tmp_path)

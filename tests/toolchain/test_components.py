@@ -8,76 +8,126 @@ import platform
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
-from components import SteppingComponent, component_of
+from chosen import REPRESENTATIVE, models
+from components import SteppingComponent, component_of, exchange
+from stepping3 import Stepping3
 
 from lag2fmu.building.process import zig
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import FLAGS
 from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.pack import unpack
+from lag2fmu.formats.loading import load
 
 pytestmark = [pytest.mark.fmu, pytest.mark.toolchain]
 
-MODELS = ("double_pendulum", "woodpecker")
+FEW = frozenset({"bouncing_ball", "double_pendulum", "four_bar_linkage", "woodpecker"})
+EQUAL, MOST_BYTES = 1e-12, 300_000
+"""The relative difference that two mathematical libraries may make in the greatest value; the size of a component."""
+KINDS = ("CoSimulation", "ModelExchange")
 HERE = Path(__file__).parent
-COUNT = 50
+NODE = [*sorted(FEW), *(pytest.param(name, marks=pytest.mark.all_models) for name in sorted(REPRESENTATIVE - FEW))]
+"""What runs in Node, whose component is the one that wasmtime runs."""
+COUNT = {"CoSimulation": 50, "ModelExchange": 200}
+"""Steps: by co-simulation through the experiment, by model exchange, with Euler's method, 1e-4 of it each."""
 
 
 @pytest.fixture
 def fmu_of(tmp_path: Path) -> Callable[[str], Path]:
-    return lambda model: export(model, tmp_path / f"{model}.fmu", fmi="3.0", platform="wasm", page="static").path
+    return lambda model: export(model, tmp_path / f"{model}.fmu", fmi="3.0", platform="host,wasm", page="static").path
 
 
-def run_of(path: Path, step: float) -> tuple[list[str], list[list[float]], bytes]:
+def run_of(path: Path, model: str, kind: str) -> tuple[list[str], list[list[float]], bytes]:
     """What the hosts beside this file need to do the same run as wasmtime does here; its values and its last state."""
-    with SteppingComponent(path) as wasm:
+    stop = load(model).experiment.stop_time
+    count, step = COUNT[kind], stop / (50 if kind == "CoSimulation" else 10_000)
+    with SteppingComponent(path, kind) as wasm:
         reals = {v.valueReference for v in wasm.description.modelVariables if v.type == "Float64"}
-        count = next(reference for reference in itertools.count() if reference not in reals)
-        wasm.start()
-        rows = []
-        for i in range(COUNT):
-            wasm.unit.doStep(i * step, step)
-            rows.append(wasm.unit.getFloat64([*range(count)]))
-        arguments = [wasm.description.instantiationToken, repr(step), str(COUNT), str(count)]
+        number = next(reference for reference in itertools.count() if reference not in reals)
+        rows = rows_of(wasm, kind, step, count, number)
+        arguments = [wasm.description.instantiationToken, kind, repr(step), str(count), str(number)]
         return arguments, rows, bytes(wasm.unit.getFMUState())
 
 
-@pytest.mark.skipif(
-    sys.platform != "linux" or platform.machine() != "x86_64", reason="the program with musl is for Linux on x86-64"
-)
-@pytest.mark.parametrize("model", MODELS)
-def test_the_same_mathematical_library_gives_the_same_bits(
+def rows_of(stepping: Stepping3, kind: str, step: float, count: int, number: int) -> list[list[float]]:
+    """The first variables after each step of co-simulation, or states, derivatives and indicators (model exchange)."""
+    stepping.start()
+    if kind == "ModelExchange":
+        return exchange(stepping, [i * step for i in range(count + 1)])
+    rows = []
+    for i in range(count):
+        stepping.unit.doStep(i * step, step)
+        rows.append(list(stepping.unit.getFloat64([*range(number)])))
+    return rows
+
+
+def printed(command: Sequence[str | Path]) -> str:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("model", models(FEW))
+def test_a_component_is_as_small_and_exact_as_a_library(
     model: str, fmu_of: Callable[[str], Path], tmp_path: Path
 ) -> None:
-    """The C library of wasm is musl's for the most part. A program with all of musl in it computes equal bits."""
+    """Trajectories differ by what the mathematical libraries do, and states go there and back with equal bytes.
+
+    The C library of wasm is musl's for the most part: a program with all of musl in it computes equal bits.
+    """
     path = fmu_of(model)
-    unpack(path, tmp_path / "fmu")
-    arguments, rows, _ = run_of(path, 0.02)
-    sources = tmp_path / "fmu" / "sources"
+    assert len(component_of(path)) <= MOST_BYTES
+    for kind in KINDS:
+        arguments, rows, saved = run_of(path, model, kind)
+        with Stepping3(path, kind) as library, SteppingComponent(path, kind) as wasm:
+            wasm.start()
+            found = np.array(rows_of(library, kind, float(arguments[2]), int(arguments[3]), int(arguments[4])))
+            if kind == "CoSimulation":
+                compared = [
+                    library.references[v.name] for v in library.description.modelVariables if v.causality == "output"
+                ]
+            else:
+                compared = [*range(wasm.unit.getNumberOfContinuousStates())]
+            ours, theirs = found[:, compared], np.array(rows)[:, compared]
+            assert np.abs(ours - theirs).max(initial=0.0) <= EQUAL * (1 + np.abs(ours).max(initial=0.0)), kind
+            library.unit.setFMUState(library.unit.deserializeFMUState(saved))
+            again = library.unit.serializeFMUState(library.unit.getFMUState())
+            wasm.unit.setFMUState(again)
+            assert bytes(wasm.unit.getFMUState()) == again == saved
+        if sys.platform == "linux" and platform.machine() == "x86_64":
+            host = tmp_path / "host"
+            if not host.exists():
+                build_with_musl(path, host)
+            lines = printed([host, *arguments]).splitlines()
+            assert [[float.fromhex(word) for word in line.split()] for line in lines] == rows, kind
+
+
+def build_with_musl(path: Path, host: Path) -> None:
+    """The program ``host``: component_host.c and the sources of the FMU, with all of musl in it."""
+    unpack(path, host.with_name("fmu"))
+    sources = host.with_name("fmu") / "sources"
     command = [zig(), "cc", "-target", "x86_64-linux-musl", "-static", *FLAGS, f"-I{fmi_headers()}", f"-I{sources}"]
-    command += ["-DFMI3_OVERRIDE_FUNCTION_PREFIX=", "-o", "host", str(sources / "all.c")]
-    subprocess.run([*command, str(HERE / "component_host.c"), "-lm"], cwd=tmp_path, check=True)
-    done = subprocess.run([tmp_path / "host", *arguments], capture_output=True, text=True, check=True)
-    printed = [[float.fromhex(word) for word in line.split()] for line in done.stdout.splitlines()]
-    assert printed == rows
+    command += ["-DFMI3_OVERRIDE_FUNCTION_PREFIX=", "-Xclang", "-O0", "-o", str(host), str(sources / "all.c")]
+    subprocess.run([*command, str(HERE / "component_host.c"), "-lm"], cwd=host.parent, check=True)
 
 
-@pytest.mark.parametrize("model", ["bouncing_ball", "four_bar_linkage", "woodpecker"])
+@pytest.mark.parametrize("model", NODE)
 def test_a_component_runs_in_node(model: str, fmu_of: Callable[[str], Path], tmp_path: Path) -> None:
     """jco makes a module for Node of it: values and state are those in wasmtime."""
     jco, node = shutil.which("jco"), shutil.which("node")
     if jco is None or node is None:
         pytest.skip("there is no jco, or no node to run it (npm install @bytecodealliance/jco)")
     path = fmu_of(model)
-    arguments, rows, state = run_of(path, 0.05)
     (tmp_path / "fmu.wasm").write_bytes(component_of(path))
     folder = tmp_path / "out"
     subprocess.run([jco, "transpile", "fmu.wasm", "-o", "out", "--instantiation", "async"], cwd=tmp_path, check=True)
     (folder / "package.json").write_text('{"type": "module"}')
-    command = [node, str(HERE / "component_host.mjs"), str(folder), "fmu", *arguments]
-    found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
-    assert found == {"rows": rows, "state": [*state], "said": []}
+    for kind in KINDS:
+        arguments, rows, state = run_of(path, model, kind)
+        found = json.loads(printed([node, HERE / "component_host.mjs", folder, "fmu", *arguments]))
+        assert found == {"rows": rows, "state": [*state], "said": []}, kind
