@@ -114,7 +114,7 @@ def test_few_rows_have_the_same_solution(laws: Laws) -> None:
 
 
 def test_lone_contacts_have_the_same_solution(laws: Laws) -> None:
-    """Rows that act on no others, two without friction, and contacts in the plane, open, held and sliding, under friction small and large."""
+    """Rows that act on no others, two without friction, contacts in the plane, under friction small and large."""
     rng = np.random.default_rng(4)
     kinds = set()
     for k in range(300):
