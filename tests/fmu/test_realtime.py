@@ -15,6 +15,7 @@ from bare import Bare
 from compiling import COMPILERS, compiled
 from fmpy.fmi1 import FMICallException
 from stepping import Stepping
+from stepping3 import Stepping3
 
 from lag2fmu import export, simulate
 from lag2fmu.errors import ExportError
@@ -67,6 +68,24 @@ def test_what_is_no_step_or_no_input_is_a_status(tmp_path: Path) -> None:
             with pytest.raises(FMICallException, match="error"):
                 host.set({name: value})
             assert name in host.log[-1][2]
+
+
+def test_what_is_no_step_or_no_input_is_an_error_of_fmi_3(tmp_path: Path) -> None:
+    fmu = export("bouncing_ball", tmp_path / "it.fmu", profile="realtime", page="static", fmi="3.0")
+    for step in (0.0, -0.01, math.nan, math.inf, 0.5):
+        with Stepping3(fmu.path) as host:
+            host.start()
+            host.unit.doStep(0.0, 0.01)
+            before = host.get(["y", "y_dot"])
+            with pytest.raises(FMICallException, match="error"):
+                host.unit.doStep(0.01, step)
+            assert host.get(["y", "y_dot"]) == before
+            assert "step" in host.log[-1][2]
+    with Stepping3(fmu.path) as host:
+        host.start()
+        with pytest.raises(FMICallException, match="error"):
+            host.set({"Q_y": math.nan})
+        assert "Q_y" in host.log[-1][2]
 
 
 def test_it_moves_as_without_the_profile(tmp_path: Path) -> None:
