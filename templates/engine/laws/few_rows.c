@@ -36,6 +36,7 @@ typedef struct {
     FewState state[MOST_FEW_ROWS];
     bool given;                   /* are the states of contacts given? */
     int redundant;                /* how many rows that are held are redundant */
+    int left_out;                 /* the one that the factors leave out, or -1 */
     double without[MOST_FEW_ROWS]; /* if one is: forces without any motion */
     bool unsure;                  /* shares of redundant rows were not tried that may rest */
     double along[MOST_FEW_ROWS];  /* u of a row that slides */
@@ -118,6 +119,8 @@ static bool take_few(Few *few, const SparseProblem *problem, int count, const in
     few->contacts = 0;
     few->coulomb = few->round = few->dry = few->given = few->unsure = false;
     few->usual = few->damping = 0.0;
+    few->redundant = 0;
+    few->left_out = -1;
     memset(few->state, 0, sizeof few->state);
     memset(few->along, 0, sizeof few->along);
     if (!take_matrix(few, problem, rows)) {
@@ -244,7 +247,15 @@ static void find_without(Few *few, int which) {
     }
 }
 
-/* The factors of the equations; where rows are redundant, those that are held are damped as in newton.c. */
+/* The force of a row stays what it is. */
+static void leave_out(Few *few, int which) {
+    memset(few->factors[which], 0, sizeof few->factors[which]);
+    few->factors[which][which] = 1.0;
+    few->left_out = which;
+}
+
+/* The factors of the equations. Where rows are redundant, those that are held are damped as in newton.c; a single one is
+   left out where the way of sharing forces is chosen later. */
 static bool find_factors(Few *few) {
     int which = 0;
     put_equations(few);
@@ -253,8 +264,10 @@ static bool find_factors(Few *few) {
         if (few->redundant == 0) {
             return true;
         }
-        if (few->given && few->redundant == 1) {
+        if (few->given && few->redundant == 1 && !few->round && !few->dry) {
             find_without(few, which);
+            leave_out(few, which);
+            return true;
         }
         few->damping = DAMPING;
         put_equations(few);
@@ -265,6 +278,9 @@ static bool find_factors(Few *few) {
 /* x += the solution of the equations for the right side, which is overwritten. */
 static void step_few(Few *few) {
     double *change = few->right;
+    if (few->left_out >= 0) {
+        change[few->left_out] = 0.0;
+    }
     for (int i = 0; i < few->size; i++) {
         for (int j = 0; j < i; j++) {
             change[i] -= few->factors[i][j] * change[j];
@@ -396,6 +412,8 @@ static void share_few(Few *few) {
 static bool rest_on(Few *few, unsigned closed) {
     int contact = 0;
     few->damping = 0.0;
+    few->redundant = 0;
+    few->left_out = -1;
     for (int k = 0; k < few->size; k++) {
         contact += few->width[k] == 0;
         few->state[k] = (closed >> contact & 1U) != 0 ? STATE_HELD : STATE_OPEN;
@@ -405,14 +423,11 @@ static bool rest_on(Few *few, unsigned closed) {
         return false;
     }
     bool rests = all_obey_at_rest(few);
-    if (!rests && few->damping > 0.0) {
-        const bool simple = few->redundant == 1 && !few->round && !few->dry;
-        few->unsure = few->unsure || !simple;
-        if (simple) {
-            share_few(few);
-            rests = all_obey_at_rest(few);
-        }
+    if (!rests && few->left_out >= 0) {
+        share_few(few);
+        rests = all_obey_at_rest(few);
     }
+    few->unsure = few->unsure || (!rests && few->damping > 0.0);
     return rests;
 }
 
