@@ -254,8 +254,8 @@ static void leave_out(Few *few, int which) {
     few->left_out = which;
 }
 
-/* The factors of the equations. Where rows are redundant, those that are held are damped as in newton.c; a single one is
-   left out where the way of sharing forces is chosen later. */
+/* The factors of the equations. Where rows are redundant, those that are held are damped as in newton.c; a single one
+   is left out where the way of sharing forces is chosen later. */
 static bool find_factors(Few *few) {
     int which = 0;
     put_equations(few);
