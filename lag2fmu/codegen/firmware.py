@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from lag2fmu.codegen.amalgamation import amalgamated
@@ -86,8 +86,8 @@ def firmware_files(
     ``size`` is the number of bytes of an instance; ``told`` has what the files say of the mechanism: its ``entries``,
     those that are ``outputs`` and ``inputs``, and texts.
     """
-    prefix = style.prefix
-    renamed = [f"#define {name} {prefix}_{name}" for name in public_names(sources)]
+    prefix, names = style.prefix, public_names(sources)
+    renamed = [f"#define {name} {prefix}_{name}" for name in names]
     context = {
         "prefix": prefix,
         "real": style.real,
@@ -97,17 +97,23 @@ def firmware_files(
         "notices": _enumeration(sources["instance.h"], "NoticeKind", prefix),
         "statuses": _enumeration(sources[HEADER], "FirmwareStatus", prefix, "FIRMWARE_"),
         "renamed": "\n".join(renamed),
-        "engine": amalgamated(sources),
+        "engine": _kept_inside(amalgamated(sources), names),
         **told,
     }
-    names: Mapping[str, Callable[[], str]] = {
+    texts: Mapping[str, Callable[[], str]] = {
         f"{prefix}.h": lambda: render("firmware/name.h.jinja", context),
         f"{prefix}.c": lambda: render("firmware/name.c.jinja", context),
         "main.c": lambda: render("firmware/main.c.jinja", context),
         "Makefile": lambda: render("firmware/Makefile.jinja", context),
         "README.md": lambda: render("firmware/README.md.jinja", context),
     }
-    return {name: text() for name, text in names.items()}
+    return {name: text() for name, text in texts.items()}
+
+
+def _kept_inside(text: str, names: Iterable[str]) -> str:
+    """C ``text`` whose functions with these ``names`` are static: compilers inline them, and leave out the unused."""
+    begin = rf"^(?!static |extern |typedef |return |else )(?=[a-zA-Z][\w \*]*[ \*](?:{'|'.join(names)})\()"
+    return re.sub(begin, "static ", text, flags=re.MULTILINE)
 
 
 def probe_text(style: FirmwareStyle, told: Mapping[str, object]) -> str:

@@ -88,6 +88,14 @@ def test_instructions_hardly_vary(model: str) -> None:
     assert instructions.max() <= 1.2 * np.median(instructions)
 
 
+@pytest.mark.skipif(shutil.which("valgrind") is None, reason="no valgrind")
+@pytest.mark.parametrize("model", ["crane", "rocking_block", "sliding_sphere"])
+def test_an_impact_takes_no_more_than_twice_a_step(model: str) -> None:
+    """The most expensive step has impacts of two coupled contacts, or a contact that begins to slip another way."""
+    instructions = counted(firmware(model)).instructions
+    assert instructions.max() <= 2 * np.median(instructions)
+
+
 @pytest.mark.parametrize("model", ["cart_pole", "four_bar_linkage", "bouncing_ball"])
 @pytest.mark.parametrize("step", [1e-3, 1e-2])  # s, no longer than that of the experiment
 def test_errors_that_are_reported_are_those_of_an_independent_integration(model: str, step: float) -> None:

@@ -237,6 +237,13 @@ def test_refusals_name_the_remedy(model: str, options: dict, sentence: str) -> N
         firmware(model, **options)
 
 
+def test_a_target_without_doubles_is_told_what_to_do(tmp_path: Path) -> None:
+    short_double = "#include <float.h>\n#undef DBL_MANT_DIG\n#define DBL_MANT_DIG 24\n"
+    files = {"short.h": short_double, **firmware("pendulum").files}
+    with pytest.raises(AssertionError, match=r"double is shorter .* --real float"):
+        program(files, tmp_path, *QUICK, options=("-include", "short.h"))
+
+
 def test_a_folder_is_not_overwritten(tmp_path: Path) -> None:
     write_folder({"a.c": "one"}, tmp_path / "new" / "folder")
     with pytest.raises(ExportError, match=r"a\.c' exists; overwrite with --force"):

@@ -15,6 +15,7 @@ from bare import Bare
 from compiling import COMPILERS, compiled
 from fmpy.fmi1 import FMICallException
 from stepping import Stepping
+from stepping3 import Stepping3
 
 from lag2fmu import export, simulate
 from lag2fmu.errors import ExportError
@@ -69,6 +70,24 @@ def test_what_is_no_step_or_no_input_is_a_status(tmp_path: Path) -> None:
             assert name in host.log[-1][2]
 
 
+def test_what_is_no_step_or_no_input_is_an_error_of_fmi_3(tmp_path: Path) -> None:
+    fmu = export("bouncing_ball", tmp_path / "it.fmu", profile="realtime", page="static", fmi="3.0")
+    for step in (0.0, -0.01, math.nan, math.inf, 0.5):
+        with Stepping3(fmu.path) as host:
+            host.start()
+            host.unit.doStep(0.0, 0.01)
+            before = host.get(["y", "y_dot"])
+            with pytest.raises(FMICallException, match="error"):
+                host.unit.doStep(0.01, step)
+            assert host.get(["y", "y_dot"]) == before
+            assert "step" in host.log[-1][2]
+    with Stepping3(fmu.path) as host:
+        host.start()
+        with pytest.raises(FMICallException, match="error"):
+            host.set({"Q_y": math.nan})
+        assert "Q_y" in host.log[-1][2]
+
+
 def test_it_moves_as_without_the_profile(tmp_path: Path) -> None:
     """The profile bounds a step; within the bound it is the same solver with the same steps."""
     mechanism = load("newtons_cradle")
@@ -118,11 +137,11 @@ def test_what_is_left_of_the_laws_is_projected_and_told_once(tmp_path: Path) -> 
     """With no work for the laws a stack of blocks sinks, but no step fails and no speed grows."""
     made = firmware("stack_of_blocks")
     name = next(file for file in made.files if file.endswith(".c") and file != "main.c")
-    assert "MOST_ROUNDS = REAL_TIME ? 5 : 12" in made.files[name]
-    poor = {
-        **made.files,
-        name: made.files[name].replace("MOST_ROUNDS = REAL_TIME ? 5", "MOST_ROUNDS = REAL_TIME ? 0"),
-    }
+    code = made.files[name]
+    for bound in ("MOST_ROUNDS", "MOST_FEW_STEPS"):
+        code, count = re.subn(rf"(\b{bound} = (?:REAL_TIME \? )?)\d+", r"\g<1>0", code)
+        assert count == 1
+    poor = {**made.files, name: code}
     unsolved, energies = [], []
     for files in (made.files, poor):
         (folder := tmp_path / str(len(unsolved))).mkdir()

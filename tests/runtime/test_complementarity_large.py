@@ -94,16 +94,36 @@ def test_few_contacts_have_the_same_solution(laws: Laws) -> None:
         np.testing.assert_allclose(w, small[2], atol=1e-9)
 
 
+def test_few_rows_have_the_same_solution(laws: Laws) -> None:
+    """Two contacts, a constraint and dry friction; light friction, so that there is one solution."""
+    rng, kinds = np.random.default_rng(3), set()
+    contacts = [normal(), tangential(2, 0.2), normal(), tangential(4, 0.3), tangential(4, 0.3)]
+    for _ in range(200):
+        size = int(rng.integers(4, 8))
+        rows = [bilateral(), bounded(0.5), *contacts][:size]
+        jacobian = rng.normal(size=(size, 8))
+        delassus, free = jacobian @ jacobian.T, jacobian @ rng.normal(size=8)
+        guess = rng.normal(size=size) if rng.random() < 0.5 else np.zeros(size)
+        solved, forces, w = laws.solve_large(scipy.sparse.csr_matrix(delassus), free, rows, guess)
+        assert solved
+        small = laws.solve(delassus, free, rows)
+        np.testing.assert_allclose(forces, small[1], atol=1e-9 * np.abs(forces).max())
+        np.testing.assert_allclose(w, small[2], atol=1e-9)
+        kinds.add((size, *(np.abs(w) < 1e-12)))
+    assert len(kinds) > 20
+
+
 def test_lone_contacts_have_the_same_solution(laws: Laws) -> None:
-    """Rows that act on no others, and contacts in the plane, open, held and sliding, under friction small and large."""
+    """Rows that act on no others, two without friction, contacts in the plane, under friction small and large."""
     rng = np.random.default_rng(4)
     kinds = set()
     for k in range(300):
         friction = 10 ** rng.uniform(-1, 0.5)
-        rows = ([normal(), tangential(0, friction)], [normal()], [bounded(friction)], [bilateral()])[min(k % 8, 3)]
+        lone = [normal(), tangential(0, friction)], [normal()], [bounded(friction)], [bilateral()]
+        rows = (*lone, [normal(), normal()], [bilateral(), normal()], [normal(), bilateral()])[k % 7]
         jacobian = rng.normal(size=(len(rows), 3))
         delassus, free = jacobian @ jacobian.T, jacobian @ rng.normal(size=3)
-        wedges = len(rows) == 2 and friction * abs(delassus[0, 1]) >= delassus[0, 0]
+        wedges = k % 7 == 0 and friction * abs(delassus[0, 1]) >= delassus[0, 0]
         solved, forces, w = laws.solve_large(scipy.sparse.csr_matrix(delassus), free, rows)
         assert solved
         if wedges:
@@ -116,11 +136,14 @@ def test_lone_contacts_have_the_same_solution(laws: Laws) -> None:
     assert len(kinds) > 8
 
 
-@pytest.mark.parametrize(("slips", "contacts", "coordinates", "friction"), [(1, 6, 4, 0.6), (2, 3, 5, 1.5)])
+@pytest.mark.parametrize(
+    ("slips", "contacts", "coordinates", "friction"),
+    [(1, 6, 4, 0.6), (2, 3, 5, 1.5), (1, 2, 3, 0.8), (1, 1, 2, 0.8), (2, 2, 5, 1.5), (2, 1, 3, 0.8)],
+)
 def test_what_held_rests_if_there_is_any_way(
     laws: Laws, slips: int, contacts: int, coordinates: int, friction: float
 ) -> None:
-    """More rows than coordinates; a linear program tells where forces without any motion exist."""
+    """As many rows as coordinates, or more; a linear program tells where forces without any motion exist."""
     rng, size = np.random.default_rng(12), contacts * (1 + slips)
     rows = [
         row for n in range(0, size, 1 + slips) for row in (normal(), *[tangential(n, friction, holds=True)] * slips)

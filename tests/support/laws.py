@@ -29,6 +29,7 @@ UNITS = (
     "contact_rows",
     "elimination",
     "envelope",
+    "few_rows",
     "step_matrix",
     "impacts",
     "impacts_without_collision",

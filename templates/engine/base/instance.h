@@ -82,6 +82,7 @@ typedef struct {
     double stage_states[N_STATES];
     double new_states[N_STATES];   /* the result of a trial step */
     double new_derivatives[N_STATES];
+    bool derivatives_late; /* those are not at the end of the step, but near it */
     double trial_length;           /* s; of that step */
     SolverScratch solver;
     ObserverScratch observer;

@@ -26,7 +26,8 @@ typedef struct {
     double end;    /* the time where it ends, s */
 } Step;
 
-/* One trial step from the present point and its state->first_stage. Fills scratch new_states and new_derivatives. The
+/* One trial step from the present point and its state->first_stage. Fills scratch new_states and new_derivatives, which
+   are not at the end where it sets derivatives_late. The
    State is not changed, but for what an implicit method remembers so as to iterate less. Returns false, with
    instance->failure set, if one of them is not finite. */
 bool solver_step(Instance *instance, Step step);

@@ -23,6 +23,7 @@ bool update_first_stage(Instance *instance) {
 
 void begin_trial(Instance *instance, Step step) {
     instance->scratch.trial_length = step.length;
+    instance->scratch.derivatives_late = false;
     if (ENDS_AT_EVENTS) {
         instance->scratch.solver_before = instance->state.solver;
     }
@@ -42,7 +43,7 @@ void accept_step(Instance *instance, Step step) {
     state->time = step.end;
     memcpy(state->states, instance->scratch.new_states, sizeof state->states);
     memcpy(state->first_stage, instance->scratch.new_derivatives, sizeof state->first_stage);
-    state->first_stage_valid = 1;
+    state->first_stage_valid = !instance->scratch.derivatives_late;
 }
 
 /* Tells the listener that the present point is the end of a solver step. The listener may answer with a nearer end of

@@ -10,7 +10,9 @@
 #include "notices.h"
 #include "scale.h"
 
-static const int64_t LOOK = 100;           /* while none is suspected, stiffness is looked for every so many steps */
+/* While none is suspected, stiffness is looked for every so many steps; of fixed steps at the beginning of a run, which
+   may be short, every so many. */
+enum { LOOK = 100, EARLY_LOOK = 10 };
 static const double AT_THE_LIMIT = 0.98;   /* a step of this part of what stability allows is at the limit; the value
                                               of Hairer and Wanner's codes */
 static const int64_t CONVINCED = 15;       /* so many steps at the limit show stiffness; value of the same codes */
@@ -28,7 +30,8 @@ double rounding_of_length(double time) {
 
 void watch_stiffness(Instance *instance, Step step) {
     State *state = &instance->state;
-    const bool looks = ++state->steps % LOOK == 0 || (METHOD.error_order == 0 && state->steps < LOOK);
+    const uint32_t steps = (uint32_t)++state->steps;
+    const bool looks = steps % LOOK == 0 || (METHOD.error_order == 0 && steps < LOOK && steps % EARLY_LOOK == 0);
     if ((state->noticed & NOTICE_STIFF) != 0 || (state->stiff_steps == 0 && !looks)) {
         return;
     }

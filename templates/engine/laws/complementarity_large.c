@@ -6,6 +6,7 @@
 
 #include "cones.h"
 #include "elimination.h"
+#include "few_rows.h"
 #include "lone_rows.h"
 #include "newton.h"
 #include "scale.h"
@@ -153,13 +154,17 @@ static bool solve_laws_from(const Large *large, int begin, const Laws *laws, int
     return arena_leave(mark, solved);
 }
 
+static bool solve_few_rows(const SparseProblem *problem, int count, const int rows[], double lambda[]) {
+    return lone_rows(problem, count, rows, lambda) || few_rows(problem, count, rows, lambda);
+}
+
 /* lambda of the rows from place begin on to end. */
 static bool solve_places(const Large *large, int begin, int end, int most_rounds, double lambda[]) {
     Arena *arena = large->problem->arena;
     const ArenaMark mark = arena_mark(arena);
     const size_t bytes = (size_t)(end - begin) * sizeof(double);
     Laws laws;
-    if (lone_rows(large->problem, end - begin, large->order.row + begin, lambda)) {
+    if (solve_few_rows(large->problem, end - begin, large->order.row + begin, lambda)) {
         return true;
     }
     if (!take_laws(large, begin, end, &laws) || !arena_reserve(arena, 2 * arena_bytes(bytes, 1))) {
@@ -194,12 +199,19 @@ static bool find_sparse_scales(Large *large) {
     return true;
 }
 
+/* Few rows that all act on each other are one island, in any order. */
+static bool solve_whole(const SparseProblem *problem, double lambda[]) {
+    static const int FIRST[] = {0, 1, 2, 3, 4, 5, 6, 7};
+    const int rows = problem->delassus.rows;
+    return rows <= (int)(sizeof FIRST / sizeof *FIRST) && problem->delassus.start[rows] == rows * rows &&
+           solve_few_rows(problem, rows, FIRST, lambda);
+}
+
 bool complementarity_large(const SparseProblem *problem, int most_rounds, double lambda[], double w[]) {
     const ArenaMark mark = arena_mark(problem->arena);
     Large large = {.problem = problem};
     bool solved = true;
-    static const int FIRST[] = {0, 1};
-    if (!lone_rows(problem, problem->delassus.rows, FIRST, lambda)) {
+    if (!solve_whole(problem, lambda)) {
         if (!rows_order(problem, &large.order) || !find_sparse_scales(&large)) {
             return arena_leave(mark, false);
         }

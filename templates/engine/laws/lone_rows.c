@@ -55,11 +55,50 @@ static bool solve_contact(const SparseProblem *problem, int n, double lambda[]) 
     return true;
 }
 
+/* The motion along two rows without friction has one solution: both hold, or one is open, or both are. */
+static bool solve_pair(const SparseProblem *problem, int i, int j, double lambda[]) {
+    const Sparse *delassus = &problem->delassus;
+    const double a = entry_of(delassus, i, i), b = entry_of(delassus, i, j), c = entry_of(delassus, j, j);
+    const double free[] = {problem->free[i], problem->free[j]}, regular = a * c - b * b;
+    const bool opens[] = {problem->row[i].law == ROW_UNILATERAL, problem->row[j].law == ROW_UNILATERAL};
+    if (!(regular > REDUNDANT * a * c)) {
+        return false;
+    }
+    double first = (b * free[1] - c * free[0]) / regular, second = (b * free[0] - a * free[1]) / regular;
+    bool solved = (first >= 0.0 || !opens[0]) && (second >= 0.0 || !opens[1]);
+    if (!solved && opens[0]) {
+        first = 0.0;
+        second = opens[1] ? fmax(-free[1] / c, 0.0) : -free[1] / c;
+        solved = free[0] + b * second >= 0.0;
+    }
+    if (!solved && opens[1]) {
+        first = opens[0] ? fmax(-free[0] / a, 0.0) : -free[0] / a;
+        second = 0.0;
+        solved = free[1] + b * first >= 0.0;
+    }
+    if (solved) {
+        lambda[i] = first;
+        lambda[j] = second;
+    }
+    return solved;
+}
+
+static bool rubs_not(const Row *row) {
+    return row->law == ROW_UNILATERAL || row->law == ROW_BILATERAL;
+}
+
 bool lone_rows(const SparseProblem *problem, int count, const int rows[], double lambda[]) {
+    const Row *row = problem->row;
     if (count == 1) {
         return solve_row(problem, rows[0], lambda + rows[0]);
     }
-    const int n = rows[0] < rows[count - 1] ? rows[0] : rows[count - 1];
-    return count == 2 && problem->row[n].law == ROW_UNILATERAL && problem->row[n + 1].law == ROW_TANGENTIAL &&
-           problem->row[n + 1].normal == n && rows[0] + rows[1] == 2 * n + 1 && solve_contact(problem, n, lambda + n);
+    if (count != 2) {
+        return false;
+    }
+    if (rubs_not(&row[rows[0]]) && rubs_not(&row[rows[1]])) {
+        return solve_pair(problem, rows[0], rows[1], lambda);
+    }
+    const int n = rows[0] < rows[1] ? rows[0] : rows[1];
+    return row[n].law == ROW_UNILATERAL && row[n + 1].law == ROW_TANGENTIAL && row[n + 1].normal == n &&
+           rows[0] + rows[1] == 2 * n + 1 && solve_contact(problem, n, lambda + n);
 }

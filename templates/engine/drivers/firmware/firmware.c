@@ -111,12 +111,12 @@ FirmwareStatus firmware_start(Firmware *firmware, double time) {
 
 /* The end of the next step, from a count of steps: it does not drift. Steps are equal if they differ by rounding. */
 static double step_end(Firmware *firmware, double step) {
-    if (!(fabs(step - firmware->length) <= NOISE * step)) {
+    if (!(fabs(step - firmware->length) <= NOISE * step) || firmware->count == INT32_MAX) {
         firmware->begun = firmware->time;
         firmware->length = step;
         firmware->count = 0;
     }
-    return firmware->begun + (double)(firmware->count + 1) * firmware->length;
+    return firmware->begun + ((double)firmware->count + 1.0) * firmware->length;
 }
 
 FirmwareStatus firmware_step(Firmware *firmware, double step) {

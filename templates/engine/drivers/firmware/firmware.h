@@ -25,7 +25,7 @@ typedef struct {
     Instance instance;
     double begun;  /* s; the time at which steps of the present length began */
     double length; /* s; of the last step */
-    int64_t count; /* steps of this length since then */
+    int32_t count; /* steps of this length since then */
     double time;   /* s; at the end of the last step */
 } Firmware;
 

@@ -1,0 +1,470 @@
+/* Newton's method as in newton.c, without the care that many rows ask for. Where the equations of the last step and of
+   the next one are the same, its factors serve again. */
+#include "few_rows.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "scale.h"
+#include "vector_length.h"
+
+/* Of so few contacts all ways to rest are tried. */
+enum { MOST_FEW_ROWS = 8, MOST_FEW_STEPS = 12, MOST_RESTING = 2 };
+
+typedef enum {
+    STATE_OPEN,   /* x = 0 */
+    STATE_HELD,   /* w = 0 */
+    STATE_SLIDING /* x = limit u, the limit follows the normal force */
+} FewState;
+
+/* w = offset + matrix x, in units in which diagonal entries are 1. */
+typedef struct {
+    int size;
+    int contacts;                 /* rows that are unilateral */
+    bool coulomb, round, dry;     /* are there rows of Coulomb's law, of round cones, of dry friction? */
+    double scale[MOST_FEW_ROWS];  /* of the row: lambda = scale x */
+    double matrix[MOST_FEW_ROWS][MOST_FEW_ROWS];
+    double offset[MOST_FEW_ROWS];
+    double usual;                 /* the greatest entry of the offset */
+    int width[MOST_FEW_ROWS];     /* as in laws.h, as the next ones */
+    int normal[MOST_FEW_ROWS];
+    double slope[MOST_FEW_ROWS];
+    double base[MOST_FEW_ROWS];
+    double rate[MOST_FEW_ROWS];   /* the proximal step */
+    bool holds[MOST_FEW_ROWS];
+    double x[MOST_FEW_ROWS], w[MOST_FEW_ROWS];
+    FewState state[MOST_FEW_ROWS];
+    bool given;                   /* are the states of contacts given? */
+    int redundant;                /* how many rows that are held are redundant */
+    int left_out;                 /* the one that the factors leave out, or -1 */
+    double without[MOST_FEW_ROWS]; /* if one is: forces without any motion */
+    bool unsure;                  /* shares of redundant rows were not tried that may rest */
+    double along[MOST_FEW_ROWS];  /* u of a row that slides */
+    double length[MOST_FEW_ROWS]; /* of its trial x - rate w */
+    double right[MOST_FEW_ROWS];
+    double damping;               /* of rows that are held: 0 as long as none is redundant */
+    double factors[MOST_FEW_ROWS][MOST_FEW_ROWS];
+} Few;
+
+/* --- the laws */
+
+static int rows_from(const Few *few, int k) {
+    return few->width[k] == 2 ? 2 : 1;
+}
+
+/* The place of a row, or -1. */
+static int place_of(int count, const int rows[], int row) {
+    int place = count - 1;
+    for (; place >= 0 && rows[place] != row; place--) {
+    }
+    return place;
+}
+
+static void take_law(Few *few, const SparseProblem *problem, const int rows[], int i) {
+    const Row *row = &problem->row[rows[i]];
+    const bool rubs = row->law == ROW_TANGENTIAL, second = rubs && row->normal < rows[i] - 1;
+    few->width[i] = row->law == ROW_UNILATERAL ? 0 : second ? -1 : 1;
+    few->normal[i] = rubs ? (second ? few->normal[i - 1] : i - 1) : -1;
+    few->slope[i] = rubs ? row->friction : 0.0; /* not scaled yet */
+    few->base[i] = row->law == ROW_BILATERAL ? HUGE_VAL : row->law == ROW_BOUNDED ? row->friction : 0.0;
+    few->holds[i] = row->holds;
+    few->contacts += row->law == ROW_UNILATERAL;
+    few->coulomb = few->coulomb || rubs;
+    few->round = few->round || second;
+    few->dry = few->dry || row->law == ROW_BOUNDED;
+    if (second) {
+        few->width[i - 1] = 2;
+    }
+}
+
+/* False: a row does not move by its own force. */
+static bool take_matrix(Few *few, const SparseProblem *problem, const int rows[]) {
+    const Sparse *delassus = &problem->delassus;
+    bool regular = true;
+    memset(few->matrix, 0, sizeof few->matrix);
+    for (int i = 0; i < few->size; i++) {
+        for (int e = delassus->start[rows[i]]; e < delassus->start[rows[i] + 1]; e++) {
+            few->matrix[i][place_of(few->size, rows, delassus->column[e])] = delassus->value[e];
+        }
+        regular = regular && few->matrix[i][i] > 0.0;
+    }
+    return regular;
+}
+
+/* Both rows of a cone have one scale. */
+static void scale_few(Few *few) {
+    for (int k = 0; k < few->size; k += rows_from(few, k)) {
+        const int rows = rows_from(few, k);
+        const double own = rows == 2 ? 0.5 * (few->matrix[k][k] + few->matrix[k + 1][k + 1]) : few->matrix[k][k];
+        const double more = rows == 2 ? fabs(few->matrix[k][k] - own) + fabs(few->matrix[k][k + 1]) : 0.0;
+        for (int i = k; i < k + rows; i++) {
+            few->scale[i] = 1.0 / sqrt(own);
+            few->rate[i] = own / (own + more);
+        }
+    }
+    for (int i = 0; i < few->size; i++) {
+        for (int j = 0; j < few->size; j++) {
+            few->matrix[i][j] *= few->scale[i] * few->scale[j];
+        }
+        few->offset[i] *= few->scale[i];
+        few->usual = fmax(few->usual, fabs(few->offset[i]));
+        few->x[i] /= few->scale[i];
+        few->base[i] /= few->scale[i];
+        few->slope[i] *= few->normal[i] >= 0 ? few->scale[few->normal[i]] / few->scale[i] : 0.0;
+    }
+}
+
+static bool take_few(Few *few, const SparseProblem *problem, int count, const int rows[], const double lambda[]) {
+    few->size = count;
+    few->contacts = 0;
+    few->coulomb = few->round = few->dry = few->given = few->unsure = false;
+    few->usual = few->damping = 0.0;
+    few->redundant = 0;
+    few->left_out = -1;
+    memset(few->state, 0, sizeof few->state);
+    memset(few->along, 0, sizeof few->along);
+    if (!take_matrix(few, problem, rows)) {
+        return false;
+    }
+    for (int i = 0; i < count; i++) {
+        take_law(few, problem, rows, i);
+        few->offset[i] = problem->free[rows[i]];
+        few->x[i] = lambda[rows[i]];
+    }
+    scale_few(few);
+    return true;
+}
+
+static double few_limit(const Few *few, int k) {
+    const int normal = few->normal[k];
+    return few->base[k] + (normal >= 0 ? few->slope[k] * fmax(few->x[normal], 0.0) : 0.0);
+}
+
+/* --- steps */
+
+static void find_w(Few *few) {
+    for (int i = 0; i < few->size; i++) {
+        few->w[i] = few->offset[i];
+        for (int j = 0; j < few->size; j++) {
+            few->w[i] += few->matrix[i][j] * few->x[j];
+        }
+    }
+}
+
+/* What a row or cone does at x. Returns whether its equations are others than before. */
+static bool choose_state(Few *few, int k) {
+    const int rows = rows_from(few, k), width = few->width[k];
+    const FewState before = few->state[k];
+    const double limit = width > 0 ? few_limit(few, k) : 0.0, was = few->along[k];
+    double trial[2] = {0.0, 0.0};
+    for (int i = 0; i < rows; i++) {
+        trial[i] = few->x[k + i] - few->rate[k] * few->w[k + i];
+    }
+    const double length = rows == 2 ? vector_length(trial, 2) : fabs(trial[0]);
+    const bool held = width == 0 ? trial[0] > 0.0 : length <= limit && limit > 0.0;
+    few->length[k] = length;
+    few->state[k] = held ? STATE_HELD : width > 0 && length > 0.0 ? STATE_SLIDING : STATE_OPEN;
+    for (int i = 0; i < rows; i++) {
+        few->state[k + i] = few->state[k];
+        few->along[k + i] = few->state[k] == STATE_SLIDING ? trial[i] / length : 0.0;
+    }
+    return few->state[k] != before || rows == 2 || few->along[k] != was;
+}
+
+static void put_right(Few *few, int k) {
+    const double limit = few->state[k] == STATE_SLIDING ? few_limit(few, k) : 0.0;
+    few->right[k] = few->state[k] == STATE_HELD ? -few->rate[k] * few->w[k] : limit * few->along[k] - few->x[k];
+}
+
+/* Rows k and k + 1 of a cone slide: its force turns with its slip. */
+static void put_turn(Few *few, int k) {
+    const double rate = few_limit(few, k) / few->length[k];
+    for (int i = 0; i < 2; i++) {
+        for (int j = 0; j < 2; j++) {
+            const double turn = rate * ((i == j ? 1.0 : 0.0) - few->along[k + i] * few->along[k + j]);
+            few->factors[k + i][k + j] -= turn;
+            for (int column = 0; column < few->size; column++) {
+                few->factors[k + i][column] += turn * few->rate[k] * few->matrix[k + j][column];
+            }
+        }
+    }
+}
+
+/* The equations of the states. */
+static void put_equations(Few *few) {
+    memset(few->factors, 0, sizeof few->factors);
+    for (int k = 0; k < few->size; k++) {
+        const int normal = few->normal[k];
+        for (int j = 0; j < few->size && few->state[k] == STATE_HELD; j++) {
+            few->factors[k][j] = few->rate[k] * few->matrix[k][j];
+        }
+        few->factors[k][k] += few->state[k] == STATE_HELD ? few->damping : 1.0;
+        if (few->state[k] == STATE_SLIDING && normal >= 0 && few->x[normal] >= 0.0) {
+            few->factors[k][normal] -= few->slope[k] * few->along[k];
+        }
+    }
+    for (int k = 0; k < few->size; k++) {
+        if (few->state[k] == STATE_SLIDING && few->width[k] == 2) {
+            put_turn(few, k);
+        }
+    }
+}
+
+/* Overwrites the equations by L and U; L has a diagonal of 1. Returns how many pivots are less than least: those rows
+   are left out. The last of them is *which. */
+static int factorize_few(Few *few, double least, int *which) {
+    int small = 0;
+    for (int i = 0; i < few->size; i++) {
+        double *row = few->factors[i];
+        for (int j = 0; j < i; j++) {
+            const double *other = few->factors[j];
+            if (row[j] == 0.0 || !(fabs(other[j]) >= least)) {
+                continue;
+            }
+            row[j] /= other[j];
+            for (int k = j + 1; k < few->size; k++) {
+                row[k] -= row[j] * other[k];
+            }
+        }
+        if (!(fabs(row[i]) >= least)) {
+            small++;
+            *which = i;
+        }
+    }
+    return small;
+}
+
+/* Forces without any motion, by the factors in which this row is redundant. */
+static void find_without(Few *few, int which) {
+    double *without = few->without;
+    memset(without, 0, sizeof few->without);
+    without[which] = 1.0;
+    for (int i = which - 1; i >= 0; i--) {
+        for (int j = i + 1; j <= which; j++) {
+            without[i] -= few->factors[i][j] * without[j];
+        }
+        without[i] /= few->factors[i][i];
+    }
+}
+
+/* The force of a row stays what it is. */
+static void leave_out(Few *few, int which) {
+    memset(few->factors[which], 0, sizeof few->factors[which]);
+    few->factors[which][which] = 1.0;
+    few->left_out = which;
+}
+
+/* The factors of the equations. Where rows are redundant, those that are held are damped as in newton.c; a single one
+   is left out where the way of sharing forces is chosen later. */
+static bool find_factors(Few *few) {
+    int which = 0;
+    put_equations(few);
+    if (few->damping == 0.0) {
+        few->redundant = factorize_few(few, REDUNDANT, &which);
+        if (few->redundant == 0) {
+            return true;
+        }
+        if (few->given && few->redundant == 1 && !few->round && !few->dry) {
+            find_without(few, which);
+            leave_out(few, which);
+            return true;
+        }
+        few->damping = DAMPING;
+        put_equations(few);
+    }
+    return factorize_few(few, SOLVED, &which) == 0;
+}
+
+/* x += the solution of the equations for the right side, which is overwritten. */
+static void step_few(Few *few) {
+    double *change = few->right;
+    if (few->left_out >= 0) {
+        change[few->left_out] = 0.0;
+    }
+    for (int i = 0; i < few->size; i++) {
+        for (int j = 0; j < i; j++) {
+            change[i] -= few->factors[i][j] * change[j];
+        }
+    }
+    for (int i = few->size - 1; i >= 0; i--) {
+        for (int j = i + 1; j < few->size; j++) {
+            change[i] -= few->factors[i][j] * change[j];
+        }
+        change[i] /= few->factors[i][i];
+        few->x[i] += change[i];
+    }
+}
+
+/* Finds w and the right side. Do the equations hold that the states choose? */
+static bool few_met(Few *few) {
+    double rest = 0.0, size = 0.0;
+    for (int k = 0; k < few->size; k++) {
+        put_right(few, k);
+        rest += fabs(few->right[k]);
+        size = fmax(size, fabs(few->x[k]));
+    }
+    return rest <= SOLVED * few->usual + NOISE * size;
+}
+
+/* What all rows do at x. Returns whether their equations are others than before. */
+static bool choose_states(Few *few) {
+    bool others = false;
+    for (int k = 0; k < few->size; k += rows_from(few, k)) {
+        if (!few->given || (few->width[k] != 0 && few->normal[k] < 0)) {
+            others = choose_state(few, k) || others;
+        }
+    }
+    return others;
+}
+
+/* From x on. */
+static bool iterate_few(Few *few) {
+    bool solved = false, regular = true;
+    for (int step = 0; step < MOST_FEW_STEPS && regular && !solved; step++) {
+        find_w(few);
+        const bool others = choose_states(few) || step == 0;
+        solved = few_met(few);
+        if (!solved) {
+            if (others) {
+                regular = find_factors(few);
+            }
+            step_few(few);
+        }
+    }
+    return solved;
+}
+
+/* --- rest */
+
+static bool few_at_rest(const Few *few, int k) {
+    double terms = fabs(few->offset[k]);
+    for (int j = 0; j < few->size; j++) {
+        terms += fabs(few->matrix[k][j] * few->x[j]);
+    }
+    return fabs(few->w[k]) <= ACCEPTED * terms;
+}
+
+/* Does a row of friction move that held at the start, or rub another way than there? */
+static bool few_slip_anew(const Few *few, const double start[]) {
+    bool anew = false;
+    for (int k = 0; k < few->size && !anew; k++) {
+        const int width = few->width[k];
+        if (width <= 0 || (few_at_rest(few, k) && (width == 1 || few_at_rest(few, k + 1)))) {
+            continue;
+        }
+        const double along = few->x[k] * start[k] + (width == 2 ? few->x[k + 1] * start[k + 1] : 0.0);
+        anew = few->holds[k] || (few_limit(few, k) > 0.0 && !(along > 0.0));
+    }
+    return anew;
+}
+
+/* Does this contact obey its law: closed within its cone, or open and leaving at a greater angle than that of its cone?
+   The latter is what the convex program of cones.h asks for. */
+static bool obeys_at_rest(const Few *few, int k) {
+    const bool rubs = k + 1 < few->size && few->normal[k + 1] == k;
+    const bool closed = few->state[k] == STATE_HELD;
+    const double *along = closed ? few->x : few->w, *across = closed ? few->x : few->w;
+    const double size = rubs ? vector_length(across + k + 1, few->width[k + 1]) : 0.0;
+    const double limit = !rubs ? HUGE_VAL : closed ? few_limit(few, k + 1) : along[k];
+    return along[k] >= 0.0 && size * (rubs && !closed ? few->slope[k + 1] : 1.0) <= limit;
+}
+
+static bool all_obey_at_rest(const Few *few) {
+    bool obey = true;
+    for (int k = 0; k < few->size && obey; k++) {
+        obey = few->width[k] != 0 || obeys_at_rest(few, k);
+    }
+    return obey;
+}
+
+/* Narrows the interval of parts t with a + t b >= 0. */
+static void narrow(double a, double b, double *least, double *most) {
+    if (b > 0.0) {
+        *least = fmax(*least, -a / b);
+    } else if (b < 0.0 || a < 0.0) {
+        *most = b < 0.0 ? fmin(*most, -a / b) : -HUGE_VAL;
+    }
+}
+
+/* Shares the forces of closed contacts in the plane in the middle of all ways that obey their laws; where these have no
+   end, as bodies that are wedged, as far behind their beginning as this is away. */
+static void share_few(Few *few) {
+    double least = -HUGE_VAL, most = HUGE_VAL;
+    for (int k = 0; k < few->size; k++) {
+        if (few->width[k] != 0 || few->state[k] != STATE_HELD) {
+            continue;
+        }
+        const bool rubs = k + 1 < few->size && few->normal[k + 1] == k;
+        const double *x = few->x + k, *change = few->without + k;
+        narrow(x[0], change[0], &least, &most);
+        for (double way = -1.0; way <= 1.0 && rubs; way += 2.0) {
+            const double slope = few->slope[k + 1];
+            narrow(slope * x[0] + way * x[1], slope * change[0] + way * change[1], &least, &most);
+        }
+    }
+    const double part = most >= HUGE_VAL ? 2.0 * least : least <= -HUGE_VAL ? 2.0 * most : 0.5 * (least + most);
+    for (int k = 0; k < few->size && least <= most && isfinite(part); k++) {
+        few->x[k] += part * few->without[k];
+    }
+}
+
+/* Rest with these contacts closed, a bit each from the second one on. */
+static bool rest_on(Few *few, unsigned closed) {
+    int contact = 0;
+    few->damping = 0.0;
+    few->redundant = 0;
+    few->left_out = -1;
+    for (int k = 0; k < few->size; k++) {
+        contact += few->width[k] == 0;
+        few->state[k] = (closed >> contact & 1U) != 0 ? STATE_HELD : STATE_OPEN;
+        few->x[k] = 0.0;
+    }
+    if (!iterate_few(few)) {
+        return false;
+    }
+    bool rests = all_obey_at_rest(few);
+    if (!rests && few->left_out >= 0) {
+        share_few(few);
+        rests = all_obey_at_rest(few);
+    }
+    few->unsure = few->unsure || (!rests && few->damping > 0.0);
+    return rests;
+}
+
+static bool rest_few(Few *few) {
+    bool rests = false;
+    few->given = true;
+    for (unsigned closed = (1U << few->contacts) - 1U; closed > 0 && !rests; closed--) {
+        rests = rest_on(few, closed << 1);
+    }
+    return rests;
+}
+
+/* Without Coulomb's law the motion has one solution. */
+static bool solve_few(Few *few) {
+    double start[MOST_FEW_ROWS], found[MOST_FEW_ROWS];
+    const size_t bytes = (size_t)few->size * sizeof(double);
+    memcpy(start, few->x, bytes);
+    const bool few_ways = few->contacts <= MOST_RESTING;
+    const bool solved = iterate_few(few);
+    if (solved && !(few->coulomb && few_slip_anew(few, start))) {
+        return true;
+    }
+    memcpy(found, few->x, bytes);
+    if (!few_ways || rest_few(few)) {
+        return few_ways;
+    }
+    memcpy(few->x, found, bytes);
+    return solved && !few->unsure;
+}
+
+bool few_rows(const SparseProblem *problem, int count, const int rows[], double lambda[]) {
+    Few few;
+    if (count > MOST_FEW_ROWS || !take_few(&few, problem, count, rows, lambda) || !solve_few(&few)) {
+        return false;
+    }
+    for (int i = 0; i < count; i++) {
+        lambda[rows[i]] = few.scale[i] * few.x[i];
+    }
+    return true;
+}
