@@ -111,6 +111,7 @@ def _check(asked: Observing, parameters: Sequence[str]) -> None:
     if asked.method not in METHODS_OF_OBSERVERS:
         raise LoadError(f"there is no observer '{asked.method}'; known are {', '.join(METHODS_OF_OBSERVERS)}")
     check_noise(asked.measure, asked.sample_times, "sample time")
+    check_noise(asked.measure, asked.delays)
     check_estimated(asked.estimate, parameters)
 
 

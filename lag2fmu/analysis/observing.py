@@ -32,6 +32,7 @@ class Observing:
       comes with each communication step.
     - ``process`` {input, state or estimated parameter: density of white noise}.
     - ``estimate``: parameters that are estimated too.
+    - ``delays`` {variable: s}: samples of it belong to an earlier time.
     """
 
     method: str
@@ -39,6 +40,7 @@ class Observing:
     process: Mapping[str, float] = field(default_factory=dict)
     estimate: tuple[str, ...] = ()
     sample_times: Mapping[str, float] = field(default_factory=dict)
+    delays: Mapping[str, float] = field(default_factory=dict)
 
 
 def doubt_of(hidden: Sequence[str]) -> str:

@@ -62,7 +62,7 @@ class ObserverTable:
     - ``estimated``: the places of estimated parameters among all of them.
     - ``noisy``: for each density of noise the place of its state, -1 for an input.
     - ``starts``: of the slots of the observer, in SI units, in the order of observer_memory.h.
-    - ``unscented``: whether covariances follow from points.
+    - ``delayed``: whether samples may be late. ``unscented``: whether covariances follow from points.
     """
 
     program: Program
@@ -73,6 +73,7 @@ class ObserverTable:
     estimated: tuple[int, ...]
     noisy: tuple[int, ...]
     starts: tuple[float, ...]
+    delayed: bool
     unscented: bool
 
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lag2fmu.analysis.observing import check_noise, doubt_of, hidden_states, known_starts
 from lag2fmu.description import names
@@ -143,19 +144,31 @@ def _delayed(
     warnings: list[str],
 ) -> _Samples:
     """The samples at the times to which they belong; those before the first time are left out, which is said."""
-    shifted = {name: time - delays.get(name, 0.0) for name in columns}
+    near = _SAME * float(np.ptp(time))
+    shifted = {name: _moved_to(time, time - delays.get(name, 0.0), near) for name in columns}
     grid = np.unique(np.concatenate([time, *shifted.values()]))
     grid = grid[grid >= time[0]]
-    grid = grid[np.concatenate([[True], np.diff(grid) > _SAME * max(float(np.ptp(time)), 1e-300)])]
+    grid = grid[np.concatenate([[True], np.diff(grid) > near])]
     found = np.full((len(grid), len(columns)), np.nan)
     for j, (name, column) in enumerate(columns.items()):
-        inside = shifted[name] >= time[0] - _SAME * float(np.ptp(time))
-        found[np.abs(grid[:, None] - shifted[name][inside]).argmin(axis=0), j] = column[inside]
+        inside = shifted[name] >= time[0]
+        found[_nearest(grid, shifted[name][inside]), j] = column[inside]
         if not inside.all():
             warnings.append(f"{np.sum(~inside)} samples of {name} belong to times before the first one; left out")
     if not np.isfinite(found).any():
         raise LoadError("there is no measured value in the data; nothing can be estimated from it")
     return _Samples(grid, found, signals, tuple(warnings))
+
+
+def _nearest(grid: Floats, times: Floats) -> NDArray[np.intp]:
+    """For each of the ``times`` (m,) the index of the nearest one of the ``grid`` (g,), which increases."""
+    return np.rint(np.interp(times, grid, np.arange(len(grid)))).astype(np.intp)
+
+
+def _moved_to(grid: Floats, times: Floats, near: float) -> Floats:
+    """The ``times`` (m,), of which those that are ``near`` (s) one of the ``grid`` (g,) become that."""
+    nearest = grid[_nearest(grid, times)]
+    return np.where(np.abs(times - nearest) <= near, nearest, times)
 
 
 # ------------------------------------------------------------------------------------------------------------------ run
