@@ -92,7 +92,8 @@ static void observer_sentence(const Failure *failure, char text[], size_t size) 
                  "take shorter steps, or sample less often", failure->time, failure->step, failure->amount);
     } else if (failure->kind == FAILURE_PAST) {
         snprintf(text, size, "at time %.17g samples may be late by %.6g s, in which there are more communication "
-                 "points than the %.0f that are kept; take longer steps", failure->time, failure->step, failure->amount);
+                 "points than the %.0f that are kept; take longer steps", failure->time, failure->step,
+                 failure->amount);
     } else {
         snprintf(text, size, "at time %.17g the equations have no value at the estimate, or no state near it meets the "
                  "constraints; give smaller noise of the start and the process, start nearer to the motion, or sample "
