@@ -57,10 +57,10 @@ def check_noise(
     measure: Mapping[str, float], times: Mapping[str, float], what: str = "delay", *, least: float = 0.0
 ) -> None:
     """Raise LoadError for standard deviations and ``times`` (s), called ``what`` in sentences, that cannot be."""
-    if not measure:
+    if not measure or not isinstance(measure, Mapping):
         raise LoadError("nothing is measured; give measure = {variable: standard deviation}")
     for name, size in measure.items():
-        if not 0 < size < np.inf:
+        if not isinstance(size, (int, float, np.number)) or not 0 < size < np.inf:
             raise LoadError(f"measure '{name}': {size!r} is no standard deviation; give a positive one")
     for name, time in times.items():
         if name not in measure or not least <= time < np.inf:

@@ -25,7 +25,7 @@ from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.estimates import Estimates
 from lag2fmu.studies.filters import FILTERS, Belief, Filter, Innovation, Prediction, Rows, smoothed, triangular
-from lag2fmu.studies.measurements import Data, columns_of, inputs_of
+from lag2fmu.studies.measurements import Data, check_times, columns_of, inputs_of
 from lag2fmu.studies.observed import Observed
 
 
@@ -106,7 +106,7 @@ class _Filtered(NamedTuple):
 def _samples(data: Data, mechanism: Mechanism, measure: Mapping[str, float], delays: Mapping[str, float]) -> _Samples:
     """The samples of ``data``; raises LoadError for times that go back, missing columns, and inputs with gaps."""
     label, time, columns = columns_of(data, 1, display_units(mechanism))
-    _check_times(label, time)
+    check_times(label, time)
     _check_measured(label, columns, measure)
     known = {names.generalized_force(q.name) for q in mechanism.coordinates}
     known |= {name for u in mechanism.inputs for name in names_of(u)}
@@ -115,16 +115,6 @@ def _samples(data: Data, mechanism: Mechanism, measure: Mapping[str, float], del
     warnings = [f"{label}: not used: {', '.join(unused)}"] if unused else []
     signals = inputs_of(label, time, driving)
     return _delayed(time, {name: columns[name] for name in measure}, delays, signals, warnings)
-
-
-def _check_times(label: str, time: Floats) -> None:
-    """Raise LoadError unless the times are finite and increase."""
-    if len(time) < 1 or not np.isfinite(time).all():
-        raise LoadError(f"{label}: the times must be finite, and there must be one")
-    back = np.flatnonzero(np.diff(time) <= 0)
-    if len(back):
-        row = int(back[0]) + 1
-        raise LoadError(f"{label}: the time goes from {time[row - 1]:g} s to {time[row]:g} s in row {row + 1}; sort it")
 
 
 def _check_measured(label: str, columns: Mapping[str, Floats], measure: Mapping[str, float]) -> None:
