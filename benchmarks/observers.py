@@ -43,7 +43,7 @@ def seconds(path: Path, settings: Mapping[str, float]) -> float:
         unit.setReal([references[name] for name in settings], [*settings.values()])
         unit.enterInitializationMode()
         unit.exitInitializationMode()
-        best = min(best, _taken(lambda i: unit.doStep(i * STEP, STEP)))  # noqa: B023 (called at once)
+        best = min(best, _taken(lambda i: unit.doStep(i * STEP, STEP)))
         unit.reset()
     unit.freeInstance()
     return best

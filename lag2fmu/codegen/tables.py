@@ -55,7 +55,7 @@ class StepBound:
 
 @dataclass(frozen=True)
 class ObserverTable:
-    """What an observer works with: ``program`` has the functions ``observed_values`` and ``observed_slopes``.
+    """What an observer works with: ``program`` has the functions of an ``Observation``.
 
     - ``measured``, ``bound``, ``pivots``: the numbers of what is measured, of residuals, and of pivots.
     - ``entries``: (row, column) of each derivative.

@@ -94,7 +94,7 @@ def observing_interface(interface: Interface) -> Interface:
 
 
 def _observer_table(found: Observation, starts: tuple[float, ...]) -> ObserverTable:
-    results = [array for array, *_ in found.program.functions[0].results]
+    results = [array for array, *_ in found.program.functions[-1].results]
     states, measured = len(found.names) - len(found.estimated), len(found.asked.measure)
     return ObserverTable(
         program=found.program,

@@ -7,13 +7,15 @@
 #include "observed_manifold.h"
 #include "orthogonal.h"
 
-/* to = basis^T from, where from[N_OBSERVED][columns]; rows of `to` have this stride. */
+/* to = basis^T from, where from[N_OBSERVED][columns]; rows of `to` have this stride. Without constraints the basis is
+   that of the states. */
 static void into_basis(double basis[][N_OBSERVED], const double from[], int columns, double to[], int stride) {
     for (int i = 0; i < N_OBSERVED; i++) {
-        memset(to + i * stride, 0, (size_t)columns * sizeof(double));
-        for (int k = 0; k < N_OBSERVED; k++) {
+        double *row = to + i * stride;
+        memset(row, 0, (size_t)columns * sizeof(double));
+        for (int k = N_BOUND > 0 ? 0 : i; k < (N_BOUND > 0 ? N_OBSERVED : i + 1); k++) {
             for (int j = 0; j < columns; j++) {
-                to[i * stride + j] += basis[k][i] * from[k * columns + j];
+                row[j] += basis[k][i] * from[k * columns + j];
             }
         }
     }
@@ -140,11 +142,12 @@ static bool move_cloud(Instance *instance, double start, double end, double basi
         !observed_basis(instance, end, work->estimate, basis)) {
         return false;
     }
+    const double part = 1.0 / sqrt(2.0 * r);
     for (int i = 0; i < N_OBSERVED; i++) {
         memset(work->whole + i * width, 0, (size_t)width * sizeof(double));
         for (int k = 0; k < 2 * r; k++) {
-            for (int j = 0; j < N_OBSERVED; j++) {
-                work->whole[i * width + k] += basis[j][i] * (work->cloud[k][j] - work->estimate[j]) / sqrt(2.0 * r);
+            for (int j = N_BOUND > 0 ? 0 : i; j < (N_BOUND > 0 ? N_OBSERVED : i + 1); j++) {
+                work->whole[i * width + k] += basis[j][i] * (work->cloud[k][j] - work->estimate[j]) * part;
             }
         }
     }
@@ -157,8 +160,7 @@ static bool predict_unscented(Instance *instance, double start, double end) {
     ObserverScratch *work = &instance->scratch.observer;
     double centre[N_OBSERVED];
     memcpy(centre, work->estimate, sizeof centre);
-    memset(work->noise, 0, sizeof work->noise);
-    if (!observed_flow(instance, start, end, centre, work->noise) ||
+    if (!observed_noise(instance, start, end, centre, work->noise) ||
         !move_cloud(instance, start, end, memory->basis, WIDTH)) {
         return false;
     }
@@ -193,7 +195,7 @@ static bool expect_extended(Instance *instance, double time, int count, const in
     const ObserverMemory *memory = &instance->state.observer;
     ObserverScratch *work = &instance->scratch.observer;
     const int width = count + N_SPREAD;
-    if (!observed_evaluate(instance, time, work->estimate, true)) {
+    if (!observed_evaluate(instance, time, work->estimate, OBSERVE_SLOPES)) {
         return false;
     }
     full_root(memory, work->product);
@@ -219,7 +221,7 @@ static bool expect_unscented(Instance *instance, double time, int count, const i
     const int width = count + N_SPREAD, r = place_cloud(instance, time);
     memset(expected, 0, (size_t)count * sizeof(double));
     for (int k = 0; k < 2 * r; k++) {
-        if (!observed_evaluate(instance, time, work->cloud[k], false)) {
+        if (!observed_evaluate(instance, time, work->cloud[k], OBSERVE_OUTPUTS)) {
             return false;
         }
         for (int m = 0; m < count; m++) {
