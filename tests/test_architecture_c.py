@@ -17,6 +17,8 @@ GATES = ("fmi2", "fmi3", "gate")
 SEVERAL = (
     "solver_memory.h",
     "observer_memory.h",
+    "directed_memory.h",
+    "reverse_memory.h",
     "event_sizes.h",
     "version.h",
     "version.c",

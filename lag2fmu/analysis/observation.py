@@ -37,8 +37,9 @@ class Observation:
     """The functions of an observer of n states that measures o variables, under c conditions on its state.
 
     - ``names`` (n): what is estimated; ``start`` (n,) and ``deviations`` (n,): its start, and how well that is known.
-    - ``program`` has ``observed_values``, which fills f with the rates (N,) of the states, what is measured (o,) and
-      the residuals (c,); and ``observed_slopes``, which also fills J with their derivatives that are not always zero.
+    - ``program`` has ``observed_slopes``, which fills f with the rates (N,) of the states, what is measured (o,) and
+      the residuals (c,), and J with their derivatives that are not always zero; ``observed_rates`` and
+      ``observed_outputs`` fill the first and the second part of f alone.
     - ``entries``: (row, column) of each J. Rows are those of f; columns are the n states, then the ``process``.
     - ``estimated``: the places of the estimated parameters among all of them.
     - ``noisy``: for each name of the process its place in the state, -1 for an input.
@@ -86,7 +87,7 @@ def observation(equations: EquationsOfMotion, asked: Observing) -> Observation:
         "u": noises,
         "p": dict(zip(places, range(states, n), strict=True)),
     }
-    program, entries = _with_columns(functions, columns)
+    program, entries = _with_columns(functions, columns, states, len(asked.measure))
     values = operating_inputs(equations)
     start = np.array([values[name] for name in names], dtype=np.float64)
     expected, A, H, T = _at_start(program, entries, values, n, states, len(asked.measure))
@@ -111,6 +112,7 @@ def _check(asked: Observing, parameters: Sequence[str]) -> None:
     if asked.method not in METHODS_OF_OBSERVERS:
         raise LoadError(f"there is no observer '{asked.method}'; known are {', '.join(METHODS_OF_OBSERVERS)}")
     check_noise(asked.measure, asked.sample_times, "sample time")
+    check_noise(asked.measure, asked.delays)
     check_estimated(asked.estimate, parameters)
 
 
@@ -120,23 +122,28 @@ def _state_names(mechanism: Mechanism) -> tuple[str, ...]:
 
 
 def _with_columns(
-    functions: PlainFunctions, columns: Mapping[str, Mapping[int, int]]
+    functions: PlainFunctions, columns: Mapping[str, Mapping[int, int]], rates: int, measured: int
 ) -> tuple[Program, tuple[tuple[int, int], ...]]:
-    """The two functions with the derivatives by these ``columns`` {known: {its entry: column}}, and their places."""
+    """The three functions, with the derivatives by these ``columns`` {known: {its entry: column}}, and their places."""
     derivative, jacobian = functions.program.functions
     nodes = [node for array, _, node in jacobian.results if array == "J"]
     places = [(row, columns[known].get(column)) for known in KNOWNS for row, column in functions.sparsity[known]]
     chosen = [(row, column, node) for (row, column), node in zip(places, nodes, strict=True) if column is not None]
     J = [("J", i, node) for i, (*_, node) in enumerate(chosen)]
-    values = replace(derivative, name="observed_values", doc="Rates, what is measured, residuals; pivots.")
+    first = [item for item in derivative.results if item[0] == "pivots" or item[1] < rates]
+    second = [item for item in derivative.results if item[0] == "f" and rates <= item[1] < rates + measured]
+    parts = (
+        replace(derivative, name="observed_rates", doc="Rates; pivots.", results=tuple(first)),
+        replace(derivative, name="observed_outputs", doc="What is measured.", arrays=("f",), results=tuple(second)),
+    )
     slopes = Function(
         "observed_slopes",
-        "The same, and their derivatives J by the states and the noise of inputs.",
+        "Rates, what is measured, residuals, and their derivatives J by the states and the noise of inputs; pivots.",
         derivative.arguments,
         ("f", "J", "pivots"),
         (*derivative.results, *J),
     )
-    return replace(functions.program, functions=(values, slopes)), tuple((row, column) for row, column, _ in chosen)
+    return replace(functions.program, functions=(*parts, slopes)), tuple((row, column) for row, column, _ in chosen)
 
 
 def _at_start(
@@ -149,7 +156,7 @@ def _at_start(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """What is measured (o,), the rates by the state A (n, n), what is measured by it (o, n), and the free motions T."""
     arrays: dict[str, list[Node]] = {"f": [], "J": [], "pivots": []}
-    for array, _, node in program.functions[1].results:
+    for array, _, node in program.functions[-1].results:
         arrays[array].append(node)
     found = {array: evaluate(program.graph, nodes, values) for array, nodes in arrays.items()}
     f, J = found["f"], found["J"]

@@ -32,6 +32,7 @@ class Observing:
       comes with each communication step.
     - ``process`` {input, state or estimated parameter: density of white noise}.
     - ``estimate``: parameters that are estimated too.
+    - ``delays`` {variable: s}: samples of it belong to an earlier time.
     """
 
     method: str
@@ -39,6 +40,7 @@ class Observing:
     process: Mapping[str, float] = field(default_factory=dict)
     estimate: tuple[str, ...] = ()
     sample_times: Mapping[str, float] = field(default_factory=dict)
+    delays: Mapping[str, float] = field(default_factory=dict)
 
 
 def doubt_of(hidden: Sequence[str]) -> str:
@@ -55,10 +57,10 @@ def check_noise(
     measure: Mapping[str, float], times: Mapping[str, float], what: str = "delay", *, least: float = 0.0
 ) -> None:
     """Raise LoadError for standard deviations and ``times`` (s), called ``what`` in sentences, that cannot be."""
-    if not measure:
+    if not measure or not isinstance(measure, Mapping):
         raise LoadError("nothing is measured; give measure = {variable: standard deviation}")
     for name, size in measure.items():
-        if not 0 < size < np.inf:
+        if not isinstance(size, (int, float, np.number)) or not 0 < size < np.inf:
             raise LoadError(f"measure '{name}': {size!r} is no standard deviation; give a positive one")
     for name, time in times.items():
         if name not in measure or not least <= time < np.inf:

@@ -58,6 +58,7 @@ class ExportOptions:
     process: tuple[str, ...]
     estimate: str
     sample_times: tuple[str, ...]
+    delays: tuple[str, ...]
     limit: float
     force: bool
     settings: tuple[str, ...]
@@ -133,7 +134,8 @@ def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
         raise ExportError("--reference: it tells how the mechanism moves, but observers follow samples; leave it out")
     if asked.observer is None:
         given = {"measure": asked.measure, "process": asked.process, "estimate": asked.estimate}
-        unused = [word for word, choice in {**given, "sample-time": asked.sample_times}.items() if choice]
+        given |= {"sample-time": asked.sample_times, "delay": asked.delays}
+        unused = [word for word, choice in given.items() if choice]
         if unused:
             raise ExportError(f"--{unused[0]} goes with --observer; add --observer ekf, or leave it out")
         return None
@@ -142,13 +144,17 @@ def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
 
     units = display_units(mechanism)
 
-    times = pairs_of(_items(asked.sample_times))
+    def times(texts: Iterable[str]) -> dict[str, float]:
+        pairs = pairs_of(_items(texts)).items()
+        return {name: size_of("time", text, {"time": SECOND}) for name, text in pairs}
+
     return Observing(
         asked.observer,
         noise_of(_items(asked.measure), mechanism, units),
         {name: size_of(name, text, units) for name, text in pairs_of(_items(asked.process)).items()},
         tuple(filter(None, map(str.strip, asked.estimate.split(",")))),
-        {name: size_of("time", text, {"time": SECOND}) for name, text in times.items()},
+        times(asked.sample_times),
+        times(asked.delays),
     )
 
 

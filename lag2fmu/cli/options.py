@@ -133,10 +133,18 @@ _SAMPLE_TIME = click.option(
     help="With --observer: time between samples; by default each communication step brings one; repeatable.",
 )
 
+_DELAY = click.option(
+    "--delay",
+    "delays",
+    multiple=True,
+    metavar="NAME=S,...",
+    help="With --observer: time by which samples of it are late; repeatable.",
+)
+
 
 def observing(command: Command) -> Command:
     """``command`` with the options of an FMU that observes."""
-    return _OBSERVER(_MEASURE(_PROCESS(_ESTIMATE(_SAMPLE_TIME(command)))))
+    return _OBSERVER(_MEASURE(_PROCESS(_ESTIMATE(_SAMPLE_TIME(_DELAY(command))))))
 
 
 STOP_TIME = click.option("--stop-time", type=float, metavar="S", help="Stop time in seconds.")

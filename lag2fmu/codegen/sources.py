@@ -199,10 +199,10 @@ def engine_files(
 
     A folder that is named after a variant, or has _none behind its name, holds one alternative. Such folders in each
     room, the folder of the gate (of FMI, or of studies) and that of the solver's family are taken as a whole; gate and
-    family also bring their subfolders for these variants. Any other file is taken if an #include names it; NAME.h
-    brings NAME.c along.
+    family also bring their subfolders for these variants, and the gate that for the family. Any other file is taken if
+    an #include names it; NAME.h brings NAME.c along.
     """
-    variants = [name if has else f"{name}_none" for name, has in kind.items()]
+    variants = [method.family, *(name if has else f"{name}_none" for name, has in kind.items())]
     chosen = [f"drivers/{gate}", f"{_METHODS}/{method.family}", *_ADJOINTS.get((adjoints, gate == "study"), ())]
     chosen += [folder for folder in _OBSERVERS[kind["observer"]] if gate.startswith("fmi")]
     wanted = set(texts := _texts(*chosen, *(f"{room}/{name}" for room in (*ROOMS, *chosen) for name in variants)))

@@ -55,14 +55,14 @@ class StepBound:
 
 @dataclass(frozen=True)
 class ObserverTable:
-    """What an observer works with: ``program`` has the functions ``observed_values`` and ``observed_slopes``.
+    """What an observer works with: ``program`` has the functions of an ``Observation``.
 
     - ``measured``, ``bound``, ``pivots``: the numbers of what is measured, of residuals, and of pivots.
     - ``entries``: (row, column) of each derivative.
     - ``estimated``: the places of estimated parameters among all of them.
     - ``noisy``: for each density of noise the place of its state, -1 for an input.
     - ``starts``: of the slots of the observer, in SI units, in the order of observer_memory.h.
-    - ``unscented``: whether covariances follow from points.
+    - ``delayed``: whether samples may be late. ``unscented``: whether covariances follow from points.
     """
 
     program: Program
@@ -73,6 +73,7 @@ class ObserverTable:
     estimated: tuple[int, ...]
     noisy: tuple[int, ...]
     starts: tuple[float, ...]
+    delayed: bool
     unscented: bool
 
 

@@ -94,7 +94,7 @@ def observing_interface(interface: Interface) -> Interface:
 
 
 def _observer_table(found: Observation, starts: tuple[float, ...]) -> ObserverTable:
-    results = [array for array, *_ in found.program.functions[0].results]
+    results = [array for array, *_ in found.program.functions[-1].results]
     states, measured = len(found.names) - len(found.estimated), len(found.asked.measure)
     return ObserverTable(
         program=found.program,
@@ -105,6 +105,7 @@ def _observer_table(found: Observation, starts: tuple[float, ...]) -> ObserverTa
         estimated=found.estimated,
         noisy=found.noisy,
         starts=starts,
+        delayed=bool(found.asked.delays),
         unscented=found.asked.method == "ukf",
     )
 
@@ -152,6 +153,9 @@ def _tuning(found: Observation, units: Mapping[str, Unit | None]) -> Iterator[_R
     for name in asked.measure:
         doc = f"time between samples of {name}; 0: one comes with each communication step"
         yield _parameter(f"{name}_sample_time", asked.sample_times.get(name, 0.0), SECOND, doc, "fixed")
+    for name in asked.measure if asked.delays else ():
+        doc = f"time by which samples of {name} are late"
+        yield _parameter(f"{name}_delay", asked.delays.get(name, 0.0), SECOND, doc, "fixed")
     for name, size in zip(found.names, found.deviations.tolist(), strict=True):
         doc = f"standard deviation of {name} at the start"
         yield _parameter(_of_start(name), size, units.get(name), doc, "fixed")

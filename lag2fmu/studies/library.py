@@ -27,10 +27,10 @@ from lag2fmu.formats.write import write
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import METHODS
-from lag2fmu.solvers.tableaus import Tableau
 
-SOLVERS = tuple(name for name, method in METHODS.items() if isinstance(method, Tableau) and method.error_order > 0)
-"""The solvers that carry derivatives along: explicit Runge-Kutta methods under error control."""
+SOLVERS = tuple(name for name, method in METHODS.items() if method.error_order > 0)
+"""The solvers that carry derivatives along: those under error control."""
+USUAL = "dop853"
 STATES = ("VARIABLE_STATE", "VARIABLE_MASSLESS")
 PARAMETERS = ("VARIABLE_PARAMETER", "VARIABLE_FIXED_PARAMETER")
 INPUT, SETTING = "VARIABLE_INPUT", "VARIABLE_SETTING"
@@ -72,7 +72,7 @@ class StudyLibrary:
 
 
 def compiled(model: object, *, solver: str | None = None, adjoints: bool = False) -> StudyLibrary:
-    """The library of ``model``, a mechanism or what ``load`` takes, with one of SOLVERS, by default the last one.
+    """The library of ``model``, a mechanism or what ``load`` takes, with one of SOLVERS, by default the USUAL one.
 
     With ``adjoints`` it records runs for gradients, and takes longer to compile. Libraries that this process has
     compiled before are reused. Raises LoadError for another solver, and Lag2FmuError if the model cannot be loaded,
@@ -80,7 +80,7 @@ def compiled(model: object, *, solver: str | None = None, adjoints: bool = False
     """
     if solver is not None and solver not in SOLVERS:
         raise LoadError(f"'{solver}' is no solver that carries derivatives; known are {', '.join(SOLVERS)}")
-    return _compiled(_MechanismText(as_mechanism(model)), solver or SOLVERS[-1], adjoints)
+    return _compiled(_MechanismText(as_mechanism(model)), solver or USUAL, adjoints)
 
 
 class _MechanismText:

@@ -33,10 +33,21 @@ def measurements_of(data: Data | Sequence[Data], library: StudyLibrary, units: M
     return [_measurement(each, i + 1, library, units) for i, each in enumerate(listed)]
 
 
+def check_times(label: str, time: Floats) -> None:
+    """Raise LoadError, called ``label``, unless the ``time`` (m,) in s is finite and increases."""
+    if not len(time):
+        raise LoadError(f"{label}: there is no row; give at least one")
+    gaps, back = np.flatnonzero(~np.isfinite(time)), np.flatnonzero(np.diff(time) <= 0)
+    if len(gaps):
+        raise LoadError(f"{label}: the time is {time[gaps[0]]:g} in row {gaps[0] + 1}; leave that row out")
+    if len(back):
+        row = int(back[0]) + 1
+        raise LoadError(f"{label}: the time goes from {time[row - 1]:g} s to {time[row]:g} s in row {row + 1}; sort it")
+
+
 def _measurement(data: Data, number: int, library: StudyLibrary, units: Mapping[str, Unit]) -> Measurement:
     label, time, columns = columns_of(data, number, units)
-    if len(time) < 1 or not np.isfinite(time).all() or (np.diff(time) <= 0).any():
-        raise LoadError(f"{label}: the times must be finite and increase")
+    check_times(label, time)
     _check_known(label, columns, library)
     driven = {name: column for name, column in columns.items() if library.kinds[name] == INPUT}
     measured = [name for name in columns if name not in driven]

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lag2fmu.analysis.observing import check_noise, doubt_of, hidden_states, known_starts
 from lag2fmu.description import names
@@ -24,7 +25,7 @@ from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.estimates import Estimates
 from lag2fmu.studies.filters import FILTERS, Belief, Filter, Innovation, Prediction, Rows, smoothed, triangular
-from lag2fmu.studies.measurements import Data, columns_of, inputs_of
+from lag2fmu.studies.measurements import Data, check_times, columns_of, inputs_of
 from lag2fmu.studies.observed import Observed
 
 
@@ -105,7 +106,7 @@ class _Filtered(NamedTuple):
 def _samples(data: Data, mechanism: Mechanism, measure: Mapping[str, float], delays: Mapping[str, float]) -> _Samples:
     """The samples of ``data``; raises LoadError for times that go back, missing columns, and inputs with gaps."""
     label, time, columns = columns_of(data, 1, display_units(mechanism))
-    _check_times(label, time)
+    check_times(label, time)
     _check_measured(label, columns, measure)
     known = {names.generalized_force(q.name) for q in mechanism.coordinates}
     known |= {name for u in mechanism.inputs for name in names_of(u)}
@@ -114,16 +115,6 @@ def _samples(data: Data, mechanism: Mechanism, measure: Mapping[str, float], del
     warnings = [f"{label}: not used: {', '.join(unused)}"] if unused else []
     signals = inputs_of(label, time, driving)
     return _delayed(time, {name: columns[name] for name in measure}, delays, signals, warnings)
-
-
-def _check_times(label: str, time: Floats) -> None:
-    """Raise LoadError unless the times are finite and increase."""
-    if len(time) < 1 or not np.isfinite(time).all():
-        raise LoadError(f"{label}: the times must be finite, and there must be one")
-    back = np.flatnonzero(np.diff(time) <= 0)
-    if len(back):
-        row = int(back[0]) + 1
-        raise LoadError(f"{label}: the time goes from {time[row - 1]:g} s to {time[row]:g} s in row {row + 1}; sort it")
 
 
 def _check_measured(label: str, columns: Mapping[str, Floats], measure: Mapping[str, float]) -> None:
@@ -143,19 +134,31 @@ def _delayed(
     warnings: list[str],
 ) -> _Samples:
     """The samples at the times to which they belong; those before the first time are left out, which is said."""
-    shifted = {name: time - delays.get(name, 0.0) for name in columns}
+    near = _SAME * float(np.ptp(time))
+    shifted = {name: _moved_to(time, time - delays.get(name, 0.0), near) for name in columns}
     grid = np.unique(np.concatenate([time, *shifted.values()]))
     grid = grid[grid >= time[0]]
-    grid = grid[np.concatenate([[True], np.diff(grid) > _SAME * max(float(np.ptp(time)), 1e-300)])]
+    grid = grid[np.concatenate([[True], np.diff(grid) > near])]
     found = np.full((len(grid), len(columns)), np.nan)
     for j, (name, column) in enumerate(columns.items()):
-        inside = shifted[name] >= time[0] - _SAME * float(np.ptp(time))
-        found[np.abs(grid[:, None] - shifted[name][inside]).argmin(axis=0), j] = column[inside]
+        inside = shifted[name] >= time[0]
+        found[_nearest(grid, shifted[name][inside]), j] = column[inside]
         if not inside.all():
             warnings.append(f"{np.sum(~inside)} samples of {name} belong to times before the first one; left out")
     if not np.isfinite(found).any():
         raise LoadError("there is no measured value in the data; nothing can be estimated from it")
     return _Samples(grid, found, signals, tuple(warnings))
+
+
+def _nearest(grid: Floats, times: Floats) -> NDArray[np.intp]:
+    """For each of the ``times`` (m,) the index of the nearest one of the ``grid`` (g,), which increases."""
+    return np.rint(np.interp(times, grid, np.arange(len(grid)))).astype(np.intp)
+
+
+def _moved_to(grid: Floats, times: Floats, near: float) -> Floats:
+    """The ``times`` (m,), of which those that are ``near`` (s) one of the ``grid`` (g,) become that."""
+    nearest = grid[_nearest(grid, times)]
+    return np.where(np.abs(times - nearest) <= near, nearest, times)
 
 
 # ------------------------------------------------------------------------------------------------------------------ run

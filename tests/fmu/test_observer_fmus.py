@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Model
-from kalman_by_hand import bob, by_hand
+from kalman_by_hand import bob, by_hand, exponential
 from numpy.typing import NDArray
 from stepping import Stepping, bits
 from stepping3 import Stepping3
@@ -34,8 +34,16 @@ def observer(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Fmu]:
     """``observer(model, asked, fmi)``: its FMU, built once."""
 
     @cache
-    def build(model: str, method: str, measure: tuple, process: tuple = (), estimate: tuple = (), fmi: str = "2.0"):
-        asked = Observing(method, dict(measure), dict(process), estimate)
+    def build(
+        model: str,
+        method: str,
+        measure: tuple,
+        process: tuple = (),
+        estimate: tuple = (),
+        fmi: str = "2.0",
+        delays: tuple = (),
+    ):
+        asked = Observing(method, dict(measure), dict(process), estimate, delays=dict(delays))
         mechanism = bob() if model == "bob" else model
         folder = tmp_path_factory.mktemp("observers")
         return lag2fmu.export(mechanism, folder / "it.fmu", fmi=fmi, observer=asked)
@@ -176,6 +184,116 @@ def test_forces_act_on_the_estimate(observer) -> None:
         compared(followed(host, data, outputs_of(expected.names, measure), parts=2), expected)
 
 
+# ------------------------------------------------------------------------------------------------------- late samples
+
+
+def late(data: Mapping[str, Floats], steps: Mapping[str, int]) -> dict[str, Floats]:
+    """``data`` of which some columns come so many steps later; nothing is known of them before."""
+    found = dict(data)
+    for name, k in steps.items():
+        found[name] = np.concatenate([np.full(k, np.nan), data[name][:-k]])
+    return found
+
+
+@pytest.mark.parametrize(
+    ("model", "method", "measure", "process", "steps"),
+    [
+        ("cart_pole", "ekf", {"x": 0.005, "theta": 0.02}, {"F": 0.1, "x": 0.01}, {"theta": 3, "x": 1}),
+        pytest.param("cart_pole", "ukf", {"theta": 0.02}, {"F": 0.1}, {"theta": 2}, marks=pytest.mark.slow),
+        pytest.param("four_bar_linkage", "ekf", {"a": 0.01}, {"Q_a": 0.01}, {"a": 2}, marks=pytest.mark.slow),
+        pytest.param("four_bar_linkage", "ukf", {"a": 0.01}, {"Q_a": 0.01}, {"a": 2}, marks=pytest.mark.slow),
+    ],
+)
+def test_late_samples_count_for_their_own_time(
+    model: str, method: str, measure: dict, process: dict, steps: dict, observer
+) -> None:
+    """Whatever has come by then, the estimate is that of ``observe``, which sorts all of it first."""
+    data = late(measured(model, measure, 0.3), steps)
+    if model == "cart_pole":
+        data["F"] = np.cos(400 * data["time"])
+    delays = {name: 0.02 * k for name, k in steps.items()}
+    outputs = [q for name in lag2fmu.function(model).names["x"] for q in (name, f"{name}_std")]
+    fmu = observer(model, method, (*measure.items(),), (*process.items(),), delays=(*delays.items(),))
+    with hosted(fmu) as host:
+        host.start({"solver_step": 0.005})
+        rows = followed(host, data, [*outputs, *(f"{name}_innovation" for name in measure)])
+    for i in (5, 9, 14):
+        come = {name: np.append(column[:i], np.nan if name in measure else column[i]) for name, column in data.items()}
+        come["time"] = data["time"][: i + 1]
+        found = lag2fmu.observe(
+            model, come, measure=measure, process=process, delays=delays, method=method, step=0.005, hold=True
+        )
+        expected = [column[-1] for name in found.names for column in (found[name], found.deviation(name))]
+        expected += [found.innovations[i - 1 - steps.get(name, 0), j] for j, name in enumerate(measure)]
+        assert rows[i - 1] == pytest.approx(expected, abs=1e-8)
+
+
+def test_late_samples_against_least_squares(observer) -> None:
+    """On a linear model: the unknowns are the start and the noise of each step, and all that has come is one system."""
+    m, late_by, size, density = 30, 4, 0.1, 0.4
+    values = {p.name: p.value for p in lag2fmu.load("spring_mass_damper").parameters}
+    A = np.array([[0, 1], [-values["k"] / values["m"], -values["c"] / values["m"]]])
+    nodes = (0.5 - np.sqrt(3) / 6, 0.5 + np.sqrt(3) / 6)
+    Phi, parts = np.eye(2), []
+    for _ in range(4):
+        grown = [exponential(A * (1 - node) * H / 4) @ [0, density / values["m"]] for node in nodes]
+        parts = [exponential(A * H / 4) @ part for part in parts] + [np.sqrt(H / 8) * g for g in grown]
+        Phi = exponential(A * H / 4) @ Phi
+    root = np.array(parts).T
+    data = late({"time": H * np.arange(m), "x": np.sin(np.arange(m))}, {"x": late_by})
+    fmu = observer("spring_mass_damper", "ekf", (("x", size),), (("Q_x", density),), delays=(("x", late_by * H),))
+    with hosted(fmu) as host:
+        host.start({"x_start_std": 0.2, "x_dot_start_std": 0.3, "solver_step": H / 4})
+        mean = np.array(host.get(["x", "x_dot"]))
+        rows = followed(host, data, ["x", "x_dot", "x_std", "x_dot_std"])
+    by, k = np.diag([0.2, 0.3]) @ np.eye(2, 2 + root.shape[1] * m), root.shape[1]
+    states = [(mean, by)]
+    for i in range(m - 1):
+        by = Phi @ by
+        by[:, 2 + k * i : 2 + k * (i + 1)] = root
+        mean = Phi @ mean
+        states.append((mean, by))
+        come = [(data["x"][j], *states[j - late_by]) for j in range(late_by, i + 1)]
+        system = np.concatenate([np.eye(by.shape[1]), *(b[None, 0] / size for _, _, b in come)])
+        right = np.concatenate([np.zeros(by.shape[1]), [(x - a[0]) / size for x, a, _ in come]])
+        unknowns, inverse = np.linalg.lstsq(system, right)[0], np.linalg.inv(np.linalg.qr(system)[1])
+        assert rows[i, :2] == pytest.approx(mean + by @ unknowns, abs=1e-10)
+        assert rows[i, 2:] == pytest.approx(np.linalg.norm(by @ inverse, axis=1), abs=1e-10)
+
+
+LATE = ("bob", "ekf", (("x", 0.1),), (("Q_theta", 0.3),), (), "2.0", (("x", 2.5 * H),))
+
+
+def test_what_is_late_is_saved_and_restored(observer) -> None:
+    """Samples between communication points too; the past is a part of the state."""
+    fmu, data = observer(*LATE), seen()
+    first, second = ({name: column[part] for name, column in data.items()} for part in (slice(12), slice(11, 30)))
+    with Stepping(fmu.path) as host, Stepping(fmu.path) as other:
+        host.start(KNOWN)
+        followed(host, first, STATES)
+        state = host.unit.getFMUState()
+        expected = followed(host, second, STATES)
+        host.unit.setFMUState(state)
+        assert bits(followed(host, second, STATES).ravel()) == bits(expected.ravel())
+        other.start(KNOWN)
+        other.unit.setFMUstate(other.unit.deSerializeFMUstate(host.unit.serializeFMUstate(state)))
+        assert bits(followed(other, second, STATES).ravel()) == bits(expected.ravel())
+        host.unit.freeFMUState(state)
+
+
+def test_a_delay_of_too_many_steps_is_refused(observer) -> None:
+    """What is kept has room for 256 communication points; a longer step is taken afterwards."""
+    with Stepping(observer(*LATE).path) as host:
+        host.start({**KNOWN, "x_delay": 0.26})
+        for i in range(256):
+            host.unit.doStep(i * 0.001, 0.001)
+        before = host.get(STATES)
+        with pytest.raises(FMICallException, match="discard"):
+            host.unit.doStep(0.256, 0.001)
+        assert any("late by 0.26 s, in which there are more communication points" in text for text in host.sentences)
+        assert bits(host.get(STATES)) == bits(before)
+
+
 # ------------------------------------------------------------------------------------------------------- states
 
 
@@ -288,6 +406,7 @@ def test_there_is_no_model_exchange_and_no_derivative_of_outputs(observer) -> No
         (Observing("ekf", {"x": 1.0}, {"F": 0.0}), "process 'F': 0.0 is no density of noise"),
         (Observing("ekf", {"x": 1.0}, {}, ("k",)), "'k' is no parameter that can be estimated"),
         (Observing("ekf", {"x": 1.0}, {}, (), {"x": -1.0}), "sample time of 'x': -1.0 s"),
+        (Observing("ekf", {"x": 1.0}, delays={"theta": 0.1}), "delay of 'theta': 0.1 s; give a measured name"),
     ],
 )
 def test_what_cannot_be_asked(asked: Observing, said: str, tmp_path: Path) -> None:
@@ -315,6 +434,7 @@ def test_what_does_not_go_together(model: str, choices: dict, said: str, tmp_pat
     ("options", "said"),
     [
         (["--measure", "x=1"], "--measure goes with --observer"),
+        (["--delay", "x=1"], "--delay goes with --observer"),
         (["--observer", "ekf", "--measure", "x_ddot"], "measure 'x_ddot': it has no nominal value"),
         (["--observer", "ekf", "--measure", "x=1", "--reference"], "observers follow samples"),
     ],
@@ -340,12 +460,13 @@ def test_the_command_line_and_what_samples_do_not_show(tmp_path: Path) -> None:
         "F=1",
     ]
     for _ in range(2):  # the second time it is its own file that is overwritten
-        done = CliRunner().invoke(main, [*asked, "--estimate", "l", "--sample-time", "theta=20 ms"])
+        more = ["--estimate", "l", "--sample-time", "theta=20 ms", "--delay", "theta=40 ms"]
+        done = CliRunner().invoke(main, [*asked, *more])
         assert done.exit_code == 0, done.stderr
         assert "what is measured does not show x;" in done.stderr
     with Stepping(path) as host:
         host.start()
-        assert host.get(["theta_noise", "F_density", "theta_sample_time"]) == pytest.approx(
-            [np.radians(2), 1.0, 0.02], rel=1e-12
+        assert host.get(["theta_noise", "F_density", "theta_sample_time", "theta_delay"]) == pytest.approx(
+            [np.radians(2), 1.0, 0.02, 0.04], rel=1e-12
         )
         assert host.get(["l_std"])[0] == pytest.approx(0.1 * host.get(["l"])[0])

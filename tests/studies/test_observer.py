@@ -230,6 +230,10 @@ def slope(run: Trajectory, push: dict[str, Floats]) -> Floats:
     ("changes", "said"),
     [
         ({"measure": {}}, "nothing is measured"),
+        ({"measure": ["a"]}, "nothing is measured; give measure = {variable: standard deviation}"),
+        ({"measure": {"a": "x"}}, "measure 'a': 'x' is no standard deviation"),
+        ({"data": {"time": [0, np.nan], "a": [1, 1]}}, "the time is nan in row 2; leave that row out"),
+        ({"data": {"time": [], "a": []}}, "there is no row"),
         ({"measure": {"a": 0.0}}, "measure 'a': 0.0 is no standard deviation; give a positive one"),
         ({"measure": {"c": 0.1}}, "there is no column 'c' to measure; known are a, b"),
         ({"process": {"a": -1.0}}, "process 'a': -1.0 is no density of noise"),

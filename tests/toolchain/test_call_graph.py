@@ -132,7 +132,7 @@ def _trees(folder: Path) -> Iterator[tuple[Path, Mapping[str, str]]]:
         if METHODS[solver].error_order == 0:
             bounded = replace(table.tables, bound=StepBound(0.01, 10))
             trees["firmware"] = firmware_sources(found.program, bounded, method, FirmwareStyle("a", own_math=True))
-        if solver == "dopri5":
+        if METHODS[solver].error_order > 0:
             trees["study"] = render_sources(with_adjoints(found.program), table.tables, method, "", "study")
         if model.name == "double_pendulum" and solver == "dopri5":
             trees["observer"] = _observer_sources(model)

@@ -123,7 +123,8 @@ typedef enum {
     FAILURE_EVENT_POLE,      /* an event function grows beyond all bounds */
     FAILURE_CHATTERING,      /* the events at one time have no end */
     FAILURE_ESTIMATE,        /* the equations have no value at an estimate, or no state near it meets the constraints */
-    FAILURE_SAMPLE_TIME      /* a communication step is longer than the time between samples */
+    FAILURE_SAMPLE_TIME,     /* a communication step is longer than the time between samples */
+    FAILURE_PAST             /* more communication points are in the longest delay than are kept */
 } FailureKind;
 
 /* Why the last evaluation or solver step failed; failure_sentence.h puts it in words. */

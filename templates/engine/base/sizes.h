@@ -9,6 +9,8 @@
 #define N_FURTHER (N_STATES - 2 * N_COORDINATES)
 #define SIZE_FURTHER (N_FURTHER > 0 ? N_FURTHER : 1)
 
+enum { MAX_INPUT_ORDER = 3 }; /* the highest time derivatives taken */
+
 /* Short names for the code, as its comments use them. */
 enum { N = N_COORDINATES, K = N_CONSTRAINTS, R = N_RATES };
 

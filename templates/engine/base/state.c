@@ -36,5 +36,5 @@ static bool modes_in_range(const State *state) {
 bool state_in_range(const State *state) {
     return counts(state->steps) && counts(state->stiff_steps) && counts(state->easy_steps) && state->rows.rank >= 0 &&
            state->rows.rank <= N_CONSTRAINTS && (!state->rows_known || is_order(state->rows.order)) &&
-           modes_in_range(state);
+           modes_in_range(state) && observer_memory_in_range(&state->observer);
 }

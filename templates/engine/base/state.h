@@ -22,7 +22,7 @@
 
 enum { HERMITE_TERMS = 3, DENSE_TERMS = HERMITE_TERMS + DENSE_ROWS };
 enum { FIRST_MOTION = N_INPUTS - 3 * N_MOTIONS };   /* among the inputs */
-enum { MAX_INPUT_ORDER = 3, MAX_OUTPUT_ORDER = 2 }; /* the highest time derivatives taken and given */
+enum { MAX_OUTPUT_ORDER = 2 };                      /* the highest time derivatives given */
 
 /* The last solver step, if it went beyond the end of the communication step, see dense_output.h. */
 typedef struct {

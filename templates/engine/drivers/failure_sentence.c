@@ -90,6 +90,10 @@ static void observer_sentence(const Failure *failure, char text[], size_t size) 
     if (failure->kind == FAILURE_SAMPLE_TIME) {
         snprintf(text, size, "from time %.17g the communication step of %.6g s is longer than a sample time, %.6g s; "
                  "take shorter steps, or sample less often", failure->time, failure->step, failure->amount);
+    } else if (failure->kind == FAILURE_PAST) {
+        snprintf(text, size, "at time %.17g samples may be late by %.6g s, in which there are more communication "
+                 "points than the %.0f that are kept; take longer steps", failure->time, failure->step,
+                 failure->amount);
     } else {
         snprintf(text, size, "at time %.17g the equations have no value at the estimate, or no state near it meets the "
                  "constraints; give smaller noise of the start and the process, start nearer to the motion, or sample "
@@ -230,6 +234,7 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
     case FAILURE_ITERATION:
     case FAILURE_ESTIMATE:
     case FAILURE_SAMPLE_TIME:
+    case FAILURE_PAST:
         steps_sentence(failure, text, size);
         break;
     case FAILURE_RESTITUTION:
@@ -253,6 +258,5 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
         break;
     case FAILURE_NONE:
         snprintf(text, size, "no failure is recorded");
-        break;
     }
 }

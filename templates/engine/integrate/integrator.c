@@ -103,7 +103,8 @@ static bool integrate_adaptively(Instance *instance) {
 /* One step, or the part of it that ends with an event. */
 static bool take_step(Instance *instance, Step step) {
     begin_trial(instance, step);
-    if (!update_first_stage(instance) || !solver_step(instance, step) || leaps_over_singularity(instance, step.length) ||
+    if (!update_first_stage(instance) || !solver_step(instance, step) ||
+        leaps_over_singularity(instance, step.length) ||
         !bring_back_result(instance, step) || !end_at_event(instance, &step)) {
         return false;
     }

@@ -6,9 +6,12 @@
 #ifndef OBSERVER_MEMORY_H
 #define OBSERVER_MEMORY_H
 
+#include <stdbool.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "observed.h"
+#include "sizes.h"
 
 enum { OBSERVES = 1 };
 
@@ -18,7 +21,8 @@ enum {
     SLOT_COUNTS = SLOT_SAMPLES + N_MEASURED,
     SLOT_NOISE = SLOT_COUNTS + N_MEASURED,                /* standard deviations of what is measured */
     SLOT_SAMPLE_TIMES = SLOT_NOISE + N_MEASURED,          /* s; 0: there is a sample at each communication point */
-    SLOT_STARTS = SLOT_SAMPLE_TIMES + N_MEASURED,         /* standard deviations of the start */
+    SLOT_DELAYS = SLOT_SAMPLE_TIMES + N_MEASURED,         /* s; by which samples are late, if any are */
+    SLOT_STARTS = SLOT_DELAYS + DELAYED * N_MEASURED,     /* standard deviations of the start */
     SLOT_DENSITIES = SLOT_STARTS + N_OBSERVED,            /* of the noise of the process */
     SLOT_DEVIATIONS = SLOT_DENSITIES + N_DENSITIES,       /* standard deviations of the estimate */
     SLOT_INNOVATIONS = SLOT_DEVIATIONS + N_OBSERVED,      /* of the last samples; 0 where there was none */
@@ -28,11 +32,33 @@ enum {
     N_OBSERVER_SLOTS
 };
 
+/* What was known at a time, before its samples. */
+typedef struct {
+    double time; /* s */
+    double estimate[N_OBSERVED];
+    double basis[N_OBSERVED][N_OBSERVED];
+    double root[N_OBSERVED][N_OBSERVED];
+} Belief;
+
+/* What came at a communication point: inputs, as in the State, and samples. */
+typedef struct {
+    double time; /* s */
+    double inputs[(2 + MAX_INPUT_ORDER) * N_INPUTS];
+    int64_t inputs_move;
+    double samples[N_MEASURED];
+    int64_t counts[N_MEASURED]; /* whether a sample counts */
+} CommunicationPoint;
+
+enum { N_PAST = DELAYED ? 256 : 2 }; /* communication points that are kept; more than fit in usual delays */
+
 typedef struct {
     double slots[N_OBSERVER_SLOTS];
     double due[N_MEASURED]; /* s; of the next samples */
     double basis[N_OBSERVED][N_OBSERVED];
     double root[N_OBSERVED][N_OBSERVED];
+    Belief earlier;         /* before the first sample that may still come */
+    int64_t first, points;  /* of the past: the place of the first one, and how many there are */
+    CommunicationPoint past[N_PAST];
 } ObserverMemory;
 
 enum {
@@ -61,6 +87,10 @@ typedef struct {
 
 static inline void observer_memory_start(ObserverMemory *memory) {
     memcpy(memory->slots, START_OBSERVER, sizeof memory->slots);
+}
+
+static inline bool observer_memory_in_range(const ObserverMemory *memory) {
+    return memory->first >= 0 && memory->first < N_PAST && memory->points >= 0 && memory->points <= N_PAST;
 }
 
 #endif

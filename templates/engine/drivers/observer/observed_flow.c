@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "finite.h"
 #include "inputs.h"
 #include "orthogonal.h"
 #include "scale.h"
@@ -27,25 +28,35 @@ static void spread_entries(ObserverScratch *work) {
     }
 }
 
-bool observed_evaluate(Instance *instance, double time, const double x[], bool slopes) {
+static bool pivots_positive(int count, const double values[]) {
+    bool sound = true;
+    for (int i = 0; i < count; i++) {
+        sound = sound && values[i] > 0.0;
+    }
+    return sound;
+}
+
+bool observed_evaluate(Instance *instance, double time, const double x[], Observe asked) {
     ObserverScratch *work = &instance->scratch.observer;
-    const double *inputs = inputs_at(instance, time);
-    memcpy(work->parameters, instance->state.parameters, sizeof work->parameters);
+    const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
+    if (N_ESTIMATED > 0) {
+        memcpy(work->parameters, parameters, sizeof work->parameters);
+        parameters = work->parameters;
+    }
     for (int k = 0; k < N_ESTIMATED; k++) {
         work->parameters[ESTIMATED[k]] = x[N_STATES + k];
     }
-    if (slopes) {
-        observed_slopes(time, x, inputs, work->parameters, work->values, work->entries, work->pivots);
-        spread_entries(work);
-    } else {
-        observed_values(time, x, inputs, work->parameters, work->values, work->pivots);
-    }
     bool sound = true;
-    for (int i = 0; i < N_OBSERVED_PIVOTS; i++) {
-        sound = sound && work->pivots[i] > 0.0;
-    }
-    for (int i = 0; i < N_OBSERVED_ROWS; i++) {
-        sound = sound && isfinite(work->values[i]);
+    if (asked == OBSERVE_OUTPUTS) {
+        observed_outputs(time, x, inputs, parameters, work->values);
+        sound = all_finite(work->values + N_STATES, N_MEASURED);
+    } else if (asked == OBSERVE_RATES) {
+        observed_rates(time, x, inputs, parameters, work->values, work->pivots);
+        sound = pivots_positive(N_OBSERVED_PIVOTS, work->pivots) && all_finite(work->values, N_STATES);
+    } else {
+        observed_slopes(time, x, inputs, parameters, work->values, work->entries, work->pivots);
+        spread_entries(work);
+        sound = pivots_positive(N_OBSERVED_PIVOTS, work->pivots) && all_finite(work->values, N_OBSERVED_ROWS);
     }
     return sound || without_value(instance, time);
 }
@@ -73,7 +84,7 @@ static bool move_step(Instance *instance, double time, double h, double x[]) {
         for (int i = 0; i < N_STATES && s > 0; i++) {
             stage[i] = x[i] + NODES[s] * h * rates[i];
         }
-        if (!observed_evaluate(instance, time + NODES[s] * h, stage, false)) {
+        if (!observed_evaluate(instance, time + NODES[s] * h, stage, OBSERVE_RATES)) {
             return false;
         }
         for (int i = 0; i < N_STATES; i++) {
@@ -148,6 +159,18 @@ static void grow(ObserverScratch *work, double t) {
     }
 }
 
+/* The noise that the process adds in a step of h (s): 2 N_DENSITIES columns, in rows of this stride. */
+static void add_noise(ObserverScratch *work, double h, double columns[], int stride) {
+    for (int node = 0; node < 2; node++) {
+        grow(work, (node == 0 ? 0.5 + GAUSS : 0.5 - GAUSS) * h);
+        for (int i = 0; i < N_OBSERVED; i++) {
+            for (int k = 0; k < N_DENSITIES; k++) {
+                columns[i * stride + node * N_DENSITIES + k] = sqrt(h / 2.0) * work->grown[i][k];
+            }
+        }
+    }
+}
+
 /* The spread behind a step of h (s): what was there, moved by I + sum, and what the process adds. */
 static void spread_step(ObserverScratch *work, double h, double spread[][N_OBSERVED]) {
     enum { WIDTH = N_OBSERVED + 2 * N_DENSITIES };
@@ -155,19 +178,13 @@ static void spread_step(ObserverScratch *work, double h, double spread[][N_OBSER
         double *row = work->whole + i * WIDTH;
         memcpy(row, spread[i], N_OBSERVED * sizeof(double));
         for (int k = 0; k < N_OBSERVED; k++) {
-            for (int j = 0; j < N_OBSERVED; j++) {
-                row[j] += work->sum[i][k] * spread[k][j];
+            const double part = work->sum[i][k];
+            for (int j = 0; j < N_OBSERVED && part != 0.0; j++) {
+                row[j] += part * spread[k][j];
             }
         }
     }
-    for (int node = 0; node < 2; node++) {
-        grow(work, (node == 0 ? 0.5 + GAUSS : 0.5 - GAUSS) * h);
-        for (int i = 0; i < N_OBSERVED; i++) {
-            for (int k = 0; k < N_DENSITIES; k++) {
-                work->whole[i * WIDTH + N_OBSERVED + node * N_DENSITIES + k] = sqrt(h / 2.0) * work->grown[i][k];
-            }
-        }
-    }
+    add_noise(work, h, work->whole + N_OBSERVED, WIDTH);
     lower_triangular(N_OBSERVED, WIDTH, work->whole);
     for (int i = 0; i < N_OBSERVED; i++) {
         memcpy(spread[i], work->whole + i * WIDTH, N_OBSERVED * sizeof(double));
@@ -184,7 +201,7 @@ static bool flow_step(Instance *instance, double time, double h, double x[], dou
         for (int i = 0; i < N_STATES && s > 0; i++) {
             stage[i] = x[i] + NODES[s] * h * work->values[i];
         }
-        if (!observed_evaluate(instance, time + NODES[s] * h, stage, true)) {
+        if (!observed_evaluate(instance, time + NODES[s] * h, stage, OBSERVE_SLOPES)) {
             return false;
         }
         if (s == 1) {
@@ -213,4 +230,43 @@ bool observed_flow(Instance *instance, double start, double end, double x[], dou
         }
     }
     return count > 0.0;
+}
+
+/* The spread behind a first step of h (s), which begins with none: so only the slopes in its middle count. */
+static bool begin_spread(Instance *instance, double time, double h, const double x[], double spread[][N_OBSERVED]) {
+    ObserverScratch *work = &instance->scratch.observer;
+    double middle[N_OBSERVED];
+    memset(spread, 0, N_OBSERVED * sizeof spread[0]);
+    if (!observed_evaluate(instance, time, x, OBSERVE_RATES)) {
+        return false;
+    }
+    memcpy(middle, x, sizeof middle);
+    for (int i = 0; i < N_STATES; i++) {
+        middle[i] = x[i] + 0.5 * h * work->values[i];
+    }
+    if (!observed_evaluate(instance, time + 0.5 * h, middle, OBSERVE_SLOPES)) {
+        return false;
+    }
+    keep_middle(&instance->state.observer, work);
+    if (2 * N_DENSITIES <= N_OBSERVED) { /* its columns have room there */
+        add_noise(work, h, spread[0], N_OBSERVED);
+        return true;
+    }
+    memset(work->sum, 0, sizeof work->sum);
+    spread_step(work, h, spread);
+    return true;
+}
+
+bool observed_noise(Instance *instance, double start, double end, double x[], double spread[][N_OBSERVED]) {
+    const double count = steps_between(instance, start, end), h = (end - start) / count;
+    if (!(count > 0.0) || !begin_spread(instance, start, h, x, spread) ||
+        (count > 1.0 && !move_step(instance, start, h, x))) {
+        return false;
+    }
+    for (double i = 1.0; i < count; i++) {
+        if (!flow_step(instance, start + i * h, h, x, spread)) {
+            return false;
+        }
+    }
+    return true;
 }

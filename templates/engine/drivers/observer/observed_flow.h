@@ -6,12 +6,18 @@
 
 #include "instance.h"
 
-/* Fills the values of the scratch at a time (s) and a state x[N_OBSERVED], and its slopes too if they are asked for.
-   Returns false, with instance->failure, where the equations have no value. */
-bool observed_evaluate(Instance *instance, double time, const double x[], bool slopes);
+/* What of the values of the scratch is asked for: all with their slopes, or a part without. */
+typedef enum { OBSERVE_RATES, OBSERVE_OUTPUTS, OBSERVE_SLOPES } Observe;
+
+/* Fills the values of the scratch that are asked for, at a time (s) and a state x[N_OBSERVED]. Returns false, with
+   instance->failure, where the equations have no value. */
+bool observed_evaluate(Instance *instance, double time, const double x[], Observe asked);
 
 /* Moves x from start to end (s). */
 bool observed_move(Instance *instance, double start, double end, double x[]);
+
+/* The spread that the process adds from start to end (s) to none; x is lost. */
+bool observed_noise(Instance *instance, double start, double end, double x[], double spread[][N_OBSERVED]);
 
 /* Moves x from start to end (s), and the spread, a root of a covariance, with it: the process adds its noise. */
 bool observed_flow(Instance *instance, double start, double end, double x[], double spread[][N_OBSERVED]);

@@ -29,7 +29,7 @@ bool observed_basis(Instance *instance, double time, const double x[], double ba
     double lengths[SIZE_BOUND], column[N_OBSERVED];
     int kept[SIZE_BOUND], rank = 0;
     if (N_BOUND > 0) {
-        if (!observed_evaluate(instance, time, x, true)) {
+        if (!observed_evaluate(instance, time, x, OBSERVE_SLOPES)) {
             return false;
         }
         unit_rows(work, N_OBSERVED, lengths);
@@ -70,7 +70,7 @@ bool observed_project(Instance *instance, double time, double x[]) {
     double correction[N_STATES];
     for (int round = 0; round < MOST_MANIFOLD_ROUNDS && N_BOUND > 0; round++) {
         double moved = 0.0, size = 0.0;
-        if (!observed_evaluate(instance, time, x, true)) {
+        if (!observed_evaluate(instance, time, x, OBSERVE_SLOPES)) {
             return false;
         }
         least_correction(&instance->scratch.observer, correction);

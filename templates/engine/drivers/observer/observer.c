@@ -1,79 +1,19 @@
-/* Kalman's filters in square-root form: what stands side by side is brought to triangular form, so that covariances
-   stay positive whatever rounding does. T. Kailath, A. H. Sayed, B. Hassibi, Linear Estimation, 2000, chapter 12; S.
-   Sarkka, Bayesian Filtering and Smoothing, 2013, sections 5.2 (extended) and 6.6 (cubature points: UNSCENTED). */
+/* The filter goes through the samples in the order of the times to which they belong. Where some are late, the belief
+   before the first one that may still come is kept, with all samples and inputs from there on, and each communication
+   step goes from it to its own end. So a late sample counts as if it had come in time, for constraints and points too.
+   Y. Bar-Shalom, X. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 7.2.4
+   (reprocessing). */
 #include "observer.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "inputs.h"
+#include "kalman.h"
 #include "notices.h"
-#include "observed_flow.h"
-#include "observed_manifold.h"
-#include "orthogonal.h"
 #include "scale.h"
 #include "watching.h"
-
-/* to = basis^T from, where from[N_OBSERVED][columns]; rows of `to` have this stride. */
-static void into_basis(double basis[][N_OBSERVED], const double from[], int columns, double to[], int stride) {
-    for (int i = 0; i < N_OBSERVED; i++) {
-        memset(to + i * stride, 0, (size_t)columns * sizeof(double));
-        for (int k = 0; k < N_OBSERVED; k++) {
-            for (int j = 0; j < columns; j++) {
-                to[i * stride + j] += basis[k][i] * from[k * columns + j];
-            }
-        }
-    }
-}
-
-/* product = basis root. */
-static void full_root(const ObserverMemory *memory, double product[][N_OBSERVED]) {
-    if (N_BOUND == 0) {
-        memcpy(product, memory->root, sizeof memory->root);
-        return;
-    }
-    for (int i = 0; i < N_OBSERVED; i++) {
-        memset(product[i], 0, N_OBSERVED * sizeof(double));
-        for (int k = 0; k < N_OBSERVED; k++) {
-            for (int j = 0; j <= k; j++) {
-                product[i][j] += memory->basis[i][k] * memory->root[k][j];
-            }
-        }
-    }
-}
-
-/* The root in the memory becomes the first columns of the scratch's whole, a matrix of this width, from a row on. */
-static void take_root(ObserverMemory *memory, const double *whole, int width) {
-    for (int i = 0; i < N_OBSERVED; i++) {
-        memcpy(memory->root[i], whole + i * width, N_OBSERVED * sizeof(double));
-    }
-}
-
-/* The root in the basis follows from the scratch's noise, a lower triangular one of changes of the state. Without
-   constraints they are the same. */
-static void turn_root(ObserverMemory *memory, ObserverScratch *work) {
-    if (N_BOUND == 0) {
-        memcpy(memory->root, work->noise, sizeof memory->root);
-        return;
-    }
-    into_basis(memory->basis, &work->noise[0][0], N_OBSERVED, work->whole, N_OBSERVED);
-    lower_triangular(N_OBSERVED, N_OBSERVED, work->whole);
-    take_root(memory, work->whole, N_OBSERVED);
-}
-
-/* Standard deviations are lengths of rows. */
-static void show_deviations(Instance *instance) {
-    ObserverMemory *memory = &instance->state.observer;
-    double (*product)[N_OBSERVED] = instance->scratch.observer.product;
-    full_root(memory, product);
-    for (int i = 0; i < N_OBSERVED; i++) {
-        double square = 0.0;
-        for (int j = 0; j < N_OBSERVED; j++) {
-            square += product[i][j] * product[i][j];
-        }
-        memory->slots[SLOT_DEVIATIONS + i] = sqrt(square);
-    }
-}
 
 static void gather_estimate(Instance *instance) {
     const State *state = &instance->state;
@@ -95,262 +35,144 @@ static void keep_estimate(Instance *instance) {
     state->first_stage_valid = 0;
 }
 
+/* The present belief becomes that of a time (s). */
+static void keep_belief(Instance *instance, double time) {
+    ObserverMemory *memory = &instance->state.observer;
+    Belief *earlier = &memory->earlier;
+    earlier->time = time;
+    memcpy(earlier->estimate, instance->scratch.observer.estimate, sizeof earlier->estimate);
+    memcpy(earlier->basis, memory->basis, sizeof earlier->basis);
+    memcpy(earlier->root, memory->root, sizeof earlier->root);
+}
+
+/* The kept belief becomes the present one. Returns its time (s). */
+static double recall_belief(Instance *instance) {
+    ObserverMemory *memory = &instance->state.observer;
+    const Belief *earlier = &memory->earlier;
+    memcpy(instance->scratch.observer.estimate, earlier->estimate, sizeof earlier->estimate);
+    memcpy(memory->basis, earlier->basis, sizeof earlier->basis);
+    memcpy(memory->root, earlier->root, sizeof earlier->root);
+    return earlier->time;
+}
+
 bool observer_begin(Instance *instance) {
     ObserverMemory *memory = &instance->state.observer;
-    ObserverScratch *work = &instance->scratch.observer;
     const double time = instance->state.time;
     gather_estimate(instance);
     instance->scratch.inputs_move = false;
-    if (!observed_project(instance, time, work->estimate) ||
-        !observed_basis(instance, time, work->estimate, memory->basis)) {
+    if (!kalman_start(instance, time)) {
         return false;
     }
-    for (int i = 0; i < N_OBSERVED; i++) {
-        for (int j = 0; j < N_OBSERVED; j++) {
-            work->whole[i * N_OBSERVED + j] = memory->basis[j][i] * memory->slots[SLOT_STARTS + j];
-        }
-    }
-    lower_triangular(N_OBSERVED, N_OBSERVED, work->whole);
-    take_root(memory, work->whole, N_OBSERVED);
     for (int i = 0; i < N_MEASURED; i++) {
         memory->due[i] = time;
     }
-    show_deviations(instance);
+    memory->points = 0;
+    keep_belief(instance, time);
+    kalman_show(instance);
     return true;
 }
 
-/* ---------------------------------------------------------------------------------------------------- points */
+/* ---------------------------------------------------------------------------------------------------- the past */
 
-/* How many directions errors have. */
-static int freedom(double basis[][N_OBSERVED]) {
-    int count = 0;
-    for (int j = 0; j < N_OBSERVED; j++) {
-        bool some = false;
-        for (int i = 0; i < N_OBSERVED; i++) {
-            some = some || basis[i][j] != 0.0;
-        }
-        count += some;
-    }
-    return count;
+/* The communication point i of those that are kept. */
+static CommunicationPoint *point_at(ObserverMemory *memory, int64_t i) {
+    return &memory->past[(memory->first + i) % N_PAST];
 }
 
-/* Places the cloud about the estimate: 2 r points of equal weight, each on the constraints. Returns r, 0 if one
-   fails. */
-static int place_cloud(Instance *instance, double time) {
-    ObserverMemory *memory = &instance->state.observer;
-    ObserverScratch *work = &instance->scratch.observer;
-    const int r = freedom(memory->basis);
-    full_root(memory, work->product);
-    for (int k = 0; k < 2 * r; k++) {
-        const double reach = k < r ? sqrt((double)r) : -sqrt((double)r);
-        for (int i = 0; i < N_OBSERVED; i++) {
-            work->cloud[k][i] = work->estimate[i] + reach * work->product[i][k % r];
-        }
-        if (!observed_project(instance, time, work->cloud[k])) {
-            return 0;
-        }
-    }
-    return r;
+/* s; by which what is measured at a place i is late. */
+static double delay_of(const ObserverMemory *memory, int i) {
+    return DELAYED ? memory->slots[SLOT_DELAYS + i] : 0.0;
 }
 
-/* ---------------------------------------------------------------------------------------------------- motion */
-
-/* The cloud moves, and the estimate becomes its mean; whole, of this width, gets the errors of its points. */
-static bool move_cloud(Instance *instance, double start, double end, double basis[][N_OBSERVED], int width) {
-    ObserverScratch *work = &instance->scratch.observer;
-    const int r = place_cloud(instance, start);
-    double mean[N_OBSERVED] = {0.0};
-    for (int k = 0; k < 2 * r; k++) {
-        if (!observed_move(instance, start, end, work->cloud[k]) ||
-            !observed_project(instance, end, work->cloud[k])) {
-            return false;
-        }
-        for (int i = 0; i < N_OBSERVED; i++) {
-            mean[i] += work->cloud[k][i] / (2 * r);
-        }
+static double longest_delay(const ObserverMemory *memory) {
+    double longest = 0.0;
+    for (int i = 0; i < N_MEASURED; i++) {
+        longest = fmax(longest, delay_of(memory, i));
     }
-    memcpy(work->estimate, mean, sizeof mean);
-    if (r == 0 || !observed_project(instance, end, work->estimate) ||
-        !observed_basis(instance, end, work->estimate, basis)) {
+    return longest;
+}
+
+/* Notes the present point, with the samples that are due and count. Returns false, with instance->failure, if there is
+   no room for it. */
+static bool note_point(Instance *instance, double step) {
+    State *state = &instance->state;
+    ObserverMemory *memory = &state->observer;
+    if (memory->points == N_PAST) {
+        instance->failure.kind = FAILURE_PAST;
+        instance->failure.time = state->time;
+        instance->failure.step = longest_delay(memory);
+        instance->failure.amount = N_PAST;
         return false;
     }
-    for (int i = 0; i < N_OBSERVED; i++) {
-        memset(work->whole + i * width, 0, (size_t)width * sizeof(double));
-        for (int k = 0; k < 2 * r; k++) {
-            for (int j = 0; j < N_OBSERVED; j++) {
-                work->whole[i * width + k] += basis[j][i] * (work->cloud[k][j] - work->estimate[j]) / sqrt(2.0 * r);
-            }
-        }
-    }
-    return true;
-}
-
-static bool predict_unscented(Instance *instance, double start, double end) {
-    enum { WIDTH = N_CLOUD + N_OBSERVED };
-    ObserverMemory *memory = &instance->state.observer;
-    ObserverScratch *work = &instance->scratch.observer;
-    double centre[N_OBSERVED];
-    memcpy(centre, work->estimate, sizeof centre);
-    memset(work->noise, 0, sizeof work->noise);
-    if (!observed_flow(instance, start, end, centre, work->noise) ||
-        !move_cloud(instance, start, end, memory->basis, WIDTH)) {
-        return false;
-    }
-    into_basis(memory->basis, &work->noise[0][0], N_OBSERVED, work->whole + N_CLOUD, WIDTH);
-    lower_triangular(N_OBSERVED, WIDTH, work->whole);
-    take_root(memory, work->whole, WIDTH);
-    return true;
-}
-
-static bool predict_extended(Instance *instance, double start, double end) {
-    ObserverMemory *memory = &instance->state.observer;
-    ObserverScratch *work = &instance->scratch.observer;
-    full_root(memory, work->noise);
-    if (!observed_flow(instance, start, end, work->estimate, work->noise) ||
-        !observed_project(instance, end, work->estimate) ||
-        !observed_basis(instance, end, work->estimate, memory->basis)) {
-        return false;
-    }
-    turn_root(memory, work);
-    return true;
-}
-
-/* ---------------------------------------------------------------------------------------------------- samples */
-
-/* Fills whole: errors of what is measured, behind columns for its noise, and below them those of the state of the same
-   causes. They follow from the slopes at the estimate. */
-static bool expect_extended(Instance *instance, double time, int count, const int taken[], double expected[]) {
-    const ObserverMemory *memory = &instance->state.observer;
-    ObserverScratch *work = &instance->scratch.observer;
-    const int width = count + N_SPREAD;
-    if (!observed_evaluate(instance, time, work->estimate, true)) {
-        return false;
-    }
-    full_root(memory, work->product);
-    for (int m = 0; m < count; m++) {
-        double *row = work->whole + m * width + count;
-        expected[m] = work->values[N_STATES + taken[m]];
-        for (int k = 0; k < N_OBSERVED; k++) {
-            for (int j = 0; j < N_OBSERVED; j++) {
-                row[j] += work->slopes[N_STATES + taken[m]][k] * work->product[k][j];
-            }
-        }
-    }
-    for (int i = 0; i < N_OBSERVED; i++) {
-        memcpy(work->whole + (count + i) * width + count, memory->root[i], sizeof memory->root[i]);
-    }
-    return true;
-}
-
-/* The same from points. */
-static bool expect_unscented(Instance *instance, double time, int count, const int taken[], double expected[]) {
-    const ObserverMemory *memory = &instance->state.observer;
-    ObserverScratch *work = &instance->scratch.observer;
-    const int width = count + N_SPREAD, r = place_cloud(instance, time);
-    memset(expected, 0, (size_t)count * sizeof(double));
-    for (int k = 0; k < 2 * r; k++) {
-        if (!observed_evaluate(instance, time, work->cloud[k], false)) {
-            return false;
-        }
-        for (int m = 0; m < count; m++) {
-            work->seen[k][m] = work->values[N_STATES + taken[m]];
-            expected[m] += work->seen[k][m] / (2 * r);
-        }
-    }
-    for (int k = 0; k < 2 * r; k++) {
-        for (int m = 0; m < count; m++) {
-            work->whole[m * width + count + k] = (work->seen[k][m] - expected[m]) / sqrt(2.0 * r);
-        }
-        for (int i = 0; i < N_OBSERVED; i++) {
-            const double error = memory->root[i][k % r] / sqrt(2.0);
-            work->whole[(count + i) * width + count + k] = k < r ? error : -error;
-        }
-    }
-    return r > 0;
-}
-
-/* Shows the innovations of the samples, and fills error[N_OBSERVED]: the correction of the estimate in its basis. */
-static void weigh(Instance *instance, int count, const int taken[], const double expected[], double error[]) {
-    ObserverMemory *memory = &instance->state.observer;
-    const double *whole = instance->scratch.observer.whole;
-    const int width = count + N_SPREAD;
-    double scaled[N_MEASURED];
-    for (int m = 0; m < count; m++) {
-        const double *row = whole + m * width;
-        const double innovation = memory->slots[SLOT_SAMPLES + taken[m]] - expected[m];
-        double left = innovation, square = row[m] * row[m];
-        for (int k = 0; k < m; k++) {
-            left -= row[k] * scaled[k];
-            square += row[k] * row[k];
-        }
-        scaled[m] = left / row[m];
-        memory->slots[SLOT_INNOVATIONS + taken[m]] = innovation;
-        memory->slots[SLOT_INNOVATION_DEVIATIONS + taken[m]] = sqrt(square);
-        memory->slots[SLOT_SQUARED] += scaled[m] * scaled[m];
-    }
-    memory->slots[SLOT_DEGREES] = count;
-    for (int i = 0; i < N_OBSERVED; i++) {
-        error[i] = 0.0;
-        for (int m = 0; m < count; m++) {
-            error[i] += whole[(count + i) * width + m] * scaled[m];
-        }
-    }
-}
-
-/* The estimate moves by the error, and the root behind it, in the basis from before, turns to the basis there. */
-static bool move_estimate(Instance *instance, double time, int count, const double error[]) {
-    ObserverMemory *memory = &instance->state.observer;
-    ObserverScratch *work = &instance->scratch.observer;
-    take_root(memory, work->whole + count * (count + N_SPREAD) + count, count + N_SPREAD);
-    full_root(memory, work->noise);
-    for (int i = 0; i < N_OBSERVED; i++) {
-        for (int k = 0; k < N_OBSERVED; k++) {
-            work->estimate[i] += memory->basis[i][k] * error[k];
-        }
-    }
-    if (!observed_project(instance, time, work->estimate) ||
-        !observed_basis(instance, time, work->estimate, memory->basis)) {
-        return false;
-    }
-    turn_root(memory, work);
-    return true;
-}
-
-/* Corrects the estimate by these samples at a time (s). */
-static bool correct_estimate(Instance *instance, double time, int count, const int taken[]) {
-    const ObserverMemory *memory = &instance->state.observer;
-    ObserverScratch *work = &instance->scratch.observer;
-    const int width = count + N_SPREAD;
-    double expected[N_MEASURED], error[N_OBSERVED];
-    memset(work->whole, 0, sizeof work->whole);
-    if (!(UNSCENTED ? expect_unscented : expect_extended)(instance, time, count, taken, expected)) {
-        return false;
-    }
-    for (int m = 0; m < count; m++) {
-        work->whole[m * width + m] = memory->slots[SLOT_NOISE + taken[m]];
-    }
-    lower_triangular(count + N_OBSERVED, width, work->whole);
-    weigh(instance, count, taken, expected, error);
-    return move_estimate(instance, time, count, error);
-}
-
-/* The samples that are due at a time (s) and count, in taken[N_MEASURED]; returns how many there are. */
-static int take_samples(ObserverMemory *memory, double time, double step, int taken[]) {
-    int count = 0;
+    CommunicationPoint *point = point_at(memory, memory->points++);
+    point->time = state->time;
+    point->inputs_move = instance->scratch.inputs_move;
+    memcpy(point->inputs, state->inputs, sizeof point->inputs);
     for (int i = 0; i < N_MEASURED; i++) {
         const double between = memory->slots[SLOT_SAMPLE_TIMES + i];
-        const bool due = between <= 0.0 || time >= memory->due[i] - COMMUNICATION_POINT * step;
+        const bool due = between <= 0.0 || state->time >= memory->due[i] - COMMUNICATION_POINT * step;
         if (due && between > 0.0) {
-            const double passed = floor((time + COMMUNICATION_POINT * step - memory->due[i]) / between);
+            const double passed = floor((state->time + COMMUNICATION_POINT * step - memory->due[i]) / between);
             memory->due[i] += (passed + 1.0) * between;
         }
-        if (due && memory->slots[SLOT_COUNTS + i] >= 0.5) {
-            taken[count++] = i;
-        }
+        point->samples[i] = memory->slots[SLOT_SAMPLES + i];
+        point->counts[i] = due && memory->slots[SLOT_COUNTS + i] >= 0.5;
     }
     memset(memory->slots + SLOT_INNOVATIONS, 0, (size_t)(N_OBSERVER_SLOTS - SLOT_INNOVATIONS) * sizeof(double));
-    return count;
+    return true;
 }
+
+/* Forgets the points behind which another one is not later than the kept belief. */
+static void forget_points(ObserverMemory *memory, double near) {
+    while (memory->points > 1 && point_at(memory, 1)->time <= memory->earlier.time + near) {
+        memory->first = (memory->first + 1) % N_PAST;
+        memory->points--;
+    }
+}
+
+/* The inputs of the last point that is not later than a time (s). */
+static void recall_inputs(Instance *instance, double time) {
+    ObserverMemory *memory = &instance->state.observer;
+    int64_t i = memory->points - 1;
+    while (i > 0 && point_at(memory, i)->time > time) {
+        i--;
+    }
+    const CommunicationPoint *point = point_at(memory, i);
+    memcpy(instance->state.inputs, point->inputs, sizeof point->inputs);
+    instance->scratch.inputs_move = point->inputs_move != 0;
+    instance->scratch.step_start = point->time;
+}
+
+/* What was measured at a time (s), apart from it by no more than near; from the present point it is fresh. */
+static void gather_sample(ObserverMemory *memory, double time, double near, Sample *sample) {
+    sample->old = sample->fresh = 0;
+    for (int64_t j = 0; j < memory->points; j++) {
+        const CommunicationPoint *point = point_at(memory, j);
+        for (int i = 0; i < N_MEASURED; i++) {
+            if (point->counts[i] && fabs(point->time - delay_of(memory, i) - time) <= near) {
+                sample->taken[sample->old + sample->fresh] = i;
+                sample->measured[i] = point->samples[i];
+                *(j + 1 < memory->points ? &sample->old : &sample->fresh) += 1;
+            }
+        }
+    }
+}
+
+/* The next time (s) at which inputs or samples come, at most the end. */
+static double next_time(ObserverMemory *memory, double time, double near, double end) {
+    double next = end;
+    for (int64_t j = 0; j < memory->points; j++) {
+        const CommunicationPoint *point = point_at(memory, j);
+        next = point->time > time + near ? fmin(next, point->time) : next;
+        for (int i = 0; i < N_MEASURED; i++) {
+            const double belongs = point->time - delay_of(memory, i);
+            next = point->counts[i] && belongs > time + near ? fmin(next, belongs) : next;
+        }
+    }
+    return next < end - near ? next : end;
+}
+
+/* ---------------------------------------------------------------------------------------------------- a step */
 
 /* Is the step (s) no longer than the time between samples? */
 static bool samples_fit(Instance *instance, double step) {
@@ -367,33 +189,51 @@ static bool samples_fit(Instance *instance, double step) {
     return true;
 }
 
-/* Samples at the present point, and the motion from there to the end (s). */
+/* From the kept belief to the end (s), by all that is known of the time between. */
 static bool estimate_to(Instance *instance, double end) {
     ObserverMemory *memory = &instance->state.observer;
-    const double time = instance->state.time;
-    int taken[N_MEASURED];
-    if (!samples_fit(instance, end - time)) {
-        return false;
+    const double longest = longest_delay(memory), near = INSTANT * longest;
+    Sample sample;
+    double time = recall_belief(instance);
+    for (;;) {
+        if (time <= end - longest + near / 2.0) {
+            keep_belief(instance, time); /* before its samples, as one may still come that belongs here */
+        }
+        if (time >= end) {
+            forget_points(memory, near);
+            return true;
+        }
+        recall_inputs(instance, time + near);
+        gather_sample(memory, time, near, &sample);
+        const double next = next_time(memory, time, near, end);
+        if ((sample.old + sample.fresh > 0 && !kalman_correct(instance, time, &sample)) ||
+            !kalman_predict(instance, time, next)) {
+            return false;
+        }
+        time = next;
     }
-    const int count = take_samples(memory, time, end - time, taken);
-    return (count == 0 || correct_estimate(instance, time, count, taken)) &&
-           (UNSCENTED ? predict_unscented : predict_extended)(instance, time, end);
 }
 
 bool observer_advance(Instance *instance, double end) {
     State *state = &instance->state;
-    instance->scratch.observer.before = state->observer;
+    ObserverMemory *before = &instance->scratch.observer.before;
+    const size_t changing = offsetof(ObserverMemory, past); /* a point that is kept stands behind those before */
+    memcpy(before, &state->observer, changing);
     instance->failure.kind = FAILURE_NONE;
     begin_notices(instance);
     inputs_begin(instance);
-    gather_estimate(instance);
-    const bool found = estimate_to(instance, end);
+    const double step = end - state->time;
+    const bool noted = samples_fit(instance, step) && note_point(instance, step);
+    const bool found = noted && estimate_to(instance, end);
+    if (noted) {
+        recall_inputs(instance, end); /* the present ones */
+    }
     if (found) {
         state->time = end;
         keep_estimate(instance);
-        show_deviations(instance);
+        kalman_show(instance);
     } else {
-        state->observer = instance->scratch.observer.before;
+        memcpy(&state->observer, before, changing);
     }
     inputs_end(instance);
     keep_motions(state);

@@ -72,6 +72,13 @@ static bool sample_here(Variations *variations) {
     return true;
 }
 
+/* The end (s) of the stretch that begins: at a knot, or at the next sample if steps hold none. */
+static double stretch_end(const Variations *variations, double stop) {
+    const Request *request = variations->request;
+    const double knot = study_next_knot(&variations->study.instance, request, stop);
+    return STEPS_HOLD_SAMPLES || knot < request->times[variations->next] ? knot : request->times[variations->next];
+}
+
 bool study_stretches(Variations *variations, bool (*integrate)(Variations *variations, double end),
                      bool (*sample)(Variations *variations)) {
     Instance *instance = &variations->study.instance;
@@ -83,7 +90,7 @@ bool study_stretches(Variations *variations, bool (*integrate)(Variations *varia
         if (!first) {
             study_drive(instance, request);
         }
-        end = first ? end : study_next_knot(instance, request, stop);
+        end = first ? end : stretch_end(variations, stop);
         first = false;
         if (!integrate(variations, end) || !sample(variations)) {
             return false;

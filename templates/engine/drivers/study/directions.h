@@ -9,6 +9,7 @@
 #define DIRECTIONS_H
 
 #include "dense_output.h"
+#include "directed_memory.h"
 #include "study.h"
 
 enum { N_JUMPING = N_STATES + N_MASKS }; /* the states, and what modes remember beside them: places that latches hold */
@@ -33,6 +34,7 @@ typedef struct {
     int next; /* the sample that comes */
     int count;
     void *tape; /* that records the run, if one does */
+    DirectedMemory method;
     Direction directions[];
 } Variations;
 

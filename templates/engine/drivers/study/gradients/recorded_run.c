@@ -40,7 +40,7 @@ void *study_tape_new(void *study, int varied) {
     tape->jacobians.size = N_JUMPING * (size_t)(varied + N_JUMPING) * sizeof(double);
     tape->seeds = (Seed *)calloc((size_t)varied, sizeof(Seed));
     tape->starts = (double *)calloc((size_t)varied * N_JUMPING, sizeof(double));
-    tape_read_tableau(tape);
+    tape_begin_method(tape);
     if (tape->seeds == NULL || tape->starts == NULL) {
         study_tape_free(tape);
         return NULL;
@@ -101,6 +101,7 @@ static Entry *add_checked(Tape *tape, EntryKind kind) {
     memcpy(checkpoint->states, instance->state.states, sizeof checkpoint->states);
     memcpy(checkpoint->slope, instance->state.first_stage, sizeof checkpoint->slope);
     memcpy(checkpoint->end_states, instance->scratch.new_states, sizeof checkpoint->end_states);
+    step_record_take(&checkpoint->record, &instance->state);
     return entry;
 }
 

@@ -15,6 +15,7 @@
 #define TAPE_H
 
 #include "directions.h"
+#include "reverse_memory.h"
 
 typedef enum { ENTRY_STRETCH, ENTRY_STEP, ENTRY_EVENT, ENTRY_SAMPLES } EntryKind;
 
@@ -32,6 +33,7 @@ typedef struct {
     double states[N_STATES];
     double slope[N_STATES];
     double end_states[N_STATES];
+    StepRecord record;
 } Checkpoint;
 
 /* What holds from the beginning of a stretch, or from an event on: inputs, modes, switches. */
@@ -60,11 +62,7 @@ typedef struct {
     size_t base;           /* the kept motion in the instance */
     Seed total;            /* the derivatives by states, inputs and parameters; the states are lambda */
     double *gradient;      /* (varied), the part that events give */
-    double rows[STAGES + 1][STAGES];        /* a_ij of the stages, and b_j behind them */
-    double dense[DENSE_TERMS][STAGES];      /* the terms of the interpolant by the stages, both in units of h */
-    double states[STAGES][N_STATES];        /* of the stages */
-    double stages[STAGES][N_STATES];        /* the derivatives by their slopes */
-    double terms[DENSE_TERMS][N_STATES];    /* the derivatives by the terms of the interpolant */
+    ReverseMemory method;
 } Tape;
 
 /* The entry i of a list. */
@@ -75,8 +73,19 @@ static inline void *list_at(const List *list, size_t i) {
 /* A new last entry, without contents; NULL without memory, which the tape notes. */
 void *tape_add(Tape *tape, List *list);
 
-/* The rows of the tableau, and those of its interpolant, from the functions that use them. */
-void tape_read_tableau(Tape *tape);
+/* What the steps of the method need, before the first one. */
+void tape_begin_method(Tape *tape);
+
+static inline void tape_add_weighted(double sum[], double factor, const double term[]) {
+    for (int i = 0; i < N_STATES; i++) {
+        sum[i] += factor * term[i];
+    }
+}
+
+/* Adds to found[N_STATES] the derivatives by the states of the slope at a time (s) and point, weighed; inputs and
+   parameters get theirs in the total. The slope is known. */
+bool tape_slope_back(Tape *tape, double time, const double point[], const double slope[], const double weights[],
+                     double found[]);
 
 /* One step backwards: total.states are the derivatives by the states behind it, and then by those before it. */
 bool tape_step_back(Tape *tape, const Entry *entry, const Checkpoint *checkpoint);

@@ -31,13 +31,23 @@ static const double SQRT6 = 2.449489742783178;
    the tolerance asked for. (radau5.f takes 0.1 tolerance^(2/3).) Where steps pass over fast decays, the error is
    proportional to the first estimate itself. There the second estimate is about as large as the first one, and
    elsewhere it is proportional to h^5: it has to meet the tolerance asked for. */
-static double inner_tolerance(double tolerance) {
+double radau_inner_tolerance(double tolerance) {
     return 0.3 * pow(tolerance, 0.8);
 }
 
 /* errors[0] = (I - g J)^-1 g (derivatives + sum_i e_i z_i / h), errors[1] = (I - g J)^-1 g J errors[0]. */
-static void estimate_with(Instance *instance, double h, const double derivatives[], const double combined[]) {
-    double (*errors)[N_STATES] = instance->scratch.solver.errors;
+void radau_errors(const Instance *instance, double h, const double x[], const double derivatives[],
+                  const double accelerations[], double errors[][N_STATES]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, combined, N_STATES);
+    WORK(mark, double, states, N_STATES);
+    const double e[3] = {-(13.0 + 7.0 * SQRT6) / 3.0, (-13.0 + 7.0 * SQRT6) / 3.0, -1.0 / 3.0};
+    for (int i = 0; i < S; i++) {
+        radau_stage(x, h, i, accelerations, states);
+        for (int k = 0; k < N_STATES; k++) {
+            combined[k] += e[i] * (states[k] - x[k]);
+        }
+    }
     for (int k = 0; k < N_STATES; k++) {
         errors[0][k] = MODES.real * (h * derivatives[k] + combined[k]);
     }
@@ -47,11 +57,12 @@ static void estimate_with(Instance *instance, double h, const double derivatives
     for (int k = 0; k < N_STATES; k++) {
         errors[1][k] -= errors[0][k];
     }
+    arena_release(mark);
 }
 
 double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
     const Scratch *scratch = &instance->scratch;
-    const double by_inner = 1.0 / inner_tolerance(tolerance), by_tolerance = 1.0 / tolerance;
+    const double by_inner = 1.0 / radau_inner_tolerance(tolerance), by_tolerance = 1.0 / tolerance;
     double largest = 0.0;
     (void)step;
     *worst = 0;
@@ -71,29 +82,22 @@ double solver_error(const Instance *instance, Step step, double tolerance, int *
 /* With the derivatives at the start or, where the error is too large, at the start moved by it: [HW] (8.19), (8.20). */
 static bool estimate(Instance *instance, Step step, const double accelerations[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK_ZEROS(mark, double, combined, N_STATES);
     WORK(mark, double, states, N_STATES);
     WORK(mark, double, derivatives, N_STATES);
-    const double e[3] = {-(13.0 + 7.0 * SQRT6) / 3.0, (-13.0 + 7.0 * SQRT6) / 3.0, -1.0 / 3.0};
+    double (*errors)[N_STATES] = instance->scratch.solver.errors;
     const double *x = instance->state.states;
     int worst;
-    for (int i = 0; i < S; i++) {
-        radau_stage(instance, step.length, i, accelerations, states);
-        for (int k = 0; k < N_STATES; k++) {
-            combined[k] += e[i] * (states[k] - x[k]);
-        }
-    }
-    estimate_with(instance, step.length, instance->state.first_stage, combined);
+    radau_errors(instance, step.length, x, instance->state.first_stage, accelerations, errors);
     if (solver_error(instance, step, solver_tolerance(&instance->state), &worst) <= 1.0) {
         return arena_leave(mark, true);
     }
     for (int k = 0; k < N_STATES; k++) {
-        states[k] = x[k] + instance->scratch.solver.errors[0][k];
+        states[k] = x[k] + errors[0][k];
     }
     if (!derivative_at(instance, instance->state.time, states, derivatives)) {
         return arena_leave(mark, false);
     }
-    estimate_with(instance, step.length, derivatives, combined);
+    radau_errors(instance, step.length, x, derivatives, accelerations, errors);
     return arena_leave(mark, true);
 }
 
@@ -103,10 +107,10 @@ bool solver_step(Instance *instance, Step step) {
     Scratch *scratch = &instance->scratch;
     SolverMemory *memory = &instance->state.solver;
     bool moved;
-    if (!radau_solve(instance, step, inner_tolerance(solver_tolerance(&instance->state)), accelerations)) {
+    if (!radau_solve(instance, step, radau_inner_tolerance(solver_tolerance(&instance->state)), accelerations)) {
         return arena_leave(mark, false);
     }
-    radau_stage(instance, step.length, S - 1, accelerations, scratch->new_states);
+    radau_stage(instance->state.states, step.length, S - 1, accelerations, scratch->new_states);
     if (!constraints_project(instance, step.end, inputs_at(instance, step.end), scratch->new_states, &moved) ||
         !estimate(instance, step, accelerations) ||
         !derivative_at(instance, step.end, scratch->new_states, scratch->new_derivatives)) {

@@ -92,8 +92,7 @@ static void solve_linearized(Arena *arena, const SolverScratch *work, const doub
     arena_release(mark);
 }
 
-void radau_stage(const Instance *instance, double h, int i, const double accelerations[], double states[]) {
-    const double *x = instance->state.states;
+void radau_stage(const double x[], double h, int i, const double accelerations[], double states[]) {
     for (int k = 0; k < R; k++) {
         double first = 0.0, second = 0.0;
         for (int j = 0; j < S; j++) {
@@ -107,15 +106,18 @@ void radau_stage(const Instance *instance, double h, int i, const double acceler
     }
 }
 
+double radau_stage_time(const Instance *instance, Step step, int i) {
+    return COLLOCATION.c[i] == 1.0 ? step.end : instance->state.time + COLLOCATION.c[i] * step.length;
+}
+
 /* residual[S * R] = qdd and dz/dt at the stages less those that led there. */
 static bool residuals(Instance *instance, Step step, const double accelerations[], double residual[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, states, N_STATES);
     WORK(mark, double, derivatives, N_STATES);
     for (int i = 0; i < S; i++) {
-        const double time = COLLOCATION.c[i] == 1.0 ? step.end : instance->state.time + COLLOCATION.c[i] * step.length;
-        radau_stage(instance, step.length, i, accelerations, states);
-        if (!derivative_at(instance, time, states, derivatives)) {
+        radau_stage(instance->state.states, step.length, i, accelerations, states);
+        if (!derivative_at(instance, radau_stage_time(instance, step, i), states, derivatives)) {
             return arena_leave(mark, false);
         }
         for (int k = 0; k < R; k++) {
