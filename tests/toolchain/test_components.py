@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chosen import REPRESENTATIVE, models
+from chosen import REPRESENTATIVE
 from components import SteppingComponent, component_of, exchange
 from stepping3 import Stepping3
 
@@ -31,8 +31,7 @@ EQUAL, MOST_BYTES = 1e-12, 300_000
 """The relative difference that two mathematical libraries may make in the greatest value; the size of a component."""
 KINDS = ("CoSimulation", "ModelExchange")
 HERE = Path(__file__).parent
-NODE = [*sorted(FEW), *(pytest.param(name, marks=pytest.mark.all_models) for name in sorted(REPRESENTATIVE - FEW))]
-"""What runs in Node, whose component is the one that wasmtime runs."""
+CHOSEN = [*sorted(FEW), *(pytest.param(name, marks=pytest.mark.all_models) for name in sorted(REPRESENTATIVE - FEW))]
 COUNT = {"CoSimulation": 50, "ModelExchange": 200}
 """Steps: by co-simulation through the experiment, by model exchange, with Euler's method, 1e-4 of it each."""
 
@@ -72,7 +71,7 @@ def printed(command: Sequence[str | Path]) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("model", models(FEW))
+@pytest.mark.parametrize("model", CHOSEN)
 def test_a_component_is_as_small_and_exact_as_a_library(
     model: str, fmu_of: Callable[[str], Path], tmp_path: Path
 ) -> None:
@@ -116,7 +115,7 @@ def build_with_musl(path: Path, host: Path) -> None:
     subprocess.run([*command, str(HERE / "component_host.c"), "-lm"], cwd=host.parent, check=True)
 
 
-@pytest.mark.parametrize("model", NODE)
+@pytest.mark.parametrize("model", CHOSEN)
 def test_a_component_runs_in_node(model: str, fmu_of: Callable[[str], Path], tmp_path: Path) -> None:
     """jco makes a module for Node of it: values and state are those in wasmtime."""
     jco, node = shutil.which("jco"), shutil.which("node")
