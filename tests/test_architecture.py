@@ -24,7 +24,7 @@ ROOMS = {
     "mechanism": ({"errors", "lazy", "language", "description"}, {"sympy", "typing_extensions"}),
     "formats": (
         {"errors", "resources", "xml_tree", "language", "description", "mechanism"},
-        {"sympy", "numpy", "tomli", "mujoco"},
+        {"sympy", "numpy", "tomli", "mujoco", "trimesh", "collada"},
     ),
     "building": ({"errors", "progress", "version"}, {"platformdirs"}),
     "reference": (
@@ -141,7 +141,7 @@ USERS = {
     "matplotlib": {"verify/plots", "studies/calibration_figure.py", "studies/estimates_figure.py"},
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
-    "trimesh": {"picture/surfaces.py"},
+    "trimesh": {"formats/robots/meshes.py", "picture/surfaces.py"},
     "fast_simplification": {"picture/surfaces.py"},
 }
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs"""

@@ -399,7 +399,11 @@ def test_boxes_that_are_dropped_come_to_rest(
         (SHAPE.format(at="0 0 0", shape='<box size="1 0 1"/>'), {"ground": "all"}, "size that is not positive"),
         (SHAPE.format(at="0 0 0", shape='<box size="1 x 1"/>'), {"ground": "all"}, "size = 'x' is no number"),
         (SHAPE.format(at="0 0 0", shape='<mesh filename="no.stl"/>'), {"ground": "all"}, "no.stl: the mesh cannot be"),
-        (SHAPE.format(at="0 0 0", shape='<mesh filename="no.dae"/>'), {"ground": "all"}, "read from .stl and .obj"),
+        (
+            SHAPE.format(at="0 0 0", shape='<mesh filename="no.ply"/>'),
+            {"ground": "all"},
+            "read from .stl, .obj and .dae",
+        ),
         (
             SHAPE.format(at="0 0 0", shape='<mesh filename="package://p/a.stl"/>'),
             {"ground": "all"},
@@ -428,6 +432,24 @@ def test_what_is_wrong_is_said(
     (tmp_path / "bad.obj").write_text("v 1 2 three\n")
     with pytest.raises(LoadError, match=message):
         robot(urdf(collision), base="floating", **options)
+
+
+def test_a_collada_file_touches_where_its_scene_puts_it(robot: Robot, tmp_path: Path) -> None:
+    """A box of 2 m, of which the scene makes one of 1 m that stands 3 m higher."""
+    trimesh = pytest.importorskip("trimesh", reason="meshes are optional: pip install lag2fmu[meshes]")
+    pytest.importorskip("collada", reason="meshes are optional: pip install lag2fmu[meshes]")
+    path = tmp_path / "box.dae"
+    path.write_bytes(trimesh.exchange.dae.export_collada(trimesh.creation.box((2, 2, 2))))
+    half = "<matrix>.5 0 0 0 0 .5 0 0 0 0 .5 3 0 0 0 1</matrix>"
+    path.write_text(path.read_text().replace("<instance_geometry", f"{half}<instance_geometry"))
+    mesh = SHAPE.format(at="0 0 0", shape='<mesh filename="box.dae"/>')
+    found = robot(urdf(mesh), base="floating", ground="all")
+    points = [point for point in found.points if point.name in {str(contact.between[0]) for contact in found.contacts}]
+    corners = sorted(tuple(map(float, point.position)) for point in points)
+    assert [*map(list, corners)] == [[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (2.5, 3.5)]
+    path.write_text("<COLLADA>")
+    with pytest.raises(LoadError, match=r"box.dae: the mesh cannot be read: .*; export it anew"):
+        robot(urdf(mesh), base="floating", ground="all")
 
 
 @pytest.mark.parametrize(

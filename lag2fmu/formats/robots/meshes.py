@@ -1,10 +1,14 @@
-"""The corners of a mesh: what of it touches a plane first, from STL and OBJ files or from vertices."""
+"""The corners of a mesh: what of it touches a plane first, from STL, OBJ and DAE files or from vertices.
+
+STL and OBJ are read here, DAE by trimesh and pycollada, which are optional.
+"""
 
 from __future__ import annotations
 
 import re
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,14 +31,14 @@ def corners(vertices: Floats) -> Floats:
 
 
 def read_mesh(path: Path) -> Floats:
-    """The vertices (m, 3) of the triangles in an STL or OBJ file, in its own unit.
+    """The vertices (m, 3) of the triangles in an STL or OBJ file, in its own unit, or in a DAE file, in m.
 
     Raises LoadError, with the remedy, for a file that cannot be read, is of another kind or too large.
     """
     kind = path.suffix.lower()
-    if kind not in (".stl", ".obj"):
+    if kind not in (".stl", ".obj", ".dae"):
         raise LoadError(
-            f"{path}: meshes are read from .stl and .obj, not from '{kind}'; convert it, or leave its link out"
+            f"{path}: meshes are read from .stl, .obj and .dae, not from '{kind}'; convert it, or leave its link out"
         )
     try:
         triangles = check_mesh(path)
@@ -43,7 +47,7 @@ def read_mesh(path: Path) -> Floats:
         raise LoadError(
             f"{path}: the mesh cannot be read: {error.strerror}; correct its name, or give a box"
         ) from error
-    vertices = _binary(content) if triangles else _text(content, path)
+    vertices = _collada(path) if kind == ".dae" else _binary(content) if triangles else _text(content, path)
     if not len(vertices) or not np.isfinite(vertices).all():
         raise LoadError(f"{path}: the mesh has no vertices, or one that is not finite; export it anew")
     return vertices
@@ -77,6 +81,21 @@ def _binary(content: bytes) -> Floats:
     """The vertices (m, 3) of a binary STL file."""
     rows = np.frombuffer(content, "V50", offset=_STL_HEAD).view("u1").reshape(-1, _STL_TRIANGLE)
     return np.ascontiguousarray(rows[:, 12:48]).view("<f4").reshape(-1, 3).astype(float)
+
+
+def _collada(path: Path) -> Floats:
+    """The vertices (m, 3) of all meshes of a DAE file where its scene puts them, in m."""
+    try:
+        import collada  # noqa: F401 (trimesh needs it for these files)
+        import trimesh
+    except ImportError as error:
+        raise LoadError(f"{path}: reading .dae needs more packages; pip install 'lag2fmu[meshes]'") from error
+    try:
+        scene: Any = trimesh.load_scene(str(path))
+        parts = [np.asarray(part.vertices, dtype=np.float64) for part in scene.dump() if hasattr(part, "vertices")]
+    except Exception as error:
+        raise LoadError(f"{path}: the mesh cannot be read: {error}; export it anew") from error
+    return np.vstack(parts) if parts else np.zeros((0, 3))
 
 
 def _text(content: bytes, path: Path) -> Floats:
