@@ -176,7 +176,7 @@ def test_a_fixed_step_that_is_too_long_is_said_before_the_run_ends_and_can_be_ta
             s.steps(1000, 1e-3)
         warning, end = s.sentences
         assert re.search(
-            r"too stiff at time 0\.01\d* s for a solver step of 0\.001 s.*lower solver_step, or .*ros2", warning
+            r"too stiff at time 0\.02\d* s for a solver step of 0\.001 s.*lower solver_step, or .*ros2", warning
         )
         assert re.search(r"no finite acceleration of x.*lower solver_step, or export with --solver radau5", end)
         assert s.unit.getRealStatus(2) == pytest.approx(float(re.search(r"at time (\S+)", end)[1]), abs=1e-3)
