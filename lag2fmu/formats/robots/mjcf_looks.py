@@ -6,6 +6,7 @@ Planes and height fields are left out. MuJoCo moves meshes to their principal ax
 from __future__ import annotations
 
 from collections.abc import Iterator
+from os.path import relpath
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ _HIDDEN = 3
 
 
 def looks(compiled: Compiled, folder: Path) -> Iterator[Look]:
-    """All that is seen; meshes of files are named from ``folder`` on where they are below it."""
+    """All that is seen; meshes of files are named from ``folder`` on, so that no name tells where a user keeps them."""
     m, name_of = compiled.model, compiled.mujoco.mj_id2name
     for geom in map(int, np.flatnonzero(m.geom_group < _HIDDEN)):
         kind, body = _KINDS.get(int(m.geom_type[geom]), ""), compiled.body(int(m.geom_bodyid[geom]))
@@ -49,9 +50,12 @@ def _color(m: Any, geom: int) -> str:
 
 
 def _file(m: Any, mesh: int, folder: Path) -> str:
-    """The name of the file of a ``mesh``, "" where it is made of vertices."""
+    """The name of the file of a ``mesh`` from ``folder`` on, "" where it is made of vertices."""
     begin = int(m.mesh_pathadr[mesh])
     if begin < 0:
         return ""
     path = Path(m.paths[begin : m.paths.index(b"\0", begin)].decode())
-    return path.relative_to(folder.resolve()).as_posix() if path.is_relative_to(folder.resolve()) else path.as_posix()
+    try:
+        return Path(relpath(path, folder.resolve())).as_posix()
+    except ValueError:  # on another drive
+        return path.as_posix()
