@@ -67,6 +67,8 @@ class Visual:
             found = getattr(self, label)
             if found is not None and len(found) != count:
                 raise MechanismError(f"{where}.{label}: has {len(found)} entries; give {count}")
+        if all(x == 0 for x in self.quaternion):
+            raise MechanismError(f"{where}.quaternion: 0, 0, 0, 0 turns nothing anywhere; leave it out, or correct it")
         if self.color and _COLOR.fullmatch(self.color) is None:
             raise MechanismError(f"{where}.color: '{self.color}' is no color; write it as #rrggbb")
 

@@ -117,7 +117,7 @@ def _stood(surface: Surface, visual: Visual) -> Surface:
     scale = np.array([float(x) for x in visual.size or (1, 1, 1)]) if visual.shape == MESH else np.ones(3)
     w, *v = (float(x) for x in visual.quaternion)
     e, vertices = np.array(v), surface.vertices * scale
-    norm = w * w + e @ e
+    norm = w * w + e @ e or 1.0
     turned = vertices + 2 / norm * (w * np.cross(e, vertices) + np.cross(e, np.cross(e, vertices)))
     flipped = surface.triangles[:, ::-1] if np.prod(scale) < 0.0 else surface.triangles
     return replace(surface, vertices=turned + np.array([float(x) for x in visual.origin]), triangles=flipped)
@@ -159,15 +159,17 @@ def _surface(mesh: Any, visual: Visual) -> Surface:
 
 def _simplified(mesh: Surface, share: float) -> Surface:
     """``mesh`` with a ``share`` of its triangles, by quadric error metrics: Garland, Heckbert, SIGGRAPH 1997."""
-    count = len(mesh.triangles)
-    most = max(_LEAST, int(share * count))
-    if count <= most and len(mesh.vertices) <= _MOST_VERTICES:
-        return mesh
     from fast_simplification import simplify
 
-    left = 1.0 - min(most, _MOST_VERTICES) / count
-    vertices, triangles = simplify(mesh.vertices.astype(np.float32), mesh.triangles.astype(np.int32), left)
-    return replace(mesh, vertices=vertices.astype(np.float64), triangles=triangles.astype(np.int64))
+    vertices, triangles, count = mesh.vertices, mesh.triangles, len(mesh.triangles)
+    most = max(_LEAST, int(share * count))
+    if count > most:
+        found = simplify(vertices.astype(np.float32), triangles.astype(np.int32), 1.0 - most / count)
+        vertices, triangles = found[0].astype(np.float64), found[1].astype(np.int64)
+    if len(vertices) > _MOST_VERTICES:  # triangles that share no corners
+        used, places = np.unique(triangles[: _MOST_VERTICES // 3], return_inverse=True)
+        vertices, triangles = vertices[used], places.reshape(-1, 3)
+    return replace(mesh, vertices=vertices, triangles=triangles)
 
 
 # ---------------------------------------------------------------------------------------------------------- solids

@@ -110,6 +110,21 @@ def test_meshes_are_simplified_to_their_budget(tmp_path: Path) -> None:
     assert volume(found[0]) == pytest.approx(4 / 3 * np.pi, rel=0.01)
 
 
+def test_more_vertices_than_a_page_can_count_are_left_out(tmp_path: Path) -> None:
+    """30 000 triangles that share no corner have 90 000."""
+    pytest.importorskip("trimesh", reason="meshes are optional: pip install lag2fmu[meshes]")
+    corners = np.arange(30_000, dtype="<f4")[:, None] + np.array([0, 0, 0, 0.5, 0, 0, 0, 0.5, 0], dtype="<f4")
+    rows = np.zeros(30_000, dtype=[("normal", "<f4", 3), ("corners", "<f4", 9), ("more", "<u2")])
+    rows["corners"] = corners
+    (tmp_path / "dust.stl").write_bytes(bytes(80) + struct.pack("<I", 30_000) + rows.tobytes())
+    surface = seen(shape="mesh", file="dust.stl", folder=tmp_path)
+    assert len(surface.vertices) <= 65_535
+    assert surface.triangles.max() == len(surface.vertices) - 1
+    assert np.array_equal(
+        surface.vertices[surface.triangles[7]][1] - surface.vertices[surface.triangles[7]][0], [0.5, 0, 0]
+    )
+
+
 def test_what_is_not_drawn_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "bad.stl").write_bytes(b"solid nothing")
     visuals = [Visual(name, "mesh", file=f"{name}.stl", folder=tmp_path) for name in ("none", "bad")]
@@ -139,6 +154,10 @@ def test_what_stands_in_a_package_is_found_beside_the_folders_above(tmp_path: Pa
         ({"shape": "box", "size": (1, 1, 1), "file": "a.stl"}, "a 'file' goes with the shape 'mesh'"),
         ({"shape": "box"}, "visuals.v: 'size' is missing; give 3 lengths"),
         ({"shape": "sphere", "size": (1, 2)}, "visuals.v.size: has 2 entries; give 1"),
+        (
+            {"shape": "sphere", "size": (1,), "quaternion": (0, 0, 0, 0)},
+            "visuals.v.quaternion: 0, 0, 0, 0 turns nothing",
+        ),
         ({"shape": "sphere", "size": (1,), "color": "red"}, "'red' is no color; write it as #rrggbb"),
     ],
 )
