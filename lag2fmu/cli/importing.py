@@ -22,7 +22,7 @@ def import_model(model: str, path: str | None, force: bool, settings: tuple[str,
         check_ending(target, (".toml",))
     with progress_bar("reading", None):
         mechanism = load_mechanism(model, settings)
-        text = write(mechanism)
+        text = write(mechanism, Path() if target is None else target.parent)
     if path == "-":
         click.echo(text, nl=False)
         return

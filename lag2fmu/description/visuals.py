@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from os.path import relpath
 from pathlib import Path
 
 from lag2fmu.description.keys import CONSTANT, key
@@ -75,6 +76,21 @@ class Visual:
     def find(self) -> Path | None:
         """The file of the mesh, None where there is none."""
         return find_file(self.file, self.folder)
+
+    def named_from(self, folder: Path) -> Visual:
+        """The same, its file named from another ``folder`` on, if it is there."""
+        path = self.find()
+        if path is None or self.folder.resolve() == folder.resolve():
+            return self
+        return replace(self, file=name_from(path, folder), folder=folder)
+
+
+def name_from(path: Path, folder: Path) -> str:
+    """The name of the file ``path`` from ``folder`` on, with slashes; all of it if that is on another drive."""
+    try:
+        return Path(relpath(path, folder.resolve())).as_posix()
+    except ValueError:
+        return path.as_posix()
 
 
 def find_file(name: str, folder: Path) -> Path | None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from decimal import Context, Decimal
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import sympy as sp
@@ -28,13 +30,18 @@ Values = Mapping[str, str | None]
 """Keys of one table with their values as TOML text; None is left out."""
 
 
-def write(mechanism: Mechanism) -> str:
+def write(mechanism: Mechanism, folder: Path | None = None) -> str:
     """The description of ``mechanism`` in TOML: ``read(write(mechanism), ...) == mechanism`` exactly.
 
+    For a text in another ``folder`` than before, files of meshes that are there are named from it on.
+
     Entries that follow from the description are not part of the text, nor are defaults, except those of numbers. The
-    text needs no other file, because it holds the columns of tables and the mechanisms of parts.
+    text needs no other file but meshes, because it holds the columns of tables and the mechanisms of parts.
     """
-    return "\n".join(block for block in _blocks(mechanism.description) if block)
+    d = mechanism.description
+    if folder is not None:
+        d = replace(d, visuals=tuple(visual.named_from(folder) for visual in d.visuals))
+    return "\n".join(block for block in _blocks(d) if block)
 
 
 def _blocks(d: Description, prefix: str = "") -> Iterator[str]:

@@ -109,7 +109,7 @@ class _Numbers:
 def _left_out(missing: list[str], count: int) -> str:
     shown = "; ".join(dict.fromkeys(missing[:3]))
     more = ", ..." if len(missing) > 3 else ""
-    return f"{len(missing)} of {count} visuals are not drawn: {shown}{more}"
+    return f"not drawn: {len(missing)} of {count} visuals, as {shown}{more}"
 
 
 def _stood(surface: Surface, visual: Visual) -> Surface:

@@ -130,7 +130,7 @@ def test_what_is_not_drawn_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     visuals = [Visual(name, "mesh", file=f"{name}.stl", folder=tmp_path) for name in ("none", "bad")]
     found, (note,) = surfaces(still(*visuals, Visual("box", "box", size=(1, 1, 1))))
     assert len(found) == 1
-    assert "2 of 3 visuals are not drawn: there is no file 'none.stl'; " in note
+    assert "not drawn: 2 of 3 visuals, as there is no file 'none.stl'; " in note
     monkeypatch.setitem(sys.modules, "trimesh", None)
     _, (note,) = surfaces(still(*visuals[1:]))
     assert "pip install 'lag2fmu[meshes]'" in note
@@ -188,6 +188,19 @@ def test_visuals_stand_in_the_text(tmp_path: Path) -> None:
     path = tmp_path / "turning.toml"
     path.write_text(write(arm(shape="mesh", size=None, file="part.stl")), "utf-8")
     assert read_file(path).visuals[0].folder == tmp_path
+
+
+def test_a_text_in_another_folder_names_the_same_mesh(tmp_path: Path) -> None:
+    (tmp_path / "robots/meshes").mkdir(parents=True)
+    (tmp_path / "texts").mkdir()
+    pyramid(tmp_path / "robots/meshes/part.stl")
+    mechanism = arm(shape="mesh", size=None, file="meshes/part.stl", folder=tmp_path / "robots")
+    text = write(mechanism, tmp_path / "texts")
+    assert 'file = "../robots/meshes/part.stl"' in text
+    assert 'file = "meshes/part.stl"' in write(mechanism)
+    found = read(text, str(tmp_path / "texts/arm.toml")).visuals[0].find()
+    assert found is not None
+    assert found.samefile(tmp_path / "robots/meshes/part.stl")
 
 
 def test_a_frame_that_is_not_there_is_named() -> None:

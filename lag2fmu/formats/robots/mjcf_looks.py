@@ -6,12 +6,12 @@ Planes and height fields are left out. MuJoCo moves meshes to their principal ax
 from __future__ import annotations
 
 from collections.abc import Iterator
-from os.path import relpath
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from lag2fmu.description.visuals import name_from
 from lag2fmu.formats.robots.compiled import Compiled, turned
 from lag2fmu.formats.robots.poses import Floats, JointPose
 from lag2fmu.formats.robots.tree import Look
@@ -54,8 +54,4 @@ def _file(m: Any, mesh: int, folder: Path) -> str:
     begin = int(m.mesh_pathadr[mesh])
     if begin < 0:
         return ""
-    path = Path(m.paths[begin : m.paths.index(b"\0", begin)].decode())
-    try:
-        return Path(relpath(path, folder.resolve())).as_posix()
-    except ValueError:  # on another drive
-        return path.as_posix()
+    return name_from(Path(m.paths[begin : m.paths.index(b"\0", begin)].decode()), folder)
