@@ -48,14 +48,26 @@ ROOMS = {
     "solvers": (set(), set()),
     "codegen": ({"building", "resources", "graph", "dynamics", "solvers"}, {"jinja2"}),
     "fmu": (
-        {"errors", "progress", "lazy", "building", "resources", "version", "xml_tree", "language", "description"}
-        | {"mechanism", "formats", "dynamics", "analysis", "graph", "picture", "procedure", "solvers", "codegen"},
+        {"archives", "errors", "progress", "lazy", "building", "resources", "version", "xml_tree", "language"}
+        | {
+            "description",
+            "mechanism",
+            "formats",
+            "dynamics",
+            "analysis",
+            "graph",
+            "picture",
+            "procedure",
+            "solvers",
+            "codegen",
+        },
         {"PIL", "numpy"},
     ),
     "ensemble": (
         {"errors", "lazy", "description", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
         {"numpy"},
     ),
+    "checking": ({"archives", "errors", "lazy", "xml_tree"}, {"fmpy", "lief", "lxml", "minisign", "rich"}),
     "verify": (
         {
             "deadline",
@@ -70,10 +82,9 @@ ROOMS = {
             "graph",
             "dynamics",
         }
-        | {"analysis", "picture", "solvers", "fmu"},
+        | {"archives", "analysis", "picture", "solvers", "fmu", "checking"},
         {"sympy", "numpy", "fmpy", "lxml", "rich", "matplotlib"},
     ),
-    "checking": ({"errors", "lazy", "xml_tree", "fmu", "verify"}, {"lief", "minisign", "rich"}),
     "evidence": (
         {"deadline", "errors", "building", "version", "mechanism", "formats", "reference", "solvers", "fmu", "verify"}
         | {"checking"},
@@ -81,7 +92,7 @@ ROOMS = {
     ),
     "systems": (
         {"errors", "progress", "xml_tree", "version", "language", "description", "mechanism", "formats", "reference"}
-        | {"fmu", "verify", "checking"},
+        | {"archives", "fmu", "verify", "checking"},
         {"numpy"},
     ),
     "studies": (
@@ -124,19 +135,25 @@ ROOMS = {
 }
 """room -> (rooms it may import beside itself, third-party packages); each room stands below those that it may import"""
 
-SINGLE = ("deadline", "errors", "lazy", "progress", "resources", "version", "xml_tree")
+SINGLE = ("archives", "deadline", "errors", "lazy", "progress", "resources", "version", "xml_tree")
 """The modules beside the rooms, for every room."""
 
 USERS = {
     "jinja2": {"codegen/templates.py"},
     "platformdirs": {"building/folders.py"},
     "subprocess": {"building/process.py", "building/supervisor.py", "checking/process.py"},
-    "zipfile": {"fmu/pack.py"},
+    "zipfile": {"archives.py"},
     "casadi": {"evidence/importers.py"},
     "libcosimpy": {"evidence/importers.py"},
-    "fmpy": {"evidence/checks.py", "verify/instances.py", "verify/by_fmpy.py", "verify/simulate.py"},
+    "fmpy": {
+        "checking/schema.py",
+        "evidence/checks.py",
+        "verify/instances.py",
+        "verify/by_fmpy.py",
+        "verify/simulate.py",
+    },
     "lief": {"checking/binaries.py"},
-    "lxml": {"verify/instances.py"},
+    "lxml": {"checking/schema.py"},
     "minisign": {"checking/signature.py"},
     "matplotlib": {"verify/plots", "studies/calibration_figure.py", "studies/estimates_figure.py"},
     "PIL": {"fmu/icon.py"},

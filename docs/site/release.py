@@ -16,7 +16,7 @@ from pathlib import Path
 
 from packaging.requirements import Requirement
 
-from lag2fmu.fmu.pack import pack
+from lag2fmu.archives import pack
 
 SUMS, BILL = "SHA256SUMS", "lag2fmu.cdx.json"
 

@@ -14,12 +14,12 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
+from lag2fmu.archives import opened
 from lag2fmu.checking.binding import bounded
 from lag2fmu.checking.contents import findings_in
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.process import import_path, watched
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.pack import opened
 
 MOST_TIME = 60.0
 """Time (s) that the rules on what an archive holds may take."""

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
+from lag2fmu.archives import DESCRIPTION, MOST_OF_A_TEXT, damage, opened
 from lag2fmu.checking.findings import Finding
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.pack import DESCRIPTION, MOST_OF_A_TEXT, damage, opened
 
 if TYPE_CHECKING:
     from zipfile import ZipInfo

@@ -7,10 +7,10 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
+from lag2fmu.archives import read_text
 from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.findings import Finding
 from lag2fmu.errors import Lag2FmuError
-from lag2fmu.fmu.pack import read_text
 
 SUFFIX = ".cdx.json"
 """How files with a bill of materials end (CycloneDX 1.6, recognised file patterns)."""

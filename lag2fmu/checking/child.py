@@ -17,6 +17,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TextIO
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.checking.binding import RefusedError, bounded
 from lag2fmu.checking.description import FmuDescription, read_document
 from lag2fmu.checking.findings import Finding
@@ -25,7 +26,6 @@ from lag2fmu.checking.rulebooks import rulebook_of
 from lag2fmu.checking.session import Model
 from lag2fmu.checking.trials import ESSENTIAL
 from lag2fmu.checking.versions import described
-from lag2fmu.fmu.pack import DESCRIPTION
 
 
 def main(folder: Path, journal: Path, libraries: dict[str, Path], labels: list[str]) -> None:

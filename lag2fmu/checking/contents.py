@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.checking.archive import Archive, archive_findings, open_archive
 from lag2fmu.checking.bill import bill_findings
 from lag2fmu.checking.binaries import binary_findings, glibc_notes
@@ -14,7 +15,6 @@ from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.checking.rulebooks import rulebook_of
 from lag2fmu.checking.schema import schema_findings
 from lag2fmu.checking.versions import described
-from lag2fmu.fmu.pack import DESCRIPTION
 
 
 def findings_in(path: Path) -> tuple[list[Finding], list[str]]:

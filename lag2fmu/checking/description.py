@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.pack import DESCRIPTION
 from lag2fmu.xml_tree import Document, XmlElement, parse
 
 NOTHING = XmlElement("", {}, 0)

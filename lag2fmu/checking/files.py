@@ -11,8 +11,8 @@ from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.description import FmuDescription
 from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.checking.rulebook import Rulebook
+from lag2fmu.checking.schema import broken_schema
 from lag2fmu.errors import LoadError
-from lag2fmu.verify.instances import broken_schema
 from lag2fmu.xml_tree import parse
 
 _XML = {

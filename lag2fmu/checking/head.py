@@ -7,9 +7,9 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.checking.description import FmuDescription, number, whole
 from lag2fmu.checking.findings import Finding
-from lag2fmu.fmu.pack import DESCRIPTION
 from lag2fmu.xml_tree import XmlElement
 
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")

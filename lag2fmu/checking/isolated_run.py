@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.description import FmuDescription
 from lag2fmu.checking.findings import Finding
@@ -18,7 +19,6 @@ from lag2fmu.checking.process import ChildRun, import_path, watched
 from lag2fmu.checking.rulebook import Rulebook
 from lag2fmu.checking.trials import ESSENTIAL
 from lag2fmu.errors import SimulationError
-from lag2fmu.fmu.pack import DESCRIPTION
 
 _CHILD = "lag2fmu.checking.child"
 TIME_LIMIT = 30.0

@@ -17,8 +17,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from lag2fmu.verify.apart import end_of
-
 MOST_WRITTEN = 10 << 20
 """Bytes in the journal or on standard output after which a process is ended."""
 _MARK = "LAG2FMU_CHECK"
@@ -155,3 +153,14 @@ def _text(stream: BinaryIO) -> str:
     """The text in an open file, as far as it is looked at."""
     stream.seek(0)
     return stream.read(MOST_WRITTEN).decode("utf-8", "replace")
+
+
+def end_of(code: int) -> str:
+    """How a process ended that was not stopped, by its exit ``code``, as a phrase; '' if well."""
+    if code >= 0:
+        return f"it ends the process with exit code {code & 0xFFFFFFFF:#x}" if code else ""
+    try:
+        name = signal.Signals(-code).name
+    except ValueError:  # realtime signals have no names
+        name = f"signal {-code}"
+    return f"it crashes ({name})"

@@ -6,10 +6,9 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.rulebook import Rulebook
-from lag2fmu.fmu.pack import DESCRIPTION
-from lag2fmu.verify.instances import problems
 
 
 def schema_findings(path: Path, rules: Rulebook, *, found: bool) -> Iterator[Finding]:
@@ -29,3 +28,28 @@ def schema_findings(path: Path, rules: Rulebook, *, found: bool) -> Iterator[Fin
         else:
             if not found:
                 yield Finding("fmpy", place, f"fmpy says: {sentence}", "correct what it names", rules.other_sentences)
+
+
+def problems(path: Path) -> list[str]:
+    """The problems that fmpy's own validation finds in the FMU ``path``, a sentence for each."""
+    from fmpy.validation import validate_fmu
+
+    return [str(problem) for problem in validate_fmu(str(path))]
+
+
+def broken_schema(content: bytes, schema: str) -> list[tuple[int, str]]:
+    """(line, sentence) for what the XML ``content``, which is well formed, breaks of a ``schema`` of FMI 3.0.
+
+    ``schema`` is the name of the file of fmpy's, without ending.
+    """
+    from importlib.resources import files
+
+    from lxml import etree
+
+    parser = etree.XMLParser(resolve_entities=False, no_network=True)
+    found = etree.XMLSchema(etree.parse(str(files("fmpy") / "schema" / "fmi3" / f"{schema}.xsd")))
+    try:
+        found.validate(etree.fromstring(content, parser))
+    except etree.XMLSyntaxError as error:  # of names, which our own parser does not look into
+        return [(error.lineno or 1, error.msg or "no well-formed XML")]
+    return [(error.line, error.message) for error in found.error_log]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from lag2fmu.archives import DESCRIPTION as DESCRIPTION_ENTRY
+from lag2fmu.archives import read_text
 from lag2fmu.errors import ExportError, Lag2FmuError
-from lag2fmu.fmu.pack import DESCRIPTION as DESCRIPTION_ENTRY
-from lag2fmu.fmu.pack import read_text
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.xml_tree import parse

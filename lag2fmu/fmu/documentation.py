@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import chain, islice
 
 from lag2fmu.analysis.report import analysis_sections
+from lag2fmu.archives import PAGE
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.equations import EquationsOfMotion
@@ -18,7 +19,6 @@ from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.live.document import licences
 from lag2fmu.fmu.live.page import live_document
 from lag2fmu.fmu.live.samples import Samples
-from lag2fmu.fmu.pack import PAGE
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
 from lag2fmu.picture.scene import Scene

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from lag2fmu.archives import PAGE, read_text
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.fmu.model_description import ModelDescription
-from lag2fmu.fmu.pack import PAGE, read_text
 from lag2fmu.mechanism.record import Mechanism
 
 

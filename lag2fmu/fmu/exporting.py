@@ -12,6 +12,7 @@ from lag2fmu.analysis.at_rest import resting
 from lag2fmu.analysis.inverse import inverse as inverse_of
 from lag2fmu.analysis.inverse import needed
 from lag2fmu.analysis.observing import Observing
+from lag2fmu.archives import pack
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import damping, moved_starts, steps_over_impacts
 from lag2fmu.fmu.backends.backend import Backend, Choices, Content
@@ -27,7 +28,6 @@ from lag2fmu.fmu.live.module import page_maker
 from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.materials import BILL_ENTRY, bill_of_materials
 from lag2fmu.fmu.observers import observed
-from lag2fmu.fmu.pack import pack
 from lag2fmu.fmu.picture import scene_at_start
 from lag2fmu.fmu.realtime import REAL_TIME, RealTime, check_profile
 from lag2fmu.fmu.sources import FORMS, MANY, SINGLE

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from lag2fmu.archives import DESCRIPTION, opened
 from lag2fmu.checking.description import FmuDescription, Variable, number, read_document
 from lag2fmu.checking.versions import described
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.pack import DESCRIPTION, opened
 from lag2fmu.language.units import BASE_UNITS
 from lag2fmu.systems.controller import Controller
 from lag2fmu.xml_tree import XmlElement, parse

@@ -17,8 +17,9 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from lag2fmu.checking.process import end_of
 from lag2fmu.errors import SimulationError
-from lag2fmu.verify.apart import FORKS, end_of
+from lag2fmu.verify.apart import FORKS
 from lag2fmu.verify.instances import Instance, Log, description_of, instance_of
 
 Apart = bool | float

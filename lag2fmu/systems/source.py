@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+from lag2fmu.archives import unpack
 from lag2fmu.errors import LoadError
-from lag2fmu.fmu.pack import unpack
 from lag2fmu.systems.structure import SSD
 from lag2fmu.xml_tree import XmlElement, parse
 

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 from math import isfinite
 from pathlib import Path
 
+from lag2fmu.archives import pack
 from lag2fmu.errors import ExportError, LoadError
 from lag2fmu.fmu.exported import Fmu, fmu_path
-from lag2fmu.fmu.pack import pack
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.systems.components import Component, read_component
 from lag2fmu.systems.connections import Components, End, connected

@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from lag2fmu.checking.process import end_of
 from lag2fmu.errors import Lag2FmuError, SimulationError
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.instances import description_of, is_ours, state_of
@@ -121,14 +122,3 @@ def _heard(receiver: Any, run: Run) -> Trajectory | Lag2FmuError | None:
         if name == "ended":
             return value  # type: ignore[no-any-return]
         getattr(run, name)(value)
-
-
-def end_of(code: int) -> str:
-    """How a process ended that was not stopped, by its exit ``code``, as a phrase; '' if well."""
-    if code >= 0:
-        return f"it ends the process with exit code {code & 0xFFFFFFFF:#x}" if code else ""
-    try:
-        name = signal.Signals(-code).name
-    except ValueError:  # realtime signals have no names
-        name = f"signal {-code}"
-    return f"it crashes ({name})"

@@ -15,8 +15,8 @@ from ctypes import byref
 from pathlib import Path
 from typing import Any
 
+from lag2fmu.archives import DESCRIPTION, opened
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.fmu.pack import DESCRIPTION, opened
 from lag2fmu.xml_tree import parse
 
 _WARNING, _OK = 1, 0
@@ -240,28 +240,3 @@ def has_event_mode(path: Path) -> bool:
 def is_fmi3(description: Any) -> bool:
     """Whether an FMU with this description, as fmpy reads it, is one of FMI 3.0."""
     return bool(description.fmiVersion.startswith("3."))
-
-
-def problems(path: Path) -> list[str]:
-    """The problems that fmpy's own validation finds in the FMU ``path``, a sentence for each."""
-    from fmpy.validation import validate_fmu
-
-    return [str(problem) for problem in validate_fmu(str(path))]
-
-
-def broken_schema(content: bytes, schema: str) -> list[tuple[int, str]]:
-    """(line, sentence) for what the XML ``content``, which is well formed, breaks of a ``schema`` of FMI 3.0.
-
-    ``schema`` is the name of the file of fmpy's, without ending.
-    """
-    from importlib.resources import files
-
-    from lxml import etree
-
-    parser = etree.XMLParser(resolve_entities=False, no_network=True)
-    found = etree.XMLSchema(etree.parse(str(files("fmpy") / "schema" / "fmi3" / f"{schema}.xsd")))
-    try:
-        found.validate(etree.fromstring(content, parser))
-    except etree.XMLSyntaxError as error:  # of names, which our own parser does not look into
-        return [(error.lineno or 1, error.msg or "no well-formed XML")]
-    return [(error.line, error.message) for error in found.error_log]

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from lag2fmu.checking.schema import problems
 from lag2fmu.deadline import LIMIT, Budget, OutOfTimeError
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import derive, with_derived
@@ -34,7 +35,7 @@ from lag2fmu.verify.balances import constraint_checks, energy_checks
 from lag2fmu.verify.comparison import Windows, compare, extent_check, extent_note, own_check, windows_after
 from lag2fmu.verify.hybrid import extent, row_checks, row_outputs
 from lag2fmu.verify.inputs import Inputs, trajectory_of
-from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange, problems
+from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
 from lag2fmu.verify.law_checks import law_checks
 from lag2fmu.verify.plan import check_limit, check_tolerance, checked_stop, takes_derivatives, times_of

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 from archives import library, xml
 
+from lag2fmu.checking.schema import problems
 from lag2fmu.errors import ExportError, LoadError
 from lag2fmu.fmu import Fmu, export, read_mechanism
 from lag2fmu.formats.loading import load
-from lag2fmu.verify.instances import problems
 
 pytestmark = pytest.mark.fmu
 

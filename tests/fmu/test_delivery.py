@@ -14,6 +14,7 @@ from PIL import Image
 
 import lag2fmu
 from lag2fmu.analysis.at_rest import resting
+from lag2fmu.checking.schema import problems
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.icon import icon
 from lag2fmu.fmu.picture import scene_at_start
@@ -25,7 +26,6 @@ from lag2fmu.language.writer import without_dust
 from lag2fmu.mechanism import Body, Mechanism, Part, coordinate, parameter, signal
 from lag2fmu.mechanism.record import complete
 from lag2fmu.procedure.steps import procedure
-from lag2fmu.verify.instances import problems
 
 IMPRINT = {
     "author": "A. Lovelace & 'C. Babbage'",

@@ -15,6 +15,7 @@ from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
 from lag2fmu.checking import check_fmu
+from lag2fmu.checking.schema import problems
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu import Fmu, export
 from lag2fmu.fmu.materials import BILL_ENTRY
@@ -23,7 +24,6 @@ from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Trajectory
-from lag2fmu.verify.instances import problems
 from lag2fmu.verify.plots import motion_figure
 from lag2fmu.verify.simulate import Run, simulate_fmu
 

@@ -12,10 +12,10 @@ from click.testing import CliRunner
 from lxml import etree
 
 import lag2fmu
+from lag2fmu.checking.schema import problems
 from lag2fmu.cli import main
 from lag2fmu.fmu.materials import BILL_ENTRY
 from lag2fmu.reference.trajectory import parse_csv
-from lag2fmu.verify.instances import problems
 from lag2fmu.verify.reference_files import reference_files
 
 pytestmark = pytest.mark.fmu

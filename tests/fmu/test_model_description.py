@@ -12,6 +12,7 @@ from describing import described
 from stepping import Stepping, bits
 
 import lag2fmu
+from lag2fmu.checking.schema import problems
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu import Fmu, export, read_mechanism
 from lag2fmu.fmu.scalar_variable import ScalarVariable
@@ -20,7 +21,6 @@ from lag2fmu.fmu.versions.shared import add_units
 from lag2fmu.formats.loading import bundled, load
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter
-from lag2fmu.verify.instances import problems
 
 pytestmark = pytest.mark.fmu
 

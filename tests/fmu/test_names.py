@@ -10,11 +10,11 @@ from fmpy.fmi1 import FMICallException
 from stepping import Stepping
 
 import lag2fmu
+from lag2fmu.checking.schema import problems
 from lag2fmu.errors import ExportError, MechanismError
 from lag2fmu.fmu import Fmu, export, read_mechanism
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
 from lag2fmu.reference import integrate
-from lag2fmu.verify.instances import problems
 
 pytestmark = pytest.mark.fmu
 

@@ -23,6 +23,7 @@ from fmpy.fmi1 import FMICallException
 from stepping import ERROR, Stepping, bits
 
 import lag2fmu
+from lag2fmu.checking.schema import problems
 from lag2fmu.codegen.python_sources import printable
 from lag2fmu.dynamics import derive, lower
 from lag2fmu.errors import BuildError, ExportError, SimulationError
@@ -31,7 +32,6 @@ from lag2fmu.fmu.backends.python import INTERFACE, check_choices, python_fmu
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Constraint, Energy, Mechanism, coordinate, parameter
 from lag2fmu.reference import Trajectory
-from lag2fmu.verify.instances import problems
 
 pytestmark = pytest.mark.fmu
 

@@ -18,6 +18,7 @@ from headers import headers_of_fmi
 from stepping import Stepping
 from stepping3 import Stepping3
 
+from lag2fmu.checking.schema import problems
 from lag2fmu.codegen.amalgamation import amalgamated
 from lag2fmu.codegen.c import c_string
 from lag2fmu.codegen.tokens import words
@@ -29,7 +30,6 @@ from lag2fmu.fmu.materials import BILL_ENTRY
 from lag2fmu.fmu.sources import ALL, FORMS, MANY, SINGLE, source_files
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import load
-from lag2fmu.verify.instances import problems
 
 pytestmark = pytest.mark.fmu
 

@@ -11,11 +11,11 @@ import pytest
 from components import STATUS, ComponentUnit, SteppingComponent, component_of, exchange
 from stepping3 import Stepping3
 
+from lag2fmu.archives import DESCRIPTION, read_text
 from lag2fmu.checking import check_fmu
 from lag2fmu.codegen.sources import public_names
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.exporting import export
-from lag2fmu.fmu.pack import DESCRIPTION, read_text
 from lag2fmu.fmu.wasm.binary import MODULE
 from lag2fmu.fmu.wasm.component import c_names, component
 from lag2fmu.fmu.wasm.draft import NOT_OFFERED, interfaces

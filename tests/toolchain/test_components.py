@@ -17,11 +17,11 @@ from chosen import REPRESENTATIVE
 from components import SteppingComponent, component_of, exchange
 from stepping3 import Stepping3
 
+from lag2fmu.archives import unpack
 from lag2fmu.building.process import zig
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import FLAGS
 from lag2fmu.fmu.exporting import export
-from lag2fmu.fmu.pack import unpack
 from lag2fmu.formats.loading import load
 
 pytestmark = [pytest.mark.fmu, pytest.mark.toolchain]

@@ -14,6 +14,7 @@ from browsing import Browser, keys
 from numpy.typing import NDArray
 
 import lag2fmu
+from lag2fmu.archives import read_text
 from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.description.places import Body, Frame
 from lag2fmu.description.symbols import coordinate
@@ -21,7 +22,6 @@ from lag2fmu.description.visuals import Visual
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.documentation import PAGE
 from lag2fmu.fmu.live.document import script
-from lag2fmu.fmu.pack import read_text
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.resources import bundled, resource_folder
 from lag2fmu.verify.page_samples import page_samples

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.checking.description import NOTHING, FmuDescription, Variable, whole
-from lag2fmu.fmu.pack import DESCRIPTION
 from lag2fmu.xml_tree import XmlElement
 
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Iterator
 from itertools import chain
 
@@ -14,8 +15,16 @@ from lag2fmu.checking.fmi2.session import Model2
 from lag2fmu.checking.fmi2.structure import structure_findings
 from lag2fmu.checking.fmi2.variables import variable_findings
 from lag2fmu.checking.rulebook import Rulebook
-from lag2fmu.errors import BuildError
-from lag2fmu.fmu.platforms import host_platform
+
+_DARWIN = ("aarch64-darwin", "darwin64")
+_HOSTS = {
+    ("Linux", "x86_64"): ("linux64",),
+    ("Linux", "aarch64"): ("aarch64-linux",),
+    ("Darwin", "x86_64"): _DARWIN,
+    ("Darwin", "arm64"): _DARWIN,
+    ("Windows", "AMD64"): ("win64",),
+}
+"""{(system, machine) by Python's ``platform``: folders in which importers there look}."""
 
 _SUFFIXES = {
     "linux32": ".so",
@@ -69,10 +78,7 @@ def _description_findings(description: Description2) -> Iterator[Finding]:
 
 def _host_folders() -> tuple[str, ...]:
     """The folders in binaries/ whose libraries run on this machine; none where the machine is unknown."""
-    try:
-        return host_platform().folders
-    except BuildError:
-        return ()
+    return _HOSTS.get((platform.system(), platform.machine()), ())
 
 
 def _sources(archive: Archive, description: Description2) -> Iterator[Finding]:

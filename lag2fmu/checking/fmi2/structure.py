@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.checking.findings import Finding, Severity
 from lag2fmu.checking.fmi2.description import STRUCTURE, Description2, ScalarVariable2, Unknown2
-from lag2fmu.fmu.pack import DESCRIPTION
 
 
 def structure_findings(description: Description2) -> Iterator[Finding]:

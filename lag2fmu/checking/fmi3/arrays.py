@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.checking.description import whole
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import Description3, Variable3
-from lag2fmu.fmu.pack import DESCRIPTION
 from lag2fmu.xml_tree import XmlElement
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import prod
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.checking.description import FmuDescription, Variable, whole
-from lag2fmu.fmu.pack import DESCRIPTION
 from lag2fmu.xml_tree import XmlElement
 
 FLOATS = frozenset({"Float32", "Float64"})

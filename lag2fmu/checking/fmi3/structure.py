@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.description import FLOATS, STRUCTURE, Description3, Unknown3, Variable3
-from lag2fmu.fmu.pack import DESCRIPTION
 
 
 def structure_findings(description: Description3) -> Iterator[Finding]:

@@ -6,12 +6,12 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 
+from lag2fmu.archives import DESCRIPTION
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.arrays import array_findings
 from lag2fmu.checking.fmi3.clocks import clock_findings
 from lag2fmu.checking.fmi3.description import FLOATS, Description3, Variable3
 from lag2fmu.checking.variables import combination_findings, common_findings, rate_findings
-from lag2fmu.fmu.pack import DESCRIPTION
 
 _HEX = re.compile(r"([0-9a-fA-F]{2})*")
 

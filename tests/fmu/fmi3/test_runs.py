@@ -17,9 +17,9 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 import lag2fmu
+from lag2fmu.checking.schema import problems
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.loading import load
-from lag2fmu.verify.instances import problems
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.simulate import simulate_fmu
 
