@@ -19,7 +19,7 @@ MJCF = """<mujoco><worldbody>
 <actuator><muscle name="plain" joint="a" gear=".1"/>
 <muscle name="own" joint="b" gear="-.05" force="300" lmin=".6" lmax="1.5" vmax="2" fpmax="1.1" fvmax="1.3"
   timeconst=".02 .05" forcerange="-200 0"/>
-<muscle name="smooth" tendon="t" tausmooth=".3" lengthrange="-.05 .08"/>{more}</actuator></mujoco>"""
+<muscle name="smooth" tendon="t" tausmooth=".3" fvmax="1" lengthrange="-.05 .08"/>{more}</actuator></mujoco>"""
 
 
 def written(folder: Path, more: str = "") -> Path:

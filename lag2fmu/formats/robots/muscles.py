@@ -39,7 +39,7 @@ def _by_speed(muscle: Muscle, speed: sp.Expr) -> sp.Expr:
     """The active force by the speed of lengthening, in units of vmax: 1 at rest, ``fvmax`` from fvmax - 1 up."""
     most = number(muscle.fvmax)
     y = most - 1
-    lengthening = Choice(y - speed, most - (y - speed) ** 2 / y, most)
+    lengthening = Choice(y - speed, most - (y - speed) ** 2 / y, most) if y else most
     return Smooth(Choice(-speed, Choice(speed + 1, (speed + 1) ** 2, 0), lengthening))
 
 
