@@ -2,7 +2,8 @@
 
 Files are joined by inclusion, as they are: what one of them keeps to itself has a name that no other one has. What
 calls each other at each stage of a solver stands in one unit, where the compiler sees both sides of the calls. What is
-generated for a mechanism stands apart from the engine.
+generated for a mechanism stands apart from the engine, and so does each room of what knows no sizes: other mechanisms
+have the same units, which the compiler finds again.
 """
 
 from __future__ import annotations
@@ -24,8 +25,10 @@ def translation_units(sources: Mapping[str, str]) -> dict[str, str]:
     """{file: text} to compile in place of the .c files in ``sources`` {file: text}; each includes some of them."""
     names = c_files(sources)
     few = sum(len(sources[name]) for name in names) <= MOST
-    groups = [names] if few else [[name for name in names if _rank(name) == rank] for rank in (0, 1, 2)]
-    units = [unit for group in groups for unit in _packed(group, sources)]
+    groups: dict[tuple[int, str], list[str]] = {}
+    for name in names:
+        groups.setdefault((0, "") if few else _group(name, sources), []).append(name)
+    units = [unit for _, group in sorted(groups.items()) for unit in _packed(group, sources)]
     return {f"unit_{i}.c": including(unit) for i, unit in enumerate(units, start=1)}
 
 
@@ -34,13 +37,20 @@ def shared_files(unit: str, sources: Mapping[str, str]) -> dict[str, str] | None
 
     Other mechanisms of the same kind and size have the same.
     """
-    found, waiting = {}, [unit]
+    found = _reached(unit, sources)
+    known = {unit, OF_STAGES, *_rooms()}
+    return None if any(name not in known for name in c_files(found)) else found
+
+
+def _reached(file: str, sources: Mapping[str, str]) -> dict[str, str]:
+    """{file: text} of all of ``sources`` that a ``file`` of theirs includes, itself among them."""
+    found, waiting = {}, [file]
     while waiting:
         name = waiting.pop()
         if name in sources and name not in found:
             found[name] = sources[name]
             waiting += [line.split('"')[1] for line in sources[name].splitlines() if line.startswith('#include "')]
-    return None if any(_rank(name) == 2 for name in found if name.endswith(".c") and name != unit) else found
+    return found
 
 
 def _packed(names: Iterable[str], sources: Mapping[str, str]) -> list[list[str]]:
@@ -66,14 +76,18 @@ def including(files: Iterable[str]) -> str:
     return "".join(f'#include "{name}"\n' for name in files)
 
 
-def _rank(name: str) -> int:
-    """0 for what works at each stage of a solver, 1 for the rest of the engine, 2 for what is generated."""
+def _group(name: str, sources: Mapping[str, str]) -> tuple[int, str]:
+    """What the C file ``name`` of ``sources`` may stand in one unit with; units come in the order of their groups."""
     room = _rooms().get(name)
-    return 0 if room in HOT or name == OF_STAGES else 2 if room is None else 1
+    if room in HOT or name == OF_STAGES:
+        return (0, "stages of solvers")
+    if room is None:
+        return (3, "generated")
+    return (2, "the mechanism's sizes") if _reached(name, sources).keys() - _rooms().keys() else (1, room)
 
 
 @cache
 def _rooms() -> dict[str, str]:
-    """{file: room} of the .c files of the engine."""
+    """{file: room} of the engine's files."""
     engine = resource_folder("templates") / "engine"
-    return {path.name: path.relative_to(engine).parts[0] for path in engine.rglob("*.c")}
+    return {path.name: path.relative_to(engine).parts[0] for path in engine.rglob("*.[ch]")}
