@@ -95,7 +95,8 @@ class _EquilibriumSearch:
         self.rows = g.substitute(rows, resting)
         self.variables = (*v.q, *v.further, *v.multipliers)
         self.seeds_of = {x: g.symbol(f"d {g.leaf[x]}") for x in self.variables}
-        self.measured = Evaluator(g, [*self.rows, *forward(g, self.rows, self.seeds_of)])
+        self.balance = Evaluator(g, self.rows)
+        self.changes = Evaluator(g, forward(g, self.rows, self.seeds_of))
         self.values = values
         coordinates, further = equations.mechanism.coordinates, equations.mechanism.states
         self.nominal = np.array([*(q.nominal for q in coordinates), *(z.nominal for z in further)])
@@ -142,23 +143,23 @@ class _EquilibriumSearch:
         None if there is none, or if it lasts for an instant only.
         """
         n, x = len(q), np.concatenate([q, multipliers])
-        r, slopes = self._measure(x)
-        size = 0.0
+        r, size = self._residual(x), 0.0
         for _ in range(_ITERATIONS):
+            slopes = self._slopes(x)
             if not (np.isfinite(r).all() and np.isfinite(slopes).all()):
                 return None
             size = max(size, float(np.abs(slopes[:, :n] * self.nominal).max(initial=0.0)))
             step = self._step(slopes, r)
             for halving in range(_HALVINGS):
                 trial = x + 0.5**halving * step
-                found, new = self._measure(trial)
+                found = self._residual(trial)
                 if np.linalg.norm(found) < np.linalg.norm(r):
                     break
             else:
                 if np.abs(r).max() > _BALANCED * size:
                     return None  # the residual falls nowhere along Newton's direction
             moved = float(np.abs((trial - x)[:n] / self.nominal).max())
-            x, r, slopes = trial, found, new
+            x, r = trial, found
             if moved < _CONVERGED * max(1.0, float(np.abs(x[:n] / self.nominal).max())):
                 break
         else:
@@ -174,7 +175,8 @@ class _EquilibriumSearch:
 
     def _carrying(self, q: Floats) -> Floats:
         """The multipliers (m,) that balance the forces at q (n,) and z best."""
-        r, slopes = self._measure(np.concatenate([q, self.unloaded]))
+        x = np.concatenate([q, self.unloaded])
+        r, slopes = self._residual(x), self._slopes(x)
         return np.asarray(np.linalg.lstsq(slopes[:, len(q) :], -r, rcond=1e-10)[0], dtype=np.float64)
 
     def _nice(self, q: Floats) -> Floats:
@@ -216,21 +218,26 @@ class _EquilibriumSearch:
 
     def _neutral(self, q: Floats) -> Floats:
         """An orthonormal basis (n, k), in nominal values, of the motions from ``q`` along which no row changes."""
-        slopes = self._measure(np.concatenate([q, np.zeros(len(self.equations.constraints))]))[1][:, : len(q)]
+        slopes = self._slopes(np.concatenate([q, self.unloaded]))[:, : len(q)]
         _, singular, right = np.linalg.svd(slopes * self.nominal)
         rank = int(np.sum(singular > 1e-10 * max(float(singular.max(initial=0.0)), 1e-300)))
         return np.asarray(right[rank:].T, dtype=np.float64)
 
-    def _measure(self, x: Floats, t: float = 0.0) -> tuple[Floats, Floats]:
+    def _residual(self, x: Floats, t: float = 0.0) -> Floats:
+        """The rows (k,) at ``x``: q, z and multipliers."""
+        return self.balance(self._at(x, t))
+
+    def _slopes(self, x: Floats) -> Floats:
+        """The derivatives (k, n + f + m) of the rows with respect to ``x``."""
+        seeds = (str(self.equations.graph.leaf[node]) for node in self.seeds_of.values())
+        return self.changes({**self._at(x, 0.0), **dict(zip(seeds, np.eye(len(x)), strict=True))})
+
+    def _at(self, x: Floats, t: float) -> dict[str, float | Floats]:
+        """The values of all variables where ``x`` rests, at time ``t``."""
         check_time()
-        n = len(self.start)
-        own = len(self.equations.forcing)
+        n, own, leaf = len(self.start), len(self.equations.forcing), self.equations.graph.leaf
         values = at(self.equations, {**self.values, "t": t}, x[:own], np.zeros(own), x[own:n])
-        g, units = self.equations.graph, np.eye(len(x))
-        values |= {str(g.leaf[node]): value for node, value in zip(self.variables[n:], x[n:], strict=True)}
-        values |= {str(g.leaf[s]): unit for s, unit in zip(self.seeds_of.values(), units, strict=True)}
-        found = self.measured(values)
-        return found[: len(self.rows), 0], found[len(self.rows) :]
+        return {**values, **{str(leaf[node]): value for node, value in zip(self.variables[n:], x[n:], strict=True)}}
 
     def _step(self, slopes: Floats, r: Floats) -> Floats:
         """Newton's step of least norm, in nominal values, with rows of one size."""
@@ -245,5 +252,5 @@ class _EquilibriumSearch:
         """Whether the forces balance at other times too, not only at the start."""
         if self.equations.variables.t not in self.equations.graph.cone(self.rows):
             return True
-        later = [np.abs(self._measure(x, t)[0]).max(initial=0.0) for t in (0.37, 1.93, 11.1)]
+        later = [np.abs(self._residual(x, t)).max(initial=0.0) for t in (0.37, 1.93, 11.1)]
         return bool(max(later) <= _BALANCED * (size or 1.0))
