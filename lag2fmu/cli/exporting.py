@@ -181,7 +181,7 @@ def _doubts(mechanism: Mechanism, fmu: Fmu, asked: ExportOptions) -> list[str]:
     """
     if asked.observer:
         return [fmu.doubt] if fmu.doubt else []
-    if not {"host", "all", "every"} & set(asked.platform.split(",")) or not (mechanism.hybrid or mechanism.constraints):
+    if not {"host", "all", "every"} & set(asked.platform.split(",")) or not mechanism.held:
         return []
     from lag2fmu.verify.doubts import doubts_of
 

@@ -17,6 +17,7 @@ from lag2fmu.language.identifiers import suggestion
 from lag2fmu.lazy import looked_up
 from lag2fmu.mechanism.completed import Unilateral
 from lag2fmu.mechanism.completion import completed
+from lag2fmu.mechanism.norms import norm_constraints
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -114,6 +115,11 @@ class Mechanism(Description):
     def hybrid(self) -> bool:
         """Whether it has contacts, stops, dry friction or latches."""
         return bool(self.unilaterals or self.frictions or self.latches)
+
+    @property
+    def held(self) -> bool:
+        """Whether laws of contacts, dry friction or constraints hold it, beside norms of quaternions."""
+        return self.hybrid or not norm_constraints(self).issuperset(c.name for c in self.constraints)
 
     @property
     def has_input_rates(self) -> bool:

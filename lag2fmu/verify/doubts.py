@@ -57,8 +57,8 @@ class DoubtWatch:
     """What is looked at in runs of ``mechanism``; ``outputs`` are the variables of its FMU that this needs."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self.equations = derive(with_derived(mechanism))
-        self.mechanism = m = self.equations.mechanism
+        self.equations = derive(mechanism)
+        self.mechanism = m = with_derived(mechanism, self.equations)
         self._values = self._own = {p.name: float(p.value) for p in m.parameters if p.value is not None}
         rows, c = self.equations.rows, self.equations.constraints
         laws = (*rows.sliding, *rows.holding, *rows.friction, *rows.static_friction, *rows.velocities)
@@ -196,7 +196,7 @@ def _around(limit: Floats) -> Floats:
 
 def watch_of(mechanism: Mechanism) -> DoubtWatch | None:
     """What is looked at in runs of ``mechanism``; None where nothing can be doubtful, or nothing can be derived."""
-    if not (mechanism.hybrid or mechanism.constraints):
+    if not mechanism.held:
         return None
     try:
         return DoubtWatch(mechanism)
