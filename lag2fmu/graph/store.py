@@ -81,9 +81,9 @@ class Store(Nodes):
 
     def _support(self, operands: Iterable[Node]) -> int:
         """The groups of variables that ``operands`` hold, one bit for each group."""
-        support = 0
+        support, supports = 0, self._supports
         for operand in operands:
-            support |= self._supports[operand]
+            support |= supports[operand]
         return support
 
     def _known(self, code: int, operands: tuple[Node, ...], mark: int) -> Node | None:
