@@ -17,6 +17,6 @@ bool report_accelerations(Instance *instance, double time, const double accelera
     for (int i = 0; i < N_COORDINATES; i++) {
         concerned[i] = !isfinite(accelerations[i]);
     }
-    instance->failure.imported = !instance->policy->project;
+    instance->failure.imported = !instance->policy->integrate;
     return arena_leave(mark, report_coordinates(instance, FAILURE_NOT_FINITE, time, concerned));
 }

@@ -1,4 +1,4 @@
 #include "policy.h"
 
-const Policy OWN_SOLVER = {.stabilise = false, .remember = false, .project = true};
-const Policy IMPORTERS_SOLVER = {.stabilise = true, .remember = true, .project = false};
+const Policy OWN_SOLVER = {.integrate = true, .stabilise = false, .remember = false, .project = true};
+const Policy IMPORTERS_SOLVER = {.integrate = false, .stabilise = true, .remember = true, .project = false};

@@ -6,6 +6,8 @@
 #include <stdbool.h>
 
 typedef struct {
+    bool integrate; /* solver steps are taken here, and events located in them; without this, another solver's states
+                       come with its errors, and events where its search has ended */
     bool stabilise; /* accelerations hold a term that pulls drifting constraints back, see accelerations.h */
     bool remember;  /* where a constraint is about to be lost, the accelerations kept at the end of the last step take
                        its place; without this, those at the start of the running solver step do */

@@ -41,7 +41,7 @@ bool equations_factorize(Instance *instance) {
 /* Do the modes follow an assignment at once? Where the importer integrates, they wait for an event. In time stepping
    they wait for a step. If a communication step has ended at an event, they wait for integrator_settle. */
 static bool modes_follow(const Instance *instance) {
-    const bool located = instance->policy->project && !TIME_STEPPING;
+    const bool located = instance->policy->integrate && !TIME_STEPPING;
     return N_EVENTS > 0 && !instance->state.event_held && (located || instance->state.phase != PHASE_RUNNING);
 }
 

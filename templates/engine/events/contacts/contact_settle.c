@@ -164,7 +164,7 @@ static bool overlaps(const Settling *settling, int contact) {
     const double least = -AT_REST * row_size(&settling->rows, contact);
     const bool strikes = settling->rows.positions[contact] < least && settling->rows.velocities[contact] < 0.0;
     return !contact_closed(&instance->state, contact) && settling_due(settling, 2 * contact) &&
-           (instance->policy->stabilise || strikes);
+           (!instance->policy->integrate || strikes);
 }
 
 /* Bodies that meet a little inside of each other are put back to where they touch, so that no gap is negative after the

@@ -23,7 +23,7 @@ void contacts_gaps(Instance *instance, double gaps[]) {
 bool contacts_jump(Instance *instance, const double before[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, ElementRows, rows);
-    const double most = instance->policy->stabilise ? LOCATED_LOOSELY : LOCATED;
+    const double most = instance->policy->integrate ? LOCATED : LOCATED_LOOSELY;
     measure(instance, rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
         const double gap = rows->positions[i], change = gap - before[i], size = row_size(rows, i);

@@ -23,7 +23,7 @@ static void begin_cascades(Settling *settling) {
     State *state = &settling->instance->state;
     /* A gap that opens no more than its rounding is not seen to open, and closes at once. In model exchange each impact
        is found inside by the hysteresis of its indicator: a lift of that height is not seen there. */
-    const double unseen = settling->instance->policy->stabilise ? 2.0 * HYSTERESIS : DBL_EPSILON;
+    const double unseen = settling->instance->policy->integrate ? DBL_EPSILON : 2.0 * HYSTERESIS;
     bool struck = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         struck = struck || settling->rebounds[i];
@@ -66,12 +66,12 @@ void settling_close(Settling *settling, int contact) {
    rises no higher than the importer's errors. */
 static void lift_off(Settling *settling, int contact) {
     State *state = &settling->instance->state;
-    const bool stabilise = settling->instance->policy->stabilise;
+    const bool imported = !settling->instance->policy->integrate;
     double *rest = &state->event_rests[N_SWITCHES + 2 * contact];
     const bool lifted = settling->row[ROW_PLACES[contact]].law == ROW_FREE; /* by an impact: the gap grows at once */
     const bool slowly = contact_closed(state, contact) && !lifted;
-    if (slowly || (stabilise && state->cascading[contact] == CASCADE_RISES)) {
-        *rest = fmax(*rest, (stabilise ? solver_tolerance(state) : AT_REST) * row_size(&settling->rows, contact));
+    if (slowly || (imported && state->cascading[contact] == CASCADE_RISES)) {
+        *rest = fmax(*rest, (imported ? solver_tolerance(state) : AT_REST) * row_size(&settling->rows, contact));
     }
     contact_open(state, contact);
 }

@@ -28,7 +28,7 @@ double settling_least_speed(const Settling *settling, int row) {
 
 double settling_least_rebound(const Settling *settling, int contact) {
     const Instance *instance = settling->instance;
-    const double located = instance->policy->stabilise ? 100.0 * HYSTERESIS : 0.0;
+    const double located = instance->policy->integrate ? 0.0 : 100.0 * HYSTERESIS;
     return fmax(solver_tolerance(&instance->state), located) * row_size(&settling->rows, contact);
 }
 

@@ -60,7 +60,7 @@ static void turn_slip(Settling *settling, int function, double direction) {
 static double last_step(const Instance *instance) {
     const State *state = &instance->state;
     const double *ends = state->step_ends;
-    return !instance->policy->stabilise ? 0.0 : state->time > ends[0] ? state->time - ends[0] : ends[0] - ends[1];
+    return instance->policy->integrate ? 0.0 : state->time > ends[0] ? state->time - ends[0] : ends[0] - ends[1];
 }
 
 /* Could friction have made the speed of this row in the last step? It turns to the other side of its limits. */

@@ -65,7 +65,7 @@ static bool project_to(Instance *instance, Level level, double time, const doubl
         return true;
     }
     report_constraints(instance, time, values, level);
-    instance->failure.imported = !instance->policy->project;
+    instance->failure.imported = !instance->policy->integrate;
     return false;
 }
 

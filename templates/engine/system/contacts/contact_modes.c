@@ -96,7 +96,7 @@ const double STEADIER = 4.0;
    direction that turns ever faster: it is spared what the engine's own solver follows at sharp tolerances. */
 static double velocity_errors(const Instance *instance) {
     const double tolerance = fmin(solver_tolerance(&instance->state), COARSEST_TOLERANCE);
-    return instance->policy->stabilise ? fmax(tolerance, LOCATED) : tolerance;
+    return instance->policy->integrate ? tolerance : fmax(tolerance, LOCATED);
 }
 
 double contact_loose_speed(const Instance *instance, const ElementRows *rows, int contact) {
