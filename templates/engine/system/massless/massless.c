@@ -82,7 +82,7 @@ static double size_of(const MasslessValues *values, const double states[]) {
     return greatest;
 }
 
-static bool report_massless(Instance *instance, const double residuals[], int size) {
+bool massless_report(Instance *instance, const double residuals[], int size) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
     Failure *failure = &instance->failure;
@@ -132,7 +132,7 @@ static bool solve_positions(Instance *instance, double states[]) {
     double size = size_of(values, states);
     for (int i = 0; i < MOST_MASSLESS_ITERATIONS && size > NOISE && improve(instance, states, values, &size); i++) {
     }
-    return arena_leave(mark, size <= ACCEPTED || report_massless(instance, values->positions, N_MASSLESS_POSITIONS));
+    return arena_leave(mark, size <= ACCEPTED || massless_report(instance, values->positions, N_MASSLESS_POSITIONS));
 }
 
 static bool solve_velocities(Instance *instance, double states[]) {
@@ -143,12 +143,12 @@ static bool solve_velocities(Instance *instance, double states[]) {
     move_unknowns(states + N, REST, 0.0, REST, N_MASSLESS);
     evaluate_massless(instance, states, values);
     if (!factorize_slopes(values->jacobian, N_MASSLESS, slopes)) {
-        return arena_leave(mark, report_massless(instance, values->velocities, N_MASSLESS));
+        return arena_leave(mark, massless_report(instance, values->velocities, N_MASSLESS));
     }
     solve_slopes(instance->arena, slopes, values->velocities, change);
     move_unknowns(states + N, REST, 1.0, change, N_MASSLESS);
     return arena_leave(mark, all_finite(change, N_MASSLESS) ||
-                                 report_massless(instance, values->velocities, N_MASSLESS));
+                                 massless_report(instance, values->velocities, N_MASSLESS));
 }
 
 bool massless_settle(Instance *instance) {
@@ -216,7 +216,7 @@ void massless_explain_failure(Instance *instance) {
     evaluate_massless(instance, instance->state.states, values);
     if (instance->failure.kind == FAILURE_ACCURACY &&
         hardly_depend(instance->arena, values->jacobian, SINGULAR_SOON, slopes)) {
-        report_massless(instance, values->velocities, N_MASSLESS);
+        massless_report(instance, values->velocities, N_MASSLESS);
     }
     arena_release(mark);
 }
@@ -233,7 +233,7 @@ bool massless_settle_seed(Instance *instance, Seed *seed) {
         const int size = level == 0 ? N_MASSLESS_POSITIONS : N_MASSLESS;
         const double *rows = residuals + N_UNKNOWNS + (level == 0 ? N_CONSTRAINTS : 0);
         if (!factorize_slopes(values->jacobian, size, slopes)) {
-            return arena_leave(mark, report_massless(instance, level == 0 ? values->positions : values->velocities,
+            return arena_leave(mark, massless_report(instance, level == 0 ? values->positions : values->velocities,
                                          size));
         }
         mechanism_residual_tangent(state->time, state->states, state->inputs, state->parameters,

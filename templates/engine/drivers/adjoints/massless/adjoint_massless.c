@@ -27,20 +27,6 @@ static bool solve_massless_transposed(Arena *arena, const double jacobian[], int
     return arena_leave(mark, true);
 }
 
-/* As massless_settle_seed says. */
-static bool report_adjoint(Instance *instance, const double residuals[], int size) {
-    const ArenaMark mark = arena_mark(instance->arena);
-    WORK_ZEROS(mark, bool, concerned, N_COORDINATES);
-    Failure *failure = &instance->failure;
-    for (int k = 0; k < size; k++) {
-        concerned[MASSLESS_COORDINATES[k]] = true;
-        failure->constraints[k] = MASSLESS_CONSTRAINTS[k];
-        failure->residuals[k] = residuals[MASSLESS_CONSTRAINTS[k]];
-    }
-    failure->count = size;
-    return arena_leave(mark, report_coordinates(instance, FAILURE_MASSLESS, instance->state.time, concerned));
-}
-
 /* The answers of positions or velocities: their weights go to what they follow from. */
 static bool massless_level_adjoint(Instance *instance, const Values *values, Level level, Seed *sensitivity) {
     const ArenaMark mark = arena_mark(instance->arena);
@@ -55,7 +41,7 @@ static bool massless_level_adjoint(Instance *instance, const Values *values, Lev
     }
     if (!solve_massless_transposed(instance->arena, values->jacobian, size, weights, found)) {
         const double *wrong = level == POSITIONS ? values->positions : values->velocities;
-        return arena_leave(mark, report_adjoint(instance, wrong, size));
+        return arena_leave(mark, massless_report(instance, wrong, size));
     }
     for (int k = 0; k < size; k++) {
         rows[MASSLESS_CONSTRAINTS[k]] = found[k];
