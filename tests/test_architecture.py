@@ -188,6 +188,13 @@ def _tree(path: Path) -> ast.Module:
     return ast.parse((PACKAGE / path).read_text("utf-8"))
 
 
+@cache
+def _nodes(path: Path) -> list[ast.AST]:
+    """All nodes of a module's tree; to walk it for each test takes most of their time."""
+    return list(ast.walk(_tree(path)))
+
+
+@cache
 def _is_module(name: str) -> bool:
     place = PACKAGE.parent.joinpath(*name.split("."))
     return place.is_dir() or place.with_suffix(".py").is_file()
@@ -196,13 +203,12 @@ def _is_module(name: str) -> bool:
 @cache
 def _imports(path: Path, *, typing_too: bool = True) -> set[str]:
     """The dotted names a module imports; imports for type checking only can be left out."""
-    tree = _tree(path)
     skipped = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING" and not typing_too:
+    for node in () if typing_too else _nodes(path):
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
             skipped |= {id(inner) for inner in ast.walk(node)}
     found: set[str] = set()
-    for node in ast.walk(tree):
+    for node in _nodes(path):
         if id(node) in skipped:
             continue
         if isinstance(node, ast.Import):
@@ -267,8 +273,7 @@ def test_there_are_few_import_layers_and_no_cycles() -> None:
 
 def _homes(path: Path) -> dict[str, str]:
     """Name that a module has from another one of the package -> that module."""
-    tree = _tree(path)
-    found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    found = [node for node in _nodes(path) if isinstance(node, ast.ImportFrom)]
     return {a.name: str(n.module) for n in found for a in n.names if str(n.module).startswith("lag2fmu.")}
 
 
@@ -276,8 +281,7 @@ def test_a_name_comes_from_the_module_that_defines_it() -> None:
     """What a room's ``__init__`` offers is for those outside: users, models, tests."""
     doors = {_name(path): _homes(path) for path in _modules() if path.name == "__init__.py"}
     for path in _modules():
-        tree = _tree(path)
-        for node in (n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and path.name != "__init__.py"):
+        for node in (n for n in _nodes(path) if isinstance(n, ast.ImportFrom) and path.name != "__init__.py"):
             for alias in node.names:
                 home = doors.get(str(node.module), {}).get(alias.name)
                 assert home is None, f"{path}: import {alias.name} from {home}, not from {node.module}"
@@ -285,7 +289,7 @@ def test_a_name_comes_from_the_module_that_defines_it() -> None:
 
 def test_a_class_has_a_name_of_its_own() -> None:
     """One word is one thing, in all rooms and in private."""
-    classes = [node.name for path in _modules() for node in ast.walk(_tree(path)) if isinstance(node, ast.ClassDef)]
+    classes = [node.name for path in _modules() for node in _nodes(path) if isinstance(node, ast.ClassDef)]
     assert len(classes) > 300
     assert [name for name, times in Counter(classes).items() if times > 1] == []
 
@@ -376,7 +380,7 @@ def test_modules_and_functions_are_read_at_a_glance() -> None:
     assert max(long.values(), default=0) <= 1.5 * MOST_LINES, long
     wide = {}
     for name in lines:
-        for node in (n for n in ast.walk(_tree(Path(name))) if isinstance(n, ast.FunctionDef)):
+        for node in (n for n in _nodes(Path(name)) if isinstance(n, ast.FunctionDef)):
             ways = 1 + sum(isinstance(inner, BRANCHES) for inner in ast.walk(node))
             wide |= {f"{name}: {node.name}": ways} if ways > MOST_WAYS else {}
             lines = (node.end_lineno or 0) - node.lineno - len((ast.get_docstring(node) or "").splitlines())
