@@ -1,10 +1,11 @@
 """Boxes dropped with random poses and velocities onto a plane: does energy grow, does one sink, do all come to rest?
 
-Run with `make bench` or `python -m benchmarks.dropped_boxes [COUNT]`, beside MuJoCo and Drake where they are installed.
-A cube of 2 kg and 0.2 m falls from 1 m; friction 0.5, steps of 1 ms, 6 s, recorded each 10 ms. MuJoCo and Drake have
-no coefficient of restitution; it is 0 here, and 0.3 in a row of its own. Energy is computed alike for all from place
-and velocity. A box is counted whose energy grows between two records by more than 1e-4 J of about 20 J; which has a
-corner more than 1 mm below the plane at some record; whose kinetic energy is above 1e-9 J in the end.
+Run with `make bench` or `python -m benchmarks.dropped_boxes [COUNT [TOOL ...]]`, beside MuJoCo and Drake where they
+are installed. A cube of 2 kg and 0.2 m falls from 1 m; friction 0.5, steps of 1 ms, 6 s, recorded each 10 ms. MuJoCo
+and Drake have no coefficient of restitution; it is 0 here, and 0.3 in the row moreau_rebounding. Energy is computed
+alike for all from place and velocity. A box is counted whose energy grows between two records by more than 1e-4 J of
+about 20 J; which has a corner more than 1 mm below the plane at some record; whose kinetic energy is above 1e-9 J in
+the end.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from importlib.util import find_spec
 from itertools import product
 from pathlib import Path
@@ -62,7 +64,7 @@ def ours(solver: str, restitution: float, folder: Path) -> Run:
 
 def mujoco() -> Run:
     """By MuJoCo with contacts as they are by default."""
-    import mujoco as mj
+    mj = import_module("mujoco")
 
     model = mj.MjModel.from_xml_string(f"""<mujoco><option timestep="{STEP}" gravity="0 0 -{G}" cone="elliptic"/>
       <worldbody><geom type="plane" size="9 9 1" friction="{FRICTION} 0 0"/><body pos="0 0 1"><freejoint/>
@@ -84,7 +86,7 @@ def mujoco() -> Run:
 
 def drake() -> Run:
     """By Drake's discrete plant with point contact, its eight corners spheres of a micrometre."""
-    from pydrake import all as dr
+    dr = import_module("pydrake.all")
 
     builder = dr.DiagramBuilder()
     plant, _ = dr.AddMultibodyPlantSceneGraph(builder, time_step=STEP)
@@ -159,20 +161,22 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("count", nargs="?", type=int, default=1000)
-    count = parser.parse_args().count
+    parser.add_argument("tools", nargs="*", metavar="TOOL", help="default: all that are installed")
+    asked = parser.parse_args()
+    count = asked.count
     table = Table(title=f"{count} boxes", title_justify="left")
     for heading in ("tool", "energy grows", "sinks", "moves", "most J", "deepest m", "last J", "CPU s"):
         table.add_column(heading, justify="right")
     with tempfile.TemporaryDirectory() as folder:
         tools: dict[str, Callable[[], Run]] = {
-            "lag2fmu, moreau": lambda: ours("moreau", 0.0, Path(folder)),
-            "lag2fmu, moreau, restitution 0.3": lambda: ours("moreau", 0.3, Path(folder)),
-            "lag2fmu, dopri5": lambda: ours("dopri5", 0.0, Path(folder)),
-            **({"MuJoCo": mujoco} if find_spec("mujoco") else {}),
-            **({"Drake": drake} if find_spec("pydrake") else {}),
+            "moreau": lambda: ours("moreau", 0.0, Path(folder)),
+            "moreau_rebounding": lambda: ours("moreau", 0.3, Path(folder)),
+            "dopri5": lambda: ours("dopri5", 0.0, Path(folder)),
+            **({"mujoco": mujoco} if find_spec("mujoco") else {}),
+            **({"drake": drake} if find_spec("pydrake") else {}),
         }
-        for name, made in tools.items():
-            run = made()
+        for name in asked.tools or tools:
+            run = tools[name]()
             begun = time.process_time()
             worst = np.array([judged(*run(*start)) for start in starts(count)])
             spent = time.process_time() - begun
