@@ -31,6 +31,7 @@ BENCHMARKS: dict[str, bool] = {
     "constraints": False,
     "contacts": False,
     "impacts": False,
+    "dropped_boxes": False,
     "repeating": False,
     "ensembles": False,
     "sweeps": False,

@@ -20,6 +20,7 @@ QUANTITIES: dict[str, tuple[str, tuple[str, ...], Unit]] = {
     "angles": ("frame", AXES, RADIAN),
     "quaternion": ("frame", ("0", "1", "2", "3"), DIMENSIONLESS),
     "rotation": ("frame", _MATRIX, DIMENSIONLESS),
+    **{f"{axis}_axis": ("frame", AXES, DIMENSIONLESS) for axis in AXES},
     "origin_velocity": ("frame", AXES, METRE / SECOND),
     "specific_force": ("frame", AXES, METRE / SECOND / SECOND),
     "mass_centre": ("bodies", AXES, METRE),
@@ -60,7 +61,7 @@ class Output:
       "world" or of the "frame".
     - ``origin_velocity`` (m/s) and ``specific_force`` (m/s2) of its origin, likewise. The latter is the acceleration
       less that of gravity, which an accelerometer measures: at rest it is g upwards.
-    - ``rotation``: NAME_11, NAME_12, ... NAME_33, R (3, 3) row by row.
+    - ``rotation``: NAME_11, NAME_12, ... NAME_33, R (3, 3) row by row; ``x_axis``, ``y_axis``, ``z_axis``: its columns.
     - ``quaternion``: NAME_0 ... NAME_3, the product of those of the rotations, hence smooth; e and -e are the same R.
     - ``angles`` (rad): NAME_x, NAME_y, NAME_z with R = Rx Ry Rz (Cardan), singular at NAME_y = +-pi/2.
 

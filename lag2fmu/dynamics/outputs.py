@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lag2fmu.description.outputs import QUANTITIES, TURNING, Output
-from lag2fmu.description.places import WORLD
+from lag2fmu.description.places import AXES, WORLD
 from lag2fmu.dynamics.energies import Composer
 from lag2fmu.dynamics.frames import Rate
 from lag2fmu.dynamics.momenta import Momenta
@@ -36,6 +36,8 @@ def _of_frame(composer: Composer, output: Output, accelerating: Rate) -> Vector:
         return frames.angles(name)
     if output.quantity == "rotation":
         return tuple(entry for row in zip(*frames.axes(name), strict=True) for entry in row)
+    if str(output.quantity).endswith("_axis"):
+        return frames.axes(name)[AXES.index(str(output.quantity)[0])]
     own = _along_axes(composer, name, str(output.quantity), accelerating)
     return own if output.axes != WORLD else frames.to_world(name, own)
 

@@ -38,18 +38,25 @@ def rows_in_all_modes(
 def time_stepping_rows(
     equations: EquationsOfMotion, sparse: SparseRows | None, state: tuple[Array, ...], factor: Function
 ) -> Iterator[Function]:
-    """What a time step needs: forces, and the rows with those entries of their Jacobian that are not 0."""
+    """What a time step needs: forces, and the rows with those entries of their Jacobian that are not 0.
+
+    Positions and forces are wanted alone, too: both cost a fraction of the whole.
+    """
     if sparse is None:
         return
-    results = (
-        *(("f", i, node) for i, node in enumerate(equations.forcing)),
-        *(("G", i, node) for i, (*_, node) in enumerate(sparse.entries)),
-        *(("phi", row, node) for row, node in sparse.positions.items()),
-        *(("v", row, node) for row, node in enumerate(sparse.velocities)),
-    )
+    permanent = sparse.contacts[0]
+    forcing = tuple(("f", i, node) for i, node in enumerate(equations.forcing))
+    entries = tuple(("G", i, node) for i, (*_, node) in enumerate(sparse.entries))
+    held = sum(row < permanent for row, *_ in sparse.entries)
+    positions = tuple(("phi", row, node) for row, node in sparse.positions.items())
+    velocities = tuple(("v", row, node) for row, node in enumerate(sparse.velocities))
     doc = "What mechanism_factor gives, forcing f; of the rows in row_tables.h entries G, positions phi, velocities v."
-    arrays = (*factor.arrays, "f", "G", "phi", "v")
-    yield Function("mechanism_stepping", doc, state, arrays, (*factor.results, *results))
+    arrays, results = (*factor.arrays, "f", "G", "phi", "v"), (*factor.results, *forcing, *entries)
+    yield Function("mechanism_stepping", doc, state, arrays, (*results, *positions, *velocities))
+    doc = "Of the rows in row_tables.h positions phi, of permanent constraints entries G and velocities v, too."
+    results = (*entries[:held], *positions, *velocities[:permanent])
+    yield Function("mechanism_placing", doc, state, ("G", "phi", "v"), results)
+    yield Function("mechanism_forcing", "Forcing f.", state, ("f",), forcing)
 
 
 def contact_events(equations: EquationsOfMotion) -> Iterator[EventFunction]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import cache
 from typing import ClassVar
@@ -258,21 +258,27 @@ _FLOAT: dict[object, Callable[..., float]] = {
 }
 
 
-def value_of(number: sp.Expr, values: Mapping[str, float] | None = None) -> float:
+def value_of(
+    number: sp.Expr, values: Mapping[str, float] | None = None, known: dict[int, float] | None = None
+) -> float:
     """The value of an expression in plain floats, ``values`` being those of its symbols.
 
-    SymPy's own evaluation may take forever. Raises OverflowError beyond the floats, ValueError or ZeroDivisionError
+    ``known`` has those of parts found before, by id, for SymPy compares whole trees. SymPy's own evaluation may take
+    forever. Raises OverflowError beyond the floats, ValueError or ZeroDivisionError
     where there is no real value, KeyError for a symbol without value and for a table.
     """
+    values, known = values or {}, {} if known is None else known
     if number.is_Rational:
         return int(number.p) / int(number.q)
     if number.is_Symbol:
-        return (values or {})[number.name]
+        return values[number.name]
     if isinstance(number, Own):
-        return number.value(values or {})
+        return number.value(values)
     if not number.args:
         return float(number)
-    return _FLOAT[number.func](*(value_of(a, values) for a in number.args))
+    if id(number) not in known:
+        known[id(number)] = _FLOAT[number.func](*(value_of(a, values, known) for a in number.args))
+    return known[id(number)]
 
 
 def _refuse_foreign(expression: sp.Expr, where: str) -> None:
@@ -291,8 +297,3 @@ def _refuse_foreign(expression: sp.Expr, where: str) -> None:
                 f"{where}: the function '{node.func}' is not supported; known are "
                 f"{', '.join([*FUNCTIONS, 'if', 'smooth'])}"
             )
-
-
-def free_names(expressions: Iterable[sp.Expr]) -> set[str]:
-    """The names of all symbols in ``expressions``."""
-    return {s.name for expression in expressions for s in expression.free_symbols}

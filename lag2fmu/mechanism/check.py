@@ -13,7 +13,7 @@ from lag2fmu.description.places import WORLD, Expression, Vector, remedy_for
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.description.values import require_number
 from lag2fmu.errors import MechanismError, UnitError
-from lag2fmu.language.vocabulary import free_names
+from lag2fmu.language.parts_of import free_names
 from lag2fmu.mechanism.doubts import doubts
 from lag2fmu.mechanism.geometry import check_values
 from lag2fmu.mechanism.loads import rigid_place

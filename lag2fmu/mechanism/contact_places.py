@@ -23,7 +23,7 @@ from lag2fmu.description.joints import across, direction
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.vocabulary import Choice, Smooth
 from lag2fmu.mechanism.planar_joints import angle_of
-from lag2fmu.mechanism.poses import Pose, Poses, location_of
+from lag2fmu.mechanism.poses import Pose, Poses, crossed, location_of, times
 
 _OF_ELLIPSOID = 3
 _FLAT = sp.Rational(1, 10**6)
@@ -55,7 +55,7 @@ def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
         height, reach = first, first * normal
         if CONTACTS[contact.kind].radii == _OF_ELLIPSOID:
             height, reach = _of_ellipsoid(contact, a, normal)
-        gap = normal.dot(apart) - height
+        gap = times(normal.T, apart)[0] - height
         on_first, on_second = -reach, apart - reach
     else:
         along_a, along_b = _along_axes(contact, a, b, apart)
@@ -67,8 +67,8 @@ def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
         on_first, on_second = along_a - first * normal, along_b + second * normal
     if contact.frictionless:
         return Geometry(gap, ())
-    slip = a.velocity + a.angular.cross(on_first) - b.velocity - b.angular.cross(on_second)
-    return Geometry(gap, tuple(t.dot(slip) for t in tangents))
+    slip = a.velocity + crossed(a.angular, on_first) - b.velocity - crossed(b.angular, on_second)
+    return Geometry(gap, tuple(times(t.T, slip)[0] for t in tangents))
 
 
 def _of_ellipsoid(contact: Contact, first: Pose, normal: sp.Matrix) -> tuple[sp.Expr, sp.Matrix]:
@@ -78,15 +78,15 @@ def _of_ellipsoid(contact: Contact, first: Pose, normal: sp.Matrix) -> tuple[sp.
     lowest point: its h is S / sqrt(S + f^2), so that the point goes over into the centre on the scale f of angles.
     """
     radii = sp.diag(*(sp.sympify(r) for r in contact.radius or ()))  # type: ignore[union-attr]
-    own = radii * first.rotation.T * normal
-    square = own.dot(own)
+    own = times(radii, times(first.rotation.T, normal))
+    square = times(own.T, own)[0]
     height = sp.sqrt(square)
     slope = 1 / height
     if any(radii[k, k] == 0 for k in range(3)):
         flat = (_FLAT * radii.trace()) ** 2
         height = square / sp.sqrt(square + flat)
         slope = (square + 2 * flat) / (square + flat) ** sp.Rational(3, 2)
-    return height, slope * first.rotation * radii * own
+    return height, slope * times(first.rotation, times(radii, own))
 
 
 def _along_axes(contact: Contact, a: Pose, b: Pose, apart: sp.Matrix) -> tuple[sp.Matrix, sp.Matrix]:
@@ -136,8 +136,8 @@ def _ends(m: Description, contact: Contact, poses: Poses) -> tuple[Pose, Pose, s
 
 def _pose(poses: Poses, frame: str, place: tuple[sp.Expr, ...], base: str) -> Pose:
     pose, own = poses.pose(frame, base), poses.column(place)
-    arm = pose.rotation * own
-    velocity = pose.velocity + pose.angular.cross(arm) + pose.rotation * own.applyfunc(poses.rate)
+    arm = times(pose.rotation, own)
+    velocity = pose.velocity + crossed(pose.angular, arm) + times(pose.rotation, own.applyfunc(poses.rate))
     return pose._replace(origin=pose.origin + arm, velocity=velocity)
 
 
@@ -177,7 +177,7 @@ def _fixed(contact: Contact, second: Pose, planar: bool) -> tuple[sp.Matrix, lis
     normal = vector / sp.sqrt(sp.trigsimp(vector.dot(vector)))
     in_space = _tangents if vector.free_symbols else lambda _: across(axis)
     tangents = [_along_line(normal)] if planar else list(in_space(normal))
-    return second.rotation * normal, [second.rotation * tangent for tangent in tangents]
+    return times(second.rotation, normal), [times(second.rotation, tangent) for tangent in tangents]
 
 
 def _along_line(normal: sp.Matrix) -> sp.Matrix:

@@ -17,7 +17,8 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.description.description import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.vocabulary import Choice, TableCall, free_names, symbol
+from lag2fmu.language.parts_of import free_names
+from lag2fmu.language.vocabulary import Choice, TableCall, symbol
 from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.poses import Poses

@@ -15,7 +15,8 @@ from lag2fmu.description.description import Description
 from lag2fmu.description.events import CONTACTS, IMPACTS, LAWS, Contact, ContactKind, Friction, Stop
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.language.vocabulary import TableCall, free_names, value_of
+from lag2fmu.language.parts_of import free_names
+from lag2fmu.language.vocabulary import TableCall, value_of
 from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.poses import Poses

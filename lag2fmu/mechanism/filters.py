@@ -19,8 +19,9 @@ from lag2fmu.description.parts import Definition
 from lag2fmu.description.symbols import FILTERED, Input
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
+from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.units import SECOND, Unit
-from lag2fmu.language.vocabulary import free_names, symbol
+from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.starts import value_at
 

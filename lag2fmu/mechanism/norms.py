@@ -11,7 +11,8 @@ import sympy as sp
 from lag2fmu.description.description import Description
 from lag2fmu.description.parts import Constraint
 from lag2fmu.language.definitions import written_out
-from lag2fmu.language.vocabulary import free_names, value_of
+from lag2fmu.language.parts_of import free_names
+from lag2fmu.language.vocabulary import value_of
 from lag2fmu.mechanism.order import in_order
 
 _TRIALS, _ROUNDING = 5, 1e-9

@@ -9,7 +9,7 @@ from typing import TypeVar
 from lag2fmu.description.parts import Definition
 from lag2fmu.description.symbols import Parameter
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.vocabulary import free_names
+from lag2fmu.language.parts_of import free_names
 
 Part = TypeVar("Part", Definition, Parameter)
 

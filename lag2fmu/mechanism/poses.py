@@ -37,7 +37,28 @@ class Pose(NamedTuple):
 
     def at(self, place: sp.Matrix) -> sp.Matrix:
         """The point ``place`` (3, 1) of the frame, in the axes of the base, (3, 1), in m."""
-        return self.origin + self.rotation * place
+        return self.origin + times(self.rotation, place)
+
+
+def times(a: sp.Matrix, b: sp.Matrix) -> sp.Matrix:
+    """The product of ``a`` (n, m) and ``b`` (m, k), (n, k), without the products of zeros.
+
+    SymPy asks of what a zero multiplies whether it is finite, which takes minutes where expressions are long.
+    """
+
+    def entry(i: int, j: int) -> sp.Expr:
+        return sp.Add(*(a[i, k] * b[k, j] for k in range(a.cols) if a[i, k] != 0 and b[k, j] != 0))
+
+    return sp.Matrix(a.rows, b.cols, entry)
+
+
+def crossed(a: sp.Matrix, b: sp.Matrix) -> sp.Matrix:
+    """The product a x b, (3, 1), without the products of zeros, as in ``times``."""
+
+    def product(i: int, j: int) -> sp.Expr:
+        return a[i] * b[j] if a[i] != 0 and b[j] != 0 else sp.S.Zero
+
+    return sp.Matrix([product(i, j) - product(j, i) for i, j in ((1, 2), (2, 0), (0, 1))])
 
 
 class Poses:
@@ -53,7 +74,8 @@ class Poses:
 
     def resolved(self, expression: Expression) -> sp.Expr:
         """``expression`` with its definitions written out."""
-        return sp.sympify(expression).xreplace(self._meaning)
+        found = sp.sympify(expression)
+        return found.xreplace(self._meaning) if self._meaning else found
 
     def column(self, place: Iterable[Expression]) -> sp.Matrix:
         """A ``place`` of 2 or 3 entries as (3, 1), definitions written out."""
@@ -91,22 +113,22 @@ class Poses:
     def _composed(self, name: str, base: str) -> Pose:
         origin, velocity, angular, before, last = *(sp.zeros(3, 1) for _ in range(3)), sp.eye(3), _Turn()
         for frame in self._chain(name, base):
-            turned, own = before * last.matrix(), sp.Matrix([self.resolved(x) for x in frame.origin])
-            way = turned * own
+            turned, own = times(before, last.matrix()), sp.Matrix([self.resolved(x) for x in frame.origin])
+            way = times(turned, own)
             origin += way
-            velocity += angular.cross(way) + turned * own.applyfunc(self.rate)
+            velocity += crossed(angular, way) + times(turned, own.applyfunc(self.rate))
             if frame.quaternion is not None:
                 e = sp.Matrix([self.resolved(x) for x in frame.quaternion])
-                before, last = before * last.matrix(), _Turn()
-                angular += before * _quaternion_rate(e, e.applyfunc(self.rate))
-                before = before * _quaternion_matrix(e)
+                before, last = times(before, last.matrix()), _Turn()
+                angular += times(before, _quaternion_rate(e, e.applyfunc(self.rate)))
+                before = times(before, _quaternion_matrix(e))
             for axis, angle in frame.rotations:
                 whole = self.resolved(angle)
                 if axis != last.axis:
-                    before, last = before * last.matrix(), _Turn(axis)
+                    before, last = times(before, last.matrix()), _Turn(axis)
                 last = _Turn(axis, last.angle + whole)
-                angular += before * direction(axis) * self.rate(whole)
-        return Pose(origin, before * last.matrix(), angular, velocity)
+                angular += times(before, direction(axis)) * self.rate(whole)
+        return Pose(origin, times(before, last.matrix()), angular, velocity)
 
     def planar(self, place: sp.Matrix, angle: Expression) -> Pose:
         """The pose in the world of what stands in the plane at ``place`` (3, 1), in m, turned by ``angle`` (rad)."""

@@ -15,6 +15,7 @@ from lag2fmu.description.parts import Constraint
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
+from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.vocabulary import TableCall
 from lag2fmu.mechanism.order import in_order
 
@@ -38,11 +39,11 @@ class Scope:
     def names_in(self, where: str, expression: sp.Expr) -> set[str]:
         """The names ``expression`` uses, definitions written out; raises MechanismError for an unknown one."""
         found: set[str] = set()
-        for s in sorted(expression.free_symbols, key=str):
-            if s.name not in self.meaning:
-                remedy = suggestion(s.name, self.meaning)
-                raise MechanismError(f"{where}: undefined symbol '{s.name}'; {remedy}")
-            found |= self.uses.get(s.name, {s.name})
+        for name in sorted(free_names([expression])):
+            if name not in self.meaning:
+                remedy = suggestion(name, self.meaning)
+                raise MechanismError(f"{where}: undefined symbol '{name}'; {remedy}")
+            found |= self.uses.get(name, {name})
         return found
 
 

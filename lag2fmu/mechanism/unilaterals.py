@@ -10,8 +10,9 @@ from lag2fmu.description.description import Description
 from lag2fmu.description.events import Contact, Stop
 from lag2fmu.description.names import stop_side
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.parts_of import free_names, parts_of
 from lag2fmu.language.units import METRE, Unit
-from lag2fmu.language.vocabulary import Choice, TableCall, free_names, symbol
+from lag2fmu.language.vocabulary import Choice, TableCall
 from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.completed import Unilateral
 from lag2fmu.mechanism.contact_places import Geometry, geometry_of
@@ -72,7 +73,8 @@ def check_gaps(m: Description, found: Iterable[Unilateral]) -> None:
                 f"{unilateral.where}: the gap '{to_text(unilateral.gap)}' contains no coordinate{beyond}, so no force "
                 "can keep it open; leave it out or correct it"
             )
-        if not gap.atoms(TableCall) and used <= start.keys() and value_at(gap, start) is None:
+        tabled = any(isinstance(part, TableCall) for part in parts_of([gap]))
+        if not tabled and used <= start.keys() and value_at(gap, start) is None:
             at = ", ".join(f"{name} = {start[name]:g}" for name in sorted(used))
             raise MechanismError(
                 f"{unilateral.where}: the gap '{to_text(unilateral.gap)}' cannot be evaluated at the start, where {at} "
@@ -82,8 +84,9 @@ def check_gaps(m: Description, found: Iterable[Unilateral]) -> None:
 
 def _without_steps(gap: sp.Expr) -> sp.Expr:
     """The ``gap`` with 1 in place of comparisons, signs and steps, whose values do not change between switches."""
-    steps = [step for step in gap.atoms(Choice) if step.is_condition] + list(gap.atoms(sp.sign, sp.Heaviside))
-    return gap.xreplace(dict.fromkeys(steps, sp.S.One))
+    parts = [*parts_of([gap])]
+    steps = [x for x in parts if isinstance(x, (sp.sign, sp.Heaviside)) or (isinstance(x, Choice) and x.is_condition)]
+    return gap.xreplace(dict.fromkeys(steps, sp.S.One)) if steps else gap
 
 
 def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = False) -> None:
@@ -97,7 +100,8 @@ def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = Fa
         gap = poses.resolved(unilateral.gap)
         value, terms = value_at(gap, start), [value_at(term, start) or 0.0 for term in sp.Add.make_args(gap)]
         if value is not None and value < -rounding * sum(map(abs, terms)):
-            moving = [q.name for q in m.coordinates if symbol(q.name) in gap.free_symbols]
+            used = free_names([gap])
+            moving = [q.name for q in m.coordinates if q.name in used]
             si = "1" if unilateral.unit is None else unilateral.unit.si_name
             unit = "" if si == "1" else f" {si}"
             at = ", ".join(f"{name} = {start[name]:g}" for name in moving[:6])

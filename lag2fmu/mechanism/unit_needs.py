@@ -17,9 +17,10 @@ from lag2fmu.description.description import Description
 from lag2fmu.description.events import State
 from lag2fmu.description.symbols import Coordinate, Input, Parameter
 from lag2fmu.language.dimensions import ONE, Dimension, describe, dimension
+from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.language.units import SECOND
-from lag2fmu.language.vocabulary import Choice, Smooth, TableCall, free_names
+from lag2fmu.language.vocabulary import Choice, Smooth, TableCall
 
 Exponents = dict[str, Fraction]
 """{base unit, or name whose unit is unknown: exponent}; base units have the names 'unit 0', 'unit 1' ..."""

@@ -9,7 +9,7 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.description.description import Description
 from lag2fmu.errors import MechanismError
-from lag2fmu.language.vocabulary import free_names
+from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.poses import Poses
 from lag2fmu.mechanism.scope import Scope

@@ -215,13 +215,15 @@ def changing(later: FramePose, quantity: str, gravity: Array) -> Array:
 
 
 def turning(pose: FramePose, quantity: str, *, in_world: bool) -> Array:
-    """The entries of velocities (m/s, rad/s), rotation matrix, or angles about x, y, z (rad) of a frame, (k, N)."""
+    """The entries of velocities (m/s, rad/s), rotation matrix, its columns, or angles about x, y, z (rad), (k, N)."""
     R = pose.R
     if quantity in ("angular_velocity", "origin_velocity"):
         own = pose.w if quantity == "angular_velocity" else pose.v
         return own if in_world else apply_transposed(R, own)
     if quantity == "rotation":
         return R.reshape(9, *R.shape[2:])
+    if quantity.endswith("_axis"):
+        return R[:, "xyz".index(quantity[0])]
     cosine = np.sqrt(R[0, 0] ** 2 + R[0, 1] ** 2)
     return np.stack([atan2(-R[1, 2], R[2, 2]), atan2(R[0, 2], cosine), atan2(-R[0, 1], R[0, 0])])
 

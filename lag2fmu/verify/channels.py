@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from ctypes import c_double, c_uint
+from collections.abc import Callable, Sequence
+from ctypes import CFUNCTYPE, addressof, c_int, c_size_t, c_uint, c_void_p
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,8 @@ _CALLS = {False: {"Enumeration": "Integer"}, True: {"Enumeration": "Int64"}}
 _FLOATS = ("Real", "Float64", "Float32")
 _DOUBLES = {False: "Real", True: "Float64"}
 """{whether of FMI 3.0: the type of variables that are doubles in C}"""
+_WARNING = 1
+"""The status of FMI 2.0 and 3.0 above which a call has not been done."""
 
 
 class _Doubles:
@@ -22,11 +24,13 @@ class _Doubles:
 
     def __init__(self, fmu: Any, references: Sequence[int], size: int, *, third: bool) -> None:
         """Prepare calls of ``fmu``, an instance of fmpy, for ``size`` numbers of the variables ``references``."""
-        get, put = (getattr(fmu, f"fmi{'3' if third else '2'}{verb}{_DOUBLES[third]}") for verb in ("Get", "Set"))
         self.values: Floats = np.empty(size)
-        numbers = (c_double * size).from_buffer(self.values.data)
-        named = (fmu.component, (c_uint * len(references))(*references), len(references), numbers)
-        self._get, self._set, self._arguments = get, put, (*named, size) if third else named
+        self._named = (c_uint * len(references))(*references)
+        arguments = (fmu.component, addressof(self._named), len(references), self.values.ctypes.data)
+        self._arguments = (*arguments, size) if third else arguments
+        types = (c_void_p, c_void_p, c_size_t, c_void_p, *([c_size_t] if third else []))
+        version, kind = "3" if third else "2", _DOUBLES[third]
+        self._get, self._set = (direct(fmu, f"fmi{version}{verb}{kind}", *types) for verb in ("Get", "Set"))
 
     def read(self) -> Floats:
         """The present values (size,)."""
@@ -38,6 +42,26 @@ class _Doubles:
         """Set them to ``values`` (size,)."""
         self.values[:] = values
         self._set(*self._arguments)
+
+
+def direct(fmu: Any, name: str, *types: Any) -> Callable[..., None]:
+    """The function ``name`` of the library of ``fmu``, an instance of fmpy, for arguments of ``types`` of ctypes.
+
+    It takes addresses as integers, and raises RuntimeError where the FMU refuses.
+    """
+    call = CFUNCTYPE(c_int, *types)((name, fmu.dll))
+
+    def checked(*arguments: Any) -> None:
+        status = call(*arguments)
+        if status > _WARNING:
+            raise RuntimeError(f"{name} returned status {status}")
+
+    return checked
+
+
+def is_direct(fmu: Any) -> bool:
+    """Whether ``fmu`` is an instance in this process; its calls may be prepared."""
+    return isinstance(getattr(fmu, "component", None), int) and hasattr(fmu, "dll")
 
 
 class _Part:
@@ -55,8 +79,7 @@ class _Part:
         self.references = [*offsets]
         self.rows = [offsets[scalars[i].reference] + scalars[i].element for i in columns]
         self.plain = self.rows == list(range(self.size))
-        direct = isinstance(getattr(fmu, "component", None), int)  # not so of one in another process
-        fast = self.plain and kind == _DOUBLES[third] and direct
+        fast = self.plain and kind == _DOUBLES[third] and is_direct(fmu)
         self._doubles = _Doubles(fmu, self.references, self.size, third=third) if fast else None
 
     def read(self) -> list[Any] | Floats:

@@ -336,7 +336,9 @@ type="box" pos="0.01 0 -0.02"/><site name="wrist" pos="0 0.01 0" euler="0 0.5 0"
 <velocimeter name="velocimeter" site="mid"/><accelerometer name="mid_accelerometer" site="mid"/>
 <accelerometer name="end_accelerometer" site="end"/><framepos name="end_at" objtype="site" objname="end"/>
 <framepos name="hull_center" objtype="body" objname="hull"/><framequat name="mid_turn" objtype="site" objname="mid"/>
-<framequat name="box_turn" objtype="geom" objname="box"/><framelinvel name="tip_v" objtype="xbody" objname="tip"/>
+<framexaxis name="mid_x" objtype="site" objname="mid"/><frameyaxis name="tip_y" objtype="body" objname="tip"/>
+<framezaxis name="box_z" objtype="geom" objname="box"/><framequat name="box_turn" objtype="geom" objname="box"/>
+<framelinvel name="tip_v" objtype="xbody" objname="tip"/>
 <frameangvel name="imu_w" objtype="site" objname="imu"/><framelinacc name="imu_a" objtype="site" objname="imu"/>
 <frameangacc name="arm_alpha" objtype="body" objname="arm"/><subtreecom name="whole" body="hull"/>
 <subtreecom name="hand_at" body="hand"/><subtreelinvel name="arm_v" body="arm"/><subtreeangmom name="arm_h" body="arm"/>
@@ -356,12 +358,12 @@ def free_state(state: Any) -> dict[str, float]:
 
 @pytest.mark.fmu
 def test_sensors_are_outputs_and_tell_what_mujocos_tell(robot: Robot, tmp_path: Path) -> None:
-    """All of 28 kinds and places at 20 random states, controls beyond their range; e and -e are one orientation."""
+    """All of 31 kinds and places at 20 random states, controls beyond their range; e and -e are one orientation."""
     mechanism, model = robot(SENSED), mujoco.MjModel.from_xml_string(SENSED)
     assert mechanism.not_taken == ()
     fmu = export(mechanism, tmp_path / "sensed.fmu", page="static", without=["equations"])
     measured = {output.name: output for output in mechanism.outputs}
-    assert len(measured) == model.nsensor == 28
+    assert len(measured) == model.nsensor == 31
     state, rng = mujoco.MjData(model), np.random.default_rng(2)
     for _ in range(20):
         state.qpos[:], state.qvel[:], state.ctrl[:] = rng.normal(size=9), rng.normal(size=8), 3 * rng.normal(size=1)

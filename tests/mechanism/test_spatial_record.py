@@ -106,6 +106,7 @@ def test_spatial_loads_bring_three_inputs() -> None:
         (Output("o", frame=arm, quantity="angles"), "xyz", "rad"),
         (Output("o", frame=arm, quantity="angles", unit="deg"), "xyz", "deg"),
         (Output("o", frame=arm, quantity="quaternion"), "0123", "1"),
+        (Output("o", frame=arm, quantity="y_axis"), ["x", "y", "z"], "1"),
         (Output("o", frame=arm, quantity="rotation"), ["11", "12", "13", "21", "22", "23", "31", "32", "33"], "1"),
         (Output("o", point=tip, quantity="position", unit="mm"), "xyz", "mm"),
         (Output("o", point="rotor", quantity="velocity"), "xyz", "m/s"),

@@ -141,7 +141,11 @@ def everything_spatial() -> Mechanism:
             Load("kick", point="bead", input=True),
         ],
         outputs=[
-            *(Output(f"{k}_{f}", frame=f, quantity=k) for f in ("hand", "right") for k in ("rotation", "quaternion")),
+            *(
+                Output(f"{k}_{f}", frame=f, quantity=k)
+                for f in ("hand", "right")
+                for k in ("rotation", "quaternion", "y_axis")
+            ),
             *(Output(f"w_{f}", frame=f, quantity="angular_velocity") for f in ("hand", "right")),
             *(Output(f"v_{f}", frame=f, quantity="origin_velocity", axes="frame") for f in ("hand", "right")),
             *(Output(f"a_{x}", frame="hand", quantity="specific_force", axes=x) for x in ("frame", "world")),

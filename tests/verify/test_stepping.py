@@ -7,6 +7,7 @@ import math
 import re
 import time
 import zipfile
+from ctypes import c_double, c_int, c_void_p
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 
 import lag2fmu
 from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.verify.channels import Channel, direct
 
 pytestmark = pytest.mark.fmu
 
@@ -188,7 +190,8 @@ def test_what_an_fmu_refuses_is_a_sentence_with_the_time(exported, monkeypatch) 
     with lag2fmu.start(exported("pendulum")) as sim:
         saved = sim.save()
         sim.step(0.5)
-        for call in ("fmi2GetReal", "getFMUState", "setFMUState"):
+        monkeypatch.setattr(Channel, "read", refusing)
+        for call in ("getFMUState", "setFMUState"):
             monkeypatch.setattr(sim._instance.fmu, call, refusing)
         with pytest.raises(SimulationError, match=r"cannot give l at t = 0\.5 s: status 3; "):
             sim["l"]
@@ -197,6 +200,14 @@ def test_what_an_fmu_refuses_is_a_sentence_with_the_time(exported, monkeypatch) 
         with pytest.raises(SimulationError, match=r"cannot go back to t = 0 s at t = 0\.5 s: status 3"):
             sim.restore(saved)
         monkeypatch.undo()
+
+
+def test_a_call_that_the_fmu_refuses_is_told_by_its_status(exported) -> None:
+    with lag2fmu.start(exported("pendulum")) as sim:
+        call = direct(sim._instance.fmu, "fmi2DoStep", c_void_p, c_double, c_double, c_int)
+        call(sim._instance.fmu.component, 0.0, 0.1, 1)
+        with pytest.raises(RuntimeError, match="fmi2DoStep returned status 3"):
+            call(sim._instance.fmu.component, 0.0, -0.1, 1)
 
 
 def test_an_fmu_without_co_simulation_is_told(exported, tmp_path: Path) -> None:

@@ -136,5 +136,5 @@ def _at_place(sensor: Sensor, link: str, pose: JointPose, parts: Parts, bodies: 
         parts.outputs.append(Output(name, point=place, quantity=sensor.quantity, doc=doc))
         return
     parts.frames.append(Frame(place, carrier, numbers(whole.origin), turns_of(whole)))
-    axes = "world" if sensor.quantity == "quaternion" else sensor.axes
+    axes = sensor.axes
     parts.outputs.append(Output(name, frame=place, bodies=bodies, quantity=sensor.quantity, axes=axes, doc=doc))

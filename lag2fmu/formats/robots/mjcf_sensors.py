@@ -20,6 +20,7 @@ _PLACED = {
     "ACCELEROMETER": ("specific_force", "frame"),
     "FRAMEPOS": ("position", "world"),
     "FRAMEQUAT": ("quaternion", "world"),
+    **{f"FRAME{axis.upper()}AXIS": (f"{axis}_axis", "world") for axis in "xyz"},
     "FRAMELINVEL": ("origin_velocity", "world"),
     "FRAMEANGVEL": ("angular_velocity", "world"),
     "FRAMELINACC": ("specific_force", "world"),

@@ -10,6 +10,7 @@ import sympy as sp
 
 from lag2fmu.description.description import Description
 from lag2fmu.description.events import Contact
+from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.contact_places import geometry_of
 from lag2fmu.mechanism.poses import Poses
@@ -41,10 +42,11 @@ def standing(d: Description, floating: Sequence[tuple[str, ...]], *, placed: boo
 
 def _raised(d: Description, floating: Sequence[tuple[str, ...]], gaps: Sequence[sp.Expr], placed: bool) -> Description:
     """``d`` with what is ``floating`` moved until none of the ``gaps`` is below 0, or that goes on no further."""
+    names = [free_names([gap]) for gap in gaps]
     for _ in range(_ROUNDS):
         raised = d
         for along in floating:
-            own = [gap for gap in gaps if {symbol(name) for name in along} & gap.free_symbols]
+            own = [gap for gap, known in zip(gaps, names, strict=True) if not known.isdisjoint(along)]
             raised = _moved(raised, along, own, _OVERLAP if placed else -np.inf)
             placed = True
         if raised is d:

@@ -201,7 +201,7 @@ static bool find_sparse_scales(Large *large) {
 
 /* Few rows that all act on each other are one island, in any order. */
 static bool solve_whole(const SparseProblem *problem, double lambda[]) {
-    static const int FIRST[] = {0, 1, 2, 3, 4, 5, 6, 7};
+    static const int FIRST[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     const int rows = problem->delassus.rows;
     return rows <= (int)(sizeof FIRST / sizeof *FIRST) && problem->delassus.start[rows] == rows * rows &&
            solve_few_rows(problem, rows, FIRST, lambda);

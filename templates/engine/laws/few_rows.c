@@ -9,7 +9,7 @@
 #include "vector_length.h"
 
 /* Of so few contacts all ways to rest are tried. */
-enum { MOST_FEW_ROWS = 8, MOST_FEW_STEPS = 12, MOST_RESTING = 2 };
+enum { MOST_FEW_ROWS = 16, MOST_FEW_STEPS = 12, MOST_RESTING = 2 };
 
 typedef enum {
     STATE_OPEN,   /* x = 0 */
@@ -54,7 +54,7 @@ static int rows_from(const Few *few, int k) {
 
 /* The place of a row, or -1. */
 static int place_of(int count, const int rows[], int row) {
-    int place = count - 1;
+    int place = row < count && rows[row] == row ? row : count - 1;
     for (; place >= 0 && rows[place] != row; place--) {
     }
     return place;

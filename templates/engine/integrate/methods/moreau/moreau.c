@@ -108,7 +108,6 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
    Forces that depend on velocities belong to that mean, too. */
 static bool solve_step_velocities(Instance *instance, double time, double length, double middle[], double qd[]) {
     SolverScratch *rows = &instance->scratch.solver;
-    System *system = &instance->scratch.system;
     if (!step_middle(instance, time, middle)) {
         tables_explain(instance, time, middle, inputs_at(instance, time));
         return false;
@@ -117,8 +116,7 @@ static bool solve_step_velocities(Instance *instance, double time, double length
     step_begin(instance, time, middle, length);
     for (int pass = 0; pass <= VELOCITY_FORCES; pass++) {
         if (pass > 0) {
-            stepped_evaluate(instance, time, middle, &rows->end);
-            memcpy(system->forcing, rows->forcing, sizeof system->forcing);
+            stepped_force(instance, time, middle);
             stepped_accelerate(instance, rows->accelerations);
         }
         if (!step_impulses(instance, time, middle, length)) {

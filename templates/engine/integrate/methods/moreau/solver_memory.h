@@ -28,6 +28,7 @@ typedef struct {
     double entries[SIZE_ENTRIES];   /* of G */
     double positions[N_CONSTRAINTS]; /* of rows that have one */
     double velocities[N_CONSTRAINTS];
+    double sizes[N_CONSTRAINTS];     /* how much a change of the coordinates by their nominal values moves a row */
 } SteppedRows;
 
 /* A complementarity problem of chosen rows, and its solution. */
@@ -47,12 +48,11 @@ typedef struct {
 
 typedef struct {
     SteppedRows at;                          /* in the middle of the step */
-    SteppedRows end;                         /* at its end */
-    double factor[SIZE_FACTOR];              /* of M, where only the rows are wanted; and the forcing there */
-    double forcing[N_COORDINATES];
+    SteppedRows end;                         /* at its end: positions, and all of permanent constraints */
     double accelerations[N_COORDINATES];     /* without forces of rows, there */
     double delassus[N_MEETINGS];             /* of active rows */
     double pace;                             /* the greatest velocity in nominal values, at least 1/s */
+    bool nominal;                            /* a metric of nominal values takes the place of M */
     bool unsolved;                           /* the laws were not met: too little work, or no solution for rigid rows */
     bool active[N_CONSTRAINTS];              /* obey their laws in this step: contacts if they touch */
     double restitution[SIZE_UNILATERALS];    /* of contacts that collide in this step; 0 of others */

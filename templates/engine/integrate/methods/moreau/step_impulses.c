@@ -15,7 +15,7 @@ enum { MOST_LOADS = REAL_TIME ? 8 : 50, LOAD_BISECTIONS = REAL_TIME ? 8 : 30, MO
 
 /* A velocity along a row that is as good as 0. */
 static double least_speed(const SolverScratch *scratch, int row) {
-    return AT_REST * scratch->pace * stepped_size(&scratch->at, row);
+    return AT_REST * scratch->pace * scratch->at.sizes[row];
 }
 
 bool step_stops(const SolverScratch *scratch, int row) {
@@ -86,7 +86,7 @@ static void find_step_rows(Instance *instance, double length) {
         const int row = CONTACT_ROWS[c];
         const double end = scratch->at.positions[row] + 0.5 * length * fmin(scratch->at.velocities[row], 0.0);
         const bool touches =
-            contact_closed(&instance->state, c) || end <= AT_REST * stepped_size(&scratch->at, row);
+            contact_closed(&instance->state, c) || end <= AT_REST * scratch->at.sizes[row];
         for (int k = row; k < CONTACT_ROWS[c + 1]; k++) {
             scratch->active[k] = touches;
         }

@@ -14,8 +14,8 @@ enum {
 };
 
 /* What a row still needs. */
-static void need(const SteppedRows *at, int row, double value, double *worst, int *which) {
-    const double relative = fabs(value) / stepped_size(at, row);
+static void need(const SolverScratch *scratch, int row, double value, double *worst, int *which) {
+    const double relative = fabs(value) / scratch->at.sizes[row];
     if (!(relative <= *worst)) {
         *worst = relative;
         *which = row;
@@ -34,17 +34,17 @@ static double find_needs(const SolverScratch *scratch, const SteppedRows *at, bo
     memset(moved, 0, K * sizeof(bool));
     for (int row = 0; row < HELD; row++) {
         moved[row] = true;
-        need(at, row, at->positions[row], &worst, which);
+        need(scratch, row, at->positions[row], &worst, which);
     }
     for (int row = FIRST_LATCH_ROW; row < FIRST_LATCH_ROW + N_OFFSETS; row++) {
         moved[row] = scratch->active[row];
-        need(at, row, moved[row] ? at->positions[row] : 0.0, &worst, which);
+        need(scratch, row, moved[row] ? at->positions[row] : 0.0, &worst, which);
     }
     for (int c = 0; c < N_UNILATERALS; c++) {
         const int row = CONTACT_ROWS[c];
         const double gap = at->positions[row];
         moved[row] = scratch->active[row];
-        need(at, row, moved[row] && (gap < 0.0 || stays(scratch, c)) ? gap : 0.0, &worst, which);
+        need(scratch, row, moved[row] && (gap < 0.0 || stays(scratch, c)) ? gap : 0.0, &worst, which);
     }
     return worst;
 }
@@ -92,26 +92,26 @@ static void allow_opening(SolverScratch *scratch) {
 static bool constraints_open(const SteppedRows *at) {
     bool open = false;
     for (int row = 0; row < HELD && !open; row++) {
-        open = fabs(at->positions[row]) > MET * stepped_size(at, row);
+        open = fabs(at->positions[row]) > MET * at->sizes[row];
     }
     return open;
 }
 
 bool step_middle(Instance *instance, double time, double states[]) {
     SolverScratch *scratch = &instance->scratch.solver;
-    for (int i = 0; i < MOST_MIDDLE_CORRECTIONS; i++) {
-        if (!stepped_measure(instance, time, states, &scratch->at)) {
-            return false;
-        }
+    memset(scratch->active, 0, sizeof scratch->active);
+    memset(scratch->active, true, HELD * sizeof(bool));
+    scratch->nominal = true;
+    for (int i = 0; i < MOST_MIDDLE_CORRECTIONS && HELD > 0; i++) {
+        stepped_place(instance, time, states, &scratch->at);
         if (!constraints_open(&scratch->at)) {
-            return true;
+            break;
         }
-        memset(scratch->active, 0, sizeof scratch->active);
-        memset(scratch->active, true, HELD * sizeof(bool));
         stepped_meet(instance);
         choose_positions(scratch, &scratch->at, scratch->active);
         correct_positions(instance, states);
     }
+    scratch->nominal = false;
     return stepped_measure(instance, time, states, &scratch->at);
 }
 
@@ -133,7 +133,7 @@ bool step_positions(Instance *instance, double time, double states[]) {
     double worst = 0.0;
     int which = 0;
     for (int i = 0; i <= MOST_POSITION_CORRECTIONS; i++) {
-        stepped_evaluate(instance, time, states, at);
+        stepped_place(instance, time, states, at);
         worst = find_needs(scratch, at, moved, &which);
         if (worst <= MET || i == MOST_POSITION_CORRECTIONS) {
             break;

@@ -6,9 +6,9 @@
 
 #include "stepped_rows.h"
 
-/* Moves the q of states[2n] in the middle of a step, at a time (s), onto the permanent constraints, and measures the
-   rows there: off them, two points of one body may not rest. Returns false, with instance->failure, if M is
-   singular. */
+/* Moves the q of states[2n] in the middle of a step, at a time (s), onto the permanent constraints, by the least change
+   in nominal values, and measures the rows there: off them, two points of one body may not rest. Returns false, with
+   instance->failure, if M is singular. */
 bool step_middle(Instance *instance, double time, double states[]);
 
 /* Moves the q of states[2n] at a time (s) in the metric M of the step's middle: holonomic constraints and closed

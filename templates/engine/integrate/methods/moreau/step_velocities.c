@@ -12,7 +12,7 @@ enum { MOST_VELOCITY_CORRECTIONS = REAL_TIME ? 1 : 8 };
 static bool constraints_move(const SolverScratch *scratch) {
     bool moves = false;
     for (int row = 0; row < N_PERMANENT && !moves; row++) {
-        moves = fabs(scratch->end.velocities[row]) > MET * scratch->pace * stepped_size(&scratch->end, row);
+        moves = fabs(scratch->end.velocities[row]) > MET * scratch->pace * scratch->end.sizes[row];
     }
     return moves;
 }

@@ -22,6 +22,18 @@ static bool factorize_stepped_mass(Instance *instance, double time, const double
     return arena_leave(mark, regular);
 }
 
+/* The sizes of the first rows. */
+static void find_sizes(SteppedRows *at, int rows) {
+    for (int row = 0; row < rows; row++) {
+        double size = 0.0;
+        for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1]; e++) {
+            const double moved = fabs(at->entries[e]) * NOMINAL_STATES[ENTRY_COLUMNS[e]];
+            size = moved > size ? moved : size;
+        }
+        at->sizes[row] = size > 0.0 ? size : 1.0;
+    }
+}
+
 bool stepped_measure(Instance *instance, double time, const double states[], SteppedRows *at) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, pivots, N);
@@ -31,22 +43,36 @@ bool stepped_measure(Instance *instance, double time, const double states[], Ste
     memset(system->weight, 0, sizeof system->weight);
     mechanism_stepping(time, states, inputs, instance->state.parameters, system->factor, pivots, system->forcing,
                        at->entries, at->positions, at->velocities);
+    find_sizes(at, K);
     system->dense = !pivots_sound(instance, pivots);
     return arena_leave(mark, !system->dense || factorize_stepped_mass(instance, time, states, inputs));
 }
 
-void stepped_evaluate(Instance *instance, double time, const double states[], SteppedRows *at) {
-    const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, pivots, N);
-    SolverScratch *scratch = &instance->scratch.solver;
+void stepped_place(Instance *instance, double time, const double states[], SteppedRows *at) {
     memset(at->positions, 0, sizeof at->positions);
-    mechanism_stepping(time, states, inputs_at(instance, time), instance->state.parameters, scratch->factor, pivots,
-                       scratch->forcing, at->entries, at->positions, at->velocities);
-    arena_release(mark);
+    mechanism_placing(time, states, inputs_at(instance, time), instance->state.parameters, at->entries, at->positions,
+                      at->velocities);
+    find_sizes(at, N_PERMANENT);
+}
+
+void stepped_force(Instance *instance, double time, const double states[]) {
+    mechanism_forcing(time, states, inputs_at(instance, time), instance->state.parameters,
+                      instance->scratch.system.forcing);
 }
 
 void stepped_accelerate(const Instance *instance, double accelerations[]) {
     mass_divide(&instance->scratch.system, instance->scratch.system.forcing, accelerations);
+}
+
+/* By nominal values, in whose metric the rows serve before M is known. */
+static void divide(const Instance *instance, const double b[], double a[]) {
+    if (!instance->scratch.solver.nominal) {
+        mass_divide(&instance->scratch.system, b, a);
+        return;
+    }
+    for (int i = 0; i < N; i++) {
+        a[i] = NOMINAL_STATES[i] * NOMINAL_STATES[i] * b[i];
+    }
 }
 
 double stepped_along(const SteppedRows *at, int row, const double vector[]) {
@@ -63,14 +89,6 @@ void stepped_add(const SteppedRows *at, int row, double factor, double vector[])
     }
 }
 
-double stepped_size(const SteppedRows *at, int row) {
-    double size = 0.0;
-    for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1]; e++) {
-        size = fmax(size, fabs(at->entries[e]) * NOMINAL_STATES[ENTRY_COLUMNS[e]]);
-    }
-    return size > 0.0 ? size : 1.0;
-}
-
 /* G_row . response[n] in the blocks that belong to the row owner. */
 static double along_in(const SteppedRows *at, int row, const double response[], const int owners[], int owner) {
     double sum = 0.0;
@@ -79,6 +97,18 @@ static double along_in(const SteppedRows *at, int row, const double response[], 
         sum += owners[BLOCKS[column]] == owner ? at->entries[e] * response[column] : 0.0;
     }
     return sum;
+}
+
+/* What an active row does to itself and those behind it, which do the same to it. */
+static void meet_row(SolverScratch *scratch, int row, const double response[], const int owners[]) {
+    for (int e = MEETING_STARTS[row]; e < MEETING_STARTS[row + 1]; e++) {
+        const int other = MEETING_ROWS[e];
+        if (other >= row && scratch->active[other]) {
+            const double moved = N_BLOCKS == 1 ? stepped_along(&scratch->at, other, response)
+                                               : along_in(&scratch->at, other, response, owners, row);
+            scratch->delassus[e] = scratch->delassus[MEETING_MIRRORS[e]] = moved;
+        }
+    }
 }
 
 /* What the active rows of one colour do: each to the rows that it meets. */
@@ -98,31 +128,20 @@ static void meet_colour(Instance *instance, int colour) {
         }
         any = any || scratch->active[row];
     }
-    if (!any) {
-        arena_release(mark);
-        return;
+    if (any) {
+        divide(instance, push, response);
     }
-    mass_divide(&instance->scratch.system, push, response);
     for (int i = COLOUR_STARTS[colour]; i < COLOUR_STARTS[colour + 1]; i++) {
-        const int row = COLOUR_ROWS[i];
-        for (int e = MEETING_STARTS[row]; e < MEETING_STARTS[row + 1] && scratch->active[row]; e++) {
-            scratch->delassus[e] = along_in(&scratch->at, MEETING_ROWS[e], response, owners, row);
+        if (scratch->active[COLOUR_ROWS[i]]) {
+            meet_row(scratch, COLOUR_ROWS[i], response, owners);
         }
     }
     arena_release(mark);
 }
 
 void stepped_meet(Instance *instance) {
-    SolverScratch *scratch = &instance->scratch.solver;
     for (int colour = 0; colour < N_ROW_COLOURS; colour++) {
         meet_colour(instance, colour);
-    }
-    for (int row = 0; row < K; row++) { /* as symmetric as it is without rounding */
-        for (int e = MEETING_STARTS[row]; e < MEETING_STARTS[row + 1]; e++) {
-            if (MEETING_ROWS[e] > row && scratch->active[row] && scratch->active[MEETING_ROWS[e]]) {
-                scratch->delassus[MEETING_MIRRORS[e]] = scratch->delassus[e];
-            }
-        }
     }
 }
 
@@ -132,5 +151,5 @@ void stepped_respond(const Instance *instance, const double impulses[], double s
             stepped_add(&instance->scratch.solver.at, row, impulses[row], start);
         }
     }
-    mass_divide(&instance->scratch.system, start, changes);
+    divide(instance, start, changes);
 }

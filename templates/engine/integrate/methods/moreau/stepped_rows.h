@@ -13,8 +13,11 @@ enum { FIRST_DRY_ROW = N_CONSTRAINTS - N_FRICTIONS - N_LATCHES, FIRST_LATCH_ROW 
    with instance->failure, if M is singular. */
 bool stepped_measure(Instance *instance, double time, const double states[], SteppedRows *at);
 
-/* Evaluates the rows only. */
-void stepped_evaluate(Instance *instance, double time, const double states[], SteppedRows *at);
+/* Evaluates the positions of the rows, and all of permanent constraints. */
+void stepped_place(Instance *instance, double time, const double states[], SteppedRows *at);
+
+/* Evaluates the forces alone, in scratch.system. */
+void stepped_force(Instance *instance, double time, const double states[]);
 
 /* accelerations[n] without forces of rows, by what stepped_measure found. */
 void stepped_accelerate(const Instance *instance, double accelerations[]);
@@ -23,10 +26,7 @@ void stepped_accelerate(const Instance *instance, double accelerations[]);
 double stepped_along(const SteppedRows *at, int row, const double vector[]);
 void stepped_add(const SteppedRows *at, int row, double factor, double vector[]);
 
-/* How much a change of the coordinates by their nominal values changes the position of a row. */
-double stepped_size(const SteppedRows *at, int row);
-
-/* The Delassus operator of the active rows in scratch.solver, from M as it was factorised there. */
+/* The Delassus operator of the active rows in scratch.solver, from M as it was factorised in scratch.system. */
 void stepped_meet(Instance *instance);
 
 /* changes[n] = M^-1 (start + G^T impulses), overwriting start[n]; impulses of all rows. */
