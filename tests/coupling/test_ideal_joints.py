@@ -258,7 +258,7 @@ def test_a_function_in_a_system_with_joints(exported) -> None:
         outputs=["up.a", "watch.twice"],
     )  # fmt: skip
     assert run["watch.twice"][::3] == pytest.approx(2 * run["up.a"][::3], abs=1e-12)
-    assert run.coupling.steps == 40
+    assert run.coupling.steps >= 40
     assert run.coupling.repeated > 0
 
 
