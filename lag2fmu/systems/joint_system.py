@@ -130,10 +130,10 @@ class JointSystem:
         for places, part in zip(self._places, self._parts, strict=True):
             places.set(wrenches[part])
 
-    def drive(self, wrenches: Floats, slopes: Floats) -> None:
-        """Let the wrenches in the next step grow from ``wrenches`` (n,) by ``slopes`` (n,), in a second."""
+    def drive(self, terms: Floats) -> None:
+        """Let the wrenches in the next step go on from terms[0] (n,) by their derivatives, ``terms`` (3, n)."""
         for places, part in zip(self._places, self._parts, strict=True):
-            places.drive(wrenches[part], slopes[part])
+            places.drive(terms[:, part])
 
     def measure(self, t: float, h: float) -> None:
         """Measure the twists of all places by unit wrenches on them, in a step ``h`` (s) from ``t`` that is taken back.
@@ -197,15 +197,16 @@ def _mobility(places: Places, t: float, h: float) -> Floats:
     They are differences of the twists after a step ``h`` (s) from ``t``, under a wrench and without one.
     """
     before, state, size = _rotations(places), places.member.save(), 6 * len(places.names)
+    still = np.zeros(size)
 
     def moved(wrenches: Floats) -> tuple[Floats, Floats]:
-        places.drive(wrenches, np.zeros(size))
+        places.drive(np.array([wrenches, still, still]))
         places.member.step(t, h, last=False)
         result = places.twists(), _rotations(places)
         places.member.restore(state)
         return result
 
-    free, after = moved(np.zeros(size))
+    free, after = moved(still)
     units = np.eye(size)[places.driven]
     found = np.array([moved(unit)[0] - free for unit in units])
     changes = np.abs(found).max(axis=1)
