@@ -56,7 +56,7 @@ def calibrate(**choices: Any) -> None:
 @click.option("--known", multiple=True, metavar="NAME=STD", help="How well the start of a state is known; repeatable.")
 @click.option("--estimate", default="", metavar="NAME,...", help="Parameters that are estimated too.")
 @click.option("--delay", multiple=True, metavar="NAME=S", help="Samples of it are so many s late; repeatable.")
-@click.option("--method", type=click.Choice(["ekf", "ukf", "mhe"]), default="ekf", show_default=True)
+@click.option("--method", type=click.Choice(["ekf", "ukf", "ukf-simplex", "mhe"]), default="ekf", show_default=True)
 @click.option(
     "--horizon", type=click.IntRange(min=1), metavar="N", help="mhe looks at the last N samples.  [default: 10]"
 )

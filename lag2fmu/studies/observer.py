@@ -71,8 +71,8 @@ def observe(  # noqa: PLR0913 (choices of the user)
     - ``estimate``: parameters that are estimated too.
     - ``values``: other parameters and starts of the model, from which the estimates begin.
     - ``delays`` {variable: s}: samples of it belong to an earlier time.
-    - ``method``: "ekf", "ukf" or "mhe", least squares over the last ``horizon`` samples, which begin from the ekf;
-      ``smooth``: whether estimates know later samples too.
+    - ``method``: "ekf", "ukf", "ukf-simplex" or "mhe", least squares over the last ``horizon`` samples, with an ekf
+      before them; ``smooth``: whether estimates know later samples too.
     - ``hold``: whether inputs are constant between their times; by default they are linear.
     - ``step``: the longest solver step (s); by default the fastest pole is resolved.
 

@@ -92,7 +92,7 @@ STATES = ["theta", "theta_dot", "theta_std", "theta_dot_std"]
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
-@pytest.mark.parametrize("method", ["ekf", "ukf"])
+@pytest.mark.parametrize("method", ["ekf", "ukf", "ukf-simplex"])
 def test_a_pendulum_against_covariances(method: str, fmi: str, observer) -> None:
     """The same discrete equations, written with NumPy alone."""
     _, _, measure, process = PENDULUM
@@ -145,6 +145,7 @@ def outputs_of(names: tuple[str, ...], measure: Mapping[str, float]) -> list[str
         ("pendulum", "ukf", {"theta": 0.005, "theta_ddot": 0.1}, {"l": 0.001}, ("l",)),
         pytest.param("four_bar_linkage", "ekf", {"a": 0.01}, {"Q_a": 0.01}, (), marks=pytest.mark.slow),
         pytest.param("four_bar_linkage", "ukf", {"a": 0.01}, {"Q_a": 0.01}, (), marks=pytest.mark.slow),
+        pytest.param("four_bar_linkage", "ukf-simplex", {"a": 0.01}, {"Q_a": 0.01}, (), marks=pytest.mark.slow),
         pytest.param("heavy_top_quaternion", "ekf", {"e1": 0.01, "e2": 0.01}, {}, (), marks=pytest.mark.slow),
         pytest.param("whipple_bicycle", "ekf", {"phi": 0.01}, {}, (), marks=pytest.mark.slow),
     ],
@@ -397,7 +398,7 @@ def test_there_is_no_model_exchange_and_no_derivative_of_outputs(observer) -> No
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        (Observing("kf", {"x": 1.0}), "there is no observer 'kf'; known are ekf, ukf"),
+        (Observing("kf", {"x": 1.0}), "there is no observer 'kf'; known are ekf, ukf, ukf-simplex"),
         (Observing("ekf", {}), "nothing is measured"),
         (Observing("ekf", {"x": 0.0}), "measure 'x': 0.0 is no standard deviation"),
         (Observing("ekf", {"x": -1.0}), "measure 'x': -1.0 is no standard deviation"),
