@@ -168,15 +168,17 @@ def _delayed(
     """The samples at the times to which they belong; those before the first time are left out, which is said."""
     near = _SAME * float(np.ptp(time))
     shifted = {name: _moved_to(time, time - delays.get(name, 0.0), near) for name in columns}
-    grid = np.unique(np.concatenate([time, *shifted.values()]))
+    there = [times[np.isfinite(columns[name])] for name, times in shifted.items()]  # a gap makes no step end
+    grid = np.unique(np.concatenate([time, *there]))
     grid = grid[grid >= time[0]]
     grid = grid[np.concatenate([[True], np.diff(grid) > near])]
     found = np.full((len(grid), len(columns)), np.nan)
     for j, (name, column) in enumerate(columns.items()):
-        inside = shifted[name] >= time[0]
+        early = (shifted[name] < time[0]) & np.isfinite(column)
+        inside = np.isfinite(column) & ~early
         found[_nearest(grid, shifted[name][inside]), j] = column[inside]
-        if not inside.all():
-            warnings.append(f"{np.sum(~inside)} samples of {name} belong to times before the first one; left out")
+        if early.any():
+            warnings.append(f"{np.sum(early)} samples of {name} belong to times before the first one; left out")
     if not np.isfinite(found).any():
         raise LoadError("there is no measured value in the data; nothing can be estimated from it")
     return _Samples(grid, found, signals, tuple(warnings))
