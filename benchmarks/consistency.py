@@ -52,6 +52,8 @@ CASES = (
 )
 SMALL = 0.2
 """The part of all these noises that is small enough for an extended filter."""
+METHODS = (("ekf", SMALL), ("ukf", 1.0), ("ukf-simplex", 1.0))
+"""(method, part of the noise)."""
 
 
 def scaled(case: Case, part: float) -> Case:
@@ -124,4 +126,4 @@ if __name__ == "__main__":
     print("|---" * len(heads) + "|")
     for case in CASES:
         if not sys.argv[1:] or case.model in sys.argv[1:]:
-            print(row(case, "ekf", SMALL), row(case, "ukf", 1.0), sep="\n", flush=True)
+            print(*(row(case, method, part) for method, part in METHODS), sep="\n", flush=True)

@@ -16,7 +16,7 @@ from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
 import lag2fmu
-from lag2fmu.analysis.observing import Observing
+from lag2fmu.analysis.observing import METHODS_OF_OBSERVERS, Observing
 
 STEP, ROUNDS, CALLS = 0.01, 30, 300
 MODELS = {
@@ -63,7 +63,7 @@ def rows(model: str, folder: Path) -> list[str]:
     own, finer = (seconds(plant, {"solver_step": STEP / parts}) for parts in (1, 21))
     evaluation = (finer - own) / (20 * 4)
     states, found = 2 * len(lag2fmu.load(model).coordinates), []
-    for method in ("ekf", "ukf"):
+    for method in METHODS_OF_OBSERVERS:
         eye = lag2fmu.export(model, folder / f"{model}_{method}.fmu", observer=Observing(method, measure, process))
         taken = seconds(eye.path, {"solver_step": STEP})
         each = (taken - own) / evaluation / states

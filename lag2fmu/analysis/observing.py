@@ -18,7 +18,8 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.record import Mechanism
 
-METHODS_OF_OBSERVERS = ("ekf", "ukf")
+SIMPLEX = "ukf-simplex"
+METHODS_OF_OBSERVERS = ("ekf", "ukf", SIMPLEX)
 RESOLVED = 0.1
 """A step times the fastest pole: the method's error in a step is then 1e-7 of the motion, far below any noise."""
 
@@ -27,7 +28,7 @@ RESOLVED = 0.1
 class Observing:
     """What an observer is asked for, in SI units.
 
-    - ``method``: "ekf" or "ukf".
+    - ``method``: one of METHODS_OF_OBSERVERS.
     - ``measure`` {variable: standard deviation}; ``sample_times`` {variable: s}, where they are not given 0: a sample
       comes with each communication step.
     - ``process`` {input, state or estimated parameter: density of white noise}.

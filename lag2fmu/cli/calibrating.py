@@ -9,6 +9,7 @@ import click
 from rich.markup import escape
 from rich.table import Table
 
+from lag2fmu.cli.noise import in_unit, size_of
 from lag2fmu.cli.options import check_ending, check_picture
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import console
@@ -69,11 +70,6 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
         click.echo(f"wrote {plot}", err=True)
 
 
-def size_of(name: str, text: str, units: Mapping[str, Unit]) -> float:
-    """The SI value of ``text``, a difference of values of ``name``; the offset of its unit, as of degC, is left out."""
-    return value_in_si(name, text, units) - value_in_si(name, f"0 {text.lstrip('+-.0123456789eE').strip()}", units)
-
-
 def _range(name: str, text: str, units: Mapping[str, Unit]) -> tuple[float, float]:
     """The bounds ``A:B`` of ``name`` in SI units, infinite if A or B is left out; raises LoadError without colon."""
     low, mark, high = text.partition(":")
@@ -83,11 +79,6 @@ def _range(name: str, text: str, units: Mapping[str, Unit]) -> tuple[float, floa
         value_in_si(name, side.strip(), units) if side.strip() else default
         for side, default in ((low, float("-inf")), (high, float("inf")))
     )
-
-
-def in_unit(size: float, unit: Unit | None) -> float:
-    """A difference ``size`` (SI) in a ``unit``."""
-    return size if unit is None else size / unit.factor
 
 
 def _print(found: Calibration, units: Mapping[str, Unit]) -> None:

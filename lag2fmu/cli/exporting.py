@@ -12,6 +12,7 @@ import click
 from lag2fmu.analysis.at_rest import resting
 from lag2fmu.analysis.inverse import INVERSE, inverse, needed
 from lag2fmu.analysis.observing import Observing
+from lag2fmu.cli.noise import noise_of, size_of
 from lag2fmu.cli.porting import with_choices
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
@@ -139,9 +140,6 @@ def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
         if unused:
             raise ExportError(f"--{unused[0]} goes with --observer; add --observer ekf, or leave it out")
         return None
-    from lag2fmu.cli.calibrating import size_of  # what studies need is not read for other exports
-    from lag2fmu.cli.observing import noise_of
-
     units = display_units(mechanism)
 
     def times(texts: Iterable[str]) -> dict[str, float]:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import click
 from rich.markup import escape
 from rich.table import Table
 
-from lag2fmu.analysis.observing import assumed_noise
-from lag2fmu.cli.calibrating import in_unit, size_of
+from lag2fmu.cli.noise import in_unit, noise_of, size_of
 from lag2fmu.cli.options import CSV, check_ending, check_picture, refuse_to_overwrite
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import console
@@ -18,32 +17,8 @@ from lag2fmu.errors import LoadError
 from lag2fmu.formats.loading import pairs_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
-from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.studies.estimates import Estimates
-from lag2fmu.studies.observer import observe
-
-
-def noise_of(items: Iterable[str], mechanism: Mechanism, units: Mapping[str, Unit]) -> dict[str, float]:
-    """{measured name: standard deviation, SI} of ``items`` NAME[=STD]; tells what is assumed where none is given.
-
-    Raises LoadError for items of another form, and for variables of which nothing can be assumed.
-    """
-    names = [item.strip() for item in items]
-    given = pairs_of(name for name in names if "=" in name)
-    found: dict[str, float] = {}
-    for item in names:
-        name = item.partition("=")[0].strip()
-        if name in found:
-            raise LoadError(f"measure '{name}' is given twice; leave one out")
-        if name in given:
-            found[name] = size_of(name, given[name], units)
-            continue
-        found[name] = assumed_noise(mechanism, name)
-        unit = units.get(name)
-        shown = f"{in_unit(found[name], unit):g}{f' {unit.name}' if unit else ''}"
-        told = f"standard deviation {shown}, a hundredth of its nominal value; give {name}=STD for another"
-        click.echo(f"measure '{name}': {told}", err=True)
-    return found
+from lag2fmu.studies.observer import HORIZON, MOVING_HORIZON, observe
 
 
 def observe_data(  # noqa: PLR0913, PLR0917 (an option each)
@@ -55,6 +30,7 @@ def observe_data(  # noqa: PLR0913, PLR0917 (an option each)
     estimate: str,
     delay: tuple[str, ...],
     method: str,
+    horizon: int | None,
     smooth: bool,
     hold: bool,
     out: Path | None,
@@ -85,13 +61,11 @@ def observe_data(  # noqa: PLR0913, PLR0917 (an option each)
         estimate=[name.strip() for name in estimate.split(",") if name.strip()],
         delays={name: float(size_of("time", text, {})) for name, text in pairs_of(delay).items()},
         method=method,
+        horizon=_horizon(method, horizon),
         smooth=smooth,
         hold=hold,
     )
-    console().print(_of_estimates(found, units))
-    click.echo(f"mean innovation squared by degree: {found.consistency:.3g}; 1 where model and noise are right")
-    for warning in found.warnings:
-        click.echo(f"warning: {warning}", err=True)
+    _print(found, units)
     if out is not None:
         found.save(out)
         click.echo(f"wrote {out}", err=True)
@@ -100,6 +74,21 @@ def observe_data(  # noqa: PLR0913, PLR0917 (an option each)
 
         save(found.plot(), plot)
         click.echo(f"wrote {plot}", err=True)
+
+
+def _print(found: Estimates, units: Mapping[str, Unit]) -> None:
+    """Print the estimates at the end, their consistency, and the warnings."""
+    console().print(_of_estimates(found, units))
+    click.echo(f"mean innovation squared by degree: {found.consistency:.3g}; 1 where model and noise are right")
+    for warning in found.warnings:
+        click.echo(f"warning: {warning}", err=True)
+
+
+def _horizon(method: str, given: int | None) -> int:
+    """The number of samples in a window; raises LoadError where it is given for a filter."""
+    if given is not None and method != MOVING_HORIZON:
+        raise LoadError(f"--horizon {given}: {method} looks at one sample after the other; leave it out, or take mhe")
+    return HORIZON if given is None else given
 
 
 def _of_estimates(found: Estimates, units: Mapping[str, Unit]) -> Table:

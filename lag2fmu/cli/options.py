@@ -107,7 +107,7 @@ def loading(command: Command) -> Command:
 
 _OBSERVER = click.option(
     "--observer",
-    type=click.Choice(["ekf", "ukf"]),
+    type=click.Choice(["ekf", "ukf", "ukf-simplex"]),
     help="Estimate all states from what is measured, by a Kalman filter: extended, or unscented.",
 )
 _MEASURE = click.option(

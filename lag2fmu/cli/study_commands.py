@@ -56,7 +56,10 @@ def calibrate(**choices: Any) -> None:
 @click.option("--known", multiple=True, metavar="NAME=STD", help="How well the start of a state is known; repeatable.")
 @click.option("--estimate", default="", metavar="NAME,...", help="Parameters that are estimated too.")
 @click.option("--delay", multiple=True, metavar="NAME=S", help="Samples of it are so many s late; repeatable.")
-@click.option("--method", type=click.Choice(["ekf", "ukf"]), default="ekf", show_default=True)
+@click.option("--method", type=click.Choice(["ekf", "ukf", "ukf-simplex", "mhe"]), default="ekf", show_default=True)
+@click.option(
+    "--horizon", type=click.IntRange(min=1), metavar="N", help="mhe looks at the last N samples.  [default: 10]"
+)
 @click.option("--smooth", is_flag=True, help="Estimates know later samples too.")
 @HOLD
 @click.option("-o", "--out", type=click.Path(path_type=Path), metavar="CSV", help="Write the estimates over time.")
@@ -64,7 +67,7 @@ def calibrate(**choices: Any) -> None:
 @click.option("--force", is_flag=True, help="Overwrite a CSV file that exists.")
 @SET
 def observe(**choices: Any) -> None:
-    """Estimate all states of MODEL from measured columns, time,name [unit],... in a CSV file, by a Kalman filter."""
+    """Estimate all states of MODEL from measured columns, time,name [unit],... in a CSV file."""
     from lag2fmu.cli.observing import observe_data
 
     observe_data(**choices)

@@ -62,7 +62,8 @@ class ObserverTable:
     - ``estimated``: the places of estimated parameters among all of them.
     - ``noisy``: for each density of noise the place of its state, -1 for an input.
     - ``starts``: of the slots of the observer, in SI units, in the order of observer_memory.h.
-    - ``delayed``: whether samples may be late. ``unscented``: whether covariances follow from points.
+    - ``delayed``: whether samples may be late. ``unscented``: whether covariances follow from points,
+      and ``simplex``: whether these are the corners of a simplex.
     """
 
     program: Program
@@ -75,6 +76,7 @@ class ObserverTable:
     starts: tuple[float, ...]
     delayed: bool
     unscented: bool
+    simplex: bool
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from lag2fmu.analysis.observation import Observation
+from lag2fmu.analysis.observing import SIMPLEX
 from lag2fmu.codegen.tables import ObserverTable, Slot
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.builder import Builder, VariableTable
@@ -106,7 +107,8 @@ def _observer_table(found: Observation, starts: tuple[float, ...]) -> ObserverTa
         noisy=found.noisy,
         starts=starts,
         delayed=bool(found.asked.delays),
-        unscented=found.asked.method == "ukf",
+        unscented=found.asked.method != "ekf",
+        simplex=found.asked.method == SIMPLEX,
     )
 
 

@@ -18,7 +18,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.fits import Fit, FreeValue
 
-_SINGULAR = 1e-6
+SINGULAR = 1e-6
 """A direction whose singular value is below this part of the greatest one is not determined by the data."""
 _TAKES_PART = 0.3
 """A message on a direction names the entries that are at least this part of the greatest one."""
@@ -160,7 +160,7 @@ def _at_bound(x: FreeValue) -> bool:
 def _covariance(scaled: Floats, names: Sequence[str], free: Any) -> tuple[Floats, list[str]]:
     """The covariance (p, p) of the scaled values, and warnings; infinite on the diagonal of undetermined values."""
     sizes = np.linalg.norm(scaled, axis=0)
-    idle = sizes <= _SINGULAR * sizes.max(initial=0.0)
+    idle = sizes <= SINGULAR * sizes.max(initial=0.0)
     warnings = [
         f"not identifiable: {names[i]} changes nothing that was measured; fix it" for i in np.flatnonzero(idle).tolist()
     ]
@@ -175,7 +175,7 @@ def _covariance(scaled: Floats, names: Sequence[str], free: Any) -> tuple[Floats
 def told(scaled: Floats) -> Floats:
     """The Jacobian ``scaled`` (n, p) without the directions that the data say nothing of, where rounding is left."""
     left, singular, rows = np.linalg.svd(scaled, full_matrices=False)
-    singular[singular <= _SINGULAR * singular.max(initial=0.0)] = 0.0
+    singular[singular <= SINGULAR * singular.max(initial=0.0)] = 0.0
     return np.asarray((left * singular) @ rows)
 
 
@@ -192,8 +192,8 @@ def _determined(scaled: Floats, names: Sequence[str]) -> tuple[Floats, list[str]
     for size, row in zip(sizes, rows, strict=True):
         takes_part = abs(row) >= _TAKES_PART * abs(row).max()
         told = _direction([names[i] for i in np.flatnonzero(takes_part).tolist()], row[takes_part])
-        if size <= _SINGULAR * sizes[0]:
-            lost |= abs(row) > _SINGULAR
+        if size <= SINGULAR * sizes[0]:
+            lost |= abs(row) > SINGULAR
             warnings.append(f"not identifiable: {told} changes nothing that was measured; fix one of them")
             continue
         found += np.outer(row, row) / size**2

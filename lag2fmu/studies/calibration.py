@@ -18,12 +18,12 @@ from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.calibrated import Calibration, summed_up, told
-from lag2fmu.studies.fits import Fit, FreeValue, Measurement
+from lag2fmu.studies.calibrated import SINGULAR, Calibration, summed_up, told
+from lag2fmu.studies.fits import Fit
 from lag2fmu.studies.free_values import free_values
-from lag2fmu.studies.library import Study, StudyLibrary, compiled
+from lag2fmu.studies.library import compiled
+from lag2fmu.studies.measured_runs import MeasuredRuns, are_many
 from lag2fmu.studies.measurements import Data, measurements_of
-from lag2fmu.studies.sensitivities import directed_run
 from lag2fmu.verify.plan import check_tolerance
 
 TOLERANCE = 1e-8
@@ -31,6 +31,8 @@ _ROUNDS = 4
 """At most so often the noise is estimated anew; it settles after two or three rounds."""
 _SETTLED = 1e-3
 """A relative change of the estimated noise that makes no difference."""
+_NEAR = 1e-3
+"""A search by gradients ends so near to the minimum, in standard errors; rounding in runs is below it."""
 _HELD = 1e-7
 """The weight, as part of the greatest effect, that holds what the data say nothing of; all else has 10 times it."""
 
@@ -67,8 +69,11 @@ def calibrate(  # noqa: PLR0913 (choices of the user)
     experiments = measurements_of(data, library, display_units(mechanism))
     common = _values_of(values, len(experiments))
     sought = free_values(library, mechanism, free, experiments, common, bounds or {})
-    problem = _Problem(library, experiments, sought, common, check_tolerance(tolerance), hold)
-    problem.progress = progress
+    if are_many(len(sought)):
+        library = compiled(mechanism, solver=solver, adjoints=True)
+    problem = _Problem(
+        MeasuredRuns(library, experiments, sought, common, check_tolerance(tolerance), hold=hold, progress=progress)
+    )
     known = _known_noise(noise or {}, problem.columns)
     return _solved(problem, known, mechanism)
 
@@ -94,76 +99,25 @@ def _known_noise(noise: Mapping[str, float], columns: Sequence[str]) -> dict[str
 
 
 class _Problem:
-    """The residuals (n,) of all measured values, and their derivatives (n, p) by the p free values."""
+    """The runs of all experiments, and which of the ``columns`` each measured value belongs to."""
 
-    def __init__(
-        self,
-        library: StudyLibrary,
-        experiments: Sequence[Measurement],
-        sought: Sequence[FreeValue],
-        values: Sequence[Mapping[str, float]],
-        tolerance: float,
-        hold: bool,
-    ) -> None:
-        self.library, self.experiments, self.sought = library, experiments, sought
-        self.values, self.tolerance, self.hold = values, tolerance, hold
-        self.columns = list(dict.fromkeys(name for e in experiments for name in e.names))
-        owners = [np.broadcast_to([self.columns.index(n) for n in e.names], e.values.shape) for e in experiments]
-        self.masks = [np.isfinite(e.values) for e in experiments]
-        self.column_of = np.concatenate([o[m] for o, m in zip(owners, self.masks, strict=True)])
-        self.measured = np.concatenate([e.values[m] for e, m in zip(experiments, self.masks, strict=True)])
-        self._studies = [Study(library, len(self.names(i))) for i in range(len(experiments))]
-        self._last: tuple[bytes, Floats, Floats, str] | None = None
-        self.progress: Callable[[int], None] | None = None
-        self._runs = 0
+    def __init__(self, runs: MeasuredRuns) -> None:
+        self.runs, self.measured, self.sought = runs, runs.measured, runs.sought
+        self.columns = list(dict.fromkeys(name for e in runs.experiments for name in e.names))
+        owners = [np.broadcast_to([self.columns.index(n) for n in e.names], e.values.shape) for e in runs.experiments]
+        self.column_of = np.concatenate([o[m] for o, m in zip(owners, runs.masks, strict=True)])
 
-    def names(self, experiment: int) -> list[str]:
-        """The names of the values that are free in one experiment."""
-        return [x.name for x in self.sought if x.experiment in (None, experiment)]
-
-    def at(self, point: Floats) -> tuple[Floats, Floats, str]:
-        """The values (n,) that would be measured, their derivatives (n, p), and "" or why there are none."""
-        key = point.tobytes()
-        if self._last is None or self._last[0] != key:
-            self._last = (key, *self._run(point))
-        return self._last[1:]
-
-    def _run(self, point: Floats) -> tuple[Floats, Floats, str]:
-        values, slopes = np.full(len(self.measured), np.nan), np.zeros((len(self.measured), len(self.sought)))
-        row = 0
-        for i, (experiment, mask) in enumerate(zip(self.experiments, self.masks, strict=True)):
-            places = [j for j, x in enumerate(self.sought) if x.experiment in (None, i)]
-            given = {**self.values[i], **{self.sought[j].name: float(point[j]) for j in places}}
-            found = directed_run(
-                self.library,
-                self.names(i),
-                experiment.names,
-                values=given,
-                times=experiment.time,
-                start=float(experiment.time[0]),
-                tolerance=self.tolerance,
-                inputs=experiment.inputs,
-                hold=self.hold,
-                study=self._studies[i],
-            )
-            self._runs += 1
-            if self.progress is not None:
-                self.progress(self._runs)
-            if found.reason:
-                return values, slopes, f"{experiment.label}: {found.reason}"
-            end = row + int(mask.sum())
-            values[row:end] = found.result.values[mask]
-            slopes[row:end, places] = found.result.derivatives[mask]
-            row = end
-        return values, slopes, ""
+    def residuals(self, point: Floats) -> Floats:
+        """What the values at ``point`` (p,) differ by from those that were measured, (n,)."""
+        return np.asarray(self.runs.values_at(point)[0] - self.measured)
 
 
 def _solved(problem: _Problem, known: Mapping[str, float], mechanism: Mechanism) -> Calibration:
     """The calibration; the noise of a column that is not ``known`` is estimated from its residuals."""
     point = np.array([x.start for x in problem.sought])
-    _, _, reason = problem.at(point)
+    _, reason = problem.runs.values_at(point)
     if reason:
-        raise SimulationError(f"'{problem.library.name}': the run at the first guess failed: {reason}")
+        raise SimulationError(f"'{problem.runs.library.name}': the run at the first guess failed: {reason}")
     estimated = np.array([name not in known for name in problem.columns])
     noise = np.array([known.get(name, 1.0) for name in problem.columns])
     spread = np.array([_spread(problem.measured[problem.column_of == j]) for j in range(len(noise))])
@@ -173,9 +127,9 @@ def _solved(problem: _Problem, known: Mapping[str, float], mechanism: Mechanism)
         before, noise = noise, np.where(estimated, _left(problem, point, noise), noise)
         if len(noise) == 1 or not (abs(noise - before) > _SETTLED * before).any():
             break
-    fits = [Fit(e, _fitted(problem, point, i)) for i, e in enumerate(problem.experiments)]
-    _, slopes, _ = problem.at(point)
-    residuals = (problem.at(point)[0] - problem.measured) / noise[problem.column_of]
+    fits = [Fit(e, _fitted(problem, point, i)) for i, e in enumerate(problem.runs.experiments)]
+    _, slopes, _ = problem.runs.at(point)
+    residuals = problem.residuals(point) / noise[problem.column_of]
     estimates = tuple(replace(x, start=float(p)) for x, p in zip(problem.sought, point, strict=True))
     first = {x.name: x.start for x in estimates if x.experiment in (None, 0)}
     return summed_up(
@@ -184,7 +138,7 @@ def _solved(problem: _Problem, known: Mapping[str, float], mechanism: Mechanism)
         residuals,
         dict(zip(problem.columns, noise.tolist(), strict=True)),
         tuple(fits),
-        with_values(mechanism, {**problem.values[0], **first}),
+        with_values(mechanism, {**problem.runs.values[0], **first}),
     )
 
 
@@ -196,36 +150,45 @@ def _spread(values: Floats) -> float:
 
 def _left(problem: _Problem, point: Floats, noise: Floats) -> Floats:
     """The standard deviation of the residuals of each column, (columns,), with its share of the degrees of freedom."""
-    residuals = problem.at(point)[0] - problem.measured
+    residuals = problem.residuals(point)
     share = 1 - len(problem.sought) / len(residuals)
     if share <= 0:
         return noise
     found = np.array([np.sqrt((residuals[problem.column_of == j] ** 2).mean() / share) for j in range(len(noise))])
     scale = np.array([_spread(problem.measured[problem.column_of == j]) for j in range(len(noise))])
-    return np.asarray(np.maximum(found, 10 * problem.tolerance * scale))
+    return np.asarray(np.maximum(found, 10 * problem.runs.tolerance * scale))
 
 
 def _minimized(problem: _Problem, point: Floats, noise: Floats) -> Floats:
-    """The least sum of squares near ``point``; raises SimulationError if the search does not end.
+    """The least sum of squares near ``point``; raises SimulationError if the search does not end."""
+    weights = 1.0 / noise[problem.column_of]
+    scale, low, high, first = (
+        np.array([getattr(x, part) for x in problem.sought]) for part in ("scale", "low", "high", "start")
+    )
+    found = _within(problem, point, weights, scale, low, high) if problem.runs.many else None
+    if found is not None:
+        return found
+    return _by_slopes(problem, point, weights, scale, (low, high), np.clip(first, low, high))
 
-    Directions that the data say nothing of stay where the search began, held by a weight that no other one feels.
+
+def _by_slopes(
+    problem: _Problem, point: Floats, weights: Floats, scale: Floats, bounds: tuple[Floats, Floats], first: Floats
+) -> Floats:
+    """The least sum of squares, by the derivatives of all values; raises SimulationError if the search does not end.
+
+    Directions that the data say nothing of stay at the ``first`` point, held by a weight that no other one feels.
     """
     from scipy.optimize import least_squares
 
-    weights = 1.0 / noise[problem.column_of]
-    scale = np.array([x.scale for x in problem.sought])
-    low, high = (np.array([getattr(x, side) for x in problem.sought]) for side in ("low", "high"))
-    first = np.clip([x.start for x in problem.sought], low, high)
-
     def slopes(p: Floats) -> Floats:
-        return np.asarray(weights[:, None] * problem.at(p)[1] * scale)
+        return np.asarray(weights[:, None] * problem.runs.at(p)[1] * scale)
 
     hold = _HELD * float(np.linalg.norm(slopes(point), 2)) or 1.0
     found = least_squares(
-        lambda p: np.concatenate([weights * (problem.at(p)[0] - problem.measured), hold * (p - first) / scale]),
-        np.clip(point, low, high),
+        lambda p: np.concatenate([weights * problem.residuals(p), hold * (p - first) / scale]),
+        np.clip(point, *bounds),
         jac=lambda p: np.vstack([told(slopes(p)), hold * np.eye(len(p))]) / scale,
-        bounds=(low, high),
+        bounds=bounds,
         x_scale=scale,
         ftol=1e-12,
         xtol=1e-10,
@@ -233,14 +196,67 @@ def _minimized(problem: _Problem, point: Floats, noise: Floats) -> Floats:
         max_nfev=200 * len(point),
     )
     if not found.success:
-        raise SimulationError(f"'{problem.library.name}': the search ended without a minimum: {found.message}")
+        raise SimulationError(f"'{problem.runs.library.name}': the search ended without a minimum: {found.message}")
     return np.asarray(found.x)
+
+
+def _within(
+    problem: _Problem, point: Floats, weights: Floats, scale: Floats, low: Floats, high: Floats
+) -> Floats | None:
+    """The least sum of squares within bounds, by gradients; None where the search does not end.
+
+    What leaves its bounds is held there, as long as the squares would be less outside.
+    """
+    point, free = np.clip(point, low, high), np.ones(len(point), dtype=bool)
+    slopes = weights[:, None] * problem.runs.at(point)[1]
+    while free.any():
+        found = _by_gradients(problem, point, weights, slopes, np.where(free, scale, 0.0))
+        if found is None:
+            return None
+        point, out = np.clip(found, low, high), free & ((found <= low) | (found >= high))
+        if not out.any():
+            break
+        free &= ~out
+    slope = problem.runs.weighed(point, weights**2 * problem.residuals(point))
+    outwards = np.where(point <= low, slope, -slope)[~free]
+    return point if (outwards >= 0).all() else None
+
+
+def _by_gradients(problem: _Problem, point: Floats, weights: Floats, slopes: Floats, scale: Floats) -> Floats | None:
+    """The least sum of squares, by its gradients alone; None where the search does not end.
+
+    The variables are the determined directions of ``slopes`` (n, p), those near ``point`` by the noise, each by its
+    standard error: second derivatives are near one, as far as the model is near linear. Values whose
+    ``scale`` is 0 stay. Source: J. Nocedal, S. J. Wright, Numerical Optimization, 2nd edition, sections 7.2 and 10.3.
+    """
+    from scipy.optimize import minimize
+
+    _, sizes, rows = np.linalg.svd(slopes * scale, full_matrices=False)
+    told = sizes > SINGULAR * sizes.max(initial=0.0)
+    basis = scale[:, None] * rows[told].T / sizes[told]
+    unit = float(np.linalg.norm(basis.T @ problem.runs.weighed(point, weights**2 * problem.residuals(point)))) or 1.0
+
+    def cost(z: Floats) -> tuple[float, Floats]:
+        p = point + basis @ (unit * z)
+        left = weights * problem.residuals(p)
+        slope = basis.T @ problem.runs.weighed(p, weights * left)
+        if not (np.isfinite(left).all() and np.isfinite(slope).all()):
+            raise SimulationError(f"'{problem.runs.library.name}': a run of the search failed")
+        return float(left @ left) / 2 / unit**2, slope / unit
+
+    try:
+        found = minimize(cost, np.zeros(basis.shape[1]), jac=True, method="L-BFGS-B",
+                         options={"gtol": _NEAR / unit, "ftol": 0.0, "maxcor": 30, "maxiter": 200})  # fmt: skip
+    except SimulationError:
+        return None
+    met = unit * float(np.abs(found.jac).max(initial=0.0)) <= 10 * _NEAR
+    return point + basis @ (unit * found.x) if met else None
 
 
 def _fitted(problem: _Problem, point: Floats, experiment: int) -> Floats:
     """The values of the calibrated model in one experiment, (m, k), in SI units; NaN where nothing was measured."""
-    mask = problem.masks[experiment]
-    first = sum(int(m.sum()) for m in problem.masks[:experiment])
+    mask = problem.runs.masks[experiment]
+    first = sum(int(m.sum()) for m in problem.runs.masks[:experiment])
     found = np.full(mask.shape, np.nan)
-    found[mask] = problem.at(point)[0][first : first + int(mask.sum())]
+    found[mask] = problem.runs.values_at(point)[0][first : first + int(mask.sum())]
     return found

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.analysis.observing import SIMPLEX
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.observed import Observed
 
@@ -140,12 +141,15 @@ class Extended(Filter):
 class Unscented(Filter):
     """The unscented Kalman filter with its 2 r points of equal weight, which are cubature points."""
 
+    def _reaches(self, r: int) -> Floats:
+        """The places (r, k) of k points along r directions, in standard deviations; of mean 0 and variance 1."""
+        return np.asarray(np.sqrt(r) * np.concatenate([np.eye(r), -np.eye(r)], axis=1))
+
     def _points(self, belief: Belief, t: float) -> tuple[Floats, Floats]:
-        """The points on the manifold, (2 r, n), and their errors by the root of their number, (r, 2 r)."""
-        r = len(belief.S)
-        errors = np.concatenate([belief.S, -belief.S], axis=1)
-        points = belief.x + np.sqrt(r) * (belief.T @ errors).T
-        return self.observed.projected(t, points), errors / np.sqrt(2)
+        """The points on the manifold, (k, n), and their errors by the root of their number, (r, k)."""
+        errors = belief.S @ self._reaches(len(belief.S))
+        points = belief.x + (belief.T @ errors).T
+        return self.observed.projected(t, points), errors / np.sqrt(len(points))
 
     def _spread(self, belief: Belief, start: float, end: float) -> tuple[Floats, Floats, Floats, Floats]:
         points, here = self._points(belief, start)
@@ -163,7 +167,22 @@ class Unscented(Filter):
         return mean, (found - mean).T / np.sqrt(len(found)), errors
 
 
-FILTERS: dict[str, type[Filter]] = {"ekf": Extended, "ukf": Unscented}
+class Simplex(Unscented):
+    """The unscented Kalman filter with r + 1 points of equal weight, the corners of a regular simplex.
+
+    It takes half the time. What is odd in the errors leaves a trace in its means, which pairs of points do not have.
+    Source: P. Moireau, D. Chapelle, Reduced-order unscented Kalman filtering, ESAIM: Control, Optimisation and Calculus
+    of Variations 17 (2011) 380-405, section 2.
+    """
+
+    def _reaches(self, r: int) -> Floats:
+        behind = np.arange(1, r + 1)[:, None]
+        point = np.arange(r + 1)
+        corners = np.where(point < behind, 1.0, np.where(point == behind, -behind, 0.0))
+        return np.asarray(np.sqrt((r + 1) / (behind * (behind + 1))) * corners)
+
+
+FILTERS: dict[str, type[Filter]] = {"ekf": Extended, "ukf": Unscented, SIMPLEX: Simplex}
 """The filters by name."""
 
 

@@ -39,7 +39,8 @@ class Fit:
 class Measurement:
     """One experiment: ``time`` (m,) in s, measured columns ``names`` (k) with ``values`` (m, k) in SI, NaN at gaps.
 
-    ``inputs`` are the columns of inputs, without gaps; None if there are none.
+    ``inputs`` are the columns of inputs, without gaps; None if there are none. ``start`` is the time (s) at which the
+    run begins, None for the first one that was measured.
     """
 
     label: str
@@ -47,6 +48,12 @@ class Measurement:
     names: tuple[str, ...]
     values: Floats
     inputs: Trajectory | None = None
+    start: float | None = None
+
+    @property
+    def begin(self) -> float:
+        """The time (s) at which the run begins."""
+        return float(self.time[0]) if self.start is None else self.start
 
     @property
     def count(self) -> int:

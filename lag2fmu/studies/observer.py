@@ -24,9 +24,23 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.estimates import Estimates
-from lag2fmu.studies.filters import FILTERS, Belief, Filter, Innovation, Prediction, Rows, smoothed, triangular
+from lag2fmu.studies.filters import (
+    FILTERS,
+    Belief,
+    Extended,
+    Filter,
+    Innovation,
+    Prediction,
+    Rows,
+    smoothed,
+    triangular,
+)
+from lag2fmu.studies.horizon import MovingHorizon
 from lag2fmu.studies.measurements import Data, check_times, columns_of, inputs_of
 from lag2fmu.studies.observed import Observed
+
+HORIZON = 10
+"""So many samples make a window, if the user names no number."""
 
 
 @telling("observing")
@@ -44,6 +58,7 @@ def observe(  # noqa: PLR0913 (choices of the user)
     smooth: bool = False,
     hold: bool = False,
     step: float | None = None,
+    horizon: int = HORIZON,
 ) -> Estimates:
     """Estimate the states of ``model`` at the times of ``data`` from the columns that ``measure`` names.
 
@@ -56,7 +71,8 @@ def observe(  # noqa: PLR0913 (choices of the user)
     - ``estimate``: parameters that are estimated too.
     - ``values``: other parameters and starts of the model, from which the estimates begin.
     - ``delays`` {variable: s}: samples of it belong to an earlier time.
-    - ``method``: "ekf" or "ukf"; ``smooth``: whether estimates know later samples too.
+    - ``method``: "ekf", "ukf", "ukf-simplex" or "mhe", least squares over the last ``horizon`` samples, with an ekf
+      before them; ``smooth``: whether estimates know later samples too.
     - ``hold``: whether inputs are constant between their times; by default they are linear.
     - ``step``: the longest solver step (s); by default the fastest pole is resolved.
 
@@ -64,8 +80,7 @@ def observe(  # noqa: PLR0913 (choices of the user)
     for a model with events, SimulationError where the estimate leaves what the equations know. Source: S. Sarkka,
     Bayesian Filtering and Smoothing, Cambridge 2013, chapters 5, 6 and 8.
     """
-    if method not in FILTERS:
-        raise LoadError(f"there is no observer '{method}'; known are {', '.join(FILTERS)}")
+    check_method(method, horizon, smooth=smooth)
     if step is not None and not 0 < step < np.inf:
         raise LoadError(f"step: {step!r} s; give a positive time")
     mechanism = as_mechanism(model, values)
@@ -74,11 +89,28 @@ def observe(  # noqa: PLR0913 (choices of the user)
     observed = Observed(mechanism, tuple(measure), process or {}, estimate, samples.signals, hold=hold, step=step)
     begin = _begin(observed, mechanism, samples, start or {})
     samples = samples._replace(warnings=(*samples.warnings, *_not_shown(observed, begin, float(samples.time[0]))))
-    run = _run(FILTERS[method](observed), begin, samples, np.array([*measure.values()], dtype=np.float64))
+    noise = np.array([*measure.values()], dtype=np.float64)
+    run = _run(FILTERS.get(method, Extended)(observed), begin, samples, noise)
     beliefs = smoothed(observed, samples.time, run.after, run.between) if smooth else run.after
+    if method == MOVING_HORIZON:
+        windows = MovingHorizon(observed, mechanism, samples.signals, horizon, hold=hold)
+        arrivals = [begin, *(ahead.belief for ahead in run.between)]
+        beliefs = [*windows.beliefs(samples.time, samples.values, noise, arrivals)]
     return _estimates(observed, samples, run, beliefs, mechanism, smooth=smooth)
 
 
+def check_method(method: str, horizon: int, *, smooth: bool) -> None:
+    """Raise LoadError for a ``method`` that is unknown, for what does not go with it, and for no ``horizon``."""
+    known = (*FILTERS, MOVING_HORIZON)
+    if method not in known:
+        raise LoadError(f"there is no observer '{method}'; known are {', '.join(known)}")
+    if method == MOVING_HORIZON and smooth:
+        raise LoadError("mhe estimates from the samples of its horizon; leave out smooth, or take ekf")
+    if not horizon >= 1:
+        raise LoadError(f"horizon: {horizon!r}; give the number of samples, at least 1")
+
+
+MOVING_HORIZON = "mhe"
 _SAME = 1e-12
 """Times that differ by less than this part of the whole are one time: a delay is subtracted with rounding."""
 
@@ -136,15 +168,17 @@ def _delayed(
     """The samples at the times to which they belong; those before the first time are left out, which is said."""
     near = _SAME * float(np.ptp(time))
     shifted = {name: _moved_to(time, time - delays.get(name, 0.0), near) for name in columns}
-    grid = np.unique(np.concatenate([time, *shifted.values()]))
+    there = [times[np.isfinite(columns[name])] for name, times in shifted.items()]  # a gap makes no step end
+    grid = np.unique(np.concatenate([time, *there]))
     grid = grid[grid >= time[0]]
     grid = grid[np.concatenate([[True], np.diff(grid) > near])]
     found = np.full((len(grid), len(columns)), np.nan)
     for j, (name, column) in enumerate(columns.items()):
-        inside = shifted[name] >= time[0]
+        early = (shifted[name] < time[0]) & np.isfinite(column)
+        inside = np.isfinite(column) & ~early
         found[_nearest(grid, shifted[name][inside]), j] = column[inside]
-        if not inside.all():
-            warnings.append(f"{np.sum(~inside)} samples of {name} belong to times before the first one; left out")
+        if early.any():
+            warnings.append(f"{np.sum(early)} samples of {name} belong to times before the first one; left out")
     if not np.isfinite(found).any():
         raise LoadError("there is no measured value in the data; nothing can be estimated from it")
     return _Samples(grid, found, signals, tuple(warnings))

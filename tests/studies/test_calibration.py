@@ -12,6 +12,7 @@ from click.testing import CliRunner
 import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.errors import LoadError
+from lag2fmu.studies import calibration, measured_runs
 from lag2fmu.studies.library import Study, compiled
 
 pytestmark = pytest.mark.fmu
@@ -96,6 +97,30 @@ def test_what_is_not_determined_is_named_and_stays() -> None:
     assert "+1 l" in said
     assert " g), in parts of their sizes, changes nothing" in said
     assert np.isinf(found.standard_errors).all()
+
+
+def test_many_values_are_found_by_gradients(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two experiments with gaps, noise unknown; adjoints end where the derivatives of all values do."""
+    first, second = measured(1), measured(2, {"l": 1.1, "theta": 0.3})
+    first["theta"][5:9] = np.nan
+    free = ["l", "theta", "theta_dot"]
+    expected = lag2fmu.calibrate("pendulum", [first, second], free=free)
+    monkeypatch.setattr(measured_runs, "MANY", 2)
+    monkeypatch.setattr(calibration, "_by_slopes", None)
+    found = lag2fmu.calibrate("pendulum", [first, second], free=free)
+    assert found.names == expected.names
+    assert (abs(found.estimates - expected.estimates) < 1e-3 * expected.standard_errors).all()
+    assert found.standard_errors == pytest.approx(expected.standard_errors, rel=1e-3)
+    assert found.chi_squared == pytest.approx(expected.chi_squared, rel=1e-6)
+
+
+def test_a_bound_that_binds_is_met_with_many_values_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = {"free": ["l", "theta", "theta_dot"], "bounds": {"l": (0.5, 1.05)}}
+    expected = lag2fmu.calibrate("pendulum", measured(1), **asked)
+    monkeypatch.setattr(measured_runs, "MANY", 2)
+    found = lag2fmu.calibrate("pendulum", measured(1), **asked)
+    assert found["l"] == pytest.approx(1.05, abs=1e-6)
+    assert found.estimates == pytest.approx(expected.estimates, rel=1e-5)
 
 
 def test_bad_data_get_sentences(tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def found(method: str, *, smooth: bool = False) -> Estimates:
     return observe(pair(), data(), measure=NOISE, process={"F": DENSITY}, start=START, method=method, smooth=smooth)
 
 
-@pytest.mark.parametrize("method", ["ekf", "ukf"])
+@pytest.mark.parametrize("method", ["ekf", "ukf", "ukf-simplex"])
 def test_a_linear_model_against_covariances(method: str) -> None:
     """Kalman's equations as they stand in textbooks, with P and its inverse; both filters are exact here."""
     columns, estimates = data(), found(method)
@@ -89,7 +89,7 @@ def test_a_linear_model_against_covariances(method: str) -> None:
         assert estimates.deviations[i] == pytest.approx(np.sqrt(np.diag(P)), abs=1e-9)
 
 
-@pytest.mark.parametrize("method", ["ekf", "ukf"])
+@pytest.mark.parametrize("method", ["ekf", "ukf", "ukf-simplex"])
 def test_the_smoother_against_least_squares_over_all_samples(method: str) -> None:
     """The start and the noise of each sample are the unknowns of one least squares problem."""
     columns, estimates = data(), found(method, smooth=True)
@@ -140,7 +140,7 @@ def test_a_loop_is_closed_by_every_estimate(method: str) -> None:
 # ------------------------------------------------------------------------------------------------- a nonlinear model
 
 
-@pytest.mark.parametrize("method", ["ekf", "ukf"])
+@pytest.mark.parametrize("method", ["ekf", "ukf", "ukf-simplex"])
 def test_a_nonlinear_model_against_covariances(method: str) -> None:
     """A pendulum whose bob is seen from below; the same discrete equations, written with NumPy alone."""
     m = bob()
@@ -240,7 +240,7 @@ def slope(run: Trajectory, push: dict[str, Floats]) -> Floats:
         ({"process": {"G": 1.0}}, "process 'G' is no input, state or estimated parameter"),
         ({"start": {"G": 1.0}}, "start 'G' is not estimated"),
         ({"estimate": ["k"]}, "'k' is no parameter that can be estimated"),
-        ({"method": "kf"}, "there is no observer 'kf'; known are ekf, ukf"),
+        ({"method": "kf"}, "there is no observer 'kf'; known are ekf, ukf, ukf-simplex, mhe"),
         ({"delays": {"b": -1.0}}, r"delay of 'b': -1.0 s"),
         ({"data": {"time": [0, 2, 1], "a": [1, 1, 1]}}, "the time goes from 2 s to 1 s in row 3; sort it"),
         ({"data": {"time": [0, 1], "a": [np.nan, np.nan]}}, "there is no measured value in the data"),

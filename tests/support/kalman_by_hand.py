@@ -61,10 +61,12 @@ def count(x: Floats, span: float) -> int:
     return int(np.ceil(span * np.abs(np.linalg.eigvals(slopes(x))).max() / 0.1))
 
 
-def points(x: Floats, P: Floats) -> Floats:
-    """The cubature points, (2, 4)."""
-    root = np.sqrt(2) * np.linalg.cholesky(P)
-    return x[:, None] + np.concatenate([root, -root], axis=1)
+def points(method: str, x: Floats, P: Floats) -> Floats:
+    """The cubature points, (2, 4), or the corners of a triangle, (2, 3)."""
+    root = np.linalg.cholesky(P)
+    pairs = np.sqrt(2) * np.array([[1, 0, -1, 0], [0, 1, 0, -1]])
+    corners = np.array([[np.sqrt(1.5), -np.sqrt(1.5), 0], [np.sqrt(0.5), np.sqrt(0.5), -np.sqrt(2)]])
+    return x[:, None] + root @ (corners if method == "ukf-simplex" else pairs)
 
 
 def moved(method: str, x: Floats, P: Floats, span: float, steps: int) -> tuple[Floats, Floats]:
@@ -72,7 +74,7 @@ def moved(method: str, x: Floats, P: Floats, span: float, steps: int) -> tuple[F
     x_ahead, whole, Q = flown(x, span / steps, steps, 0.3)
     if method == "ekf":
         return x_ahead, whole @ P @ whole.T + Q
-    cloud = points(x, P)
+    cloud = points(method, x, P)
     for _ in range(steps):
         cloud = one_step(cloud, span / steps)[0]
     return cloud.mean(axis=1), np.cov(cloud, bias=True) + Q
@@ -80,10 +82,10 @@ def moved(method: str, x: Floats, P: Floats, span: float, steps: int) -> tuple[F
 
 def corrected(method: str, x: Floats, P: Floats, z: float) -> tuple[Floats, Floats]:
     """Estimate and covariance after a sample of sin(theta), with a standard deviation of 0.1."""
-    cloud = points(x, P)
-    seen = np.sin(cloud[0]) if method == "ukf" else np.sin(x[:1])
-    across = (cloud - x[:, None]) @ (seen - seen.mean()) / 4 if method == "ukf" else P[:, 0] * np.cos(x[0])
-    spread = np.var(seen) if method == "ukf" else P[0, 0] * np.cos(x[0]) ** 2
+    cloud = points(method, x, P)
+    seen = np.sin(x[:1]) if method == "ekf" else np.sin(cloud[0])
+    across = P[:, 0] * np.cos(x[0]) if method == "ekf" else (cloud - x[:, None]) @ (seen - seen.mean()) / len(seen)
+    spread = P[0, 0] * np.cos(x[0]) ** 2 if method == "ekf" else np.var(seen)
     K = across / (spread + 0.1**2)
     return x + K * (z - seen.mean()), P - np.outer(K, K) * (spread + 0.1**2)
 

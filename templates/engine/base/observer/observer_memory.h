@@ -62,9 +62,8 @@ typedef struct {
 } ObserverMemory;
 
 enum {
-    N_CLOUD = UNSCENTED ? 2 * N_OBSERVED : 1,            /* points about an estimate */
-    N_SPREAD = UNSCENTED ? 2 * N_OBSERVED : N_OBSERVED,  /* columns that the errors of an estimate take */
-    WIDEST = N_MEASURED + N_SPREAD + N_OBSERVED + 2 * N_DENSITIES
+    N_CLOUD = UNSCENTED ? (SIMPLEX ? N_OBSERVED + 1 : 2 * N_OBSERVED) : 1, /* points about an estimate */
+    WIDEST = N_MEASURED + N_CLOUD + N_OBSERVED + 2 * N_DENSITIES
 };
 
 typedef struct {
@@ -78,10 +77,12 @@ typedef struct {
     double rows[SIZE_BOUND * N_OBSERVED], reflectors[SIZE_BOUND * N_OBSERVED]; /* of constraints */
     double along[N_OBSERVED][N_OBSERVED], sum[N_OBSERVED][N_OBSERVED], product[N_OBSERVED][N_OBSERVED];
     double middle[N_OBSERVED][N_OBSERVED], inlet[N_OBSERVED][SIZE_DENSITIES]; /* in the middle of a step */
-    double grown[N_OBSERVED][SIZE_DENSITIES], further[N_OBSERVED][SIZE_DENSITIES];
     double noise[N_OBSERVED][N_OBSERVED];    /* a root of the covariance that the process adds */
     double cloud[N_CLOUD][N_OBSERVED];
+    double reaches[N_OBSERVED][N_CLOUD];     /* of its points along directions, in standard deviations */
+    int reached;                             /* for so many directions they are known */
     double seen[N_CLOUD][N_MEASURED];
+    double rest[N_MEASURED * (N_MEASURED + N_CLOUD)]; /* of what is measured; noise, and what errors do not explain */
     double whole[(N_MEASURED + N_OBSERVED) * WIDEST];
 } ObserverScratch;
 

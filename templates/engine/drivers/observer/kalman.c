@@ -7,15 +7,15 @@
 #include "observed_manifold.h"
 #include "orthogonal.h"
 
-/* to = basis^T from, where from[N_OBSERVED][columns]; rows of `to` have this stride. Without constraints the basis is
-   that of the states. */
-static void into_basis(double basis[][N_OBSERVED], const double from[], int columns, double to[], int stride) {
+/* to = basis^T from, of so many columns; rows of `to` have this stride. Without constraints the basis is that of the
+   states. */
+static void into_basis(double basis[][N_OBSERVED], double from[][N_OBSERVED], int columns, double to[], int stride) {
     for (int i = 0; i < N_OBSERVED; i++) {
         double *row = to + i * stride;
         memset(row, 0, (size_t)columns * sizeof(double));
         for (int k = N_BOUND > 0 ? 0 : i; k < (N_BOUND > 0 ? N_OBSERVED : i + 1); k++) {
             for (int j = 0; j < columns; j++) {
-                row[j] += basis[k][i] * from[k * columns + j];
+                row[j] += basis[k][i] * from[k][j];
             }
         }
     }
@@ -51,7 +51,7 @@ static void turn_root(ObserverMemory *memory, ObserverScratch *work) {
         memcpy(memory->root, work->noise, sizeof memory->root);
         return;
     }
-    into_basis(memory->basis, &work->noise[0][0], N_OBSERVED, work->whole, N_OBSERVED);
+    into_basis(memory->basis, work->noise, N_OBSERVED, work->whole, N_OBSERVED);
     lower_triangular(N_OBSERVED, N_OBSERVED, work->whole);
     take_root(memory, work->whole, N_OBSERVED);
 }
@@ -92,28 +92,70 @@ bool kalman_start(Instance *instance, double time) {
 /* How many directions errors have. */
 static int freedom(double basis[][N_OBSERVED]) {
     int count = 0;
-    for (int j = 0; j < N_OBSERVED; j++) {
+    for (int j = 0; j < N_OBSERVED && N_BOUND > 0; j++) {
         bool some = false;
         for (int i = 0; i < N_OBSERVED; i++) {
             some = some || basis[i][j] != 0.0;
         }
         count += some;
     }
-    return count;
+    return N_BOUND > 0 ? count : N_OBSERVED;
 }
 
-/* Places the cloud about the estimate: 2 r points of equal weight, each on the constraints. Returns r, 0 if one
-   fails. */
+/* How many points stand for errors along r directions. */
+static int points_for(int r) {
+    return SIMPLEX ? r + 1 : 2 * r;
+}
+
+/* Fills reaches[r][points_for(r)]: the places of points along directions, in standard deviations, of mean 0 and
+   variance 1. The points are pairs, or the corners of a regular simplex, one direction after the other. */
+static void fill_reaches(int r, double reaches[][N_CLOUD]) {
+    for (int j = 0; j < r; j++) {
+        memset(reaches[j], 0, sizeof reaches[j]);
+        if (!SIMPLEX) {
+            reaches[j][j] = sqrt((double)r);
+            reaches[j][r + j] = -reaches[j][j];
+            continue;
+        }
+        const double part = sqrt((r + 1.0) / ((j + 1.0) * (j + 2.0)));
+        for (int k = 0; k <= j; k++) {
+            reaches[j][k] = part;
+        }
+        reaches[j][j + 1] = -(j + 1.0) * part;
+    }
+}
+
+/* Places the cloud about the estimate: points of equal weight for r directions, each on the constraints. Returns r, 0
+   if one fails. */
 static int place_cloud(Instance *instance, double time) {
     ObserverMemory *memory = &instance->state.observer;
     ObserverScratch *work = &instance->scratch.observer;
     const int r = freedom(memory->basis);
     full_root(memory, work->product);
-    for (int k = 0; k < 2 * r; k++) {
-        const double reach = k < r ? sqrt((double)r) : -sqrt((double)r);
+    if (work->reached != r) {
+        fill_reaches(r, work->reaches);
+        work->reached = r;
+    }
+    double along[N_OBSERVED][N_OBSERVED]; /* by direction */
+    for (int j = 0; j < r; j++) {
         for (int i = 0; i < N_OBSERVED; i++) {
-            work->cloud[k][i] = work->estimate[i] + reach * work->product[i][k % r];
+            along[j][i] = work->product[i][j];
         }
+    }
+    for (int k = 0; k < points_for(r); k++) {
+        double point[N_OBSERVED];
+        memcpy(point, work->estimate, sizeof point);
+        for (int j = 0; j < r; j++) {
+            const double reach = work->reaches[j][k];
+            if (reach != 0.0) {
+                for (int i = 0; i < N_OBSERVED; i++) {
+                    point[i] += reach * along[j][i];
+                }
+            }
+        }
+        memcpy(work->cloud[k], point, sizeof point);
+    }
+    for (int k = 0; k < points_for(r); k++) {
         if (!observed_project(instance, time, work->cloud[k])) {
             return 0;
         }
@@ -126,15 +168,15 @@ static int place_cloud(Instance *instance, double time) {
 /* The cloud moves, and the estimate becomes its mean; whole, of this width, gets the errors of its points. */
 static bool move_cloud(Instance *instance, double start, double end, double basis[][N_OBSERVED], int width) {
     ObserverScratch *work = &instance->scratch.observer;
-    const int r = place_cloud(instance, start);
+    const int r = place_cloud(instance, start), count = points_for(r);
     double mean[N_OBSERVED] = {0.0};
-    for (int k = 0; k < 2 * r; k++) {
+    for (int k = 0; r > 0 && k < count; k++) {
         if (!observed_move(instance, start, end, work->cloud[k]) ||
             !observed_project(instance, end, work->cloud[k])) {
             return false;
         }
         for (int i = 0; i < N_OBSERVED; i++) {
-            mean[i] += work->cloud[k][i] / (2 * r);
+            mean[i] += work->cloud[k][i] / count;
         }
     }
     memcpy(work->estimate, mean, sizeof mean);
@@ -142,12 +184,19 @@ static bool move_cloud(Instance *instance, double start, double end, double basi
         !observed_basis(instance, end, work->estimate, basis)) {
         return false;
     }
-    const double part = 1.0 / sqrt(2.0 * r);
+    const double part = 1.0 / sqrt((double)count);
+    for (int k = 0; k < count; k++) {
+        for (int i = 0; i < N_OBSERVED; i++) {
+            work->cloud[k][i] = (work->cloud[k][i] - work->estimate[i]) * part;
+        }
+    }
     for (int i = 0; i < N_OBSERVED; i++) {
-        memset(work->whole + i * width, 0, (size_t)width * sizeof(double));
-        for (int k = 0; k < 2 * r; k++) {
-            for (int j = N_BOUND > 0 ? 0 : i; j < (N_BOUND > 0 ? N_OBSERVED : i + 1); j++) {
-                work->whole[i * width + k] += basis[j][i] * (work->cloud[k][j] - work->estimate[j]) * part;
+        double *row = work->whole + i * width;
+        memset(row, 0, (size_t)width * sizeof(double));
+        for (int k = 0; k < count; k++) {
+            row[k] = N_BOUND > 0 ? 0.0 : work->cloud[k][i];
+            for (int j = 0; j < N_OBSERVED && N_BOUND > 0; j++) {
+                row[k] += basis[j][i] * work->cloud[k][j];
             }
         }
     }
@@ -155,18 +204,17 @@ static bool move_cloud(Instance *instance, double start, double end, double basi
 }
 
 static bool predict_unscented(Instance *instance, double start, double end) {
-    enum { WIDTH = N_CLOUD + N_OBSERVED };
     ObserverMemory *memory = &instance->state.observer;
     ObserverScratch *work = &instance->scratch.observer;
     double centre[N_OBSERVED];
     memcpy(centre, work->estimate, sizeof centre);
-    if (!observed_noise(instance, start, end, centre, work->noise) ||
-        !move_cloud(instance, start, end, memory->basis, WIDTH)) {
+    const int noisy = observed_noise(instance, start, end, centre, work->noise), width = N_CLOUD + noisy;
+    if (noisy < 0 || !move_cloud(instance, start, end, memory->basis, width)) {
         return false;
     }
-    into_basis(memory->basis, &work->noise[0][0], N_OBSERVED, work->whole + N_CLOUD, WIDTH);
-    lower_triangular(N_OBSERVED, WIDTH, work->whole);
-    take_root(memory, work->whole, WIDTH);
+    into_basis(memory->basis, work->noise, noisy, work->whole + N_CLOUD, width);
+    lower_triangular(N_OBSERVED, width, work->whole);
+    take_root(memory, work->whole, width);
     return true;
 }
 
@@ -189,18 +237,16 @@ bool kalman_predict(Instance *instance, double start, double end) {
 
 /* ---------------------------------------------------------------------------------------------------- samples */
 
-/* Fills whole: errors of what is measured, behind columns for its noise, and below them those of the state of the same
-   causes. They follow from the slopes at the estimate. */
+/* Fills expected[count], and rows of the whole: errors of what is measured, behind columns for its noise, of the same
+   causes as those of the state, which are the root. They follow from the slopes at the estimate. */
 static bool expect_extended(Instance *instance, double time, int count, const int taken[], double expected[]) {
-    const ObserverMemory *memory = &instance->state.observer;
     ObserverScratch *work = &instance->scratch.observer;
-    const int width = count + N_SPREAD;
     if (!observed_evaluate(instance, time, work->estimate, OBSERVE_SLOPES)) {
         return false;
     }
-    full_root(memory, work->product);
+    full_root(&instance->state.observer, work->product);
     for (int m = 0; m < count; m++) {
-        double *row = work->whole + m * width + count;
+        double *row = work->whole + m * (count + N_OBSERVED) + count;
         expected[m] = work->values[N_STATES + taken[m]];
         for (int k = 0; k < N_OBSERVED; k++) {
             for (int j = 0; j < N_OBSERVED; j++) {
@@ -208,35 +254,61 @@ static bool expect_extended(Instance *instance, double time, int count, const in
             }
         }
     }
-    for (int i = 0; i < N_OBSERVED; i++) {
-        memcpy(work->whole + (count + i) * width + count, memory->root[i], sizeof memory->root[i]);
-    }
     return true;
+}
+
+/* The part of what is measured at points, left[points] by their number, that errors of the state along r directions do
+   not explain, comes to the noise in a row. The corners of a simplex leave none. */
+static void add_unexplained(ObserverScratch *work, int r, int count, int m, double left[], double row[]) {
+    const int points = points_for(r);
+    double *rest = work->rest + m * (count + N_CLOUD);
+    memset(rest, 0, (size_t)(count + N_CLOUD) * sizeof(double));
+    rest[m] = row[m];
+    for (int k = 0; k < points; k++) {
+        for (int j = 0; j < r; j++) {
+            left[k] -= work->reaches[j][k] * row[count + j] / points;
+        }
+        rest[count + k] = left[k] * sqrt((double)points);
+    }
 }
 
 /* The same from points. */
 static bool expect_unscented(Instance *instance, double time, int count, const int taken[], double expected[]) {
-    const ObserverMemory *memory = &instance->state.observer;
     ObserverScratch *work = &instance->scratch.observer;
-    const int width = count + N_SPREAD, r = place_cloud(instance, time);
-    memset(expected, 0, (size_t)count * sizeof(double));
-    for (int k = 0; k < 2 * r; k++) {
+    const int width = count + N_OBSERVED, r = place_cloud(instance, time), points = points_for(r);
+    const double part = r > 0 ? 1.0 / points : 0.0;
+    double left[N_CLOUD];
+    for (int k = 0; r > 0 && k < points; k++) {
         if (!observed_evaluate(instance, time, work->cloud[k], OBSERVE_OUTPUTS)) {
             return false;
         }
-        for (int m = 0; m < count; m++) {
-            work->seen[k][m] = work->values[N_STATES + taken[m]];
-            expected[m] += work->seen[k][m] / (2 * r);
+        memcpy(work->seen[k], work->values + N_STATES, sizeof work->seen[k]);
+    }
+    for (int m = 0; m < count; m++) {
+        double *row = work->whole + m * width, mean = 0.0;
+        for (int k = 0; k < points; k++) {
+            mean += part * work->seen[k][taken[m]];
+        }
+        for (int k = 0; k < points; k++) {
+            left[k] = part * (work->seen[k][taken[m]] - mean);
+        }
+        for (int j = 0; j < r; j++) {
+            double sum = 0.0;
+            for (int k = 0; k < points; k++) {
+                sum += work->reaches[j][k] * left[k];
+            }
+            row[count + j] = sum;
+        }
+        expected[m] = mean;
+        if (!SIMPLEX) {
+            add_unexplained(work, r, count, m, left, row);
         }
     }
-    for (int k = 0; k < 2 * r; k++) {
-        for (int m = 0; m < count; m++) {
-            work->whole[m * width + count + k] = (work->seen[k][m] - expected[m]) / sqrt(2.0 * r);
+    for (int m = 0; m < count && !SIMPLEX; m++) {
+        if (m == 0) {
+            lower_triangular(count, count + N_CLOUD, work->rest);
         }
-        for (int i = 0; i < N_OBSERVED; i++) {
-            const double error = memory->root[i][k % r] / sqrt(2.0);
-            work->whole[(count + i) * width + count + k] = k < r ? error : -error;
-        }
+        memcpy(work->whole + m * width, work->rest + m * (count + N_CLOUD), (size_t)count * sizeof(double));
     }
     return r > 0;
 }
@@ -246,7 +318,7 @@ static bool expect_unscented(Instance *instance, double time, int count, const i
 static void weigh(Instance *instance, const Sample *sample, const double expected[], double error[]) {
     ObserverMemory *memory = &instance->state.observer;
     const double *whole = instance->scratch.observer.whole;
-    const int count = sample->old + sample->fresh, width = count + N_SPREAD;
+    const int count = sample->old + sample->fresh, width = count + N_OBSERVED;
     double scaled[N_MEASURED];
     for (int m = 0; m < count; m++) {
         const double *row = whole + m * width;
@@ -276,7 +348,13 @@ static void weigh(Instance *instance, const Sample *sample, const double expecte
 static bool move_estimate(Instance *instance, double time, int count, const double error[]) {
     ObserverMemory *memory = &instance->state.observer;
     ObserverScratch *work = &instance->scratch.observer;
-    take_root(memory, work->whole + count * (count + N_SPREAD) + count, count + N_SPREAD);
+    take_root(memory, work->whole + count * (count + N_OBSERVED) + count, count + N_OBSERVED);
+    if (N_BOUND == 0) {
+        for (int i = 0; i < N_OBSERVED; i++) {
+            work->estimate[i] += error[i];
+        }
+        return true;
+    }
     full_root(memory, work->noise);
     for (int i = 0; i < N_OBSERVED; i++) {
         for (int k = 0; k < N_OBSERVED; k++) {
@@ -294,14 +372,17 @@ static bool move_estimate(Instance *instance, double time, int count, const doub
 bool kalman_correct(Instance *instance, double time, const Sample *sample) {
     const ObserverMemory *memory = &instance->state.observer;
     ObserverScratch *work = &instance->scratch.observer;
-    const int count = sample->old + sample->fresh, width = count + N_SPREAD;
+    const int count = sample->old + sample->fresh, width = count + N_OBSERVED;
     double expected[N_MEASURED], error[N_OBSERVED];
-    memset(work->whole, 0, sizeof work->whole);
-    if (!(UNSCENTED ? expect_unscented : expect_extended)(instance, time, count, sample->taken, expected)) {
-        return false;
-    }
+    memset(work->whole, 0, (size_t)(width * width) * sizeof(double));
     for (int m = 0; m < count; m++) {
         work->whole[m * width + m] = memory->slots[SLOT_NOISE + sample->taken[m]];
+    }
+    for (int i = 0; i < N_OBSERVED; i++) {
+        memcpy(work->whole + (count + i) * width + count, memory->root[i], sizeof memory->root[i]);
+    }
+    if (!(UNSCENTED ? expect_unscented : expect_extended)(instance, time, count, sample->taken, expected)) {
+        return false;
     }
     lower_triangular(count + N_OBSERVED, width, work->whole);
     weigh(instance, sample, expected, error);

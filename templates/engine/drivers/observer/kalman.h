@@ -1,6 +1,7 @@
 /* Kalman's filters in square-root form: what stands side by side is brought to triangular form, so that covariances
    stay positive whatever rounding does. T. Kailath, A. H. Sayed, B. Hassibi, Linear Estimation, 2000, chapter 12; S.
-   Sarkka, Bayesian Filtering and Smoothing, 2013, sections 5.2 (extended) and 6.6 (cubature points: UNSCENTED).
+   Sarkka, Bayesian Filtering and Smoothing, 2013, sections 5.2 (extended) and 6.6 (cubature points: UNSCENTED). P.
+   Moireau, D. Chapelle, ESAIM: Control, Optimisation and Calculus of Variations 17 (2011), section 2 (SIMPLEX).
 
    They work on the estimate of the scratch, and on the basis and the root of the memory. */
 #ifndef KALMAN_H

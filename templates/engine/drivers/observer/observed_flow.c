@@ -11,7 +11,7 @@
 
 static const double NODES[4] = {0.0, 0.5, 0.5, 1.0};   /* of the stages; so much of the last slope leads to each */
 static const double WEIGHTS[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
-static const double GAUSS = 0.28867513459481288; /* sqrt(3)/6: the nodes of Gauss's rule, from the middle */
+static const double GAUSS[2] = {0.78867513459481288, 0.21132486540518712}; /* (3 +- sqrt 3)/6: nodes of his rule */
 enum { MOTION_ORDER = 4 };
 
 static bool without_value(Instance *instance, double time) {
@@ -142,30 +142,35 @@ static void keep_middle(const ObserverMemory *memory, ObserverScratch *work) {
     }
 }
 
-/* grown = exp(middle t) inlet, to the order of the method. */
-static void grow(ObserverScratch *work, double t) {
-    memcpy(work->grown, work->inlet, sizeof work->grown);
-    for (int order = MOTION_ORDER; order > 0; order--) {
-        memcpy(work->further, work->inlet, sizeof work->further);
-        for (int i = 0; i < N_STATES; i++) {
-            for (int j = 0; j < N_OBSERVED; j++) {
-                const double part = t / order * work->middle[i][j];
-                for (int k = 0; k < N_DENSITIES && part != 0.0; k++) {
-                    work->further[i][k] += part * work->grown[j][k];
-                }
-            }
+/* to[N_STATES] = part middle from, where from[N_OBSERVED]. */
+static void grow(const ObserverScratch *work, double part, const double from[], double to[]) {
+    for (int i = 0; i < N_STATES; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < N_OBSERVED; j++) {
+            sum += work->middle[i][j] * from[j];
         }
-        memcpy(work->grown, work->further, sizeof work->grown);
+        to[i] = part * sum;
     }
 }
 
-/* The noise that the process adds in a step of h (s): 2 N_DENSITIES columns, in rows of this stride. */
+/* The noise that the process adds in a step of h (s): exp(middle t) inlet to the order of the method, at the two nodes;
+   2 N_DENSITIES columns, in rows of this stride. Behind the first term only the states grow. */
 static void add_noise(ObserverScratch *work, double h, double columns[], int stride) {
-    for (int node = 0; node < 2; node++) {
-        grow(work, (node == 0 ? 0.5 + GAUSS : 0.5 - GAUSS) * h);
+    const double size = sqrt(h / 2.0);
+    for (int k = 0; k < N_DENSITIES; k++) {
+        double grown[N_OBSERVED], further[N_OBSERVED] = {0.0}, first = size, second = size;
         for (int i = 0; i < N_OBSERVED; i++) {
-            for (int k = 0; k < N_DENSITIES; k++) {
-                columns[i * stride + node * N_DENSITIES + k] = sqrt(h / 2.0) * work->grown[i][k];
+            grown[i] = work->inlet[i][k];
+            columns[i * stride + k] = columns[i * stride + N_DENSITIES + k] = size * grown[i];
+        }
+        for (int order = 1; order <= MOTION_ORDER; order++) {
+            grow(work, h / order, grown, further);
+            memcpy(grown, further, sizeof grown);
+            first *= GAUSS[0];
+            second *= GAUSS[1];
+            for (int i = 0; i < N_STATES; i++) {
+                columns[i * stride + k] += first * grown[i];
+                columns[i * stride + N_DENSITIES + k] += second * grown[i];
             }
         }
     }
@@ -257,16 +262,16 @@ static bool begin_spread(Instance *instance, double time, double h, const double
     return true;
 }
 
-bool observed_noise(Instance *instance, double start, double end, double x[], double spread[][N_OBSERVED]) {
+int observed_noise(Instance *instance, double start, double end, double x[], double spread[][N_OBSERVED]) {
     const double count = steps_between(instance, start, end), h = (end - start) / count;
     if (!(count > 0.0) || !begin_spread(instance, start, h, x, spread) ||
         (count > 1.0 && !move_step(instance, start, h, x))) {
-        return false;
+        return -1;
     }
     for (double i = 1.0; i < count; i++) {
         if (!flow_step(instance, start + i * h, h, x, spread)) {
-            return false;
+            return -1;
         }
     }
-    return true;
+    return count > 1.0 || 2 * N_DENSITIES > N_OBSERVED ? N_OBSERVED : 2 * N_DENSITIES;
 }

@@ -16,8 +16,9 @@ bool observed_evaluate(Instance *instance, double time, const double x[], Observ
 /* Moves x from start to end (s). */
 bool observed_move(Instance *instance, double start, double end, double x[]);
 
-/* The spread that the process adds from start to end (s) to none; x is lost. */
-bool observed_noise(Instance *instance, double start, double end, double x[], double spread[][N_OBSERVED]);
+/* The spread that the process adds from start to end (s) to none; x is lost. Returns how many of its columns are not 0,
+   or -1, with instance->failure. */
+int observed_noise(Instance *instance, double start, double end, double x[], double spread[][N_OBSERVED]);
 
 /* Moves x from start to end (s), and the spread, a root of a covariance, with it: the process adds its noise. */
 bool observed_flow(Instance *instance, double start, double end, double x[], double spread[][N_OBSERVED]);

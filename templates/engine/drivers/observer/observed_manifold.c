@@ -35,7 +35,11 @@ bool observed_basis(Instance *instance, double time, const double x[], double ba
         unit_rows(work, N_OBSERVED, lengths);
         rank = reduce_rows(N_BOUND, N_OBSERVED, work->rows, work->reflectors, kept);
     }
-    for (int j = 0; j < N_OBSERVED; j++) {
+    for (int j = 0; j < N_OBSERVED && N_BOUND == 0; j++) {
+        memset(basis[j], 0, sizeof basis[j]);
+        basis[j][j] = 1.0;
+    }
+    for (int j = 0; j < N_OBSERVED && N_BOUND > 0; j++) {
         memset(column, 0, sizeof column);
         if (rank + j < N_OBSERVED) {
             column[rank + j] = 1.0;
@@ -83,7 +87,9 @@ bool observed_project(Instance *instance, double time, double x[]) {
             return true;
         }
     }
-    instance->failure.kind = FAILURE_ESTIMATE;
-    instance->failure.time = time;
+    if (N_BOUND > 0) {
+        instance->failure.kind = FAILURE_ESTIMATE;
+        instance->failure.time = time;
+    }
     return N_BOUND == 0;
 }
