@@ -160,7 +160,7 @@ def test_what_a_flag_disables_is_left_out(robot: Robot) -> None:
     motors = '<actuator><motor name="on" joint="phi"/><motor name="off" joint="phi" group="2"/></actuator>'
     text = body('<joint name="phi" axis="0 -1 0" stiffness="3" damping="1"/>', motors).replace("<mujoco>", flags)
     mechanism = robot(text)
-    assert mechanism.not_taken == ("the actuator off",)
+    assert mechanism.not_taken == ("the actuator off: it is off, late, or has several controls",)
     found = accelerations(mechanism, phi=0.4, phi_dot=2.0, u_on=1.5)
     assert found == {"phi": pytest.approx(1.5 / (0.2 + 2 * 0.25), rel=1e-12)}
 
@@ -398,7 +398,12 @@ def test_sensors_that_nothing_is_made_of_are_told_last(robot: Robot) -> None:
     still = '<body name="still"><inertial mass="1" pos="0 0 0" diaginertia="1 1 1"/></body>'
     others = f'<body><joint name="z"/><geom size="1"/></body>{still}</worldbody>'
     text = text.replace("</worldbody>", others)
-    told = [f"the sensor {name}" for name in ("relative", "ball", "touch", "com")]
+    told = (
+        "the sensor relative: framepos there has no output",
+        "the sensor ball: ballquat has no output",
+        "the sensor touch: no ideal contact is always in its site",
+        "the sensor com: some of its bodies do not move",
+    )
     assert robot(text).not_taken == ("the cutoff of the sensor cut", *told)
 
 
@@ -433,11 +438,12 @@ def test_what_is_not_taken_is_listed(robot: Robot) -> None:
     geoms += '<site name="s"/><site name="t" pos="0 0 1"/>'
     text = body(geoms, slow).replace('type="ball"', 'type="ball" name="ball"')
     text = text.replace("</body>", '<body><joint name="hinge"/><geom size="1"/></body></body>')
+    state = "its state is neither a filter nor an integrator of its control"
     assert robot(text).not_taken == (
-        "the actuator slow",
-        "the actuator still",
-        "the actuator far",
-        "the actuator early",
+        f"the actuator slow: {state}",
+        f"the actuator still: {state}",
+        "the actuator far: along what it acts on, no force depends on control, length and rate as its own does",
+        f"the actuator early: {state}",
         "limits of the joint ball",
         "the tendon long",
         "contacts of 3 geoms (ground takes them)",

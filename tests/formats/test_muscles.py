@@ -58,4 +58,5 @@ def test_a_muscle_whose_curves_differ_is_told(tmp_path: Path) -> None:
     curves = 'gaintype="muscle" gainprm="0.75 1.05 -1 200 0.5 1.6 1.5 1.3 1.2"'
     passive = 'biastype="muscle" biasprm="0.7 1.05 -1 200 0.5 1.6 1.5 1.3 1.2"'
     other = f'<general name="other" joint="a" dyntype="muscle" {curves} {passive}/>'
-    assert "the actuator other" in load(written(tmp_path, other)).not_taken
+    why = "a muscle acts along joints and fixed tendons, and has one curve"
+    assert f"the actuator other: {why}" in load(written(tmp_path, other)).not_taken

@@ -37,7 +37,7 @@ def measure(robot: Robot, parts: Parts) -> None:
             name = parts.names.variable(identifier(sensor.name))
             parts.outputs.append(Output(name, expression, doc=f"sensor {sensor.name}"))
         else:
-            parts.ignored.append(f"the sensor {sensor.name}")
+            parts.ignored.append(f"the sensor {sensor.name}: its actuator acts between places, or is not taken")
 
 
 def _along(sensor: Sensor, parts: Parts) -> None:
@@ -57,7 +57,8 @@ def _of_subtree(sensor: Sensor, robot: Robot, parts: Parts) -> None:
     others = [{touch.first.link, touch.second.link} for touch in robot.touches]
     others += [{closure.first[0], closure.second[0]} for closure in robot.closures]
     if not bodies or WORLD in bodies or (sensor.place and any(len(ends & carried) == 1 for ends in others)):
-        parts.ignored.append(f"the sensor {sensor.name}")
+        held = ", or contacts and loops hold them too" if sensor.place else ""
+        parts.ignored.append(f"the sensor {sensor.name}: some of its bodies do not move{held}")
         return
     if sensor.place is None:
         name = _named(sensor, parts)
@@ -74,7 +75,10 @@ def _of_touch(sensor: Sensor, zone: Geom, parts: Parts) -> None:
     touched = parts.touched.get(zone.link, [])
     inside = [x for x in touched if _holds(zone, x)]
     if not inside or not all(x in inside or any(_is_apart(zone, x, y) for y in inside) for x in touched):
-        parts.ignored.append(f"the sensor {sensor.name}")
+        why = (
+            "the motion decides which contacts are in its site" if inside else "no ideal contact is always in its site"
+        )
+        parts.ignored.append(f"the sensor {sensor.name}: {why}")
         return
     total = sp.Add(*(symbol(force(x.contact)) for x in inside))
     name = parts.names.variable(identifier(sensor.name))

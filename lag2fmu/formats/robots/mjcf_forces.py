@@ -34,7 +34,7 @@ def actuators(compiled: Compiled) -> Iterator[Actuator]:
         gain = _affine(m.actuator_gainprm[k], 3 if m.actuator_gaintype[k] == own.mjtGain.mjGAIN_AFFINE else 1)
         through = _transmission(compiled, k) if muscle or _is_plain(compiled, k) else None
         if through is None or not _follows(through, gain, bias, muscle):
-            compiled.ignored.append(f"the actuator {name}")
+            compiled.ignored.append(f"the actuator {name}: {_why_not(compiled, k)}")
             continue
         compiled.note(
             {
@@ -52,6 +52,22 @@ def actuators(compiled: Compiled) -> Iterator[Actuator]:
             force_limits = None
         state = None if muscle else _activation(compiled, k)
         yield Actuator(name, through, gain, bias, _control_limits(compiled, k), force_limits, state, muscle)
+
+
+def _why_not(compiled: Compiled, k: int) -> str:
+    """Why actuator ``k`` is not taken."""
+    m, own = compiled.model, compiled.mujoco
+    if not _is_on(compiled, k):
+        return "it is off, late, or has several controls"
+    if int(m.actuator_trntype[k]) == int(own.mjtTrn.mjTRN_BODY):
+        return "adhesion is no force between two places"
+    if int(m.actuator_gaintype[k]) == int(own.mjtGain.mjGAIN_MUSCLE):
+        return "a muscle acts along joints and fixed tendons, and has one curve"
+    if not _follows_control(compiled, k):
+        return "its state is neither a filter nor an integrator of its control"
+    if _transmission(compiled, k) is None:
+        return "it acts along none of joints, sites, and tendons without wraps"
+    return "along what it acts on, no force depends on control, length and rate as its own does"
 
 
 def _muscle(compiled: Compiled, k: int) -> Muscle | None:

@@ -44,7 +44,8 @@ def sensors(compiled: Compiled) -> Iterator[Sensor]:
         name, word = compiled.name("sensor", k), kinds.get(int(m.sensor_type[k]), "")
         found = _sensor(compiled, k, name, word)
         if found is None:
-            compiled.ignored.append(f"the sensor {name}")
+            kind = compiled.mujoco.mjtSensor(int(m.sensor_type[k])).name.removeprefix("mjSENS_").lower()
+            compiled.ignored.append(f"the sensor {name}: {kind}{' there' if word else ''} has no output")
             continue
         compiled.note({f"the cutoff of the sensor {name}": ("sensor_cutoff",)}, {"sensor": k})
         yield found
