@@ -53,6 +53,8 @@ _FIRST = (0.25, 0.5)
 """The steps that tell the forces at the start, as parts of a step: four values of each force."""
 _SHORT = 0.1
 """A last step that is shorter than this part of a step does not tell how places go on."""
+_STUCK = "give joints and starts that leave a way to go on there, or a --stop-time before"
+"""What helps where the shortest steps do not close the joints."""
 _HISTORY, _TERMS = 3, 5
 """The forces of a step begin as the polynomial with so many terms that fits those of the last steps, two of each."""
 
@@ -135,9 +137,9 @@ class JoinedSteps(FixedSteps):
         before = self.circuit.saved()
         with self.taken_back() as back:
             found = self._close(t, h, back, _MOST_RUNS if last else _RUNS)
-        if isinstance(found, SimulationError):
+        if isinstance(found, str):
             if last:
-                raise found
+                raise SimulationError(f"{found}, even in the shortest steps; {_STUCK}")
             self._due = True
             return math.inf, math.inf
         self.growth = _GROWTH.get(found.runs, 1.0)
@@ -178,8 +180,8 @@ class JoinedSteps(FixedSteps):
     def _closed(self, t: float, h: float, back: Callable[[], None]) -> _Made:
         """As ``_close``; raises SimulationError where no forces are found."""
         found = self._close(t, h, back, _MOST_RUNS)
-        if isinstance(found, SimulationError):
-            raise found
+        if isinstance(found, str):
+            raise SimulationError(f"{found}; give a shorter --step, or starts from which the joints let it move")
         return found
 
     def facts(self, unjudged: tuple[str, ...]) -> CouplingReport:
@@ -195,7 +197,7 @@ class JoinedSteps(FixedSteps):
         self._joints.set(wrenches)
         super().begin(t)
 
-    def _close(self, t: float, h: float, back: Callable[[], None], most: int) -> _Made | SimulationError:
+    def _close(self, t: float, h: float, back: Callable[[], None], most: int) -> _Made | str:
         """Run a step from ``t`` of length ``h`` (s) with the forces that close all joints, ``most`` times at most.
 
         Returns the step, or what is wrong where no forces are found. ``back`` takes a run back.
@@ -208,6 +210,7 @@ class JoinedSteps(FixedSteps):
         course, forces = self._ahead(start, h), self._expected(t, h)
         for run in range(1, most + 1):
             passing = [course(c * h) for c in (EARLY, 0.5, LATE)]
+            forces = np.where(self._joints.idle, 0.0, forces)
             terms = wrenches_of([x.directions for x in passing], forces, self._bend(t, h, forces), h)
             self._joints.drive(terms)
             self._run(t, h)
@@ -227,9 +230,7 @@ class JoinedSteps(FixedSteps):
             if run > 1 and miss > _SLOW * left:
                 self._measure(t, h)
             left, forces = miss, forces + change
-        return SimulationError(
-            f"at t = {t + h:g} s no forces close the joints: {self._joints.worst(end)}; give a shorter --step"
-        )
+        return f"at t = {t + h:g} s no forces close the joints: {self._joints.worst(end)}"
 
     def _measure(self, t: float, h: float) -> None:
         """Measure Newton's matrix at ``t`` (s)."""
@@ -259,7 +260,7 @@ class JoinedSteps(FixedSteps):
     def _bend(self, t: float, h: float, forces: Floats) -> Floats:
         """The second derivative (k,) of the ``forces`` (2, k) of the step ``h`` (s) from ``t``, by the last step."""
         terms = _fitted(t + h / 2, h, [*self._past[-1:], (t + h * GAUSS, forces)])
-        return 2 * terms[2] / h**2 if self._past else np.zeros(len(terms[0]))
+        return 2 * terms[2] / h**2 * ~self._joints.idle if self._past else np.zeros(len(terms[0]))
 
     def _course(self, start: JointState, end: JointState, h: float) -> Course:
         """The course of the step ``h`` (s) from ``start`` to ``end``, also by the state before the last step."""
