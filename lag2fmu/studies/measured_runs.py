@@ -20,7 +20,9 @@ from lag2fmu.studies.requests import references_of, scale_of, signals_of
 from lag2fmu.studies.tape import Tape
 
 MANY = 100
-"""More free values than these are many; ``benchmarks/calibration.py`` measures both ways."""
+"""More free values than these are many. By time alone adjoints pay from about 30 on: ``benchmarks/calibration.py``
+measures both ways. But their search goes a full first step and feels no bounds until its end, and a run far off may
+take any number of solver steps. So they wait until derivatives of all samples cost half a minute."""
 _PASS = 4
 """The cost of a way back, in directions; see ``benchmarks/gradients.py``."""
 

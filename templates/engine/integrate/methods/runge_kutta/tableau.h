@@ -8,13 +8,8 @@
 #ifndef TABLEAU_H
 #define TABLEAU_H
 
+#include "restrict.h"
 #include "solver.h"
-
-#if __STDC_VERSION__ >= 199901L
-#define RESTRICT restrict
-#else
-#define RESTRICT /* the C of Microsoft's compiler, if not told otherwise */
-#endif
 
 typedef struct {
     int stages;             /* of a step; those of dense output, up to STAGES, come behind */
