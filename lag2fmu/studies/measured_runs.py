@@ -19,10 +19,14 @@ from lag2fmu.studies.library import Study, StudyLibrary
 from lag2fmu.studies.requests import references_of, scale_of, signals_of
 from lag2fmu.studies.tape import Tape
 
-MANY = 100
-"""More free values than these are many. By time alone adjoints pay from about 30 on: ``benchmarks/calibration.py``
-measures both ways. But their search goes a full first step and feels no bounds until its end, and a run far off may
-take any number of solver steps. So they wait until derivatives of all samples cost half a minute."""
+MANY = 30
+"""More free values than these are many: ``benchmarks/calibration.py`` measures both ways.
+
+A search by adjoints goes a full first step and feels no bounds until its end. Where that leads astray, derivatives of
+all samples take its place, and the fit takes half as long again.
+"""
+_FAR = 20
+"""A run of a search is given up that takes so many times the steps of the first one."""
 _PASS = 4
 """The cost of a way back, in directions; see ``benchmarks/gradients.py``."""
 
@@ -58,6 +62,7 @@ class MeasuredRuns:
         self._directed: tuple[bytes, Floats, Floats, str] | None = None
         self._recorded: tuple[bytes, Floats, str] | None = None
         self._runs, self.many = 0, are_many(len(sought))
+        self._most = [0] * len(experiments)
 
     def at(self, point: Floats) -> tuple[Floats, Floats, str]:
         """The values (n,) at a ``point`` (p,), their derivatives (n, p), and "" or why there are none."""
@@ -153,6 +158,8 @@ class MeasuredRuns:
             found, reason = self._tapes[i].record(given, times, outputs, **options)
             if reason:
                 return values, f"{self.experiments[i].label}: {reason}"
+            self._most[i] = self._most[i] or _FAR * self._tapes[i].limit(0)
+            self._tapes[i].limit(self._most[i])
             values[rows] = found[self.masks[i]]
         return values, ""
 

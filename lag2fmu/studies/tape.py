@@ -35,6 +35,14 @@ class Tape:
         if self._free is not None:
             self._free(self._handle)
 
+    def limit(self, most: int) -> int:
+        """Give up later runs whose steps, events and samples are more than ``most``; those of the last run.
+
+        0: no run is given up.
+        """
+        limit = self._study.function("study_tape_limit", ctypes.c_size_t)
+        return int(limit(self._handle, ctypes.c_size_t(most)))
+
     def record(
         self,
         values: Mapping[int, float],

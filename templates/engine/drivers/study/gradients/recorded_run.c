@@ -16,6 +16,10 @@ STUDY_EXPORT void study_tape_free(void *tape);
 /* How many directions behind those that are varied a study needs for a tape. */
 STUDY_EXPORT int study_tape_room(void);
 
+/* From now on a run is given up whose steps, events and samples are more than this; 0: none is. Returns how many the
+   last run had. */
+STUDY_EXPORT size_t study_tape_limit(void *tape, size_t most);
+
 /* As study_run, after the directions were seeded, but with values only. */
 STUDY_EXPORT int study_record(void *tape, const Request *request);
 
@@ -77,12 +81,23 @@ void *tape_add(Tape *tape, List *list) {
 
 /* ------------------------------------------------------------------------------------------------------ recording */
 
+size_t study_tape_limit(void *handle, size_t most) {
+    Tape *tape = handle;
+    tape->most = most;
+    return tape->entries.count;
+}
+
 static Entry *add_entry(Tape *tape, EntryKind kind) {
+    Study *study = &tape->variations->study;
+    if (tape->most > 0 && tape->entries.count >= tape->most) {
+        snprintf(study->message, sizeof study->message, "it takes more than %.0f steps", (double)tape->most);
+        return NULL;
+    }
     Entry *entry = tape_add(tape, &tape->entries);
     if (entry != NULL) {
         memset(entry, 0, sizeof *entry);
         entry->kind = kind;
-        entry->time = tape->variations->study.instance.state.time;
+        entry->time = study->instance.state.time;
         entry->first = entry->end = tape->variations->next;
         entry->base = tape->kept.count - 1;
     }

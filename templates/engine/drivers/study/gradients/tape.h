@@ -54,6 +54,7 @@ typedef struct {
     const Request *request;
     int varied;      /* the directions that are asked for; behind them there is room for those of what jumps */
     bool no_memory;
+    size_t most;     /* entries of a run; 0: any number */
     List entries, checkpoints, kept, jacobians;
     Seed *seeds;     /* of the directions asked for, at the start */
     double *starts;  /* (varied, N_JUMPING): how the start answers to them */
