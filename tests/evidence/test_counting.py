@@ -89,10 +89,23 @@ def test_instructions_hardly_vary(model: str) -> None:
 
 
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="no valgrind")
-@pytest.mark.parametrize("model", ["crane", "rocking_block", "sliding_sphere"])
-def test_an_impact_takes_no_more_than_twice_a_step(model: str) -> None:
-    """The most expensive step has impacts of two coupled contacts, or a contact that begins to slip another way."""
-    instructions = counted(firmware(model)).instructions
+@pytest.mark.parametrize(
+    ("model", "stop"),
+    [
+        pytest.param("crane", None, id="crane"),
+        pytest.param("rocking_block", 10.0, id="rocking_block"),
+        pytest.param("sliding_sphere", None, id="sliding_sphere"),
+    ],
+)
+def test_an_impact_takes_no_more_than_twice_a_step(model: str, stop: float | None) -> None:
+    """The most expensive step has impacts of two coupled contacts, or a contact that begins to slip another way.
+
+    Until the ``stop`` time (s); None: that of the experiment. A block that rocks on one edge at a time has cheap steps,
+    and half of its experiment has no others.
+    """
+    mechanism = load(model)
+    span = replace(mechanism.experiment, stop_time=stop or mechanism.experiment.stop_time)
+    instructions = counted(firmware(complete(replace(mechanism.description, experiment=span)))).instructions
     assert instructions.max() <= 2 * np.median(instructions)
 
 
