@@ -18,8 +18,7 @@ from lag2fmu.verify.run import Floats
 
 _REDUNDANT = 1e-6
 """Equations are redundant below this part of the greatest eigenvalue: more than the error of differences, which is
-1e-7 at the FMUs' default tolerance. Two hinges of a door may be a thousandth of its width apart. A force is idle where
-it moves less than this part of what it moved elsewhere."""
+1e-7 at the FMUs' default tolerance. Two hinges of a door may be a thousandth of its width apart."""
 _STIFF = 1e-6
 """A wrench that moves places less than this part of what another one does moves none."""
 _SMALLEST = 1e-3
@@ -57,7 +56,6 @@ class JointSystem:
       ``stiffness`` (k,).
     - ``basis`` (k, r): forces that are independent; if joints are ``redundant``, r is less than k.
     - ``scale`` (k,): the sizes of the rows of the basis.
-    - ``idle`` (k,): forces that move nothing in this pose, as at a dead centre. They are 0 until they move something.
     """
 
     def __init__(self, members: Mapping[str, Member], joints: Sequence[Ends]) -> None:
@@ -76,7 +74,6 @@ class JointSystem:
         self.damping, self.stiffness, self._rest = own
         self._lengths = np.concatenate([law.lengths for law in self._laws])
         self.redundant, self.basis, self.scale = False, np.eye(len(self.held)), np.ones(len(self.held))
-        self.idle, self._greatest = np.zeros(len(self.held), dtype=bool), np.zeros(len(self.held))
         self._size, self._mobility = _SMALLEST, np.zeros((first[-1], first[-1]))
 
     @property
@@ -133,10 +130,10 @@ class JointSystem:
         for places, part in zip(self._places, self._parts, strict=True):
             places.set(wrenches[part])
 
-    def drive(self, terms: Floats) -> None:
-        """Let the wrenches in the next step go on from terms[0] (n,) by their derivatives, ``terms`` (3, n)."""
+    def drive(self, wrenches: Floats, slopes: Floats) -> None:
+        """Let the wrenches in the next step grow from ``wrenches`` (n,) by ``slopes`` (n,), in a second."""
         for places, part in zip(self._places, self._parts, strict=True):
-            places.drive(terms[:, part])
+            places.drive(wrenches[part], slopes[part])
 
     def measure(self, t: float, h: float) -> None:
         """Measure the twists of all places by unit wrenches on them, in a step ``h`` (s) from ``t`` that is taken back.
@@ -153,12 +150,8 @@ class JointSystem:
         matrix = self.effect(state, state.turned, state.directions)
         if not np.isfinite(matrix).all():
             raise SimulationError(f"at t = {t:g} s the motion of a joined place is no number; {self.worst(state)}")
-        effects = np.diag(matrix)
-        self._greatest = np.maximum(self._greatest, effects)
-        self.idle = self.held & (effects < _REDUNDANT * self._greatest)
-        scale = 1.0 / np.sqrt(np.maximum(effects, np.finfo(float).tiny))
-        acting = np.where(self.idle, 0.0, scale)
-        symmetric = acting[:, None] * (matrix + matrix.T) / 2 * acting
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+        symmetric = scale[:, None] * (matrix + matrix.T) / 2 * scale
         sizes, vectors = np.linalg.eigh(symmetric[np.ix_(self.held, self.held)])
         kept = sizes > _REDUNDANT * sizes[-1]
         self.redundant = not kept.all()
@@ -166,7 +159,7 @@ class JointSystem:
         self.basis = np.zeros((len(self.held), int(kept.sum()) + own))
         self.basis[self.held, : int(kept.sum())] = vectors[:, kept]
         self.basis[~self.held, int(kept.sum()) :] = np.eye(own)
-        self.basis *= acting[:, None]
+        self.basis *= scale[:, None]
         self.scale = scale
 
     def effect(self, end: JointState, turned: Floats, directions: Floats) -> Floats:
@@ -204,16 +197,15 @@ def _mobility(places: Places, t: float, h: float) -> Floats:
     They are differences of the twists after a step ``h`` (s) from ``t``, under a wrench and without one.
     """
     before, state, size = _rotations(places), places.member.save(), 6 * len(places.names)
-    still = np.zeros(size)
 
     def moved(wrenches: Floats) -> tuple[Floats, Floats]:
-        places.drive(np.array([wrenches, still, still]))
+        places.drive(wrenches, np.zeros(size))
         places.member.step(t, h, last=False)
         result = places.twists(), _rotations(places)
         places.member.restore(state)
         return result
 
-    free, after = moved(still)
+    free, after = moved(np.zeros(size))
     units = np.eye(size)[places.driven]
     found = np.array([moved(unit)[0] - free for unit in units])
     changes = np.abs(found).max(axis=1)
