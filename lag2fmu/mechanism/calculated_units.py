@@ -12,7 +12,7 @@ from lag2fmu.description import names
 from lag2fmu.description.events import State
 from lag2fmu.description.symbols import Input
 from lag2fmu.language.unit_parser import parse_unit
-from lag2fmu.language.units import JOULE, SECOND, WATT, Unit
+from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.unit_check import constraint_units, units_in
 
@@ -35,14 +35,15 @@ def calculated_units(mechanism: Mechanism) -> dict[str, Unit | None]:
 
 
 def _of_rows(mechanism: Mechanism) -> Iterator[tuple[str, Unit | None]]:
-    unit_of = units_in(mechanism)
+    unit_of, placed = units_in(mechanism), {contact.name for contact in mechanism.contacts if contact.kind is not None}
     for contact in mechanism.unilaterals:
         unit = _turning(contact.unit, "rad")
         yield names.gap(contact.name), unit
         yield names.force(contact.name), per(JOULE, unit)
         yield names.impulse(contact.name), per(JOULE * SECOND, unit)
         for name, slip in zip(names.frictions(contact.name, len(contact.slips)), contact.slips, strict=True):
-            yield name, per(WATT, _turning(unit_of(slip), "rad/s"))
+            rate = METRE / SECOND if contact.name in placed else _turning(unit_of(slip), "rad/s")
+            yield name, per(WATT, rate)
     for friction in mechanism.frictions:
         yield names.force(friction.name), per(WATT, _turning(unit_of(friction.on), "rad/s"))
     for latch in mechanism.latches:
