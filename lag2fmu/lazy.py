@@ -1,13 +1,17 @@
-"""Names that a package offers without importing their modules, so that one of its modules does not load them all."""
+"""What is not done before it is needed, or twice: modules are imported late, and the latest result is kept."""
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping
+from functools import wraps
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
+
+_Given = ParamSpec("_Given")
+_Result = TypeVar("_Result")
 
 
 def offered(
@@ -44,3 +48,23 @@ def looked_up(module: str, name: str) -> Any:
     Records use it to draw themselves, because they may not import the rooms that draw.
     """
     return getattr(import_module(module), name)
+
+
+def latest(function: Callable[_Given, _Result]) -> Callable[_Given, _Result]:
+    """``function``, which keeps its latest result for a call with the very same arguments.
+
+    Arguments are compared by identity: to compare large records would take as long as to use them. The result must be
+    one that nobody changes.
+    """
+    kept: list[tuple[list[tuple[str, object]], _Result]] = []
+
+    @wraps(function)
+    def call(*arguments: _Given.args, **named: _Given.kwargs) -> _Result:
+        asked = [*(("", x) for x in arguments), *named.items()]
+        for known, result in kept:
+            if [(name, id(x)) for name, x in known] == [(name, id(x)) for name, x in asked]:
+                return result
+        kept[:] = [(asked, function(*arguments, **named))]
+        return kept[0][1]
+
+    return call

@@ -32,7 +32,10 @@ ROOMS = {
         {"sympy", "numpy", "scipy"},
     ),
     "graph": ({"errors", "language"}, {"sympy", "numpy"}),
-    "dynamics": ({"errors", "language", "description", "mechanism", "formats", "graph"}, {"sympy", "numpy", "scipy"}),
+    "dynamics": (
+        {"errors", "lazy", "language", "description", "mechanism", "formats", "graph"},
+        {"sympy", "numpy", "scipy"},
+    ),
     "analysis": (
         {"deadline", "errors", "progress", "language", "description", "mechanism", "formats", "graph", "dynamics"},
         {"sympy", "numpy", "scipy", "control"},

@@ -31,8 +31,9 @@ def compose(graph: Graph, mechanism: Mechanism, put: Translator, v: Variables) -
     holonomic = len(mechanism.holonomic)
     velocities = [*forward(graph, values[:holonomic], direction), *values[holonomic:]]
     jacobian = [tuple(reverse(graph, {velocity: graph.one}, v.qd)) for velocity in velocities]
+    moving = graph.depending((entry for row in jacobian for entry in row), v.qd)
     for constraint, row in zip(mechanism.constraints, jacobian, strict=True):
-        if any(v.moves(graph, entry) for entry in row):
+        if not moving.isdisjoint(row):
             raise DerivationError(
                 f"constraints.{constraint.kind}.{constraint.name}: '{constraint.expression}' is not affine in the "
                 "velocities; write it as a sum of velocities with factors that contain none"

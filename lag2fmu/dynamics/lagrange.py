@@ -53,6 +53,7 @@ from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.batches import matrix
 from lag2fmu.graph.cost import cycles
 from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.lazy import latest
 from lag2fmu.mechanism.check import check_starts
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.unilaterals import check_open
@@ -86,6 +87,7 @@ class DerivedEquations(EquationsOfMotion):
         return Symbolic(self.apart())
 
 
+@latest
 def derive(mechanism: Mechanism, method: str | None = None) -> DerivedEquations:
     """Derive the equations of motion of ``mechanism``: M (n, n) and forcing (n,) of n coordinates, in SI units.
 
@@ -96,7 +98,7 @@ def derive(mechanism: Mechanism, method: str | None = None) -> DerivedEquations:
     Finch, Analytical Mechanics, section 1.9.
     """
     methods = [method] if method else ACCELERATION_METHODS[: 1 if len(mechanism.coordinates) > MAX_FACTORISED else None]
-    solved = _solved(_composed(mechanism, _carried(mechanism)), methods)
+    solved = _solved(_composed(_inertia(mechanism)), methods)
     if solved.solution is None and not any(c.massless for c in mechanism.constraints):
         completed = with_equilibria(mechanism, solved.graph, solved.variables, solved.entries, solved.forcing)
         if completed is not mechanism:
@@ -153,32 +155,24 @@ def with_derived(mechanism: Mechanism, equations: EquationsOfMotion | None = Non
     return (equations or derive(mechanism)).completed
 
 
-def _carried(mechanism: Mechanism) -> dict[int, float]:
-    """{index of a constraint: weight} of the constraints that restrict a motion without mass.
-
-    A motion without mass makes M singular, but a constraint on it keeps the KKT matrix regular. A fictitious energy
-    1/2 weight (G qd + b)^2 then makes M regular. It is 0 along the motion, so it changes neither the motion nor the
-    multipliers.
-    Source: M. Benzi, G. Golub, J. Liesen, Numerical solution of saddle point problems, Acta Numerica 2005, section 5.
-    """
-    if not mechanism.constraints:
-        return {}
-    bare = _composed(mechanism, {})
-    return massless_directions(mechanism, bare.graph, bare.entries, bare.variables.qd, bare.constraints.jacobian)
-
-
 @dataclass(frozen=True)
-class _Composed:
-    """Both sides of M qdd = forcing on the graph, M as the quadratic form ``entries`` over the velocity graph."""
+class _Inertia:
+    """M as the quadratic form ``entries`` over the velocity graph, and what it is made of."""
 
     mechanism: Mechanism
     graph: Graph
     variables: Variables
     composer: Composer
+    constraints: Constraints
     energies: Energies
     entries: Entries
+
+
+@dataclass(frozen=True)
+class _Composed(_Inertia):
+    """Both sides of M qdd = forcing on the graph, and the rows that act at times."""
+
     forcing: tuple[Node, ...]
-    constraints: Constraints
     rows: RowNumbers
 
 
@@ -190,8 +184,23 @@ class _Solved(_Composed):
     solution: Solution | None
 
 
-def _composed(mechanism: Mechanism, carried: Mapping[int, float]) -> _Composed:
-    """Compose both sides; ``carried`` {index of a constraint: weight} names constraints that act as inertias."""
+def _inertia(mechanism: Mechanism) -> _Inertia:
+    """M, in which constraints that restrict a motion without mass act as inertias.
+
+    A motion without mass makes M singular, but a constraint on it keeps the KKT matrix regular. A fictitious energy
+    1/2 weight (G qd + b)^2 then makes M regular. It is 0 along the motion, so it changes neither the motion nor the
+    multipliers.
+    Source: M. Benzi, G. Golub, J. Liesen, Numerical solution of saddle point problems, Acta Numerica 2005, section 5.
+    """
+    bare = _carrying(mechanism, {})
+    if not mechanism.constraints:
+        return bare
+    carried = massless_directions(mechanism, bare.graph, bare.entries, bare.variables.qd, bare.constraints.jacobian)
+    return _carrying(mechanism, carried) if carried else bare
+
+
+def _carrying(mechanism: Mechanism, carried: Mapping[int, float]) -> _Inertia:
+    """M with the constraints ``carried`` {index: weight} as inertias."""
     graph = Graph()
     variables = declare(graph, mechanism)
     put = translator(graph, mechanism, variables)
@@ -201,10 +210,16 @@ def _composed(mechanism: Mechanism, carried: Mapping[int, float]) -> _Composed:
     inertias = {constraints.velocities[k]: graph.constant(Fraction(weight)) for k, weight in sorted(carried.items())}
     energies = replace(composer.energies(), carried=inertias)
     entries = quadratic_form(graph, mechanism, variables, energies)
-    residual = unconstrained_residual(graph, variables, energies, composer.rate, composer.rate)
+    return _Inertia(mechanism, graph, variables, composer, constraints, energies, entries)
+
+
+def _composed(given: _Inertia) -> _Composed:
+    """Compose the other side, and the rows."""
+    graph, composer = given.graph, given.composer
+    residual = unconstrained_residual(graph, given.variables, given.energies, composer.rate, composer.rate)
     forcing = tuple(graph.negate(r) for r in residual)
-    rows = compose_rows(graph, mechanism, composer.put, variables)
-    return _Composed(mechanism, graph, variables, composer, energies, entries, forcing, constraints, rows)
+    rows = compose_rows(graph, given.mechanism, composer.put, given.variables)
+    return _Composed(**vars(given), forcing=forcing, rows=rows)
 
 
 def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
@@ -225,7 +240,7 @@ def _solved(given: _Composed, methods: Sequence[str]) -> _Solved:
     return _Solved(**vars(given), method=method, solution=solution)
 
 
-def _starting(solved: _Composed) -> tuple[Mechanism, Mechanism]:
+def _starting(solved: _Solved) -> tuple[Mechanism, Mechanism]:
     """The mechanism with nominal values, and the same with starts that meet the constraints.
 
     How far a coordinate is moved depends on its nominal value, and the nominal values depend on the start. So a first

@@ -81,7 +81,7 @@ class Variables:
 
     def moves(self, graph: Graph, node: Node) -> bool:
         """Whether ``node`` contains velocities."""
-        return bool(set(self.qd) & set(graph.cone([node])))
+        return bool(graph.depending([node], self.qd))
 
 
 @dataclass(frozen=True)

@@ -70,8 +70,9 @@ def _jacobian(
 ) -> tuple[tuple[Node, ...], ...]:
     """G (R, n) of the rows; raises DerivationError for one that is not affine in the velocities."""
     jacobian = tuple(tuple(reverse(graph, {velocity: graph.one}, v.qd)) for velocity in velocities)
+    moving = graph.depending((entry for row in jacobian for entry in row), v.qd)
     for label, row in zip(_labels(mechanism), jacobian, strict=True):
-        if any(v.moves(graph, entry) for entry in row if entry != graph.zero):
+        if not moving.isdisjoint(row):
             raise DerivationError(
                 f"{label}: it is not affine in the velocities; write it as a sum of velocities with factors that "
                 "contain none"

@@ -90,19 +90,23 @@ class Nodes:
         code, reached = self.code, self._reached(outputs, given)
         return sum(code[node] > SYMBOL for node in reached.difference(given))
 
+    def depending(self, outputs: Iterable[Node], variables: Collection[Node]) -> set[Node]:
+        """The nodes that ``outputs`` need, themselves included, and that depend on ``variables``."""
+        moving = set(variables)
+        reached = self.cone(outputs)
+        for node in reached:
+            if not moving.isdisjoint(self.operands[node]):
+                moving.add(node)
+        return moving.intersection(reached)
+
     def frontier(self, outputs: Sequence[Node], variables: Collection[Node]) -> list[Node]:
         """The nodes that do not depend on ``variables``, but are operands of nodes that do or are ``outputs``.
 
         They are ascending and without constants.
         """
-        moving = set(variables)
-        border: set[Node] = {output for output in outputs if output not in moving}
-        for node in self.cone(outputs):
-            operands = self.operands[node]
-            if any(operand in moving for operand in operands):
-                moving.add(node)
-                border |= set(operands)
-        return sorted(node for node in border if node not in moving and not self.is_constant(node))
+        moving = self.depending(outputs, variables)
+        border = {*outputs}.union(*(self.operands[node] for node in moving.difference(variables)))
+        return sorted(node for node in border - moving if not self.is_constant(node))
 
     def looked_up(self, node: Node, arguments: Sequence[ArrayLike]) -> Floats:
         """The values (*batch) of the lookup ``node`` at one or two ``arguments`` (*batch), in SI units."""
