@@ -19,7 +19,7 @@ class SparseRows:
     - ``entries``: those of the Jacobian as (row, coordinate, node), in order.
     - ``contacts``: the first row of each contact, and behind them the end of the last contact.
     - ``blocks``: the block to which each coordinate belongs, (n,).
-    - ``neighbours``: for each row the rows that it meets, itself included, (K,).
+    - ``touched``: the blocks that each row touches, (K,).
     - ``colours``: lists of rows, one for each colour.
     - ``velocity_forces``: whether the forcing contains velocities.
     """
@@ -30,14 +30,23 @@ class SparseRows:
     entries: tuple[tuple[int, int, Node], ...]
     contacts: tuple[int, ...]
     blocks: tuple[int, ...]
-    neighbours: tuple[tuple[int, ...], ...]
+    touched: tuple[tuple[int, ...], ...]
     colours: tuple[tuple[int, ...], ...]
     velocity_forces: bool
 
     @property
-    def meetings(self) -> list[tuple[int, int]]:
-        """All pairs (row, neighbour), in order."""
-        return [(row, other) for row, others in enumerate(self.neighbours) for other in others]
+    def touches(self) -> list[int]:
+        """The blocks that the rows touch, in order."""
+        return [block for blocks in self.touched for block in blocks]
+
+    @property
+    def meetings(self) -> int:
+        """How many pairs of rows touch the same block, each row with itself included."""
+        at: dict[int, set[int]] = {}
+        for row, blocks in enumerate(self.touched):
+            for block in blocks:
+                at.setdefault(block, set()).add(row)
+        return sum(len({row}.union(*(at[block] for block in blocks))) for row, blocks in enumerate(self.touched))
 
     @property
     def tables(self) -> list[tuple[str, Sequence[int]]]:
@@ -45,16 +54,14 @@ class SparseRows:
         counts = [0] * len(self.places)
         for row, *_ in self.entries:
             counts[row] += 1
-        number = {pair: k for k, pair in enumerate(self.meetings)}
         return [
             ("PLACES", self.places),
             ("CONTACT_ROWS", self.contacts),
             ("ENTRY_STARTS", _starts(counts)),
             ("ENTRY_COLUMNS", [column for _, column, _ in self.entries]),
             ("BLOCKS", self.blocks),
-            ("MEETING_STARTS", _starts(map(len, self.neighbours))),
-            ("MEETING_ROWS", [other for _, other in self.meetings]),
-            ("MEETING_MIRRORS", [number[other, row] for row, other in self.meetings]),
+            ("TOUCH_STARTS", _starts(map(len, self.touched))),
+            ("TOUCHED_BLOCKS", self.touches),
             ("COLOUR_STARTS", _starts(map(len, self.colours))),
             ("COLOUR_ROWS", [row for colour in self.colours for row in colour]),
         ]

@@ -40,7 +40,7 @@ def sparse_rows(equations: EquationsOfMotion, modes: ModeNumbers, places: Sequen
         ),
         contacts=tuple(accumulate((1 + count for count in rows.slips), initial=len(permanent))),
         blocks=blocks,
-        neighbours=_neighbours(touched),
+        touched=tuple(tuple(sorted(blocks)) for blocks in touched),
         colours=_colours(touched),
         velocity_forces=not {*g.cone(equations.forcing)}.isdisjoint(equations.variables.qd),
     )
@@ -72,14 +72,6 @@ def _blocks(g: Graph, equations: EquationsOfMotion) -> tuple[int, ...]:
     groups = united([[i] for i in own] + [[i for i in own if row[i] != g.zero] for row in tied])
     number = {i: k for k, group in enumerate(sorted(groups, key=lambda group: min(group, default=-1))) for i in group}
     return tuple(number[i] for i in own)
-
-
-def _neighbours(touched: Sequence[set[int]]) -> tuple[tuple[int, ...], ...]:
-    rows_at: dict[int, set[int]] = {}
-    for row, blocks in enumerate(touched):
-        for block in blocks:
-            rows_at.setdefault(block, set()).add(row)
-    return tuple(tuple(sorted({row}.union(*(rows_at[b] for b in blocks)))) for row, blocks in enumerate(touched))
 
 
 def _colours(touched: Sequence[set[int]]) -> tuple[tuple[int, ...], ...]:

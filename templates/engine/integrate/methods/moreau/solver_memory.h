@@ -31,14 +31,19 @@ typedef struct {
     double sizes[N_CONSTRAINTS];     /* how much a change of the coordinates by their nominal values moves a row */
 } SteppedRows;
 
-/* A complementarity problem of chosen rows, and its solution. */
+/* The Delassus operator of some rows, row by row: what an impulse of the one changes along those that it meets. */
 typedef struct {
     int count;
-    int rows[N_CONSTRAINTS];  /* number in the problem -> row */
-    int index[N_CONSTRAINTS]; /* row -> number in the problem, -1: not chosen */
-    int start[N_CONSTRAINTS + 1];
-    int column[N_MEETINGS];
+    int rows[N_CONSTRAINTS];      /* number of the row among them -> row, ascending */
+    int index[N_CONSTRAINTS];     /* row -> its number, -1: it is none of them */
+    int start[N_CONSTRAINTS + 1]; /* the first entry of each row, and their end */
+    int column[N_MEETINGS];       /* the number of the row that is met, ascending */
     double value[N_MEETINGS];
+} RowsMet;
+
+/* A complementarity problem of chosen rows, and its solution. */
+typedef struct {
+    RowsMet met;
     double free[N_CONSTRAINTS];
     Row row[N_CONSTRAINTS];
     double lambda[N_CONSTRAINTS];
@@ -50,7 +55,7 @@ typedef struct {
     SteppedRows at;                          /* in the middle of the step */
     SteppedRows end;                         /* at its end: positions, and all of permanent constraints */
     double accelerations[N_COORDINATES];     /* without forces of rows, there */
-    double delassus[N_MEETINGS];             /* of active rows */
+    RowsMet met;                             /* the active rows */
     double pace;                             /* the greatest velocity in nominal values, at least 1/s */
     bool nominal;                            /* a metric of nominal values takes the place of M */
     bool unsolved;                           /* the laws were not met: too little work, or no solution for rigid rows */

@@ -30,34 +30,31 @@ void unknowns_of(const double impulses[], double length, double unknowns[]) {
 }
 
 void choose_rows(SolverScratch *scratch, const bool which[]) {
+    const RowsMet *met = &scratch->met;
     ChosenRows *chosen = &scratch->chosen;
     int entries = 0;
-    chosen->count = 0;
-    for (int row = 0; row < K; row++) {
-        chosen->index[row] = which[row] ? chosen->count : -1;
-        if (which[row]) {
-            chosen->rows[chosen->count++] = row;
-        }
-    }
-    for (int i = 0; i < chosen->count; i++) {
-        const int row = chosen->rows[i];
-        chosen->start[i] = entries;
-        for (int e = MEETING_STARTS[row]; e < MEETING_STARTS[row + 1]; e++) {
-            if (which[MEETING_ROWS[e]]) {
-                chosen->column[entries] = chosen->index[MEETING_ROWS[e]];
-                chosen->value[entries++] = scratch->delassus[e];
+    rows_number(&chosen->met, which);
+    for (int i = 0; i < chosen->met.count; i++) {
+        const int active = met->index[chosen->met.rows[i]];
+        chosen->met.start[i] = entries;
+        for (int e = met->start[active]; e < met->start[active + 1]; e++) {
+            const int other = chosen->met.index[met->rows[met->column[e]]];
+            if (other >= 0) {
+                chosen->met.column[entries] = other;
+                chosen->met.value[entries++] = met->value[e];
             }
         }
         memset(&chosen->row[i], 0, sizeof chosen->row[i]);
         chosen->row[i].law = ROW_BILATERAL;
     }
-    chosen->start[chosen->count] = entries;
+    chosen->met.start[chosen->met.count] = entries;
     chosen->yielding = false;
 }
 
 bool solve_chosen(Arena *arena, ChosenRows *chosen) {
+    const RowsMet *met = &chosen->met;
     const SparseProblem problem = {.arena = arena,
-                                   .delassus = {chosen->count, chosen->start, chosen->column, chosen->value},
+                                   .delassus = {met->count, met->start, met->column, met->value},
                                    .free = chosen->free,
                                    .row = chosen->row,
                                    .yielding = &chosen->yielding};
@@ -140,13 +137,13 @@ static void find_reversals(Instance *instance) {
     memset(scratch->reversals, 0, sizeof scratch->reversals);
     memset(permanent, true, N_PERMANENT * sizeof(bool));
     choose_rows(scratch, permanent);
-    for (int i = 0; i < chosen->count; i++) {
-        chosen->free[i] = scratch->at.velocities[chosen->rows[i]];
+    for (int i = 0; i < chosen->met.count; i++) {
+        chosen->free[i] = scratch->at.velocities[chosen->met.rows[i]];
         chosen->lambda[i] = 0.0;
     }
     solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
-    for (int i = 0; i < chosen->count; i++) {
-        scratch->reversals[chosen->rows[i]] = chosen->lambda[i];
+    for (int i = 0; i < chosen->met.count; i++) {
+        scratch->reversals[chosen->met.rows[i]] = chosen->lambda[i];
     }
     stepped_respond(instance, scratch->reversals, start, changes);
     for (int row = 0; row < K; row++) {
@@ -188,14 +185,14 @@ static void set_laws(Instance *instance, double length, double part) {
     const State *state = &instance->state;
     SolverScratch *scratch = &instance->scratch.solver;
     ChosenRows *chosen = &scratch->chosen;
-    for (int i = 0; i < chosen->count; i++) {
-        const int row = chosen->rows[i];
+    for (int i = 0; i < chosen->met.count; i++) {
+        const int row = chosen->met.rows[i];
         const double before = scratch->at.velocities[row];
         chosen->free[i] = before + length * stepped_along(&scratch->at, row, scratch->accelerations);
         chosen->lambda[i] = scratch->impulses[row];
     }
     for (int c = 0; c < N_UNILATERALS; c++) {
-        const int normal = chosen->index[CONTACT_ROWS[c]];
+        const int normal = chosen->met.index[CONTACT_ROWS[c]];
         if (normal < 0) {
             continue;
         }
@@ -209,7 +206,7 @@ static void set_laws(Instance *instance, double length, double part) {
         }
     }
     for (int k = 0; k < N_FRICTIONS; k++) {
-        const int i = chosen->index[FIRST_DRY_ROW + k];
+        const int i = chosen->met.index[FIRST_DRY_ROW + k];
         chosen->row[i] = (Row){.law = ROW_BOUNDED,
                                .normal = i,
                                .friction = length * scratch->dry[k],
@@ -223,16 +220,16 @@ static bool solve_step_laws(Instance *instance, double length, double part) {
     ChosenRows *chosen = &scratch->chosen;
     choose_rows(scratch, scratch->active);
     set_laws(instance, length, part);
-    const bool solved = chosen->count == 0 || solve_chosen(instance->arena, chosen);
+    const bool solved = chosen->met.count == 0 || solve_chosen(instance->arena, chosen);
     scratch->unsolved = scratch->unsolved || !solved || chosen->yielding;
     if (!solved && !REAL_TIME) {
         return false;
     }
     memset(scratch->impulses, 0, sizeof scratch->impulses);
     memset(scratch->after, 0, sizeof scratch->after);
-    for (int i = 0; i < chosen->count; i++) {
-        scratch->impulses[chosen->rows[i]] = chosen->lambda[i];
-        scratch->after[chosen->rows[i]] = chosen->w[i];
+    for (int i = 0; i < chosen->met.count; i++) {
+        scratch->impulses[chosen->met.rows[i]] = chosen->lambda[i];
+        scratch->after[chosen->met.rows[i]] = chosen->w[i];
     }
     for (int row = 0; row < N_PERMANENT; row++) {
         scratch->impulses[row] += scratch->reversals[row];

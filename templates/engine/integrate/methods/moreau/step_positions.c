@@ -53,8 +53,8 @@ static double find_needs(const SolverScratch *scratch, const SteppedRows *at, bo
 static void choose_positions(SolverScratch *scratch, const SteppedRows *at, const bool moved[]) {
     ChosenRows *chosen = &scratch->chosen;
     choose_rows(scratch, moved);
-    for (int i = 0; i < chosen->count; i++) {
-        chosen->free[i] = at->positions[chosen->rows[i]];
+    for (int i = 0; i < chosen->met.count; i++) {
+        chosen->free[i] = at->positions[chosen->met.rows[i]];
         chosen->lambda[i] = 0.0;
     }
 }
@@ -67,8 +67,8 @@ static void correct_positions(Instance *instance, double q[]) {
     WORK(mark, double, changes, N);
     ChosenRows *chosen = &instance->scratch.solver.chosen;
     solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
-    for (int i = 0; i < chosen->count; i++) {
-        pushes[chosen->rows[i]] = chosen->lambda[i];
+    for (int i = 0; i < chosen->met.count; i++) {
+        pushes[chosen->met.rows[i]] = chosen->lambda[i];
     }
     stepped_respond(instance, pushes, start, changes);
     for (int i = 0; i < N; i++) {
@@ -81,7 +81,7 @@ static void correct_positions(Instance *instance, double q[]) {
 static void allow_opening(SolverScratch *scratch) {
     ChosenRows *chosen = &scratch->chosen;
     for (int c = 0; c < N_UNILATERALS; c++) {
-        const int i = chosen->index[CONTACT_ROWS[c]];
+        const int i = chosen->met.index[CONTACT_ROWS[c]];
         if (i >= 0 && !stays(scratch, c)) {
             chosen->row[i].law = ROW_UNILATERAL;
         }

@@ -29,13 +29,13 @@ static void project_velocities(Instance *instance, double qd[], double *dissipat
     ChosenRows *chosen = &scratch->chosen;
     memset(permanent, true, N_PERMANENT * sizeof(bool));
     choose_rows(scratch, permanent);
-    for (int i = 0; i < chosen->count; i++) {
-        chosen->free[i] = end->velocities[chosen->rows[i]];
+    for (int i = 0; i < chosen->met.count; i++) {
+        chosen->free[i] = end->velocities[chosen->met.rows[i]];
         chosen->lambda[i] = 0.0;
     }
     solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
-    for (int i = 0; i < chosen->count; i++) {
-        pushes[chosen->rows[i]] = chosen->lambda[i];
+    for (int i = 0; i < chosen->met.count; i++) {
+        pushes[chosen->met.rows[i]] = chosen->lambda[i];
     }
     stepped_respond(instance, pushes, start, changes);
     for (int i = 0; i < N; i++) {

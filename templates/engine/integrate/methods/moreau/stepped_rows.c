@@ -99,14 +99,87 @@ static double along_in(const SteppedRows *at, int row, const double response[], 
     return sum;
 }
 
-/* What an active row does to itself and those behind it, which do the same to it. */
+void rows_number(RowsMet *met, const bool which[]) {
+    met->count = 0;
+    for (int row = 0; row < K; row++) {
+        met->index[row] = which[row] ? met->count : -1;
+        if (which[row]) {
+            met->rows[met->count++] = row;
+        }
+    }
+}
+
+/* The numbers of the rows that touch each block, ascending: from list[starts[block]] to list[starts[block + 1]]. */
+static void list_blocks(const RowsMet *met, int starts[], int list[]) {
+    memset(starts, 0, (N_BLOCKS + 1) * sizeof(int));
+    for (int i = 0; i < met->count; i++) {
+        for (int k = TOUCH_STARTS[met->rows[i]]; k < TOUCH_STARTS[met->rows[i] + 1]; k++) {
+            starts[TOUCHED_BLOCKS[k]]++;
+        }
+    }
+    for (int block = 1; block <= N_BLOCKS; block++) {
+        starts[block] += starts[block - 1];
+    }
+    for (int i = met->count - 1; i >= 0; i--) {
+        for (int k = TOUCH_STARTS[met->rows[i]]; k < TOUCH_STARTS[met->rows[i] + 1]; k++) {
+            list[--starts[TOUCHED_BLOCKS[k]]] = i;
+        }
+    }
+}
+
+/* The least number that is left in the lists of the blocks that a row touches, which passes it; none: at their end. */
+static int pass_least(int row, const int starts[], const int list[], int next[], int none) {
+    int least = none;
+    for (int k = TOUCH_STARTS[row]; k < TOUCH_STARTS[row + 1]; k++) {
+        const int block = TOUCHED_BLOCKS[k];
+        if (next[block] < starts[block + 1] && list[next[block]] < least) {
+            least = list[next[block]];
+        }
+    }
+    for (int k = TOUCH_STARTS[row]; k < TOUCH_STARTS[row + 1]; k++) {
+        const int block = TOUCHED_BLOCKS[k];
+        next[block] += next[block] < starts[block + 1] && list[next[block]] == least;
+    }
+    return least;
+}
+
+/* Which active rows meet: those that touch the same block. Each row meets itself. */
+static void find_meetings(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, int, starts, N_BLOCKS + 1);
+    WORK(mark, int, next, N_BLOCKS);
+    WORK(mark, int, list, SIZE_TOUCHES);
+    RowsMet *met = &instance->scratch.solver.met;
+    int entries = 0;
+    rows_number(met, instance->scratch.solver.active);
+    list_blocks(met, starts, list);
+    for (int i = 0; i < met->count; i++) {
+        const int row = met->rows[i], none = met->count;
+        met->start[i] = entries;
+        for (int k = TOUCH_STARTS[row]; k < TOUCH_STARTS[row + 1]; k++) {
+            next[TOUCHED_BLOCKS[k]] = starts[TOUCHED_BLOCKS[k]];
+        }
+        for (int other = pass_least(row, starts, list, next, none); other < none;
+             other = pass_least(row, starts, list, next, none)) {
+            met->column[entries++] = other;
+        }
+        if (entries == met->start[i]) {
+            met->column[entries++] = i;
+        }
+    }
+    met->start[met->count] = entries;
+    arena_release(mark);
+}
+
+/* What a row does to itself and those behind it. */
 static void meet_row(SolverScratch *scratch, int row, const double response[], const int owners[]) {
-    for (int e = MEETING_STARTS[row]; e < MEETING_STARTS[row + 1]; e++) {
-        const int other = MEETING_ROWS[e];
-        if (other >= row && scratch->active[other]) {
-            const double moved = N_BLOCKS == 1 ? stepped_along(&scratch->at, other, response)
-                                               : along_in(&scratch->at, other, response, owners, row);
-            scratch->delassus[e] = scratch->delassus[MEETING_MIRRORS[e]] = moved;
+    RowsMet *met = &scratch->met;
+    const int own = met->index[row];
+    for (int e = met->start[own]; e < met->start[own + 1]; e++) {
+        if (met->column[e] >= own) {
+            const int other = met->rows[met->column[e]];
+            met->value[e] = N_BLOCKS == 1 ? stepped_along(&scratch->at, other, response)
+                                          : along_in(&scratch->at, other, response, owners, row);
         }
     }
 }
@@ -139,10 +212,27 @@ static void meet_colour(Instance *instance, int colour) {
     arena_release(mark);
 }
 
+/* Rows do the same to those before them that these do to them. */
+static void mirror(Arena *arena, RowsMet *met) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, int, next, K);
+    memcpy(next, met->start, (size_t)met->count * sizeof(int));
+    for (int i = 0; i < met->count; i++) {
+        for (int e = met->start[i]; e < met->start[i + 1]; e++) {
+            if (met->column[e] > i) {
+                met->value[next[met->column[e]]++] = met->value[e];
+            }
+        }
+    }
+    arena_release(mark);
+}
+
 void stepped_meet(Instance *instance) {
+    find_meetings(instance);
     for (int colour = 0; colour < N_ROW_COLOURS; colour++) {
         meet_colour(instance, colour);
     }
+    mirror(instance->arena, &instance->scratch.solver.met);
 }
 
 void stepped_respond(const Instance *instance, const double impulses[], double start[], double changes[]) {

@@ -26,7 +26,10 @@ void stepped_accelerate(const Instance *instance, double accelerations[]);
 double stepped_along(const SteppedRows *at, int row, const double vector[]);
 void stepped_add(const SteppedRows *at, int row, double factor, double vector[]);
 
-/* The Delassus operator of the active rows in scratch.solver, from M as it was factorised in scratch.system. */
+/* Numbers these rows in order. */
+void rows_number(RowsMet *met, const bool which[]);
+
+/* The Delassus operator of the active rows, scratch.solver.met, from M as it was factorised in scratch.system. */
 void stepped_meet(Instance *instance);
 
 /* changes[n] = M^-1 (start + G^T impulses), overwriting start[n]; impulses of all rows. */
