@@ -17,7 +17,8 @@ from lag2fmu.cli.porting import with_choices
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
 from lag2fmu.errors import ExportError, Lag2FmuError
-from lag2fmu.fmu.contents import name_inside
+from lag2fmu.fmu.backends.backend import identifier_of
+from lag2fmu.fmu.contents import identifier_inside
 from lag2fmu.fmu.exported import Fmu
 from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.live.samples import Samples
@@ -181,7 +182,7 @@ def _doubts(mechanism: Mechanism, fmu: Fmu, asked: ExportOptions) -> list[str]:
         return [fmu.doubt] if fmu.doubt else []
     if not {"host", "all", "every"} & set(asked.platform.split(",")) or not mechanism.held:
         return []
-    from lag2fmu.verify.doubts import doubts_of
+    from lag2fmu.verify.watched_runs import doubts_of
 
     return doubts_of(mechanism, fmu.path)
 
@@ -191,12 +192,12 @@ def _refuse_to_overwrite(path: Path, mechanism: Mechanism) -> None:
     try:
         if not path.is_file():
             return
-        name = name_inside(path)
+        name = identifier_inside(path)
     except OSError:  # the path cannot be a file; the export raises the error that says why
         return
     except Lag2FmuError:
         name, found = "", "is no FMU of lag2fmu"
     else:
         found = f"holds the mechanism '{name}'"
-    if name not in (mechanism.name, mechanism.title):
+    if name != identifier_of(mechanism.name):
         raise ExportError(f"'{path}' exists and {found}; overwrite it with --force, or choose another name with -o")

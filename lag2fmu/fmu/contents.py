@@ -6,7 +6,7 @@ from pathlib import Path
 
 from lag2fmu.archives import DESCRIPTION as DESCRIPTION_ENTRY
 from lag2fmu.archives import read_text
-from lag2fmu.errors import ExportError, Lag2FmuError
+from lag2fmu.errors import ExportError
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.xml_tree import parse
@@ -27,15 +27,12 @@ def read_mechanism(path: Path) -> Mechanism:
     return read(read_text(path, MECHANISM_ENTRY, _MISSING), f"{path}/{MECHANISM_ENTRY}")
 
 
-def name_inside(path: Path) -> str:
-    """The name of the mechanism that the FMU ``path`` was made of, its title if it carries none.
+def identifier_inside(path: Path) -> str:
+    """The C identifier of the mechanism that the FMU ``path`` was made of.
 
     Raises ExportError if lag2fmu did not make it.
     """
-    try:
-        return read_mechanism(path).name
-    except Lag2FmuError as error:
-        root = parse(read_text(path, DESCRIPTION_ENTRY).encode(), DESCRIPTION_ENTRY).root
-        if not root.get("generationTool").startswith("lag2fmu "):
-            raise ExportError(f"'{path}' is no FMU of lag2fmu") from error
-        return root.get("modelName")
+    root = parse(read_text(path, DESCRIPTION_ENTRY).encode(), DESCRIPTION_ENTRY).root
+    if not root.get("generationTool").startswith("lag2fmu "):
+        raise ExportError(f"'{path}' is no FMU of lag2fmu")
+    return next(filter(None, (child.get("modelIdentifier") for child in root.children)), "")
