@@ -25,7 +25,8 @@ def load_mechanism(model: str, settings: tuple[str, ...]) -> Mechanism:
         if name not in structural:
             raise LoadError(f"--{name} is for robots in files (.urdf, .xml); '{model}' is none")
     mechanism = with_settings(read_model(model, structural), texts)
-    echo_settings(texts, display_units(mechanism))
+    if texts:
+        echo_settings(texts, display_units(mechanism))
     for warning in mechanism.warnings:
         click.echo(f"warning: {warning}", err=True)
     return mechanism

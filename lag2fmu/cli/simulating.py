@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -24,7 +25,9 @@ from lag2fmu.reference.trajectory import Trajectory, read_csv
 from lag2fmu.verify import entry_points
 from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.plan import times_of
+from lag2fmu.verify.run import Run
 from lag2fmu.verify.scalars import scalars_of
+from lag2fmu.verify.watched_runs import watched
 
 
 def simulate_model(asked: SimulateOptions) -> None:
@@ -46,18 +49,9 @@ def simulate_model(asked: SimulateOptions) -> None:
     ):
         outputs = _recorded(path, asked.wanted)
         beside = [name for name in _seen_in_plots(drawn) if name not in outputs]
-        trajectory = entry_points.simulate(
-            path,
-            stop_time=asked.stop_time,
-            step=asked.step,
-            tolerance=asked.tolerance,
-            values=values,
-            inputs=signals,
-            hold=asked.hold,
-            outputs=outputs,
-            beside=beside,
-            progress=progress,
-        )
+        run = Run(asked.stop_time, asked.step, asked.tolerance, values, signals, asked.hold, outputs, beside)
+        given = source if isinstance(source, Mechanism) else None
+        trajectory = watched(path, replace(run, progress=progress), given)
     write_motion(trajectory.without(beside), asked.out, units)
     if asked.animation is not None:
         _animate(mechanism, trajectory, asked.animation)

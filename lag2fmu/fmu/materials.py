@@ -9,21 +9,25 @@ import hashlib
 import json
 from collections.abc import Mapping
 from importlib.metadata import version
+from pathlib import Path
 
+from lag2fmu.archives import read_text
+from lag2fmu.errors import Lag2FmuError
 from lag2fmu.fmu.compilers import FLAGS, MODULE_FLAGS
 from lag2fmu.fmu.wasm.draft import FOLDER, NAME, commit
 from lag2fmu.version import VERSION
 
 BILL_ENTRY = "extra/org.lag2fmu/bom.cdx.json"
+_SOLVER = "org.lag2fmu:solver"
 
 
-def bill_of_materials(name: str, files: Mapping[str, bytes], *, compiler: str | None) -> bytes:
+def bill_of_materials(name: str, files: Mapping[str, bytes], *, solver: str, compiler: str | None) -> bytes:
     """The bill of the FMU of the mechanism ``name`` with these ``files``, {name in the archive: content}.
 
-    ``compiler``: 'zig' or 'host', None where nothing is compiled.
+    ``solver``: its name; ``compiler``: 'zig' or 'host', None where nothing is compiled.
     """
     tools = [{"type": "application", "name": "lag2fmu", "version": VERSION}]
-    told = []
+    told = [{"name": _SOLVER, "value": solver}]
     if compiler is not None:
         used = (
             {"name": "ziglang", "version": version("ziglang")}
@@ -31,7 +35,7 @@ def bill_of_materials(name: str, files: Mapping[str, bytes], *, compiler: str | 
             else {"name": "the host's C compiler"}
         )
         tools.append({"type": "application", **used})
-        told = [{"name": "org.lag2fmu:compiler-flags", "value": " ".join(FLAGS)}]
+        told.append({"name": "org.lag2fmu:compiler-flags", "value": " ".join(FLAGS)})
     portable = any(file.startswith(f"binaries/{FOLDER}/") for file in files)
     if portable:
         told.append({"name": "org.lag2fmu:compiler-flags-of-wasm", "value": " ".join(MODULE_FLAGS)})
@@ -42,7 +46,7 @@ def bill_of_materials(name: str, files: Mapping[str, bytes], *, compiler: str | 
         "metadata": {
             "component": {"type": "library", "bom-ref": "fmu", "name": name},
             "tools": {"components": tools},
-            **({"properties": told} if told else {}),
+            "properties": told,
         },
         "components": [
             {
@@ -56,6 +60,16 @@ def bill_of_materials(name: str, files: Mapping[str, bytes], *, compiler: str | 
         + (_of_component() if portable else []),
     }
     return (json.dumps(bill, indent=1) + "\n").encode()
+
+
+def solver_inside(path: Path) -> str | None:
+    """The name of the solver of the FMU ``path``; None where its bill does not tell."""
+    try:
+        bill = json.loads(read_text(path, BILL_ENTRY))
+        told = {item["name"]: str(item["value"]) for item in bill["metadata"]["properties"]}
+    except (Lag2FmuError, ValueError, LookupError, TypeError):  # of another tool or version
+        return None
+    return told.get(_SOLVER)
 
 
 def _of_component() -> list[dict[str, object]]:

@@ -42,11 +42,16 @@ def runtime_tables(
         start_inputs=_start_inputs(mechanism, program, variables),
         motions=tuple(_needs_rates(program, u.name) for u in mechanism.motions),
         start_parameters=_start_parameters(mechanism, program),
-        default_solver_step=min(1e-3, mechanism.experiment.step),
+        default_solver_step=default_solver_step(mechanism),
         default_duration=mechanism.experiment.stop_time,
         # drift decays in about ten communication steps; a much faster decay would make the equations stiff
         stabilisation=0.1 / mechanism.experiment.step,
     )
+
+
+def default_solver_step(mechanism: Mechanism) -> float:
+    """The step (s) of methods of fixed step where the user chooses none."""
+    return min(1e-3, mechanism.experiment.step)
 
 
 def _states(mechanism: Mechanism) -> list[tuple[float, float, bool]]:

@@ -31,12 +31,9 @@ _PROGRAM = ".py:"
 
 
 def as_mechanism(model: object, values: Mapping[str, float] | None = None) -> Mechanism:
-    """``model`` itself if it is a mechanism, else what ``load`` makes of it, with other ``values`` (SI) if given.
-
-    Raises LoadError as ``load`` and ``with_values`` do.
-    """
+    """``model`` itself or what ``load`` makes of it, with ``values`` (SI); raises LoadError as ``with_values`` does."""
     mechanism = model if isinstance(model, Mechanism) else load(model)
-    return with_values(mechanism, values) if values else mechanism
+    return with_values(mechanism, values or {})
 
 
 def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
@@ -207,7 +204,7 @@ def with_settings(mechanism: Mechanism, texts: Mapping[str, str]) -> Mechanism:
 
     Raises LoadError and MechanismError as ``with_values`` does, and LoadError for a text that is no number.
     """
-    return with_values(mechanism, values_of(texts, display_units(mechanism)))
+    return with_values(mechanism, values_of(texts, display_units(mechanism))) if texts else mechanism
 
 
 def values_of(texts: Mapping[str, str], units: Mapping[str, Unit]) -> dict[str, float]:
@@ -222,6 +219,8 @@ def with_values(mechanism: Mechanism, settings: Mapping[str, float]) -> Mechanis
     its name. Raises LoadError for an unknown name or dependent parameter and MechanismError for a value out of its
     bounds.
     """
+    if not settings:
+        return mechanism
     left = {name: _check_finite(name, value) for name, value in settings.items()}
     _check_settable(mechanism, left)
     d = _writing_out(mechanism, left)

@@ -5,29 +5,23 @@ A second run is not needed: the laws are looked at where the run was recorded.
 
 from __future__ import annotations
 
-import logging
-import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
-from functools import cached_property, lru_cache
-from pathlib import Path
+from functools import cached_property
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import derive, with_derived
-from lag2fmu.errors import Lag2FmuError
-from lag2fmu.fmu.contents import read_mechanism
+from lag2fmu.fmu.runtime_tables import default_solver_step
 from lag2fmu.graph.batches import evaluate
 from lag2fmu.graph.nodes import Node
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.instances import description_of, state_of
-from lag2fmu.verify.plan import recorded
-from lag2fmu.verify.run import Floats, Run
-from lag2fmu.verify.scalars import scalars_of
-from lag2fmu.verify.simulate import simulate_fmu
+from lag2fmu.solvers.methods import METHODS, TimeStepping
+from lag2fmu.verify.run import Floats
 
 BEYOND = 1e-3
 """A friction that exceeds its limit by more than this part of the greatest limit is doubtful.
@@ -45,12 +39,21 @@ HARDLY = 1e-3
 """A row hardly moves a coordinate that has less than this part of the motion of the one that it moves most."""
 STILL = 3
 """So many points at rest in a row tell that something creeps."""
-PATIENCE = 5.0
-"""The most seconds that an export waits for a run of the FMU."""
 REMEDY = "compare with a run at a sharper tolerance, and with the solver moreau; where they differ, trust none of them"
 
 
-_LOGGER = logging.getLogger("lag2fmu")
+TOGETHER = 64
+"""So many rows are evaluated at once."""
+
+
+class _Arms(NamedTuple):
+    """``greatest``: the greatest |entry| of each of R rows for n coordinates in a run, (R, n).
+
+    ``acting``: the greatest sum of the sizes of all forces on each coordinate, (n,).
+    """
+
+    greatest: Floats
+    acting: Floats
 
 
 class DoubtWatch:
@@ -78,17 +81,28 @@ class DoubtWatch:
         return [*contacts, *(f.name for f in self.mechanism.frictions)]
 
     def doubts(
-        self, run: Trajectory, tolerance: float | None, values: Mapping[str, float] | None = None
+        self,
+        run: Trajectory,
+        tolerance: float | None,
+        values: Mapping[str, float] = MappingProxyType({}),
+        solver: str | None = None,
     ) -> Iterator[str]:
         """A sentence on all doubts in the ``run``, made with this ``tolerance``; none without ``outputs``.
 
-        ``values`` (SI) are those of parameters that were set for the run.
+        ``values`` (SI) are those of parameters and settings for the run, ``solver`` is the name of that of the FMU.
         """
-        self._values = self._own | {name: x for name, x in (values or {}).items() if name in self._own}
+        self._values = self._own | {name: x for name, x in values.items() if name in self._own}
         if not self.outputs or not set(self.outputs) <= set(run.names) or len(run.time) < 2:
             return
         tolerance = self.mechanism.experiment.tolerance if tolerance is None else tolerance
-        told = [*self._frictions(run), *self._residuals(run, tolerance), *self._creeps(run, tolerance)]
+        stepped = isinstance(METHODS.get(solver or ""), TimeStepping)
+        step = (values.get("solver_step") or default_solver_step(self.mechanism)) if stepped else 0.0
+        arms = self._arms(run)
+        told = [
+            *self._frictions(run, arms),
+            *self._residuals(run, tolerance),
+            *self._creeps(run, tolerance, arms, step),
+        ]
         if told:
             yield f"the run is doubtful: {'; '.join(told)}; {REMEDY}"
 
@@ -99,10 +113,10 @@ class DoubtWatch:
         values: dict[str, float | Floats] = {name: run[name] if name in recorded else 0.0 for name in moving}
         return evaluate(graph, nodes, {**self._values, **values, "t": run.time})
 
-    def _frictions(self, run: Trajectory) -> Iterator[str]:
+    def _frictions(self, run: Trajectory, arms: _Arms) -> Iterator[str]:
         """The friction that is farthest beyond its limit."""
         m, rows = self.mechanism, self.equations.rows
-        found, faint = [], self._faint(run) if len(rows) else {}
+        found, faint = [], self._faint(arms)
         limits = zip(m.frictions, self._numbers(run, rows.sliding), self._numbers(run, rows.holding), strict=True)
         for f, sliding, holding in limits:
             limit = np.where(run[names.mode(f.name)] == Mode.STICKS, holding, sliding)
@@ -123,46 +137,61 @@ class DoubtWatch:
                     f"at t = {run.time[at]:.4g} s"
                 )
 
-    def _faint(self, run: Trajectory) -> dict[str, float]:
+    def _arms(self, run: Trajectory) -> _Arms:
+        """How rows move coordinates along the run; so many rows at a time that the numbers need little memory."""
+        rows = self.equations.rows
+        acting = np.abs(self._numbers(run, self.equations.forcing))
+        greatest = []
+        for first in range(0, len(rows.jacobian), TOGETHER):
+            some = rows.jacobian[first : first + TOGETHER]
+            entries = np.abs(self._numbers(run, [x for row in some for x in row]))
+            entries = entries.reshape(len(some), -1, len(run.time))
+            forces = np.abs([run[name] for name in self.equations.forces[first : first + TOGETHER]])
+            acting += np.einsum("rnm,rm->nm", entries, forces)
+            greatest.append(entries.max(axis=2))
+        return _Arms(np.concatenate([*greatest, np.empty((0, len(acting)))]), acting.max(axis=1, initial=0.0))
+
+    def _faint(self, arms: _Arms) -> dict[str, float]:
         """{owner of a row that rubs: a force that is rounding beside the forces in the run}, in units of the force.
 
         The forces on each coordinate are compared with what a force in the row is there. Coordinates that the row
         hardly moves do not count.
         """
-        rows, first = self.equations.rows, len(self.mechanism.unilaterals)
-        levers = np.abs([self._numbers(run, row) for row in rows.jacobian])
-        forces = np.abs([run[name] for name in self.equations.forces])
-        acting = np.abs(self._numbers(run, self.equations.forcing)) + np.einsum("rnm,rm->nm", levers, forces)
         nominal = np.array([q.nominal for q in self.mechanism.coordinates])
         found: dict[str, float] = {}
-        for name, arms in zip(self._owners, levers[first:].max(axis=2), strict=False):
-            moved = arms * nominal > HARDLY * float((arms * nominal).max())
-            sizes = acting.max(axis=1)[moved] / arms[moved]
-            found[name] = max(found.get(name, 0.0), FAINT * float(sizes.max(initial=0.0)))
+        for name, own in zip(self._owners, arms.greatest[len(self.mechanism.unilaterals) :], strict=False):
+            moved = own * nominal > HARDLY * float((own * nominal).max())
+            found[name] = max(found.get(name, 0.0), FAINT * float((arms.acting[moved] / own[moved]).max(initial=0.0)))
         return found
 
     def _residuals(self, run: Trajectory, tolerance: float) -> Iterator[str]:
         """The constraints that are not met."""
         m, c = self.mechanism, self.equations.constraints
         for k, (item, row) in enumerate(zip(m.constraints, c.jacobian, strict=True)):
-            size = self._size(run, row, rates=k >= len(c.positions))
+            greatest = np.abs(self._numbers(run, row)).max(axis=1)
+            size = self._size(run, greatest, rates=k >= len(c.positions))
             open_ = np.abs(run[names.residual(item.name)])
             at = int(np.argmax(open_))
             if open_[at] > OPEN * tolerance * size:
                 yield f"the constraint {item.name} is left open by {open_[at]:.3g} at t = {run.time[at]:.4g} s"
 
-    def _creeps(self, run: Trajectory, tolerance: float) -> Iterator[str]:
-        """The friction that slips while it sticks, and the coordinate that moves at rest."""
-        rows, start = self.equations.rows, len(self.mechanism.unilaterals)
+    def _creeps(self, run: Trajectory, tolerance: float, arms: _Arms, step: float) -> Iterator[str]:
+        """The friction that slips while it sticks, and the coordinate that moves at rest.
+
+        Time stepping obeys the laws in the middle of each ``step`` (s; 0: another solver). What sticks there slips at
+        the end by what its row turns in half a step; this much twice is no doubt.
+        """
+        rows, first = self.equations.rows, len(self.mechanism.unilaterals)
         stuck = np.zeros(len(run.time), dtype=bool)
-        slips = rows.velocities[start : start + len(self._owners)]
-        for k, (name, slip) in enumerate(zip(self._owners, self._numbers(run, slips), strict=True), start):
+        rubbing = slice(first, first + len(self._owners))
+        slips, turning = (self._numbers(run, nodes[rubbing]) for nodes in (rows.velocities, rows.accelerations))
+        for name, slip, turns, own in zip(self._owners, slips, turning, arms.greatest[rubbing], strict=True):
             sticks = run[names.mode(name)] == Mode.STICKS
             stuck |= sticks
-            off = np.where(sticks, np.abs(slip), 0.0)
+            off = np.where(sticks, np.abs(slip) - step * np.abs(turns), 0.0)
             at = int(np.argmax(off))
-            if off[at] > OPEN * tolerance * self._size(run, rows.jacobian[k], rates=True):
-                yield f"{name} sticks and slips by {off[at]:.3g} (SI) at t = {run.time[at]:.4g} s"
+            if off[at] > OPEN * tolerance * self._size(run, own, rates=True):
+                yield f"{name} sticks and slips by {abs(slip[at]):.3g} (SI) at t = {run.time[at]:.4g} s"
         yield from self._moving_at_rest(run, stuck, tolerance)
 
     def _moving_at_rest(self, run: Trajectory, stuck: np.ndarray, tolerance: float) -> Iterator[str]:
@@ -179,9 +208,8 @@ class DoubtWatch:
                     yield f"{q.name} creeps by {moved:.3g} (SI) at rest, from t = {run.time[begin]:.4g} s on"
                     return
 
-    def _size(self, run: Trajectory, row: Sequence[Node], *, rates: bool) -> float:
-        """The size of what ``row`` (n,) makes of the motion: sums of |entry| times the greatest or nominal value."""
-        entries = np.abs(self._numbers(run, row)).max(axis=1)
+    def _size(self, run: Trajectory, entries: Floats, *, rates: bool) -> float:
+        """The size of what a row makes of the motion: sums of its ``entries`` (n,) times greatest or nominal values."""
         of = names.velocity if rates else str
         greatest = [max(float(np.abs(run[of(q.name)]).max()), q.nominal) for q in self.mechanism.coordinates]
         return max(float(entries @ greatest), 1e-300)
@@ -192,67 +220,3 @@ def _around(limit: Floats) -> Floats:
     padded = np.concatenate([limit[:1], limit, limit[-1:]])
     found: Floats = np.maximum.reduce([padded[:-2], padded[1:-1], padded[2:]])
     return found
-
-
-def watch_of(mechanism: Mechanism) -> DoubtWatch | None:
-    """What is looked at in runs of ``mechanism``; None where nothing can be doubtful, or nothing can be derived."""
-    if not mechanism.held:
-        return None
-    try:
-        return DoubtWatch(mechanism)
-    except Lag2FmuError:  # an older version exported what this one refuses
-        return None
-
-
-def watched(path: Path, run: Run) -> Trajectory:
-    """What ``simulate_fmu`` gives; what is doubtful in the run of the FMU ``path`` is told as its warnings are."""
-    watch = _watch_inside(path, state_of(path))
-    if watch is None or not watch.outputs:
-        return simulate_fmu(path, run)
-    found = simulate_fmu(path, replace(run, beside=[*dict.fromkeys((*run.beside, *watch.outputs))]))
-    for doubt in watch.doubts(found, run.tolerance, run.values):
-        _LOGGER.warning("warning: %s", doubt)
-    wanted = len(recorded(run, scalars_of(description_of(path), path)))
-    return Trajectory(found.time, found.names[:wanted], found.values[:, :wanted])
-
-
-@lru_cache(maxsize=4)
-def _watch_inside(path: Path, state: tuple[object, ...]) -> DoubtWatch | None:
-    """What is looked at in runs of the FMU ``path``, as long as the file is in this ``state``.
-
-    None where nothing can be doubtful, or where it carries no mechanism that can be read.
-    """
-    try:
-        return watch_of(read_mechanism(path))
-    except Lag2FmuError:  # of another tool, or in words of another version
-        return None
-
-
-def doubts_of(mechanism: Mechanism, path: Path) -> list[str]:
-    """Sentences on what is doubtful in the default run of the FMU ``path`` of ``mechanism``.
-
-    A run that fails is told. One that takes longer than PATIENCE is not waited for.
-    """
-    watch, begun = watch_of(mechanism), time.monotonic()
-    if watch is None or not set(watch.outputs) <= scalars_of(description_of(path), path).keys():
-        return []
-
-    def reached(_: float) -> None:
-        if time.monotonic() - begun > PATIENCE:
-            raise _EnoughError
-
-    tolerance = mechanism.experiment.tolerance
-    warned: list[str] = []
-    try:
-        run = simulate_fmu(
-            path, Run(outputs=watch.outputs, tolerance=tolerance, progress=reached, warned=warned.append)
-        )
-    except _EnoughError:
-        return []
-    except Lag2FmuError as error:
-        return [f"the default run does not come to its end: {error}"]
-    return list(watch.doubts(run, tolerance))
-
-
-class _EnoughError(BaseException):
-    """Ends a run that takes too long; no error of the FMU, so that nothing else catches it."""

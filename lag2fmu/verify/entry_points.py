@@ -23,7 +23,6 @@ from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import reached, telling
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.doubts import watched
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of, instance_of
 from lag2fmu.verify.plan import check_tolerance, check_values, times_of
@@ -31,6 +30,7 @@ from lag2fmu.verify.run import Feedback, Kind, Plan, Run
 from lag2fmu.verify.scalars import scalars_of
 from lag2fmu.verify.simulate import initialize
 from lag2fmu.verify.stepping import Simulation
+from lag2fmu.verify.watched_runs import watched
 
 _TOLERANCE = 1e-9
 """The relative tolerance of the run to the state about which the equations are linearized."""
@@ -58,13 +58,14 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
 
     Raises Lag2FmuError if the model cannot be loaded, exported or run.
     """
-    with as_fmu(model) as path:
+    source = model if is_fmu(model) else as_mechanism(model)
+    with as_fmu(source) as path:
         times = times_of(path, stop_time, step)
         loop = _feedback(inputs, sample_time, kind)
         signals = trajectory_of(inputs, *times) if loop is None else None
         told = progress or (lambda t: reached(t / times[0]))
         asked = Run(stop_time, step, tolerance, values, signals, hold, outputs, beside, kind, told, feedback=loop)
-        return watched(path, asked)
+        return watched(path, asked, source if isinstance(source, Mechanism) else None)
 
 
 def _feedback(inputs: Any, sample_time: float | None, kind: str) -> Feedback | None:

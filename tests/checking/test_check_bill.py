@@ -14,6 +14,7 @@ from lag2fmu.checking import check_fmu
 from lag2fmu.checking.findings import Finding
 from lag2fmu.cli import main
 from lag2fmu.fmu.materials import BILL_ENTRY
+from lag2fmu.solvers.methods import METHODS
 
 pytestmark = pytest.mark.fmu
 
@@ -33,7 +34,9 @@ def test_a_bill_lists_each_file_with_its_hash(files: dict[str, bytes]) -> None:
     hashes = {part["name"]: part["hashes"][0]["content"] for part in bill["components"]}
     assert hashes == {name: hashlib.sha256(data).hexdigest() for name, data in files.items() if name != BILL_ENTRY}
     assert [tool["name"] for tool in bill["metadata"]["tools"]["components"]] == ["lag2fmu", "ziglang"]
-    assert "-std=c99" in bill["metadata"]["properties"][0]["value"]
+    told = {part["name"].removeprefix("org.lag2fmu:"): part["value"] for part in bill["metadata"]["properties"]}
+    assert "-std=c99" in told["compiler-flags"]
+    assert told["solver"] in METHODS
 
 
 def test_a_true_bill_finds_nothing(files: dict[str, bytes], tmp_path: Path) -> None:

@@ -14,8 +14,10 @@ from lag2fmu.formats.text import read
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference import Trajectory
 from lag2fmu.reference.hybrid.modes import Mode
-from lag2fmu.verify import doubts as module
-from lag2fmu.verify.doubts import DoubtWatch, doubts_of
+from lag2fmu.verify import doubts as laws
+from lag2fmu.verify import watched_runs as module
+from lag2fmu.verify.doubts import DoubtWatch
+from lag2fmu.verify.watched_runs import doubts_of
 
 TOLERANCE = 1e-6
 TIMES = np.linspace(0.0, 1.0, 51)
@@ -130,6 +132,20 @@ def test_a_limit_that_jumps_at_a_point_holds_on_both_sides() -> None:
         assert (found == []) is silent
 
 
+@pytest.mark.fmu
+def test_what_sticks_in_the_middle_of_steps_turns_until_their_end(exported) -> None:
+    """A block rocks on its corners: with time stepping these stick half a step before each communication point."""
+    block = load("rocking_block")
+    watch = DoubtWatch(block)
+    run = simulate(exported("rocking_block", solver="moreau"), step=0.01, outputs=watch.outputs)
+    (slips,) = watch.doubts(run, 1e-9)
+    assert "sticks and slips by" in slips
+    assert [*watch.doubts(run, 1e-9, solver="moreau")] == []
+    slipping = Trajectory(run.time, run.names, run.values + 1e-3 * np.eye(len(run.names))[run.names.index("x_dot")])
+    (creeps,) = watch.doubts(slipping, TOLERANCE, solver="moreau")
+    assert "sticks and slips by" in creeps
+
+
 def _sliding() -> dict[str, np.ndarray]:
     return {"bearing_mode": np.full_like(TIMES, Mode.FORWARD), "bearing_force": np.full_like(TIMES, -4.0)}
 
@@ -148,7 +164,7 @@ def test_export_and_simulate_warn_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """With bars far below rounding every run is doubtful; both verbs say so in one line, beside their result."""
-    monkeypatch.setattr(module, "BEYOND", -0.5)
+    monkeypatch.setattr(laws, "BEYOND", -0.5)
     fmu = str(tmp_path / "x.fmu")
     exporting = CliRunner().invoke(main, ["export", "coulomb_oscillator", "-o", fmu])
     running = CliRunner().invoke(main, ["simulate", fmu, "-o", "-"])
@@ -165,7 +181,7 @@ def test_a_run_in_python_warns_too(exported, monkeypatch: pytest.MonkeyPatch, ca
     fmu, told = exported("coulomb_oscillator"), lambda: [r.getMessage() for r in caplog.records]
     plain = simulate(fmu, values={"F": 0.5})
     assert told() == []
-    monkeypatch.setattr(module, "BEYOND", -0.5)
+    monkeypatch.setattr(laws, "BEYOND", -0.5)
     found = simulate(fmu, values={"F": 0.5}, beside=["floor_force"])
     assert [message for message in told() if "warning: the run is doubtful: the friction of floor is 0.5" in message]
     assert found.names == (*plain.names, "floor_force")
@@ -174,6 +190,6 @@ def test_a_run_in_python_warns_too(exported, monkeypatch: pytest.MonkeyPatch, ca
 
 @pytest.mark.fmu
 def test_a_run_is_not_waited_for(exported, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "BEYOND", -0.5)
+    monkeypatch.setattr(laws, "BEYOND", -0.5)
     monkeypatch.setattr(module, "PATIENCE", -1.0)
     assert doubts_of(load("coulomb_oscillator"), exported("coulomb_oscillator").path) == []
