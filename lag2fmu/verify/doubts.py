@@ -38,7 +38,10 @@ OPEN = 100.0
 HARDLY = 1e-3
 """A row hardly moves a coordinate that has less than this part of the motion of the one that it moves most."""
 STILL = 3
-"""So many points at rest in a row tell that something creeps."""
+"""So many points in a row tell that something creeps, or, with time stepping, that a law is not obeyed.
+
+The error of a step with an impact is of first order in its length, and past with the next one.
+"""
 REMEDY = "compare with a run at a sharper tolerance, and with the solver moreau; where they differ, trust none of them"
 
 
@@ -99,7 +102,7 @@ class DoubtWatch:
         step = (values.get("solver_step") or default_solver_step(self.mechanism)) if stepped else 0.0
         arms = self._arms(run)
         told = [
-            *self._frictions(run, arms),
+            *self._frictions(run, arms, step),
             *self._residuals(run, tolerance),
             *self._creeps(run, tolerance, arms, step),
         ]
@@ -113,8 +116,8 @@ class DoubtWatch:
         values: dict[str, float | Floats] = {name: run[name] if name in recorded else 0.0 for name in moving}
         return evaluate(graph, nodes, {**self._values, **values, "t": run.time})
 
-    def _frictions(self, run: Trajectory, arms: _Arms) -> Iterator[str]:
-        """The friction that is farthest beyond its limit."""
+    def _frictions(self, run: Trajectory, arms: _Arms, step: float) -> Iterator[str]:
+        """The friction that is farthest beyond its limit, with time stepping by ``step`` (s; 0: another solver)."""
         m, rows = self.mechanism, self.equations.rows
         found, faint = [], self._faint(arms)
         limits = zip(m.frictions, self._numbers(run, rows.sliding), self._numbers(run, rows.holding), strict=True)
@@ -129,7 +132,7 @@ class DoubtWatch:
                 found.append((u.name, np.hypot.reduce(forces), coefficient * run[names.force(u.name)]))
         for name, size, own in found:
             limit = _around(own)
-            over = size - limit
+            over = _lasting(size - limit, step)
             at = int(np.argmax(over))
             if over[at] > BEYOND * float(np.abs(limit).max()) + faint[name]:
                 yield (
@@ -188,7 +191,7 @@ class DoubtWatch:
         for name, slip, turns, own in zip(self._owners, slips, turning, arms.greatest[rubbing], strict=True):
             sticks = run[names.mode(name)] == Mode.STICKS
             stuck |= sticks
-            off = np.where(sticks, np.abs(slip) - step * np.abs(turns), 0.0)
+            off = _lasting(np.where(sticks, np.abs(slip) - step * np.abs(turns), 0.0), step)
             at = int(np.argmax(off))
             if off[at] > OPEN * tolerance * self._size(run, own, rates=True):
                 yield f"{name} sticks and slips by {abs(slip[at]):.3g} (SI) at t = {run.time[at]:.4g} s"
@@ -213,6 +216,15 @@ class DoubtWatch:
         of = names.velocity if rates else str
         greatest = [max(float(np.abs(run[of(q.name)]).max()), q.nominal) for q in self.mechanism.coordinates]
         return max(float(entries @ greatest), 1e-300)
+
+
+def _lasting(excess: Floats, step: float) -> Floats:
+    """What of an ``excess`` (m,) is doubtful at each point: with time stepping (``step`` > 0) the least of STILL."""
+    if step == 0.0:
+        return excess
+    padded = np.concatenate([excess, np.full(STILL - 1, -np.inf)])
+    found: Floats = np.lib.stride_tricks.sliding_window_view(padded, STILL).min(axis=1)
+    return found
 
 
 def _around(limit: Floats) -> Floats:

@@ -255,6 +255,41 @@ def test_a_foot_stays_closed_while_its_body_turns_about_it(exported) -> None:
     np.testing.assert_allclose(rate**2, 0.25 + 3 * G * (cosine - np.cos(theta)), atol=3e-3)  # first order
 
 
+def test_a_rim_of_many_points_lands_and_rests_on_two_of_them(exported) -> None:
+    """Within one step more points of a round body stop than can touch together.
+
+    A wheel of 26 corners comes to rest on one of its sides, and all its energy but that of its height is gone.
+    """
+    corners, radius, height = 26, 0.02, 0.3
+    contacts = "".join(
+        f'[contacts.p{k}]\ngap = "y + {radius}*sin(a + {turn!s})"\n'
+        f'slip = "x_dot - {radius}*sin(a + {turn!s})*a_dot"\nfriction = 0.6\n'
+        for k, turn in enumerate(2 * np.pi * np.arange(corners) / corners)
+    )
+    wheel = read(
+        f"""
+[mechanism]
+name = "wheel"
+[coordinates]
+x = {{ unit = "m" }}
+y = {{ unit = "m", start = {height}, velocity = -3.0 }}
+a = {{ unit = "rad", velocity = 50.0 }}
+[gravity]
+acceleration = {G}
+[bodies]
+wheel = {{ mass = 0.5, inertia = 1e-4, position = ["x", "y"], angle = "a" }}
+{contacts}""",
+        "wheel",
+    )
+    outputs = ["y", "y_dot", "a_dot", "total_energy", "dissipated_energy"]
+    run = simulate(exported(wheel, solver="moreau"), stop_time=1, step=0.01, outputs=outputs)
+    side = radius * np.cos(np.pi / corners)
+    assert run.values[-1, :4] == pytest.approx([side, 0, 0, 0.5 * G * side], abs=1e-9)
+    energy = run["total_energy"]
+    assert energy + run["dissipated_energy"] == pytest.approx(np.full(len(run), energy[0]), abs=1e-11)
+    assert np.diff(energy).max() <= 1e-5 * energy[0]
+
+
 def test_the_energy_is_balanced(exported) -> None:
     """What impacts, friction and the latch take: all but the latch's quarter is in dissipated_energy."""
     for step in (1e-2, 1e-3):

@@ -58,6 +58,7 @@ typedef struct {
     RowsMet met;                             /* the active rows */
     double pace;                             /* the greatest velocity in nominal values, at least 1/s */
     bool nominal;                            /* a metric of nominal values takes the place of M */
+    bool closing;                            /* contacts that stay are put to a gap of 0 at the end */
     bool unsolved;                           /* the laws were not met: too little work, or no solution for rigid rows */
     bool active[N_CONSTRAINTS];              /* obey their laws in this step: contacts if they touch */
     double restitution[SIZE_UNILATERALS];    /* of contacts that collide in this step; 0 of others */

@@ -52,7 +52,7 @@ void choose_rows(SolverScratch *scratch, const bool which[]) {
 }
 
 bool solve_chosen(Arena *arena, ChosenRows *chosen) {
-    const RowsMet *met = &chosen->met;
+    RowsMet *met = &chosen->met;
     const SparseProblem problem = {.arena = arena,
                                    .delassus = {met->count, met->start, met->column, met->value},
                                    .free = chosen->free,

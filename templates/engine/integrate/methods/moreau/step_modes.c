@@ -2,6 +2,7 @@
 
 #include "contact_modes.h"
 #include "inputs.h"
+#include "scale.h"
 #include "step_impulses.h"
 
 static void settle_contact(Instance *instance, int contact) {
@@ -13,7 +14,8 @@ static void settle_contact(Instance *instance, int contact) {
         state->impacts[contact]++;
         state->impulses[contact] = scratch->impulses[row];
     }
-    if (!(scratch->impulses[row] > 0.0) || !step_stops(scratch, row)) {
+    const bool apart = !scratch->closing && scratch->end.positions[row] > LOCATED * scratch->end.sizes[row];
+    if (!(scratch->impulses[row] > 0.0) || !step_stops(scratch, row) || apart) {
         contact_open(state, contact);
         return;
     }

@@ -22,10 +22,10 @@ static void need(const SolverScratch *scratch, int row, double value, double *wo
     }
 }
 
-/* Does a contact stay closed after the step? */
+/* Is a contact to be closed after the step? */
 static bool stays(const SolverScratch *scratch, int contact) {
     const int row = CONTACT_ROWS[contact];
-    return scratch->impulses[row] > 0.0 && step_stops(scratch, row);
+    return scratch->closing && scratch->impulses[row] > 0.0 && step_stops(scratch, row);
 }
 
 /* Chooses the rows to be moved and returns what is the most that one of them is away, in nominal positions. */
@@ -125,26 +125,45 @@ static bool fail_positions(Instance *instance, double time, int row, double resi
     return false;
 }
 
-bool step_positions(Instance *instance, double time, double states[]) {
+/* Moves q until the rows are met as well as they can be; what is then the most that one of them, which, is away. */
+static double meet_positions(Instance *instance, double time, double states[], int *which) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, bool, moved, K);
     SolverScratch *scratch = &instance->scratch.solver;
-    SteppedRows *at = &scratch->end;
     double worst = 0.0;
-    int which = 0;
     for (int i = 0; i <= MOST_POSITION_CORRECTIONS; i++) {
-        stepped_place(instance, time, states, at);
-        worst = find_needs(scratch, at, moved, &which);
+        stepped_place(instance, time, states, &scratch->end);
+        worst = find_needs(scratch, &scratch->end, moved, which);
         if (worst <= MET || i == MOST_POSITION_CORRECTIONS) {
             break;
         }
-        choose_positions(scratch, at, moved);
+        choose_positions(scratch, &scratch->end, moved);
         allow_opening(scratch);
         correct_positions(instance, states);
+    }
+    arena_release(mark);
+    return worst;
+}
+
+/* Several points of a round body stop within one step before all of them touch, and cannot touch together. Then no
+   contact is closed by force; gaps only may not be negative. */
+bool step_positions(Instance *instance, double time, double states[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, before, N);
+    SolverScratch *scratch = &instance->scratch.solver;
+    int which = 0;
+    memcpy(before, states, N * sizeof(double));
+    scratch->closing = true;
+    double worst = meet_positions(instance, time, states, &which);
+    if (!(worst <= LOCATED) && N_UNILATERALS > 0) {
+        memcpy(states, before, N * sizeof(double));
+        scratch->closing = false;
+        worst = meet_positions(instance, time, states, &which);
     }
     if (REAL_TIME && worst > LOCATED && isfinite(worst)) {
         give_notice(instance, NOTICE_UNSOLVED, 0.0, 0);
         return arena_leave(mark, true);
     }
-    return arena_leave(mark, worst <= LOCATED || fail_positions(instance, time, which, at->positions[which]));
+    return arena_leave(mark,
+                       worst <= LOCATED || fail_positions(instance, time, which, scratch->end.positions[which]));
 }
