@@ -61,7 +61,7 @@ def derived(
     unknown outputs.
     """
     equations = derive(mechanism)
-    solver, choice, reason = _chosen_solver(equations, solver, among, bounded=bounded)
+    solver, choice, reason = chosen_solver(equations, solver, among, bounded=bounded)
     check_solver(equations.mechanism, METHODS[solver])
     method = METHODS[solver]
     promoted = promotable(equations, outputs, events=events)
@@ -72,10 +72,13 @@ def derived(
     return Derived(with_derived(mechanism, equations), equations, program, solver, choice, reason, missed)
 
 
-def _chosen_solver(
-    equations: EquationsOfMotion, named: str | None, among: Collection[str], *, bounded: bool
+def chosen_solver(
+    equations: EquationsOfMotion, named: str | None, among: Collection[str] = tuple(METHODS), *, bounded: bool = False
 ) -> tuple[str, str, str]:
-    """The solver that the user ``named`` or that suits, why it was chosen, and what is known of the start's motion."""
+    """The solver that the user ``named`` or that suits, why it was chosen, and what is known of the start's motion.
+
+    It is one ``among`` those of a backend; ``bounded``: its steps have to be, in real time.
+    """
     if bounded and named is None and equations.mechanism.hybrid:
         return STEPPING_SOLVER, "its steps contain impacts", ""
     touching = sum(contact.law == "ideal" for contact in equations.mechanism.contacts)

@@ -17,10 +17,11 @@ from lag2fmu.deadline import LIMIT, Budget, OutOfTimeError
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.errors import SimulationError
-from lag2fmu.fmu.advice import suited_solver
 from lag2fmu.fmu.contents import read_mechanism
+from lag2fmu.fmu.deriving import chosen_solver
 from lag2fmu.fmu.exported import Model, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
+from lag2fmu.fmu.materials import solver_inside
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
@@ -29,7 +30,7 @@ from lag2fmu.reference.direct_integration import remedy_of_jumps
 from lag2fmu.reference.initial_value_problem import prepare
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.solvers.methods import METHODS
+from lag2fmu.solvers.methods import METHODS, TimeStepping
 from lag2fmu.verify.agreement import LEFT_OUT, SAFETY, has_rows, horizon_of, on_grid
 from lag2fmu.verify.balances import constraint_checks, energy_checks
 from lag2fmu.verify.comparison import Windows, compare, extent_check, extent_note, own_check, windows_after
@@ -268,9 +269,14 @@ def _analysis(task: Task, run: Trajectory, reference: Reference, budget: Budget)
 
 
 def _solver_notes(task: Task, warnings: Mapping[str, Sequence[str]]) -> list[str]:
-    """Sentences: which solver is the default of such a mechanism, and the warnings of the FMU in each run."""
-    solver, reason = suited_solver(derive(task.mechanism), METHODS)
-    suited = [f"Where no solver is asked for, the export takes {solver}: {reason}."] if reason else []
+    """Sentences: which solver is the default of such a mechanism, what the FMU's own does, and the FMU's warnings."""
+    solver, choice, _ = chosen_solver(derive(task.mechanism), None)
+    suited = [f"Where no solver is asked for, the export takes {solver}: {choice}."] if choice else []
+    if isinstance(METHODS.get(solver_inside(task.path) or ""), TimeStepping):
+        suited.append(
+            "The FMU steps over impacts and over what sticks or slips anew: there its error is of first order in its "
+            "step, which the bars do not allow for. A solver that locates events, as --solver dopri5, meets them."
+        )
     return suited + [f"The FMU warned, {label}: {text}" for label, texts in warnings.items() for text in texts]
 
 

@@ -14,6 +14,7 @@ from lag2fmu.verify.agreement import LOWER, comparable
 from lag2fmu.verify.hybrid import extent, row_checks
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Task
+from lag2fmu.verify.validate import validate
 from tests.reference import hybrid_mechanisms as known
 
 pytestmark = pytest.mark.long
@@ -206,3 +207,11 @@ def test_another_acceleration_than_the_modes_ask_for_is_seen(sliding: tuple[Task
     task, reference = sliding
     x = 1.001 * reference.trajectory["x_ddot"]
     assert "accelerations and forces of the run" in failed(task, reference, x_ddot=x)
+
+
+@pytest.mark.fmu
+def test_time_stepping_is_told_to_be_of_first_order(exported) -> None:
+    """The bars are those of solvers that locate events, and what differs is not a fault of the FMU."""
+    report = validate(exported("bouncing_ball", solver="moreau"), stop_time=0.6)
+    assert not report.passed
+    assert [note for note in report.notes if "its error is of first order in its step" in note]
