@@ -290,6 +290,30 @@ wheel = {{ mass = 0.5, inertia = 1e-4, position = ["x", "y"], angle = "a" }}
     assert np.diff(energy).max() <= 1e-5 * energy[0]
 
 
+@pytest.mark.parametrize("heights", [("y", "y + 2e-4"), ("y + 2e-4", "y")])
+def test_of_points_at_almost_one_height_the_lowest_ones_touch(exported, heights: tuple[str, str]) -> None:
+    """Both stop within one step, and only one of them can be closed."""
+    contacts = "".join(
+        f'[contacts.p{k}]\ngap = "{gap}"\nslip = "x_dot"\nfriction = 0.5\n' for k, gap in enumerate(heights)
+    )
+    block = read(
+        f"""
+[mechanism]
+name = "block"
+[coordinates]
+x = {{ unit = "m", velocity = 0.5 }}
+y = {{ unit = "m", start = 0.3, velocity = -3.0 }}
+[gravity]
+acceleration = {G}
+[bodies]
+block = {{ mass = 1, position = ["x", "y"] }}
+{contacts}""",
+        "block",
+    )
+    run = simulate(exported(block, solver="moreau"), stop_time=0.2, step=0.01, outputs=["y", "y_dot", "x_dot"])
+    assert run.values[-1] == pytest.approx([0, 0, 0], abs=1e-12)
+
+
 def test_the_energy_is_balanced(exported) -> None:
     """What impacts, friction and the latch take: all but the latch's quarter is in dissipated_energy."""
     for step in (1e-2, 1e-3):

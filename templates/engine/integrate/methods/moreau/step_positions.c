@@ -13,10 +13,10 @@ enum {
     HELD = N_HOLONOMIC - N_UNILATERALS - N_OFFSETS /* permanent holonomic constraints */
 };
 
-/* What a row still needs. */
+/* What a row still needs. One without a value is the worst. */
 static void need(const SolverScratch *scratch, int row, double value, double *worst, int *which) {
-    const double relative = fabs(value) / scratch->at.sizes[row];
-    if (!(relative <= *worst)) {
+    const double relative = isnan(value) ? HUGE_VAL : fabs(value) / scratch->at.sizes[row];
+    if (relative > *worst) {
         *worst = relative;
         *which = row;
     }
@@ -44,7 +44,7 @@ static double find_needs(const SolverScratch *scratch, const SteppedRows *at, bo
         const int row = CONTACT_ROWS[c];
         const double gap = at->positions[row];
         moved[row] = scratch->active[row];
-        need(scratch, row, moved[row] && (gap < 0.0 || stays(scratch, c)) ? gap : 0.0, &worst, which);
+        need(scratch, row, moved[row] && (!(gap >= 0.0) || stays(scratch, c)) ? gap : 0.0, &worst, which);
     }
     return worst;
 }
@@ -155,7 +155,7 @@ bool step_positions(Instance *instance, double time, double states[]) {
     memcpy(before, states, N * sizeof(double));
     scratch->closing = true;
     double worst = meet_positions(instance, time, states, &which);
-    if (!(worst <= LOCATED) && N_UNILATERALS > 0) {
+    if (worst > LOCATED && N_UNILATERALS > 0) {
         memcpy(states, before, N * sizeof(double));
         scratch->closing = false;
         worst = meet_positions(instance, time, states, &which);
