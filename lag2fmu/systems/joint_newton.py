@@ -101,7 +101,7 @@ def correction(
     matrix = np.block([[basis.T @ rows[n, i] @ basis for i in (0, 1)] for n in (0, 1)])
     right = -(missed + excess) @ basis
     found = learned.change(matrix, right.ravel(), h).reshape(2, -1) @ basis.T
-    reached = missed @ basis @ (basis / joints.scale[:, None] ** 2).T
+    reached = missed @ joints.shared
     reached[0] += sum(change @ force for change, force in zip(speeds, excess, strict=True)) * own
     return found, reached
 

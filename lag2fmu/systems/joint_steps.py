@@ -194,7 +194,7 @@ class JoinedSteps(FixedSteps):
         self._age += 1
         self._learned.begin()
         start, left = self._joints.state(), np.inf
-        course, forces = self._ahead(start, h), self._expected(t, h)
+        course, forces = self._ahead(start, h), self._expected(t, h) @ self._joints.shared.T
         for run in range(1, _REPETITIONS + 1):
             passing = [course(c * h) for c in GAUSS]
             wrenches = _linear([x.directions for x in passing], forces, h)

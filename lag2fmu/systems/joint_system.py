@@ -55,7 +55,7 @@ class JointSystem:
     - ``held`` (k,): which of the forces hold something; the others are the joints' own, with ``damping`` (k,) and
       ``stiffness`` (k,).
     - ``basis`` (k, r): forces that are independent; if joints are ``redundant``, r is less than k.
-    - ``scale`` (k,): the sizes of the rows of the basis.
+    - ``shared`` (k, k): from forces to those that do the same and are least, relative to what they move.
     """
 
     def __init__(self, members: Mapping[str, Member], joints: Sequence[Ends]) -> None:
@@ -73,7 +73,7 @@ class JointSystem:
         own[:, ~self.held] = np.array([law.own for law in self._laws if law.acts]).reshape(-1, len(NUMBERS)).T
         self.damping, self.stiffness, self._rest = own
         self._lengths = np.concatenate([law.lengths for law in self._laws])
-        self.redundant, self.basis, self.scale = False, np.eye(len(self.held)), np.ones(len(self.held))
+        self.redundant, self.basis, self.shared = False, np.eye(len(self.held)), np.eye(len(self.held))
         self._size, self._mobility = _SMALLEST, np.zeros((first[-1], first[-1]))
 
     @property
@@ -160,7 +160,7 @@ class JointSystem:
         self.basis[self.held, : int(kept.sum())] = vectors[:, kept]
         self.basis[~self.held, int(kept.sum()) :] = np.eye(own)
         self.basis *= scale[:, None]
-        self.scale = scale
+        self.shared = self.basis @ (self.basis / scale[:, None] ** 2).T
 
     def effect(self, end: JointState, turned: Floats, directions: Floats) -> Floats:
         """The change (k, k) of the speeds of the joints at the ``end``, by unit impulses at a time before.
