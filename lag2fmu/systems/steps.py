@@ -157,8 +157,8 @@ class ControlledSteps:
             parts = math.ceil((end - t) / self._length * (1 - 1e-9))
             h = (end - t) / parts
             error = self._try(t, h, shortest)
-            factor = min(max(_SAFETY * error**-self._exponent if error > 0 else _MOST, _LEAST), _MOST)
-            self._length = min(max(h * factor, shortest), self._limit)
+            wished = h * max(_SAFETY * error**-self._exponent, _LEAST) if error > 0 else math.inf
+            self._length = min(max(wished, shortest), _MOST * self._length, self._limit)
             if error <= 1.0 or h <= shortest:
                 t = end if parts == 1 else t + h
 
