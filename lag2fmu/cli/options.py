@@ -171,7 +171,7 @@ PATIENCE = click.option(
     "--patience",
     type=float,
     metavar="SECONDS",
-    help="The longest time of a call of an FMU, which then has a process of its own that is ended.",
+    help="The longest time of a call of a component; each FMU then has a process of its own that is ended.",
 )
 APART = click.option("--apart", is_flag=True, help="Run each FMU of a system in a process of its own.")
 COUPLING = click.option(

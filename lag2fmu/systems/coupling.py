@@ -31,7 +31,7 @@ class ClosedJoints:
     """How the ideal joints of a system were closed at the ends of steps.
 
     - ``gap``: how far one was open at most, in m or rad.
-    - ``astray``: how far places went within a step at most by what its linear forces miss, as a part of the system's
+    - ``astray``: how far places went within a step at most by what its forces miss, as a part of the system's
       size.
     - ``median``, ``most``: how often a step was run.
     """

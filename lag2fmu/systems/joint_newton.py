@@ -1,13 +1,14 @@
 """Newton's method for the forces of joints in one step, by their values at the two Gauss points.
 
-Two forces f1, f2 give the impulse (f1 + f2) h/2, and move what they push by (late f1 + early f2) h^2/2. In between the
-joints are cubic polynomials of time, by their state at both ends of the step. Source: E. Hairer, C. Lubich, G. Wanner,
-Geometric Numerical Integration, section II.1.2, for the Gauss points.
+Two forces f1, f2 give the impulse (f1 + f2) h/2, and move what they push by (late f1 + early f2) h^2/2. A multiple of
+the quadratic function that is 0 at both points adds to neither. In between the joints are Hermite's polynomials of
+time, by their states at both ends of the step and at the begin of the last one. Source: E. Hairer, C. Lubich,
+G. Wanner, Geometric Numerical Integration, section II.1.2, for the Gauss points.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -29,8 +30,37 @@ class Passing(NamedTuple):
     rates: Floats
 
 
-Course = Callable[[float], Passing]
-"""The joints by the time (s) in a step."""
+class Course:
+    """The joints by the time (s) in a step, from their ``states`` at ``times`` (s), of which the last is its end."""
+
+    def __init__(self, states: Sequence[JointState], times: Sequence[float]) -> None:
+        """Look up what is interpolated."""
+        self._scale, powers = times[-1] - times[0], np.arange(2 * len(times))
+        x = np.array(times)[:, None] / self._scale
+        # rows: the monomials and their derivatives, at all times
+        self._weights = np.linalg.inv(np.vstack([x**powers, powers * x ** np.maximum(powers - 1, 0)]))
+        self._powers = powers
+        self._known = [
+            np.array([getattr(state, name) for state in states] + [self._scale * getattr(s, rate) for s in states])
+            for name, rate in (("directions", "rates"), ("turned", "turning"), ("gap", "speed"))
+        ]
+
+    def at(self, time: float) -> Passing:
+        """The joints at a ``time`` (s) of the step."""
+        by, change = self._by(time)
+        directions, turned, places = (np.tensordot(by, known, 1) for known in self._known)
+        return Passing(directions, turned, places, change @ self._known[2])
+
+    def slopes(self, time: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        """How gap and rate at a ``time`` (s) follow (gap, speed) at the end of the step."""
+        count = len(self._powers) // 2
+        (gap, speed), (gap_rate, speed_rate) = (x[count - 1 :: count].tolist() for x in self._by(time))
+        return (gap, self._scale * speed), (gap_rate, self._scale * speed_rate)
+
+    def _by(self, time: float) -> tuple[Floats, Floats]:
+        """What a value and its rate at a ``time`` (s) are of the values, and the scaled rates, that are known."""
+        x, powers = time / self._scale, self._powers
+        return x**powers @ self._weights, powers * x ** np.maximum(powers - 1, 0) @ self._weights / self._scale
 
 
 class Learned:
@@ -76,23 +106,24 @@ def correction(
     end: JointState,
     forces: Floats,
     before: Sequence[Passing],
-    after: Sequence[Passing],
+    after: Course,
     h: float,
 ) -> tuple[Floats, Floats]:
     """The change (2, k) of the ``forces`` (2, k) that closes the ``joints`` after a step ``h`` (s) with this ``end``.
 
-    ``before`` is what the forces were given along at the Gauss points, ``after`` what was there. Forces of the joints'
-    own have to be what the motion there makes them. The second value (2, k) is what the change is to close: speeds of
-    joints, and gaps by ``h``; of own forces the speeds that they miss.
+    ``before`` is what the forces were given along at the Gauss points, ``after`` what the joints did. The joints' own
+    forces have to be what the motion there makes them. The second value (2, k) is what the change is to close: speeds
+    of joints, and gaps by ``h``; of own forces the speeds that they miss.
     """
     own = ~joints.held
     speeds = [joints.effect(end, x.turned, x.directions) * h / 2 for x in before]
     gaps = [LATE * speeds[0], EARLY * speeds[1]]
     missed = np.array([end.speed, end.gap / h]) * joints.held
-    excess = np.array([f - joints.own_forces(x.places, x.rates) for f, x in zip(forces, after, strict=True)]) * own
+    passed = map(after.at, GAUSS * h)
+    excess = np.array([f - joints.own_forces(x.places, x.rates) for f, x in zip(forces, passed, strict=True)]) * own
     rows = np.array([speeds, gaps])
     for n, c in enumerate(GAUSS):
-        place, rate = _slopes(c, h)
+        place, rate = after.slopes(c * h)
         for i in (0, 1):
             by_place, by_rate = (a * h * gaps[i] + b * speeds[i] for a, b in (place, rate))
             change = joints.damping[:, None] * by_rate + joints.stiffness[:, None] * by_place
@@ -101,29 +132,19 @@ def correction(
     matrix = np.block([[basis.T @ rows[n, i] @ basis for i in (0, 1)] for n in (0, 1)])
     right = -(missed + excess) @ basis
     found = learned.change(matrix, right.ravel(), h).reshape(2, -1) @ basis.T
-    reached = missed @ basis @ (basis / joints.scale[:, None] ** 2).T
+    reached = missed @ joints.shared
     reached[0] += sum(change @ force for change, force in zip(speeds, excess, strict=True)) * own
     return found, reached
 
 
-def _slopes(c: float, h: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """How gap and rate at the part ``c`` of a step ``h`` (s) follow (gap, speed) at its end, see ``passing_of``."""
-    d = 1.0 - c
-    return (c * c * (1 + 2 * d), -h * c * c * d), (6 * c * d / h, c * (c - 2 * d))
+def wrenches_of(directions: Sequence[Floats], forces: Floats, bend: Floats, h: float) -> Floats:
+    """The wrenches on all places at the begin of a step ``h`` (s), with two derivatives (3, n).
 
-
-def passing_of(start: JointState, end: JointState, h: float, time: float) -> Passing:
-    """The joints at a ``time`` (s) of a step of length ``h`` (s), as (n, k), (n, n) and (k,)."""
-    c, d = time / h, 1.0 - time / h
-    (last, arriving), (gap, speed) = _slopes(c, h)
-    first, leaving = d * d * (1 + 2 * c), h * c * d * d
-    directions, turned, places = (
-        first * a + last * b + leaving * u + arriving * v
-        for a, b, u, v in (
-            (start.directions, end.directions, start.rates, end.rates),
-            (start.turned, end.turned, start.turning, end.turning),
-            (start.gap, end.gap, start.speed, end.speed),
-        )
-    )
-    rates = gap * (end.gap - start.gap) + d * (d - 2 * c) * start.speed + speed * end.speed
-    return Passing(directions, turned, places, rates)
+    ``forces`` (2, k) are those at the Gauss points, ``bend`` (k,) their second derivative, ``directions`` (n, k) those
+    at the first Gauss point, in the middle, and at the second one.
+    """
+    d = (LATE - EARLY) / 2 * h
+    middle = forces.mean(axis=0) - d**2 / 2 * bend
+    early, half, late = (x @ force for x, force in zip(directions, (forces[0], middle, forces[1]), strict=True))
+    slope, curve = (late - early) / (2 * d), (early - 2 * half + late) / d**2
+    return np.array([half - slope * h / 2 + curve * h**2 / 8, slope - curve * h / 2, curve])

@@ -74,11 +74,11 @@ class Places:
         """Set the ``wrenches`` (6 p,) on all places."""
         self._wrench.write(wrenches[self.driven])
 
-    def drive(self, wrenches: Floats, slopes: Floats) -> None:
-        """Let the wrenches (6 p,) in the next step grow from ``wrenches`` by ``slopes`` (6 p,), in N/s and N.m/s."""
-        self.set(wrenches)
-        rates = np.array([slopes[self.driven], np.zeros(len(self.driven))])
-        self.member.drive(self._wrench, wrenches[self.driven], rates)
+    def drive(self, terms: Floats) -> None:
+        """Let the wrenches in the next step go on from terms[0] (6 p,) by their derivatives, ``terms`` (3, 6 p)."""
+        self.set(terms[0])
+        value, *rates = terms[:, self.driven]
+        self.member.drive(self._wrench, value, np.array(rates))
 
 
 class _Reading:

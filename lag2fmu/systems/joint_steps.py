@@ -1,9 +1,10 @@
 """Communication steps of FMUs that ideal joints hold together.
 
-Within a step the forces of all joints are linear in time. They are such that all joints are closed at its end, in
-positions and velocities: as many conditions as unknowns. The step is repeated until that is so. The forces are told by
-their values at the two Gauss points of the step; what they miss of the true forces is then orthogonal to linear
-functions of time, as far as the mechanism does not change within the step.
+Within a step the forces of all joints are quadratic in time. Their values at the two Gauss points of the step are such
+that all joints are closed at its end, in positions and velocities: as many conditions as unknowns. The step is repeated
+until that is so. Their second derivative is that of the cubic through these values and those of the last step. What
+they miss of the true forces is then orthogonal to linear functions of time, whatever the second derivative is, as far
+as the mechanism does not change within the step.
 
 The repetitions are Newton's method. Its matrix is what an impulse at the joints does to their speeds; it is measured by
 steps that are taken back. Sources: B. Schweizer, P. Li, D. Lu, Stabilized index-2 co-simulation approach for solver
@@ -16,7 +17,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import cast
 
 import numpy as np
@@ -24,7 +24,7 @@ import numpy as np
 from lag2fmu.errors import SimulationError
 from lag2fmu.systems.circuit import Circuit
 from lag2fmu.systems.coupling import ClosedJoints, CouplingReport
-from lag2fmu.systems.joint_newton import EARLY, GAUSS, LATE, Course, Learned, correction, passing_of
+from lag2fmu.systems.joint_newton import EARLY, GAUSS, LATE, Course, Learned, Passing, correction, wrenches_of
 from lag2fmu.systems.joint_system import JointState, JointSystem, check_closed
 from lag2fmu.systems.ledger import Ledger
 from lag2fmu.systems.member import Member
@@ -34,19 +34,28 @@ from lag2fmu.verify.run import Floats
 _CLOSED = 1e-12
 """A joint is closed if its gap, and what its speed opens in a step, is this part of the system's size: 1e4 times the
 rounding of positions, and far less than what the FMUs' own tolerances let pass."""
+_NEARLY = 3e-11
+"""After the last run of a step a joint may be open by this part: what is left is closed in the next step."""
 _OPEN = 1e-6
 """The most that a joint may be open at the start, as a part of the system's size: the digits that users write."""
-_ORDER = 3
-"""The error within a step goes with the fourth power of its length."""
-_REPETITIONS = 12
-"""The most runs of one step. Two or three are enough where the motion is smooth; after an impact there are more."""
+_ORDER = 4
+"""The estimated error within a step goes with the fifth power of its length."""
+_RUNS, _MOST_RUNS = 3, 12
+"""The most runs of a step: where three do not close all joints, it is divided. At the start, and in the shortest steps,
+as at an impact, there are more."""
+_GROWTH = {1: 3.0, 2: 1.2}
+"""{runs of a step: the most that the next one may be as a part of it}; after more runs it is no longer."""
 _SLOW = 0.3
 """Newton's matrix is measured anew where a repetition leaves more than this part of the error."""
 _ENOUGH = 2
-"""It is also measured before a step where the last one took more runs, but no more often than it costs a run a step."""
-_FIRST = (0.5, 1.0)
+"""It is also measured before a step where the last one took more runs, but not so often that it costs a run a step."""
+_FIRST = (0.25, 0.5)
 """The steps that tell the forces at the start, as parts of a step: four values of each force."""
-_HISTORY, _TERMS = 3, 4
+_SHORT = 0.1
+"""A last step that is shorter than this part of a step does not tell how places go on."""
+_STUCK = "give joints and starts that leave a way to go on there, or a --stop-time before"
+"""What helps where the shortest steps do not close the joints."""
+_HISTORY, _TERMS = 3, 5
 """The forces of a step begin as the polynomial with so many terms that fits those of the last steps, two of each."""
 
 
@@ -54,21 +63,23 @@ _HISTORY, _TERMS = 3, 4
 class _Made:
     """A step of length ``h`` (s) that closes all joints.
 
-    - ``forces`` (2, k) at the Gauss points, whose ``times`` (2,) are in s; ``wrenches`` (n,) by the time (s) in it.
-    - ``course``: the joints within it; ``end``: at its end. ``runs``: how often it was run.
+    - ``forces`` (2, k) at the Gauss points, whose ``times`` (2,) are in s; ``terms`` (3, n): the wrenches and their
+      derivatives at its begin.
+    - ``course``: the joints within it; ``start``, ``end``: at its ends. ``runs``: how often it was run.
     """
 
     times: Floats
     h: float
     forces: Floats
-    wrenches: Callable[[float], Floats]
+    terms: Floats
     course: Course
+    start: JointState
     end: JointState
     runs: int
 
 
 class JoinedSteps(FixedSteps):
-    """One step from each communication point to the next, repeated until all ``joints`` are closed.
+    """Steps that are repeated until all ``joints`` are closed.
 
     ``runs``: how often each step was run.
     """
@@ -89,6 +100,7 @@ class JoinedSteps(FixedSteps):
         self._learned = Learned()
         self._past: list[tuple[Floats, Floats]] = []
         self._last: tuple[Course, float] | None = None
+        self._before_last: tuple[JointState, float] | None = None
         self.runs: list[int] = []
         self._gap, self._most_astray, self._made = 0.0, 0.0, cast("_Made | None", None)
 
@@ -101,17 +113,18 @@ class JoinedSteps(FixedSteps):
         check_closed(self._joints, t, _OPEN)
         with self.taken_back() as back:
             for part in _FIRST:
-                self._last = self._last and (self._last[0], 0.0)
+                self._last, self._before_last = self._last and (self._last[0], 0.0), None
                 made = self._closed(t, part * self._step, back)
                 self._keep(made)
                 back()
         self._past, self._last = self._past[-len(_FIRST) :], self._last and (self._last[0], 0.0)
+        self._before_last = None
         self.runs, self._gap, self._most_astray = [], 0.0, 0.0
-        self._arrive(t, made.wrenches(0.0))
+        self._arrive(t, made.terms[0])
 
     @property
     def order(self) -> int:
-        """The order of the error within a step: that of joints, or of the inputs that connections drive."""
+        """The order of the error within a step, of joints or of the inputs that connections drive."""
         return min(_ORDER, super().order) if self.circuit.inputs else _ORDER
 
     def make(self, t: float, h: float, *, last: bool) -> tuple[float, float]:
@@ -123,14 +136,16 @@ class JoinedSteps(FixedSteps):
         """
         before = self.circuit.saved()
         with self.taken_back() as back:
-            found = self._close(t, h, back)
-        if isinstance(found, SimulationError):
+            found = self._close(t, h, back, _MOST_RUNS if last else _RUNS)
+        if isinstance(found, str):
             if last:
-                raise found
+                raise SimulationError(f"{found}, even in the shortest steps; {_STUCK}")
+            self._due = True
             return math.inf, math.inf
+        self.growth = _GROWTH.get(found.runs, 1.0)
         self._made = found
         expected = self.circuit.expected(h)
-        self._arrive(t + h, found.wrenches(h))
+        self._arrive(t + h, found.terms[0] + h * found.terms[1] + h**2 / 2 * found.terms[2])
         self._before = before
         return self.circuit.missed(expected), self._astray(found)
 
@@ -144,31 +159,29 @@ class JoinedSteps(FixedSteps):
 
     def _keep(self, made: _Made) -> None:
         """What the next step is told by the one that was ``made``."""
-        self._last = made.course, made.h
+        self._last, self._before_last = (made.course, made.h), (made.start, made.h)
         self._past = [*self._past[1 - _HISTORY :], (made.times, made.forces)]
         self._due = made.runs > _ENOUGH and self._age >= self._joints.driven
         self._gap = max(self._gap, float(np.abs(made.end.gap[self._joints.held]).max(initial=0.0)))
         self.runs.append(made.runs)
 
     def _astray(self, made: _Made) -> float:
-        """How far places go within the step ``made`` by what linear forces miss, as a part of the system's size.
+        """How far places go within the step ``made`` by what quadratic forces miss, as a part of the system's size.
 
-        The forces of this step and the last two have a second derivative f"; a linear function misses f" h^2/12 at the
-        ends of the step. That pushes for the time h at most.
+        The forces of this step and the last two have a third derivative f"'; a quadratic function misses f"' h^3/120 at
+        the ends of the step. That pushes for the time h at most.
         """
-        times, values = (np.concatenate(x) for x in zip(*self._past[-2:], (made.times, made.forces), strict=True))
-        h = made.h
-        powers = np.array([((times - made.times.mean()) / h) ** i for i in range(3)]).T
-        missed = np.linalg.lstsq(powers, values, rcond=None)[0][2] / 6
-        middle = made.course(h / 2)
+        h, k = made.h, self._past[-2:]
+        missed = _fitted(made.times.mean(), h, [*k, (made.times, made.forces)])[3] / 20
+        middle = made.course.at(h / 2)
         pushed = self._joints.effect(made.end, middle.turned, middle.directions) @ missed * h**2
         return self._joints.open_by(pushed * self._joints.held, np.zeros(len(pushed)), h)
 
     def _closed(self, t: float, h: float, back: Callable[[], None]) -> _Made:
         """As ``_close``; raises SimulationError where no forces are found."""
-        found = self._close(t, h, back)
-        if isinstance(found, SimulationError):
-            raise found
+        found = self._close(t, h, back, _MOST_RUNS)
+        if isinstance(found, str):
+            raise SimulationError(f"{found}; give a shorter --step, or starts from which the joints let it move")
         return found
 
     def facts(self, unjudged: tuple[str, ...]) -> CouplingReport:
@@ -184,8 +197,8 @@ class JoinedSteps(FixedSteps):
         self._joints.set(wrenches)
         super().begin(t)
 
-    def _close(self, t: float, h: float, back: Callable[[], None]) -> _Made | SimulationError:
-        """Run a step from ``t`` of length ``h`` (s) with the forces that close all joints.
+    def _close(self, t: float, h: float, back: Callable[[], None], most: int) -> _Made | str:
+        """Run a step from ``t`` of length ``h`` (s) with the forces that close all joints, ``most`` times at most.
 
         Returns the step, or what is wrong where no forces are found. ``back`` takes a run back.
         """
@@ -194,31 +207,29 @@ class JoinedSteps(FixedSteps):
         self._age += 1
         self._learned.begin()
         start, left = self._joints.state(), np.inf
-        course, forces = self._ahead(start, h), self._expected(t, h)
-        for run in range(1, _REPETITIONS + 1):
-            passing = [course(c * h) for c in GAUSS]
-            wrenches = _linear([x.directions for x in passing], forces, h)
-            self._joints.drive(wrenches(0.0), (wrenches(h) - wrenches(0.0)) / h)
+        course, forces = self._ahead(start, h), self._expected(t, h) @ self._joints.shared.T
+        for run in range(1, most + 1):
+            passing = [course(c * h) for c in (EARLY, 0.5, LATE)]
+            terms = wrenches_of([x.directions for x in passing], forces, self._bend(t, h, forces), h)
+            self._joints.drive(terms)
             self._run(t, h)
             end = self._joints.state()
-            course = partial(passing_of, start, end, h)
+            made = self._course(start, end, h)
+            course = made.at
             try:
-                passed = [course(c * h) for c in GAUSS]
-                change, reached = correction(self._joints, self._learned, end, forces, passing, passed, h)
+                change, reached = correction(self._joints, self._learned, end, forces, passing[::2], made, h)
             except np.linalg.LinAlgError:  # what an FMU tells is no number, or nothing moves
                 break
             miss = self._joints.open_by(reached[1] * h, reached[0], h)
-            if miss <= _CLOSED:
+            if miss <= (_CLOSED if run < most else _NEARLY):
                 if self._contradict(end, h):
                     break
-                return _Made(t + h * GAUSS, h, forces, wrenches, course, end, run)
+                return _Made(t + h * GAUSS, h, forces, terms, made, start, end, run)
             back()
             if run > 1 and miss > _SLOW * left:
                 self._measure(t, h)
             left, forces = miss, forces + change
-        return SimulationError(
-            f"at t = {t + h:g} s no forces close the joints: {self._joints.worst(end)}; give a shorter --step"
-        )
+        return f"at t = {t + h:g} s no forces close the joints: {self._joints.worst(end)}"
 
     def _measure(self, t: float, h: float) -> None:
         """Measure Newton's matrix at ``t`` (s)."""
@@ -241,28 +252,37 @@ class JoinedSteps(FixedSteps):
         """The forces (2, k) at the Gauss points of the step from ``t``, by those of the last steps."""
         if not self._past:
             return np.zeros((2, len(self._joints.held)))
-        times = np.concatenate([times for times, _ in self._past])
-        values = np.concatenate([values for _, values in self._past])
-        powers = range(min(len(times), _TERMS))
-        known, wanted = (np.array([((x - t) / h) ** i for i in powers]).T for x in (times, t + h * GAUSS))
-        found: Floats = wanted @ np.linalg.lstsq(known, values, rcond=None)[0]
+        terms = _fitted(t, h, self._past, _TERMS)
+        found: Floats = GAUSS[:, None] ** np.arange(len(terms)) @ terms
         return found
 
-    def _ahead(self, start: JointState, h: float) -> Course:
-        """The course of the step ``h`` (s) from ``start`` as far as the last step tells it."""
+    def _bend(self, t: float, h: float, forces: Floats) -> Floats:
+        """The second derivative (k,) of the ``forces`` (2, k) of the step ``h`` (s) from ``t``, by the last step."""
+        terms = _fitted(t + h / 2, h, [*self._past[-1:], (t + h * GAUSS, forces)])
+        return self._joints.shared @ (2 * terms[2] / h**2) if self._past else np.zeros(len(terms[0]))
+
+    def _course(self, start: JointState, end: JointState, h: float) -> Course:
+        """The course of the step ``h`` (s) from ``start`` to ``end``, also by the state before the last step."""
+        if self._before_last is None or self._before_last[1] < _SHORT * h:
+            return Course([start, end], [0.0, h])
+        return Course([self._before_last[0], start, end], [-self._before_last[1], 0.0, h])
+
+    def _ahead(self, start: JointState, h: float) -> Callable[[float], Passing]:
+        """The joints by the time in the step ``h`` (s) from ``start``, as far as the last step tells it."""
         if self._last is None:
             pairs = {"directions": "rates", "turned": "turning", "gap": "speed"}
             further = {name: getattr(start, name) + h * getattr(start, rate) for name, rate in pairs.items()}
-            return partial(passing_of, start, replace(start, **further), h)
+            return Course([start, replace(start, **further)], [0.0, h]).at
         before, length = self._last
-        return lambda time: before(length + time)
+        return lambda time: before.at(length + time)
 
 
-def _linear(directions: Sequence[Floats], forces: Floats, h: float) -> Callable[[float], Floats]:
-    """The wrenches on all places in a step ``h`` (s), linear in time.
+def _fitted(t: float, h: float, known: Sequence[tuple[Floats, Floats]], most: int = 4) -> Floats:
+    """The coefficients (``most``, k) of the polynomial of (time - ``t``) / ``h`` that fits the ``known`` forces best.
 
-    ``forces`` (2, k) and their ``directions`` (n, k) are those at the Gauss points.
+    There are no more of them than times.
     """
-    early, late = (x @ force for x, force in zip(directions, forces, strict=True))
-    slope = (late - early) / (h * (LATE - EARLY))
-    return lambda time: early + slope * (time - h * EARLY)
+    times, values = (np.concatenate(x) for x in zip(*known, strict=True))
+    powers = ((times - t) / h)[:, None] ** np.arange(min(len(times), most))
+    found: Floats = np.linalg.lstsq(powers, values, rcond=None)[0]
+    return found

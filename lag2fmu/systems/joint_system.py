@@ -18,7 +18,8 @@ from lag2fmu.verify.run import Floats
 
 _REDUNDANT = 1e-6
 """Equations are redundant below this part of the greatest eigenvalue: more than the error of differences, which is
-1e-7 at the FMUs' default tolerance. Two hinges of a door may be a thousandth of its width apart."""
+1e-7 at the FMUs' default tolerance. Two hinges of a door may be a thousandth of its width apart. A force is idle where
+it moves less than this part of what it moved elsewhere."""
 _STIFF = 1e-6
 """A wrench that moves places less than this part of what another one does moves none."""
 _SMALLEST = 1e-3
@@ -55,7 +56,8 @@ class JointSystem:
     - ``held`` (k,): which of the forces hold something; the others are the joints' own, with ``damping`` (k,) and
       ``stiffness`` (k,).
     - ``basis`` (k, r): forces that are independent; if joints are ``redundant``, r is less than k.
-    - ``scale`` (k,): the sizes of the rows of the basis.
+    - ``shared`` (k, k): from forces to those that do the same and are least, relative to what they move. A force that
+      moves nothing in this pose, as at a dead centre, is 0 until it moves something.
     """
 
     def __init__(self, members: Mapping[str, Member], joints: Sequence[Ends]) -> None:
@@ -73,7 +75,8 @@ class JointSystem:
         own[:, ~self.held] = np.array([law.own for law in self._laws if law.acts]).reshape(-1, len(NUMBERS)).T
         self.damping, self.stiffness, self._rest = own
         self._lengths = np.concatenate([law.lengths for law in self._laws])
-        self.redundant, self.basis, self.scale = False, np.eye(len(self.held)), np.ones(len(self.held))
+        self.redundant, self.basis, self.shared = False, np.eye(len(self.held)), np.eye(len(self.held))
+        self._greatest = np.zeros(len(self.held))
         self._size, self._mobility = _SMALLEST, np.zeros((first[-1], first[-1]))
 
     @property
@@ -130,10 +133,10 @@ class JointSystem:
         for places, part in zip(self._places, self._parts, strict=True):
             places.set(wrenches[part])
 
-    def drive(self, wrenches: Floats, slopes: Floats) -> None:
-        """Let the wrenches in the next step grow from ``wrenches`` (n,) by ``slopes`` (n,), in a second."""
+    def drive(self, terms: Floats) -> None:
+        """Let the wrenches in the next step go on from terms[0] (n,) by their derivatives, ``terms`` (3, n)."""
         for places, part in zip(self._places, self._parts, strict=True):
-            places.drive(wrenches[part], slopes[part])
+            places.drive(terms[:, part])
 
     def measure(self, t: float, h: float) -> None:
         """Measure the twists of all places by unit wrenches on them, in a step ``h`` (s) from ``t`` that is taken back.
@@ -150,8 +153,12 @@ class JointSystem:
         matrix = self.effect(state, state.turned, state.directions)
         if not np.isfinite(matrix).all():
             raise SimulationError(f"at t = {t:g} s the motion of a joined place is no number; {self.worst(state)}")
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-        symmetric = scale[:, None] * (matrix + matrix.T) / 2 * scale
+        effects = np.diag(matrix)
+        self._greatest = np.maximum(self._greatest, effects)
+        idle = self.held & (effects < _REDUNDANT * self._greatest)
+        scale = 1.0 / np.sqrt(np.maximum(effects, np.finfo(float).tiny))
+        acting = np.where(idle, 0.0, scale)
+        symmetric = acting[:, None] * (matrix + matrix.T) / 2 * acting
         sizes, vectors = np.linalg.eigh(symmetric[np.ix_(self.held, self.held)])
         kept = sizes > _REDUNDANT * sizes[-1]
         self.redundant = not kept.all()
@@ -159,8 +166,8 @@ class JointSystem:
         self.basis = np.zeros((len(self.held), int(kept.sum()) + own))
         self.basis[self.held, : int(kept.sum())] = vectors[:, kept]
         self.basis[~self.held, int(kept.sum()) :] = np.eye(own)
-        self.basis *= scale[:, None]
-        self.scale = scale
+        self.basis *= acting[:, None]
+        self.shared = self.basis @ (self.basis / scale[:, None] ** 2).T
 
     def effect(self, end: JointState, turned: Floats, directions: Floats) -> Floats:
         """The change (k, k) of the speeds of the joints at the ``end``, by unit impulses at a time before.
@@ -197,15 +204,16 @@ def _mobility(places: Places, t: float, h: float) -> Floats:
     They are differences of the twists after a step ``h`` (s) from ``t``, under a wrench and without one.
     """
     before, state, size = _rotations(places), places.member.save(), 6 * len(places.names)
+    still = np.zeros(size)
 
     def moved(wrenches: Floats) -> tuple[Floats, Floats]:
-        places.drive(wrenches, np.zeros(size))
+        places.drive(np.array([wrenches, still, still]))
         places.member.step(t, h, last=False)
         result = places.twists(), _rotations(places)
         places.member.restore(state)
         return result
 
-    free, after = moved(np.zeros(size))
+    free, after = moved(still)
     units = np.eye(size)[places.driven]
     found = np.array([moved(unit)[0] - free for unit in units])
     changes = np.abs(found).max(axis=1)

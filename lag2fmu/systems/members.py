@@ -28,7 +28,8 @@ def members_of(
         members: dict[str, Member] = {}
         for name, component in network.components.items():
             if component.controller is not None:
-                members[name] = SampledFunction(component, component.controller, partial(begin, name))
+                patience = None if isinstance(apart, bool) else apart
+                members[name] = SampledFunction(component, component.controller, partial(begin, name), patience)
                 continue
             driven = [*_driven(network, name, hold=hold)]
             kind = ClockedFmu if component.clocks else FmuMember

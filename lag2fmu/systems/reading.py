@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
@@ -108,21 +108,22 @@ class Reading:
             self._component(element, place, source, units)
 
     def _component(self, element: XmlElement, place: Place, source: Source, units: Mapping[str, LinearUnit]) -> None:
-        kind, reference = element.get("type", FMU), element.get("source")
+        kind, reference, name = element.get("type", FMU), element.get("source"), ".".join(place)
+        named = replace(source, label=f"{source.label}: the component '{name}'")
         if kind in _SYSTEMS:
-            inner = Source(source.file(reference), f"{source.label}:{reference}", source.within)
+            inner = Source(named.file(reference), f"{source.label}:{reference}", source.within)
             if kind == _SYSTEMS[1] or inner.ssd.suffix == ".ssp":
                 inner = self.opened.enter_context(source_of(inner.ssd))
             root = root_of(inner)
             self.read(whole_of(root, inner), place, inner, units_of(root), {})
         elif kind == FMU:
-            self.components[place] = read_component(".".join(place), source.file(reference))
+            self.components[place] = read_component(name, named.file(reference))
             self._connectors(element, place, units)
         elif kind == PYTHON:
-            self.components[place] = _controller(element, ".".join(place), source)
+            self.components[place] = _controller(element, name, named)
             self._connectors(element, place, units)
         else:
-            raise LoadError(f"{source.label}: the component '{'.'.join(place)}' is of type '{kind}', which is not run")
+            raise LoadError(f"{named.label} is of type '{kind}', which is not run")
         self._bindings(element, place, source)
 
     def _connectors(self, element: XmlElement, place: Place, units: Mapping[str, LinearUnit]) -> None:
@@ -199,13 +200,15 @@ class Reading:
 
 
 def _controller(element: XmlElement, name: str, source: Source) -> Component:
-    """The Python function that an ``element`` describes; raises LoadError where it does not tell name and time."""
+    """The Python function that an ``element`` describes; raises LoadError where it does not tell name and time.
+
+    Messages begin with the label of the ``source``, which names the component.
+    """
     said = next((a.child("controller") for a in element.all("Annotations", "Annotation")
                  if a.get("type") == FUNCTION), None) or XmlElement("", {}, 0)  # fmt: skip
-    where = f"{source.label}: the component '{name}'"
     if not said.get("function"):
-        raise LoadError(f"{where} has no annotation '{FUNCTION}' that tells the function and its sample time")
-    file, time = source.file(element.get("source")), number(said.get("sampleTime"), where)
+        raise LoadError(f"{source.label} has no annotation '{FUNCTION}' that tells the function and its sample time")
+    file, time = source.file(element.get("source")), number(said.get("sampleTime"), source.label)
     connectors = {
         c.get("name"): Connector(c.get("name"), c.get("kind"), "Real", None, (), settable=c.get("kind") == "parameter")
         for c in element.all("Connectors", "Connector")

@@ -173,12 +173,12 @@ def _steps_of(
 
 def _joined_steps_of(
     network: Network, members: Mapping[str, Member], circuit: Circuit, outer: _Outer, run: Run, *, controlled: bool
-) -> tuple[FixedSteps | ControlledSteps, list[str]]:
-    """(the steps of a system with joints, why their error does not choose their length)."""
-    step, joints = float(run.step or 0.0), JointSystem(members, network.joints)
-    steps = JoinedSteps(members, circuit, outer.at, joints, step=step, hold=run.hold)
+) -> tuple[ControlledSteps, list[str]]:
+    """(the steps of a system with joints, why not their error but only joints that do not close shorten them)."""
+    step = float(run.step or 0.0)
+    steps = JoinedSteps(members, circuit, outer.at, JointSystem(members, network.joints), step=step, hold=run.hold)
     fixed = _fixed(circuit, members, hold=run.hold) if controlled and circuit.inputs else []
-    return steps if fixed or not controlled else ControlledSteps(steps, run.tolerance or _TOLERANCE, step), fixed
+    return ControlledSteps(steps, (run.tolerance or _TOLERANCE) if controlled and not fixed else math.inf, step), fixed
 
 
 def _check_coupling(

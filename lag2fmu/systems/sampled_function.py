@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+import signal
+import threading
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from inspect import isclass
 from pathlib import Path
@@ -42,11 +45,13 @@ class SampledFunction(Member):
     samples = ticks = True
     warnings: Sequence[str] = ()
 
-    def __init__(self, component: Component, controller: Controller, begin: Callable[[], None]) -> None:
-        """``begin`` is called before the function, which may not come back."""
+    def __init__(
+        self, component: Component, controller: Controller, begin: Callable[[], None], patience: float | None = None
+    ) -> None:
+        """``begin`` is called before the function, which may not come back; ``patience``: its longest time (s)."""
         self._values, self._scalars = _Values(), dict[str, Scalar]()
         super().__init__(component.name, self._values, self._scalars, third=True)
-        self._begin, self._controller = begin, controller
+        self._begin, self._controller, self._patience = begin, controller, patience
         self._inputs: dict[str, int] = {}
         self._outputs: dict[str, int] = {}
         for connector in component.connectors.values():
@@ -80,7 +85,8 @@ class SampledFunction(Member):
         self._function = partial(function, **given) if given else function
         if isclass(function):
             try:
-                self._function = self._function()
+                with _within(self._patience):
+                    self._function = self._function()
             except Exception as error:  # of the user's program
                 raise self.failure("while it is made", error) from error
         self._start = self.due = span[0]
@@ -90,7 +96,8 @@ class SampledFunction(Member):
         self._begin()
         numbers = self._values.numbers
         try:
-            found = self._function(t, {name: numbers[i] for name, i in self._inputs.items()})
+            with _within(self._patience):
+                found = self._function(t, {name: numbers[i] for name, i in self._inputs.items()})
         except (Exception, SystemExit) as error:
             raise self.failure(f"at t = {t:g} s", error) from error
         try:
@@ -158,3 +165,25 @@ class SampledFunction(Member):
 
     def step(self, t: float, h: float, *, last: bool) -> None:
         """Nothing: the outputs are held."""
+
+
+@contextmanager
+def _within(seconds: float | None) -> Iterator[None]:
+    """End the code inside by a TimeoutError where it takes longer than ``seconds`` (s); None: it may take any time.
+
+    Signals reach the main thread alone, and Windows has no such one: elsewhere the code may take any time.
+    """
+    if seconds is None or not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def end(*_: object) -> None:
+        raise TimeoutError(f"it does not come back within {seconds:g} s and is ended")
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

@@ -38,7 +38,12 @@ Outer = Callable[[float], Mapping[str, float]]
 
 
 class FixedSteps:
-    """One step from each communication point to the next; with ``hold`` all inputs keep their values within it."""
+    """One step from each communication point to the next; with ``hold`` all inputs keep their values within it.
+
+    ``growth``: the most that the next step may be, as a part of the last one.
+    """
+
+    growth = _MOST
 
     def __init__(
         self,
@@ -157,8 +162,8 @@ class ControlledSteps:
             parts = math.ceil((end - t) / self._length * (1 - 1e-9))
             h = (end - t) / parts
             error = self._try(t, h, shortest)
-            factor = min(max(_SAFETY * error**-self._exponent if error > 0 else _MOST, _LEAST), _MOST)
-            self._length = min(max(h * factor, shortest), self._limit)
+            wished = h * max(_SAFETY * error**-self._exponent, _LEAST) if error > 0 else math.inf
+            self._length = min(max(wished, shortest), self._steps.growth * self._length, self._limit)
             if error <= 1.0 or h <= shortest:
                 t = end if parts == 1 else t + h
 
@@ -166,7 +171,8 @@ class ControlledSteps:
         """The error of a step, in units of the tolerance; where it is too large, all is as before the step."""
         with self._steps.taken_back() as back:
             missed, made = self._steps.make(t, h, last=h <= shortest)
-            error = max(missed, made) / self._tolerance
+            worst = max(missed, made)
+            error = worst / self._tolerance if math.isfinite(worst) else math.inf
             if error > 1.0 and h > shortest:
                 back()
                 self._steps.reject()

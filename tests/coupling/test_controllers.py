@@ -229,6 +229,16 @@ def test_what_goes_wrong_in_a_function_is_said(text: str, message: str, program:
         assert caught.value.reached.time == pytest.approx([0.0, 0.1, 0.2])
 
 
+def test_a_function_that_does_not_come_back(program: Path, exported) -> None:
+    """It is ended as an FMU is, and what was recorded until then stays."""
+    program.write_text("def f(t, inputs):\n    while t > 0.25:\n        pass\n    return {'F': 0.0}\n", "utf-8")
+    parts = {"plant": exported("cart_pole"), "control": f"{program}:f@0.05"}
+    message = r"'control', control.py, line [23], in 'f' at t = 0.3 s: TimeoutError: it does not come back within 2 s"
+    with pytest.raises(SimulationError, match=message) as caught:
+        lag2fmu.simulate(parts, connect=["plant.theta:control.theta", "control.F:plant.F"], step=0.1, apart=2.0)
+    assert caught.value.reached.time == pytest.approx([0.0, 0.1, 0.2])
+
+
 def test_sample_times_and_connections_that_do_not_fit(program: Path, exported) -> None:
     plant = exported("cart_pole")
     for part, connect, message in (

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.errors import MechanismError
+from lag2fmu.formats.loading import with_settings
 from lag2fmu.mechanism import Body, Damper, Frame, Load, Mechanism, Output, Point, Spring, coordinate, parameter, signal
 from lag2fmu.systems.cutting import cut
 
@@ -109,6 +110,14 @@ def test_hinges_in_the_plane(relative: bool, at: list[str], exported, tmp_path: 
 def test_bundled_mechanisms_in_pieces(model: str, at: list[str], exported, tmp_path: Path) -> None:
     """One of them has a loop with more equations than it needs: forces of the cut joint are then not unique."""
     assert error_of(lag2fmu.load(model), at, exported(model).path, tmp_path, stop=0.5) < 1e-6
+
+
+@pytest.mark.slow
+def test_a_pose_in_which_a_joint_holds_nothing(exported, tmp_path: Path) -> None:
+    """The cranks of a parallelogram pass the line of all links: there a force along it moves nothing."""
+    starts = {"a0": "0.15", "a0_dot": "-6", "a1": "0.15"}
+    one = with_settings(lag2fmu.load("n_four_bar", {"n": 1}), starts)
+    assert error_of(one, ["a0"], exported(one).path, tmp_path, stop=0.05) < 1e-6
 
 
 @pytest.mark.parametrize(

@@ -84,17 +84,18 @@ def pair(request: pytest.FixtureRequest, exported, tmp_path_factory) -> Path:
 
 
 def test_a_hinge_in_the_plane_is_of_order_4(pair: Path, exported) -> None:
-    """Forces that are linear in a step, at the Gauss points, miss nothing up to the third power of time."""
-    whole = lag2fmu.simulate(exported(PENDULUM), step=0.01, **PRECISE)
+    """In steps that are short enough not to be divided."""
+    whole = lag2fmu.simulate(exported(PENDULUM), step=0.005, **PRECISE)
     errors = []
-    for step, every in ((0.01, 1), (0.005, 2)):
+    for step, every in ((0.005, 1), (0.0025, 2)):
         run = lag2fmu.simulate(pair, step=step, **PRECISE)
         errors.append(max(np.abs(run[x][::every] - whole[y]).max() for x, y in (("up.a", "a"), ("low.b", "b"))))
         for axis in ("x", "y"):
             assert np.abs(run[f"up.tip_position_{axis}"] - run[f"low.base_position_{axis}"]).max() < 1e-10
             assert np.abs(run[f"up.tip_velocity_{axis}"] - run[f"low.base_velocity_{axis}"]).max() < 1e-7
-    assert errors[1] < 1e-7
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.3)
+        assert run.coupling.steps == round(1.0 / step)
+    assert errors[0] < 1e-7
+    assert np.log2(errors[0] / errors[1]) > 3.7
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
@@ -107,7 +108,7 @@ def test_speeds_follow_from_poses_where_they_are_no_ports(fmi: str, exported, tm
 
 
 def test_steps_are_repeated_twice_at_most(pair: Path) -> None:
-    """At steps of 1 ms; what their linear forces miss is told."""
+    """At steps of 1 ms; what their quadratic forces miss is told."""
     found = lag2fmu.simulate(pair, step=0.001, tolerance=1e-9, stop_time=0.2).coupling
     assert found.steps == 200
     assert found.repeated <= 2 * found.steps
@@ -122,14 +123,13 @@ def test_without_a_step_the_error_chooses_the_steps(pair: Path, exported) -> Non
     """The upper rod starts with 25 rad/s: between recorded points there is more than one step."""
     fast = {"up.a_dot": 25.0, "low.x_dot": float(25 * np.cos(1.0)), "low.y_dot": float(25 * np.sin(1.0))}
     whole = lag2fmu.simulate(exported(PENDULUM), step=0.02, stop_time=1.0, tolerance=1e-12, values={"a_dot": 25.0})
-    steps = []
     for tolerance in (1e-4, 1e-6):
         run = lag2fmu.simulate(pair, stop_time=1.0, tolerance=tolerance, values=fast)
         every = round(0.02 / run.time[1])
         assert max(np.abs(run[x][::every] - whole[y]).max() for x, y in (("up.a", "a"), ("low.b", "b"))) < 3 * tolerance
-        steps.append(run.coupling.steps)
+        assert run.coupling.steps > len(run.time)
         assert run.coupling.joints.astray < tolerance
-    assert steps[1] > steps[0]
+        assert run.coupling.joints.most <= 3
 
 
 def test_the_description_is_valid(pair: Path) -> None:
@@ -231,7 +231,10 @@ def test_joints_in_space(joint: str, rotation: str, keys: tuple[str, ...], expor
 
 
 def test_redundant_joints_share_forces(exported) -> None:
-    """A door on two hinges moves as on one; ten equations leave it one of six freedoms."""
+    """A door on two hinges moves as on one; ten equations leave it one of six freedoms.
+
+    Along their axis the hinges could pull each other by any force. It does not grow beyond what they hold together.
+    """
     frame = KINDS["revolute:x"]
     whole = arm(frame, ports_=ports("load", keys=("poses", "velocities")), more=(load_on(frame),))
     expected = lag2fmu.simulate(exported(whole), step=0.01, **PRECISE)
@@ -242,8 +245,11 @@ def test_redundant_joints_share_forces(exported) -> None:
         "load": exported(free_load(expected, "quaternion", *hinges)),
     }
     join = [f"arm.hook{i}:load.hinge{i}=revolute:x" for i in (0, 1)]
-    run = lag2fmu.simulate(fmus, join=join, step=0.01, **PRECISE)
+    shares = [f"arm.hook{i}_force_{x}" for i in (0, 1) for x in "xy"]
+    run = lag2fmu.simulate(fmus, join=join, step=0.01, outputs=["arm.a", *shares], **PRECISE)
     assert np.abs(run["arm.a"] - expected["a"]).max() < 2e-7
+    one, other = (np.cos(run["arm.a"]) * run[x] + np.sin(run["arm.a"]) * run[y] for x, y in (shares[:2], shares[2:]))
+    assert np.abs(one - other).max() < np.abs(one + other).max()
 
 
 def test_a_function_in_a_system_with_joints(exported) -> None:
@@ -258,7 +264,7 @@ def test_a_function_in_a_system_with_joints(exported) -> None:
         outputs=["up.a", "watch.twice"],
     )  # fmt: skip
     assert run["watch.twice"][::3] == pytest.approx(2 * run["up.a"][::3], abs=1e-12)
-    assert run.coupling.steps == 40
+    assert run.coupling.steps >= 40
     assert run.coupling.repeated > 0
 
 

@@ -330,11 +330,11 @@ BROKEN = {
     ),
     "missing FMU": (
         described(f"<ssd:Elements>{component('a', source='b.fmu')}</ssd:Elements>"),
-        "there is no file 'b.fmu', which the system refers to",
+        "the component 'a': there is no file 'b.fmu', which the system refers to",
     ),
     "leads out": (
         described(f"<ssd:Elements>{component('a', source='../../b.fmu')}</ssd:Elements>"),
-        "'../../b.fmu' leads out of the archive",
+        "the component 'a': '../../b.fmu' leads out of the archive",
     ),
     "connector": (
         described(f"<ssd:Elements>{CART}</ssd:Elements><ssd:Connections>{wire('cart.f', 'cart.G')}</ssd:Connections>"),
