@@ -25,8 +25,8 @@ def standing(d: Description, floating: Sequence[tuple[str, ...]], *, placed: boo
     """``d`` with starts at which no ideal contact overlaps; ``floating`` are the coordinates (3,) of what floats.
 
     What floats is raised along the normals of what overlaps. The first of it goes down, too, until it touches, if it is
-    not ``placed``. A contact that overlaps after that is left out and told by ``not_taken``. Raises MechanismError for
-    a contact that cannot be described.
+    not ``placed``. A contact that overlaps after that, or whose gap nothing changes, is left out and told by
+    ``not_taken``. Raises MechanismError for a contact that cannot be described.
     """
     poses = Poses(d)
     rigid = [c for c in d.contacts if c.law == "ideal" or not placed]
@@ -35,8 +35,11 @@ def standing(d: Description, floating: Sequence[tuple[str, ...]], *, placed: boo
     start = start_values(d, guesses=True)
     depths = {name: -value for name, gap in gaps.items() if (value := value_at(gap, start) or 0.0) < -_OVERLAP}
     left = {c.name for c in d.contacts if c.law == "ideal"} & depths.keys()
+    moving = {q.name for q in d.coordinates}
+    still = {name for name, gap in gaps.items() if free_names([gap]).isdisjoint(moving)} - left
     told = [f"the contact {name}: it overlaps at the start by {depths[name]:.3g} m" for name in depths if name in left]
-    contacts = tuple(c for c in d.contacts if c.name not in left)
+    told += [f"the contact {name}: its gap is {value_at(gaps[name], start):g} m in all poses" for name in sorted(still)]
+    contacts = tuple(c for c in d.contacts if c.name not in left | still)
     return replace(d, contacts=contacts, not_taken=(*d.not_taken, *told))
 
 
