@@ -280,14 +280,15 @@ def test_what_cannot_be_raised_is_left_out_and_said(robot: Robot) -> None:
     assert mechanism.not_taken == ("the contact arm: it overlaps at the start by 0.05 m",)
 
 
-def test_what_keeps_its_gap_is_left_out_and_said(robot: Robot) -> None:
-    """A ball on the axis of its joint, which never touches, beside one that may."""
+def test_what_keeps_its_gap_is_left_out(robot: Robot) -> None:
+    """A ball on the axis of its joint beside one that may touch; it is told if it touches always."""
     arm = BODY.format(name="arm", mass=1, collision="".join(
         SHAPE.format(at=at, shape='<sphere radius="0.05"/>') for at in ("0 0 0", "2 0 0")))  # fmt: skip
     joint = '<joint name="j" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>'
-    mechanism = robot(urdf("", f'{arm}{joint}<origin xyz="0 0 1"/></joint>'), ground=["arm"])
-    assert len(mechanism.contacts) == 1
-    assert mechanism.not_taken == ("the contact arm_1: its gap is 0.95 m in all poses",)
+    for height, told in ((1.0, ()), (0.05, ("the contact arm_1: it touches in all poses",))):
+        mechanism = robot(urdf("", f'{arm}{joint}<origin xyz="0 0 {height}"/></joint>'), ground=["arm"])
+        assert [contact.name for contact in mechanism.contacts] == ["arm_2"]
+        assert mechanism.not_taken == told
 
 
 def test_compliant_contacts_bear_the_robot_on_a_point(robot: Robot) -> None:

@@ -38,6 +38,9 @@ def measure(robot: Robot, parts: Parts) -> None:
             parts.outputs.append(Output(name, expression, doc=f"sensor {sensor.name}"))
         else:
             parts.ignored.append(f"the sensor {sensor.name}: its actuator acts between places, or is not taken")
+    still = [s.name for s in robot.sensors if s.zone is not None and not parts.touched.get(s.zone.link)]
+    if still:
+        parts.ignored.append(f"the touch told by {', '.join(still)}: it is 0, as no contact of their bodies is taken")
 
 
 def _along(sensor: Sensor, parts: Parts) -> None:
@@ -68,13 +71,13 @@ def _of_subtree(sensor: Sensor, robot: Robot, parts: Parts) -> None:
 
 
 def _of_touch(sensor: Sensor, zone: Geom, parts: Parts) -> None:
-    """The sum of the normal forces of the contacts of a link in a ``zone``.
+    """The sum of the normal forces of the contacts of a link in a ``zone``: 0 for a link that touches nothing.
 
-    Nothing is made of a sensor without such contacts, or where the motion decides whether a contact is in the zone.
+    Nothing is made of a sensor where the motion decides whether a contact is in the zone, or a contact is compliant.
     """
     touched = parts.touched.get(zone.link, [])
-    inside = [x for x in touched if _holds(zone, x)]
-    if not inside or not all(x in inside or any(_is_apart(zone, x, y) for y in inside) for x in touched):
+    inside = [x for x in touched if x.ideal and _holds(zone, x)]
+    if not all(x in inside or any(_is_apart(zone, x, y) for y in inside) for x in touched):
         why = (
             "the motion decides which contacts are in its site" if inside else "no ideal contact is always in its site"
         )

@@ -60,7 +60,7 @@ def _why_not(compiled: Compiled, k: int) -> str:
     if not _is_on(compiled, k):
         return "it is off, late, or has several controls"
     if int(m.actuator_trntype[k]) == int(own.mjtTrn.mjTRN_BODY):
-        return "adhesion is no force between two places"
+        return "adhesion pulls at contacts, which here only push"
     if int(m.actuator_gaintype[k]) == int(own.mjtGain.mjGAIN_MUSCLE):
         return "a muscle acts along joints and fixed tendons, and has one curve"
     if not _follows_control(compiled, k):

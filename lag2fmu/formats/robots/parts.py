@@ -29,15 +29,16 @@ INERTIAS = {"rad": "kg.m2", "m": "kg"}
 
 
 class Touched(NamedTuple):
-    """What of a link touches by an ideal ``contact``: the ball of a ``radius`` (m) about a ``place`` (3,) in its axes.
+    """What of a link touches by a ``contact``: the ball of a ``radius`` (m) about a ``place`` (3,) in its axes.
 
-    ``plane`` is the geom that it touches, "" if that is none.
+    ``plane`` is the geom that it touches, "" if that is none. Of a contact that is not ``ideal`` no force is told.
     """
 
     contact: str
     place: Floats
     radius: float
     plane: str
+    ideal: bool = True
 
 
 @dataclass

@@ -10,6 +10,7 @@ import sympy as sp
 
 from lag2fmu.description.description import Description
 from lag2fmu.description.events import Contact
+from lag2fmu.description.names import force
 from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.contact_places import geometry_of
@@ -25,8 +26,8 @@ def standing(d: Description, floating: Sequence[tuple[str, ...]], *, placed: boo
     """``d`` with starts at which no ideal contact overlaps; ``floating`` are the coordinates (3,) of what floats.
 
     What floats is raised along the normals of what overlaps. The first of it goes down, too, until it touches, if it is
-    not ``placed``. A contact that overlaps after that, or whose gap nothing changes, is left out and told by
-    ``not_taken``. Raises MechanismError for a contact that cannot be described.
+    not ``placed``. A contact that overlaps after that is left out and told by ``not_taken``. One whose gap nothing
+    changes is left out, too, and told if it touches. Raises MechanismError for a contact that cannot be described.
     """
     poses = Poses(d)
     rigid = [c for c in d.contacts if c.law == "ideal" or not placed]
@@ -38,9 +39,14 @@ def standing(d: Description, floating: Sequence[tuple[str, ...]], *, placed: boo
     moving = {q.name for q in d.coordinates}
     still = {name for name, gap in gaps.items() if free_names([gap]).isdisjoint(moving)} - left
     told = [f"the contact {name}: it overlaps at the start by {depths[name]:.3g} m" for name in depths if name in left]
-    told += [f"the contact {name}: its gap is {value_at(gaps[name], start):g} m in all poses" for name in sorted(still)]
+    touching = [name for name in sorted(still) if (value_at(gaps[name], start) or 0.0) <= _OVERLAP]
+    told += [f"the contact {name}: it touches in all poses" for name in touching]
     contacts = tuple(c for c in d.contacts if c.name not in left | still)
-    return replace(d, contacts=contacts, not_taken=(*d.not_taken, *told))
+    gone = {symbol(force(name)): sp.S.Zero for name in left | still}
+    outputs = tuple(
+        x if x.expression is None else replace(x, expression=sp.sympify(x.expression).xreplace(gone)) for x in d.outputs
+    )
+    return replace(d, contacts=contacts, outputs=outputs, not_taken=(*d.not_taken, *told))
 
 
 def _raised(d: Description, floating: Sequence[tuple[str, ...]], gaps: Sequence[sp.Expr], placed: bool) -> Description:
