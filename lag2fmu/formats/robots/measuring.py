@@ -7,7 +7,7 @@ import sympy as sp
 
 from lag2fmu.description.names import force
 from lag2fmu.description.outputs import QUANTITIES, Output
-from lag2fmu.description.places import WORLD, Frame, Point
+from lag2fmu.description.places import Frame, Point
 from lag2fmu.formats.identifiers import identifier
 from lag2fmu.formats.robots.lengths import length_of
 from lag2fmu.formats.robots.parts import Parts, Touched
@@ -53,15 +53,17 @@ def _along(sensor: Sensor, parts: Parts) -> None:
 def _of_subtree(sensor: Sensor, robot: Robot, parts: Parts) -> None:
     """A sum over the bodies of a link and all that it carries, or what holds them where the link has its joint.
 
-    Nothing is made of a sensor if some of the bodies do not move at all, or if contacts or closed loops hold them too.
+    Nothing is made of a sensor if the bodies have no mass, or if contacts or closed loops hold them too.
     """
     carried = _carried(robot, sensor.subtree)
     bodies = tuple(dict.fromkeys(parts.bodies[link] for link in carried if robot.links[link] is not None))
     others = [{touch.first.link, touch.second.link} for touch in robot.touches]
     others += [{closure.first[0], closure.second[0]} for closure in robot.closures]
-    if not bodies or WORLD in bodies or (sensor.place and any(len(ends & carried) == 1 for ends in others)):
-        held = ", or contacts and loops hold them too" if sensor.place else ""
-        parts.ignored.append(f"the sensor {sensor.name}: some of its bodies do not move{held}")
+    if sensor.place and any(len(ends & carried) == 1 for ends in others):
+        parts.ignored.append(f"the sensor {sensor.name}: contacts and loops hold its bodies, too")
+        return
+    if not bodies:
+        parts.ignored.append(f"the sensor {sensor.name}: its bodies have no mass")
         return
     if sensor.place is None:
         name = _named(sensor, parts)
