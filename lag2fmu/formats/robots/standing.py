@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -32,21 +32,27 @@ def standing(d: Description, floating: Sequence[tuple[str, ...]], *, placed: boo
     poses = Poses(d)
     rigid = [c for c in d.contacts if c.law == "ideal" or not placed]
     gaps = {c.name: poses.resolved(geometry_of(d, _smooth(c), poses).gap) for c in rigid}
-    d = _raised(d, floating, list(gaps.values()), placed)
+    return _that_can_touch(_raised(d, floating, list(gaps.values()), placed), gaps)
+
+
+def _that_can_touch(d: Description, gaps: Mapping[str, sp.Expr]) -> Description:
+    """``d`` without contacts whose ``gaps`` {name: expression} are negative at the start, or without a coordinate."""
     start = start_values(d, guesses=True)
-    depths = {name: -value for name, gap in gaps.items() if (value := value_at(gap, start) or 0.0) < -_OVERLAP}
-    left = {c.name for c in d.contacts if c.law == "ideal"} & depths.keys()
-    moving = {q.name for q in d.coordinates}
-    still = {name for name, gap in gaps.items() if free_names([gap]).isdisjoint(moving)} - left
-    told = [f"the contact {name}: it overlaps at the start by {depths[name]:.3g} m" for name in depths if name in left]
-    touching = [name for name in sorted(still) if (value_at(gaps[name], start) or 0.0) <= _OVERLAP]
-    told += [f"the contact {name}: it touches in all poses" for name in touching]
-    contacts = tuple(c for c in d.contacts if c.name not in left | still)
-    gone = {symbol(force(name)): sp.S.Zero for name in left | still}
-    outputs = tuple(
-        x if x.expression is None else replace(x, expression=sp.sympify(x.expression).xreplace(gone)) for x in d.outputs
-    )
-    return replace(d, contacts=contacts, outputs=outputs, not_taken=(*d.not_taken, *told))
+    ideal, moving = {c.name for c in d.contacts if c.law == "ideal"}, {q.name for q in d.coordinates}
+    at_start = {name: value_at(gap, start) or 0.0 for name, gap in gaps.items()}
+    left = [name for name, gap in at_start.items() if name in ideal and gap < -_OVERLAP]
+    still = [name for name, gap in gaps.items() if name not in left and free_names([gap]).isdisjoint(moving)]
+    told = [f"the contact {name}: it overlaps at the start by {-at_start[name]:.3g} m" for name in left]
+    told += [f"the contact {name}: it touches in all poses" for name in still if at_start[name] <= _OVERLAP]
+    return replace(_without(d, {*left, *still}), not_taken=(*d.not_taken, *told))
+
+
+def _without(d: Description, contacts: Collection[str]) -> Description:
+    """``d`` without these ``contacts``, whose forces are 0 in outputs."""
+    none = {symbol(force(name)): sp.S.Zero for name in contacts}
+    told = {x.name: sp.sympify(x.expression).xreplace(none) for x in d.outputs if x.expression is not None}
+    outputs = tuple(replace(x, expression=told.get(x.name)) for x in d.outputs)
+    return replace(d, contacts=tuple(c for c in d.contacts if c.name not in contacts), outputs=outputs)
 
 
 def _raised(d: Description, floating: Sequence[tuple[str, ...]], gaps: Sequence[sp.Expr], placed: bool) -> Description:
