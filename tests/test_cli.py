@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import stat
 from importlib import import_module
@@ -113,6 +114,10 @@ def test_linearize_prints_and_writes_the_state_space(run) -> None:
     assert "wrote a.json" in result.stderr
     assert json.loads(Path("a.json").read_text("utf-8"))["outputs"][:2] == ["theta", "theta_dot"]
     assert "about its state at 0 s" in run("linearize", "pendulum").output
+    # a force that holds the pendulum at its start makes that a state of rest: m g l sin(theta)
+    held = run("linearize", "pendulum", "--set", f"Q_theta={9.81 * math.sin(0.5)!r}")
+    assert "no equilibrium" not in held.output
+    assert "no equilibrium" in run("linearize", "pendulum").output
     for arguments, sentence in (
         (("-o", "a.csv"), "its ending must be one of .json, .mat, .npz"),
         (("--at", "rest"), "cannot linearize at 'rest'; give 'start', 'equilibrium' or a time"),

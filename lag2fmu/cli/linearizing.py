@@ -13,7 +13,7 @@ from rich.table import Table
 from lag2fmu.analysis.state_files import FORMATS
 from lag2fmu.analysis.state_space import Hidden, Quantity, StateSpace
 from lag2fmu.cli.options import check_ending
-from lag2fmu.cli.settings import load_mechanism
+from lag2fmu.cli.settings import load_with_inputs
 from lag2fmu.cli.terminal import console
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.reference.trajectory import Floats
@@ -47,8 +47,8 @@ def linearize_model(
     """
     if path is not None:
         check_ending(path, FORMATS)
-    equations = derive(load_mechanism(model, settings))
-    about = linearize(equations, at, outputs=outputs or None)
+    mechanism, forces, _ = load_with_inputs(model, settings)
+    about = linearize(derive(mechanism), at, inputs=forces, outputs=outputs or None)
     found = about.state_space(inputs or None)
     found = found if sample is None else found.sampled(sample)
     for title, table in _tables(found):

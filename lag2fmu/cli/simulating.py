@@ -10,8 +10,8 @@ import click
 
 from lag2fmu.cli.motions import SimulateOptions, check_targets, write_motion
 from lag2fmu.cli.options import ANIMATIONS, check_ending
-from lag2fmu.cli.settings import echo_settings, load_mechanism
-from lag2fmu.description.names import SETTINGS, generalized_force
+from lag2fmu.cli.settings import echo_settings, load_with_inputs
+from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.elements import element_variables
 from lag2fmu.fmu.exported import Model, is_fmu
@@ -40,8 +40,7 @@ def simulate_model(asked: SimulateOptions) -> None:
         writer_of(asked.animation)
     source, values, units = _source_and_values(asked.model, asked.settings)
     signals = None if asked.inputs is None else read_csv(asked.inputs, units)
-    of_mechanism = {name: value for name, value in values.items() if not _is_of_fmu(name)}
-    mechanism = entry_points.mechanism_of(source, of_mechanism)
+    mechanism = entry_points.mechanism_of(source, values if isinstance(source, Path) else None)
     drawn = mechanism if asked.plot or asked.animation else None
     with (
         progress_bar("simulating", _until(source, asked.stop_time)) as progress,
@@ -104,11 +103,6 @@ def _animate(mechanism: Mechanism | None, trajectory: Trajectory, path: Path) ->
     click.echo(f"wrote {path}", err=True)
 
 
-def _is_of_fmu(name: str) -> bool:
-    """Whether the FMU of a model has a variable called ``name`` that the model itself does not have."""
-    return name in SETTINGS or name.startswith(generalized_force(""))
-
-
 def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, dict[str, float], dict[str, Unit]]:
     """(what to run, values (SI) to set in the FMU, units in which the mechanism is shown, if it is known).
 
@@ -120,8 +114,4 @@ def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, di
         units = {} if inside is None else display_units(inside)
         echo_settings(texts, units)
         return Path(model), values_of(texts, units), units
-    of_fmu = [item for item in settings if _is_of_fmu(item.partition("=")[0].strip())]
-    mechanism = load_mechanism(model, tuple(item for item in settings if item not in of_fmu))
-    texts, units = pairs_of(of_fmu), display_units(mechanism)
-    echo_settings(texts, units)
-    return mechanism, values_of(texts, units), units
+    return load_with_inputs(model, settings, SETTINGS)

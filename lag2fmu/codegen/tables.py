@@ -87,6 +87,7 @@ class RuntimeTables:
     - ``continuous_states``: the indices of the entries of (q, qd) that are states of the FMU.
     - ``massless``: (index of a constraint, index of the coordinate that it determines) for each coordinate without
       mass; holonomic constraints come first.
+    - ``bounded``: (index in q, smallest, greatest value) of coordinates that may leave their range.
     - ``colours``: of the Jacobian of the accelerations by the states.
     - ``vibrations``: those that the solver gets wrong if its steps do not resolve them.
     - ``motions``: for each motion input, whether the equations contain one of its derivatives; motion inputs are the
@@ -118,6 +119,7 @@ class RuntimeTables:
     default_solver_step: float
     default_duration: float
     stabilisation: float
+    bounded: tuple[tuple[int, float | None, float | None], ...] = ()
     vibrations: Vibrations = ()
     unilateral_names: tuple[str, ...] = ()
     friction_names: tuple[str, ...] = ()
@@ -140,13 +142,6 @@ class RuntimeTables:
     def massless_positions(self) -> int:
         """The number of coordinates without mass that follow from holonomic constraints."""
         return sum(k < self.holonomic for k, _ in self.massless)
-
-    @property
-    def bounded(self) -> list[Slot]:
-        """The coordinates with a range."""
-        kinds, n = ("VARIABLE_STATE", "VARIABLE_MASSLESS"), len(self.coordinate_names)
-        slots = [s for s in self.slots if s.kind in kinds and s.index < n]
-        return [s for s in slots if (s.minimum, s.maximum) != (None, None)]
 
     @property
     def starts(self) -> list[tuple[str, str, Sequence[float]]]:

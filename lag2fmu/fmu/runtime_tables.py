@@ -12,6 +12,7 @@ from lag2fmu.dynamics.massless import continuous_states, determined
 from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.fmu.elements import element_names
 from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.mechanism.ranges import open_bounds
 from lag2fmu.mechanism.record import Mechanism
 
 
@@ -37,6 +38,7 @@ def runtime_tables(
         friction_names=frictions,
         holonomic=len(mechanism.holonomic) + program.unilaterals + program.offsets,
         continuous_states=continuous_states(mechanism),
+        bounded=_bounded(mechanism),
         massless=_massless(mechanism, program),
         colours=coloured(_columns(mechanism, variables)),
         start_inputs=_start_inputs(mechanism, program, variables),
@@ -60,6 +62,12 @@ def _states(mechanism: Mechanism) -> list[tuple[float, float, bool]]:
     positions = [(c.start, c.nominal, c.given is not False) for c in q]
     velocities = [(c.velocity, c.nominal, c.velocity_given is not False) for c in q]
     return [*positions, *velocities, *((s.start, s.nominal, True) for s in integrated_states(mechanism))]
+
+
+def _bounded(mechanism: Mechanism) -> tuple[tuple[int, float | None, float | None], ...]:
+    """(index in q, smallest, greatest value) of the coordinates that may leave their range, as no stop holds them."""
+    bounds = [open_bounds(q, mechanism.stops) for q in mechanism.coordinates]
+    return tuple((k, low, high) for k, (low, high) in enumerate(bounds) if (low, high) != (None, None))
 
 
 def _start_inputs(mechanism: Mechanism, program: Program, variables: Sequence[ScalarVariable]) -> tuple[float, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import logging
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -28,6 +28,7 @@ __all__ = ["as_mechanism", "bundled", "load", "pairs_of", "split_settings", "val
 _LOGGER = logging.getLogger("lag2fmu")
 _PROGRAM = ".py:"
 """The sign between a file and the name of the thing in it that is meant."""
+_TO_VERBS = "parameters and starts go to the verbs, as"
 
 
 def as_mechanism(model: object, values: Mapping[str, float] | None = None) -> Mechanism:
@@ -61,8 +62,8 @@ def read_model(model: object, arguments: Mapping[Any, object] | None = None) -> 
     given = {str(name): value for name, value in (arguments or {}).items()}
     if isinstance(model, (str, Path)) and (path := find(model)).suffix == ".toml":
         if given:
-            to_verbs = f"give parameters and starts to the verbs, as simulate(..., values={given})"
-            raise LoadError(f"{path}: a mechanism as text has no structural arguments; {to_verbs}")
+            words = f"a mechanism as text has no structural arguments; {_TO_VERBS}"
+            raise LoadError(f"{path}: {words} simulate(..., values={given})")
         return read_file(path)
     place, function = source = _function_of(model)
     converted = _converted(source, given)
@@ -86,17 +87,12 @@ def _converted(source: _ModelSource, given: Mapping[str, object]) -> dict[str, o
         start = f"lag2fmu.simulate(..., values={{'{moving}': {given[unknown]}}})"
         raise LoadError(f"{place}: '{unknown}' is no constant, it moves; give its start to the run: {start}")
     if unknown is not None:
-        known = ", ".join(taken) or "none"
-        to_verbs = f"parameters and starts go to the verbs, as simulate(..., values={{'{unknown}': {given[unknown]}}})"
-        raise LoadError(
-            f"{place}: '{unknown}' is no structural argument of {function.__name__}; known are: {known}; {to_verbs}"
-        )
+        known, owner = ", ".join(taken) or "none", place.name if place.suffix in ENDINGS else function.__name__
+        words = f"'{unknown}' is no structural argument of {owner}; known are: {known}; {_TO_VERBS}"
+        raise LoadError(f"{place}: {words} simulate(..., values={{'{unknown}': {given[unknown]!r}}})")
     converted = {name: convert(value, taken[name], f"{place}: {name}") for name, value in given.items()}
-    missing = [name for name, p in taken.items() if p.default is p.empty and name not in converted]
-    if missing:
-        raise LoadError(
-            f"{place}: {function.__name__} needs the structural argument(s) {', '.join(missing)}; give NAME=VALUE"
-        )
+    if missing := ", ".join(x for x, p in taken.items() if p.default is p.empty and x not in converted):
+        raise LoadError(f"{place}: {function.__name__} needs the structural argument(s) {missing}; give NAME=VALUE")
     return converted
 
 
@@ -164,7 +160,7 @@ def _function_of(model: object) -> _ModelSource:
         base: str = "fixed",
         stops: bool = False,
         pose: Mapping[str, object] | str | None = None,
-        ground: str = "",
+        ground: str | Sequence[str] | None = None,
         friction: float | None = None,
         restitution: float | None = None,
         law: str | None = None,
@@ -276,6 +272,8 @@ def _check_settable(m: Mechanism, wanted: Iterable[str]) -> None:
                 f"'{name}' cannot be set in '{m.name}': it follows from {dependent[name]}; known are {', '.join(known)}"
             )
         if name not in known:
+            if name in map(names.generalized_force, (q.name for q in m.coordinates)):
+                raise LoadError(f"'{name}' is an input of the FMU of '{m.name}'; give it as inputs, or to its run")
             near = suggestion(name, known)
             listed = "" if near.startswith("known") else f" known are {', '.join(known)}"
             raise LoadError(

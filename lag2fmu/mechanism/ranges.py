@@ -1,13 +1,20 @@
-"""Ranges: masses, inertias, radii and lengths of springs are never negative; half a range is a nominal value."""
+"""Ranges: masses, inertias, radii and lengths of springs are never negative; half a range is a nominal value.
+
+A bound of a coordinate is no stop, unless one holds there.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import sympy as sp
 
 from lag2fmu.description.description import Description
-from lag2fmu.description.symbols import Input, Parameter
+from lag2fmu.description.events import Stop
+from lag2fmu.description.symbols import Coordinate, Input, Parameter
+
+Bounds = tuple[float | None, float | None]
+"""The least and the greatest value in SI units, None without."""
 
 
 def half_range(part: Input | Parameter) -> float | None:
@@ -15,6 +22,19 @@ def half_range(part: Input | Parameter) -> float | None:
     if part.minimum is None or part.maximum is None or part.minimum == part.maximum:
         return None
     return (part.maximum - part.minimum) / 2
+
+
+def open_bounds(q: Coordinate, stops: Iterable[Stop]) -> Bounds:
+    """The bounds of ``q`` at which none of the ``stops`` holds it."""
+    held = [stop for stop in stops if str(stop.of) == q.name]
+    ends = ((q.minimum, [stop.lower for stop in held]), (q.maximum, [stop.upper for stop in held]))
+    low, high = (None if x is None or sp.Float(x) in map(_value, at) else x for x, at in ends)
+    return low, high
+
+
+def _value(end: object) -> sp.Expr:
+    """The ``end`` of a stop as a floating point number where it is one."""
+    return sp.sympify(end).evalf() if end is not None else sp.nan
 
 
 def positive_parameters(m: Description) -> frozenset[str]:

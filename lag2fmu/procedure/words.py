@@ -12,6 +12,7 @@ from lag2fmu.description.places import Frame
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.language.units import Unit
 from lag2fmu.language.writer import to_text
+from lag2fmu.mechanism.ranges import open_bounds
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.energies import EnergyFunctions
 
@@ -61,17 +62,11 @@ def coordinate_words(q: Coordinate, starting: Coordinate, stops: Iterable[Stop])
     remarks = [] if starting.start == q.start else [f"starts at {amount(starting.start, q)}, by the constraints"]
     if q.nominal_from not in ("", "given"):
         remarks.append(f"nominal {amount(q.nominal, q)}, from {q.nominal_from}")
-    held = [stop for stop in stops if str(stop.of) == q.name]
-    ends = (("min", q.minimum, [stop.lower for stop in held]), ("max", q.maximum, [stop.upper for stop in held]))
-    bounds = [f"{key} {amount(x, q)}" for key, x, at in ends if x is not None and sp.Float(x) not in map(_value, at)]
+    ends = zip(("min", "max"), open_bounds(q, stops), strict=True)
+    bounds = [f"{key} {amount(x, q)}" for key, x in ends if x is not None]
     if bounds:
         remarks.append(f"{' and '.join(bounds)} {'is no stop' if len(bounds) == 1 else 'are no stops'}")
     return "; ".join([f"{q.doc or 'generalized coordinate'}{unit_text(q.unit)}", *remarks])
-
-
-def _value(end: object) -> sp.Expr:
-    """The ``end`` of a stop as a floating point number where it is one."""
-    return sp.sympify(end).evalf() if end is not None else sp.nan
 
 
 def freedom(m: Mechanism) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from lag2fmu.analysis.at_rest import equations_of, the_equilibrium
 from lag2fmu.analysis.linearization import linearize as linearization_of
 from lag2fmu.analysis.state_space import Linearization
-from lag2fmu.description.names import velocity
+from lag2fmu.description.names import generalized_force, velocity
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError, ExportError, LoadError, SimulationError, TextError
 from lag2fmu.fmu.contents import read_mechanism
@@ -135,7 +135,7 @@ def linearize(
 ) -> Linearization:
     """The linearization of ``model`` ``at`` its "start", the "equilibrium" found from there, or a time (s) of its run.
 
-    ``values`` are other parameters and starts in SI units. ``about`` are the other arguments of
+    ``values`` are other parameters, starts and generalized forces in SI units. ``about`` are the other arguments of
     ``lag2fmu.analysis.linearize``: q=, qd= (n,) and further= (f,) in SI units and t= (s) instead of ``at``; inputs=
     {name: SI value}; outputs= names of y, by default the outputs of the FMU. The method ``state_space`` of the result
     gives A (k, k), B (k, r), C (o, k), D (o, r) for files and other packages. Contacts, stops, dry frictions and
@@ -143,7 +143,12 @@ def linearize(
     singular there. Source: J. G. de Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994,
     section 5.3.
     """
-    equations = equations_of(model, values)
+    source = model if isinstance(model, EquationsOfMotion) else as_mechanism(model)
+    mechanism = source.mechanism if isinstance(source, EquationsOfMotion) else source
+    known = {generalized_force(q.name) for q in mechanism.coordinates}
+    forces = {name: x for name, x in (values or {}).items() if name in known}
+    equations = equations_of(source, {name: x for name, x in (values or {}).items() if name not in known})
+    about["inputs"] = forces | (about.get("inputs") or {})
     if about.get("outputs") is None:
         about["outputs"] = _outputs(equations)
     return linearization_of(equations, **{**state_at(equations, at, about.get("inputs")), "within": True, **about})

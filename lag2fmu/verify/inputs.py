@@ -36,7 +36,8 @@ def trajectory_of(inputs: Inputs | None, stop_time: float, step: float) -> Traje
         return _sampled(inputs, stop_time, step)
     columns = _columns(inputs)
     if "time" not in columns:
-        raise LoadError(f"the inputs have no column 'time'; there are {', '.join(map(str, columns)) or 'none'}")
+        there = ", ".join(map(str, columns)) or "none"
+        raise LoadError(f"the inputs have no column 'time'; there are {there}; what is constant goes to values=")
     time = np.asarray(columns.pop("time"), dtype=float)
     for name, column in columns.items():
         if np.shape(column) not in {(), time.shape}:
@@ -46,7 +47,11 @@ def trajectory_of(inputs: Inputs | None, stop_time: float, step: float) -> Traje
 
 def _sampled(function: Callable[[float], Mapping[str, float]], stop_time: float, step: float) -> Trajectory:
     times = np.linspace(0.0, stop_time, SAMPLES * max(1, round(stop_time / step)) + 1)
-    samples = [function(float(t)) for t in times]
+    try:
+        samples = [function(float(t)) for t in times]
+    except Exception as error:  # whatever the user's function meets
+        words = "the function of the inputs, which is asked with the time alone where no sample_time is given, failed"
+        raise LoadError(f"{words}: {type(error).__name__}: {error}") from error
     if not all(isinstance(sample, Mapping) and sample.keys() == samples[0].keys() for sample in samples):
         raise LoadError("the function of the inputs must give a mapping {name: value} with the same names at all times")
     return Trajectory.of(times, {name: [sample[name] for sample in samples] for name in samples[0]})

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from ctypes import c_double, c_int, c_void_p
 from functools import partial
+from numbers import Real
 from types import TracebackType
 from typing import Any, Literal, overload
 from weakref import WeakSet, finalize
@@ -64,7 +65,7 @@ class Simulation:
         is closed. After such a failure ``restore`` goes back, if the FMU allows it.
         """
         self._check_open()
-        if not (math.isfinite(h) and h > 0):
+        if not (isinstance(h, Real) and math.isfinite(h) and h > 0):
             raise LoadError(f"the step h = {h!r} s is not positive and finite; give its length in s, such as 1e-3")
         if inputs:
             self.set(inputs)
@@ -89,6 +90,8 @@ class Simulation:
         Raises LoadError for names that are no inputs, and for values that are no finite numbers.
         """
         self._check_open()
+        if not isinstance(inputs, Mapping):
+            raise LoadError(f"the inputs are {inputs!r}; give a mapping {{name: value}}")
         names = tuple(inputs)
         if names not in self._inputs:
             self._inputs[names] = self._settable(names)
@@ -119,7 +122,7 @@ class Simulation:
         Raises LoadError for an unknown name, SimulationError after closing.
         """
         self._check_open()
-        names = (name,) if isinstance(name, str) else tuple(name)
+        names = tuple(name) if isinstance(name, Iterable) and not isinstance(name, str) else (name,)
         if names not in self._channels:
             found = [s for x in names for s in self._elements(x)]
             self._channels[names] = Channel(self._instance.fmu, found, third=self._third)
@@ -137,7 +140,7 @@ class Simulation:
             return [self._scalars[name]]
         found = [s for s in self._scalars.values() if s.variable.name == name]
         if not found:
-            check_known([name], list(self._scalars), "variable")
+            check_known([str(name)], list(self._scalars), "variable")
         return found
 
     def _shape(self, name: str) -> tuple[int, ...]:

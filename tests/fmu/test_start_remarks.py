@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pytest
+
+from lag2fmu import simulate
 from lag2fmu.dynamics import derive
 from lag2fmu.fmu.advice import moved_starts
 from lag2fmu.formats.text import read
@@ -40,3 +43,13 @@ def test_a_bound_at_which_a_stop_holds_is_not_said_to_be_none() -> None:
     text = procedure(read(WIRE.format(y="guess = 0.2") + stop, "wire.toml"))
     assert "min -2 m is no stop" in text
     assert "max 3 m" not in text
+
+
+@pytest.mark.parametrize(("stop", "told"), [("[stops.floor]\nof = 'x'\nlower = 0.0\n", 0), ("", 1)])
+def test_a_run_is_warned_of_a_bound_unless_a_stop_holds_there(stop: str, told: int, caplog) -> None:
+    """What falls comes to the bound and stays within rounding of it, or passes it."""
+    text = "[mechanism]\nname = 'fall'\n[coordinates]\nx = { unit = 'm', start = 0.1, min = 0.0 }\n"
+    text += "[energy]\nkinetic = 'x_dot**2/2'\npotential = '9.81*x'\n" + stop
+    run = simulate(read(text, "fall.toml"), stop_time=0.3, step=0.01)
+    assert bool(min(run["x"]) < -1e-3) is bool(told)
+    assert len([record for record in caplog.records if "leaves its range" in record.getMessage()]) == told

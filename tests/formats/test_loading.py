@@ -132,7 +132,9 @@ def test_a_text_is_loaded(tmp_path: Path) -> None:
     path.write_text(write(load("pendulum")), encoding="utf-8")
     assert load(path) == load("pendulum")
     assert structural_arguments(path) == {}
-    with pytest.raises(LoadError, match=r"has no structural arguments; give .*, as simulate\(\.\.\., values={'n'"):
+    with pytest.raises(
+        LoadError, match=r"has no structural arguments; parameters .*, as simulate\(\.\.\., values={'n'"
+    ):
         load(path, {"n": 3})
     path.write_text("[mechanism", encoding="utf-8")
     with pytest.raises(TextError, match=re.escape(str(path))):

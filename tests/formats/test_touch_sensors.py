@@ -53,11 +53,32 @@ def test_a_zone_that_is_smaller_than_what_touches_is_told(tmp_path: Path) -> Non
     assert "the sensor some: no ideal contact is always in its site" in foot(tmp_path, ground="all").not_taken
 
 
-def test_without_contacts_or_with_compliant_ones_there_is_nothing_to_tell(tmp_path: Path) -> None:
-    for options in ({}, {"ground": "all", "law": "compliant"}):
-        mechanism = foot(tmp_path, **options)
-        assert not {"at_toe", "at_heel", "whole"} & {x.name for x in mechanism.outputs}
-        assert "the sensor whole: no ideal contact is always in its site" in mechanism.not_taken
+def test_compliant_contacts_tell_nothing(tmp_path: Path) -> None:
+    mechanism = foot(tmp_path, ground="all", law="compliant")
+    assert not {"at_toe", "at_heel", "whole"} & {x.name for x in mechanism.outputs}
+    assert "the sensor whole: no ideal contact is always in its site" in mechanism.not_taken
+
+
+def test_without_contacts_sensors_read_0_which_is_told(tmp_path: Path) -> None:
+    mechanism = foot(tmp_path)
+    assert (
+        "the touch told by at_toe, at_heel, whole, some: it is 0, as no contact of their bodies is taken"
+        in mechanism.not_taken
+    )
+    run = integrate(mechanism, np.array([0.0, 0.1]))
+    assert all((run.trajectory[name] == 0).all() for name in ("at_toe", "at_heel", "whole", "some"))
+
+
+def test_a_contact_that_is_left_out_is_in_no_sensor(tmp_path: Path) -> None:
+    """The toe is below the floor at the start, and its contact left out; the heel's is as it was."""
+    pytest.importorskip("mujoco", reason="MJCF is optional: pip install lag2fmu[mujoco]")
+    from lag2fmu import load
+
+    path = tmp_path / "foot.xml"
+    path.write_text(MJCF.replace('"9 9 1"', '"9 9 1" euler="0 -1 0"'), "utf-8")
+    mechanism = load(path, {"ground": "all"})
+    assert [x for x in mechanism.not_taken if x.startswith("the contact")] != []
+    assert [str(x.expression) for x in mechanism.outputs if x.name in ("at_toe", "at_heel")].count("0") == 1
 
 
 @pytest.mark.parametrize(

@@ -262,6 +262,7 @@ def test_a_base_that_floats_stands_on_the_ground_in_its_pose(robot: Robot, pose:
         ("hinge=up", "hinge = 'up' is no number; give rad, or m"),
         ({"hinge": 3}, "hinge = 3 is not within its limits, -1 to 2"),
         ({"hinge": float("nan")}, "hinge = nan is not within its limits"),
+        ([0.3], "pose = [0.3]; give {joint: rad or m}, or a text as 'knee=0.8,hip=-0.4'"),
     ],
 )
 def test_a_pose_that_cannot_be_taken_is_said(robot: Robot, pose: object, message: str) -> None:
@@ -277,6 +278,17 @@ def test_what_cannot_be_raised_is_left_out_and_said(robot: Robot) -> None:
     mechanism = robot(urdf(BOX, arm + joint), ground="all")
     assert mechanism.contacts == ()
     assert mechanism.not_taken == ("the contact arm: it overlaps at the start by 0.05 m",)
+
+
+def test_what_keeps_its_gap_is_left_out(robot: Robot) -> None:
+    """A ball on the axis of its joint beside one that may touch; it is told if it touches always."""
+    arm = BODY.format(name="arm", mass=1, collision="".join(
+        SHAPE.format(at=at, shape='<sphere radius="0.05"/>') for at in ("0 0 0", "2 0 0")))  # fmt: skip
+    joint = '<joint name="j" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>'
+    for height, told in ((1.0, ()), (0.05, ("the contact arm_1: it touches in all poses",))):
+        mechanism = robot(urdf("", f'{arm}{joint}<origin xyz="0 0 {height}"/></joint>'), ground=["arm"])
+        assert [contact.name for contact in mechanism.contacts] == ["arm_2"]
+        assert mechanism.not_taken == told
 
 
 def test_compliant_contacts_bear_the_robot_on_a_point(robot: Robot) -> None:

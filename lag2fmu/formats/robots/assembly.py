@@ -175,7 +175,7 @@ class _Assembly:
         else:
             self._parts.carriers[joint.child] = (frame, matrix @ joint.pose.matrix, pose)
             self._parts.points.append(Point(self._links[joint.child], numbers(pose.origin), frame))
-            own = joint.child in self._sensed and frame != WORLD
+            own = joint.child in self._sensed or (frame == WORLD and self._robot.root in self._sensed)
             body = f"{self._links[joint.child]}_body"
             carrying = self._parts.bodies[joint.parent]
             self._parts.bodies[joint.child] = self._parts.names.entry("places", body) if own else carrying

@@ -20,6 +20,9 @@ from lag2fmu.formats.robots.poses import JointPose
 from lag2fmu.formats.robots.tree import Closure, Coupling, Robot, Span, Tendon
 from lag2fmu.formats.robots.writing import number, numbers, turns_of
 
+_ENDS = 2
+"""The places between which springs and dampers act by themselves."""
+
 
 def attach(robot: Robot, parts: Parts) -> None:
     """Add the attachments of ``robot`` to ``parts``, which has all links already.
@@ -59,7 +62,9 @@ def _stretch(tendon: Tendon, parts: Parts) -> None:
     at = rate = length = None
     units: tuple[str | None, ...] = (None, None, None)
     if isinstance(along, Span):
-        between, units = spots_of(along, name, parts), (STIFFNESSES["m"], "m", DAMPINGS["m"])
+        units = (STIFFNESSES["m"], "m", DAMPINGS["m"])
+    if isinstance(along, Span) and len(along.spots) == _ENDS:
+        between = spots_of(along, name, parts)
     else:
         at, rate = length_of(along, name, parts)
     of = f"of the tendon {tendon.name}"

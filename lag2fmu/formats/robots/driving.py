@@ -9,7 +9,7 @@ from itertools import pairwise
 import sympy as sp
 
 from lag2fmu.description.events import State
-from lag2fmu.description.parts import Damper, Load, Spring
+from lag2fmu.description.parts import Damper, Load
 from lag2fmu.description.symbols import signal
 from lag2fmu.formats.identifiers import identifier
 from lag2fmu.formats.robots.lengths import gear_of, gears_of, idle, length_of, spot_of, spots_of
@@ -30,6 +30,8 @@ def _turning(along: Turning, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]
     return sp.S.Zero, sp.Add(*(gear * rate for gear, rate in zip(gears, rates, strict=True)))
 
 
+_ENDS = 2
+"""The places between which a damper knows its own rate."""
 _GAINS, _BIASES = ("gain", "length_gain", "velocity_gain"), ("offset_gain", "position_gain", "rate_gain")
 
 
@@ -68,10 +70,10 @@ def drive(actuator: Actuator, parts: Parts) -> None:
     parts.alike += _servo(actuator, gain[0], alone)
     if isinstance(along, Wrench):
         _push(along, name, limits(force), parts)
-    elif isinstance(along, Span):
+    elif isinstance(along, Span) and not by_length and (not by_rate or len(along.spots) == _ENDS):
         gear = gear_of(name, along.gear, parts)
         force = gear * limits(force + by_rate * gear * symbol("rate"))
-        _pull(spots_of(along, name, parts), name, force, by_length * gear**2, parts)
+        _pull(spots_of(along, name, parts), name, force, parts)
     else:
         at, rate = _turning(along, name, parts) if isinstance(along, Turning) else length_of(along, name, parts)
         force = limits(force + by_length * at + by_rate * rate)
@@ -93,7 +95,7 @@ def _contract(actuator: Actuator, muscle: Muscle, u: sp.Expr, name: str, parts: 
     rate = activation_rate(muscle, u, z, activation, parts)
     parts.alike.append(z + u)
     parts.states.append(State(activation, None, 0.0, rate, doc=f"activation of the muscle {actuator.name}"))
-    at, speed = length_of(actuator.along, name, parts)  # type: ignore[arg-type]  # muscles of others are not read
+    at, speed = length_of(actuator.along, name, parts)  # type: ignore[arg-type]  # other muscles are not read
     active, passive = muscle_force(muscle, at, speed, name, parts)
     force = saturated(active * z + passive, actuator.force_limits, f"force_{name}", parts)
     parts.driven[actuator.name] = at, speed, force
@@ -144,15 +146,12 @@ def limit_force(joint: RobotJoint, robot: Robot, parts: Parts) -> None:
         parts.forces[name] = saturated(parts.forces[name], joint.force_limits, f"force_{name}", parts)
 
 
-def _pull(spots: Sequence[str], name: str, force: sp.Expr, stiffness: sp.Expr, parts: Parts) -> None:
-    """A ``force`` from each of the ``spots`` to the next, and one that grows with the length by ``stiffness``."""
+def _pull(spots: Sequence[str], name: str, force: sp.Expr, parts: Parts) -> None:
+    """A ``force`` from each of the ``spots`` to the next."""
     for k, ends in enumerate(pairwise(spots), 1):
-        suffix = name if len(spots) == 2 else f"{name}_{k}"
+        suffix = name if len(spots) == _ENDS else f"{name}_{k}"
         damper = parts.names.entry("dampers", f"actuator_{suffix}")
         parts.dampers.append(Damper(damper, force=-force, between=ends))
-    if stiffness:  # a force that grows with the length is that of a spring of negative stiffness
-        spring = parts.names.entry("springs", f"position_{name}")
-        parts.springs.append(Spring(spring, -stiffness, between=spots, length=0))
 
 
 def _push(along: Wrench, name: str, size: sp.Expr, parts: Parts) -> None:

@@ -42,19 +42,22 @@ class Ground:
 
 
 def ground_of(chosen: dict[str, object], source: str) -> Ground | None:
-    """What a user has ``chosen``: {"ground": "all" or names with commas between, "friction", ...}; None without ground.
+    """What a user has ``chosen``: {"ground": "all" or names, "friction", ...}; None without ground.
 
-    What is not chosen is None. Raises LoadError for what goes with ground where there is none, and for values out of
-    bounds.
+    Names are a text with commas between, or a list. What is not chosen is None. Raises LoadError for what goes with
+    ground where there is none, and for values out of bounds.
     """
     given = {name: value for name, value in chosen.items() if value is not None and value is not False}
-    names = str(given.pop("ground", ""))  # "" is none
-    if not names:
+    named = given.pop("ground", "")  # "" is none
+    if not named:
         lonely = next(iter(given), None)
         if lonely is not None:
             raise LoadError(f"{source}: {lonely} goes with ground; say what touches: ground = all, or names of links")
         return None
-    links = tuple(name.strip() for name in names.split(","))
+    names = named.split(",") if isinstance(named, str) else named
+    if not isinstance(names, (list, tuple)) or not all(isinstance(name, str) for name in names):
+        raise LoadError(f"{source}: ground = {named!r}; give '{ALL}', or names of links")
+    links = tuple(name.strip() for name in names)
     return _checked(Ground(None if links == (ALL,) else links, **given), source)  # type: ignore[arg-type]
 
 

@@ -3,23 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
 
 import sympy as sp
 
+from lag2fmu.description.description import Description
 from lag2fmu.description.places import WORLD, Point
 from lag2fmu.formats.robots.parts import Parts
 from lag2fmu.formats.robots.tree import Span, Sum, Transmission, Wrench
 from lag2fmu.formats.robots.writing import numbers
 from lag2fmu.language.vocabulary import symbol
+from lag2fmu.mechanism.poses import Poses
 
 
-def length_of(length: Sum, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]:
-    """A length and its rate as expressions."""
+def length_of(length: Sum | Span, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]:
+    """A length and its rate as expressions in coordinates, where straight from place to place of as many as move it."""
+    if isinstance(length, Span):
+        return _way_along(length, name, parts)
     factors = [factor for _, factor in length]
     gears = gears_of(name, factors, parts)
     joints = [parts.joints[joint] for joint, _ in length]
     at, rate = (sp.Add(*(x * symbol(f"{q}{dot}") for q, x in zip(joints, gears, strict=True))) for dot in ("", "_dot"))
     return at, rate
+
+
+def _way_along(span: Span, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]:
+    """The sum of the distances from place to place, times the gear, and its rate."""
+    metre = parts.metre()
+    frames = tuple(replace(x, origin=tuple(_with_unit(o, metre) for o in x.origin)) for x in parts.frames)
+    poses = Poses(Description("way", coordinates=tuple(parts.coordinates), frames=frames))
+    way = sp.S.Zero
+    for ends in pairwise(span.spots):
+        carriers = [parts.carriers[link] for link, _ in ends]
+        base = poses.common(carriers[0][0], carriers[1][0])
+        places = [
+            poses.pose(frame, base).at(sp.Matrix(numbers(pose.origin + matrix @ place)) * metre)
+            for (frame, matrix, pose), (_, place) in zip(carriers, ends, strict=True)
+        ]
+        apart = places[1] - places[0]
+        way += sp.sqrt(sp.Add(*(x**2 for x in apart)))
+    gear = gear_of(name, span.gear, parts)
+    return gear * way, gear * poses.rate(way)
+
+
+def _with_unit(entry: object, metre: sp.Expr) -> sp.Expr:
+    """An ``entry`` of a place, which is a length in m where it is a number."""
+    x = sp.sympify(entry)
+    return x * metre if x.is_number else x
 
 
 def gears_of(name: str, factors: Sequence[float], parts: Parts) -> list[sp.Expr]:

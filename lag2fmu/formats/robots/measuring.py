@@ -7,7 +7,7 @@ import sympy as sp
 
 from lag2fmu.description.names import force
 from lag2fmu.description.outputs import QUANTITIES, Output
-from lag2fmu.description.places import WORLD, Frame, Point
+from lag2fmu.description.places import Frame, Point
 from lag2fmu.formats.identifiers import identifier
 from lag2fmu.formats.robots.lengths import length_of
 from lag2fmu.formats.robots.parts import Parts, Touched
@@ -38,6 +38,9 @@ def measure(robot: Robot, parts: Parts) -> None:
             parts.outputs.append(Output(name, expression, doc=f"sensor {sensor.name}"))
         else:
             parts.ignored.append(f"the sensor {sensor.name}: its actuator acts between places, or is not taken")
+    still = [s.name for s in robot.sensors if s.zone is not None and not parts.touched.get(s.zone.link)]
+    if still:
+        parts.ignored.append(f"the touch told by {', '.join(still)}: it is 0, as no contact of their bodies is taken")
 
 
 def _along(sensor: Sensor, parts: Parts) -> None:
@@ -50,15 +53,17 @@ def _along(sensor: Sensor, parts: Parts) -> None:
 def _of_subtree(sensor: Sensor, robot: Robot, parts: Parts) -> None:
     """A sum over the bodies of a link and all that it carries, or what holds them where the link has its joint.
 
-    Nothing is made of a sensor if some of the bodies do not move at all, or if contacts or closed loops hold them too.
+    Nothing is made of a sensor if the bodies have no mass, or if contacts or closed loops hold them too.
     """
     carried = _carried(robot, sensor.subtree)
     bodies = tuple(dict.fromkeys(parts.bodies[link] for link in carried if robot.links[link] is not None))
     others = [{touch.first.link, touch.second.link} for touch in robot.touches]
     others += [{closure.first[0], closure.second[0]} for closure in robot.closures]
-    if not bodies or WORLD in bodies or (sensor.place and any(len(ends & carried) == 1 for ends in others)):
-        held = ", or contacts and loops hold them too" if sensor.place else ""
-        parts.ignored.append(f"the sensor {sensor.name}: some of its bodies do not move{held}")
+    if sensor.place and any(len(ends & carried) == 1 for ends in others):
+        parts.ignored.append(f"the sensor {sensor.name}: contacts and loops hold its bodies, too")
+        return
+    if not bodies:
+        parts.ignored.append(f"the sensor {sensor.name}: its bodies have no mass")
         return
     if sensor.place is None:
         name = _named(sensor, parts)
@@ -68,13 +73,13 @@ def _of_subtree(sensor: Sensor, robot: Robot, parts: Parts) -> None:
 
 
 def _of_touch(sensor: Sensor, zone: Geom, parts: Parts) -> None:
-    """The sum of the normal forces of the contacts of a link in a ``zone``.
+    """The sum of the normal forces of the contacts of a link in a ``zone``: 0 for a link that touches nothing.
 
-    Nothing is made of a sensor without such contacts, or where the motion decides whether a contact is in the zone.
+    Nothing is made of a sensor where the motion decides whether a contact is in the zone, or a contact is compliant.
     """
     touched = parts.touched.get(zone.link, [])
-    inside = [x for x in touched if _holds(zone, x)]
-    if not inside or not all(x in inside or any(_is_apart(zone, x, y) for y in inside) for x in touched):
+    inside = [x for x in touched if x.ideal and _holds(zone, x)]
+    if not all(x in inside or any(_is_apart(zone, x, y) for y in inside) for x in touched):
         why = (
             "the motion decides which contacts are in its site" if inside else "no ideal contact is always in its site"
         )

@@ -1,7 +1,7 @@
 """Reading MJCF, the XML of MuJoCo (https://mujoco.readthedocs.io/en/stable/XMLreference.html), by MuJoCo itself.
 
 Taken is what MuJoCo compiled: bodies with their inertia, joints, what acts on them, actuators whose force is affine in
-their control or in a state that filters or integrates it, tendons of joints and of two sites, and the equalities
+their control or in a state that filters or integrates it, tendons of joints and from site to site, and the equalities
 connect, weld, joint and tendon, which are exact here, and sensors of joints, tendons, actuators, places and frames. The
 package mujoco is optional.
 """

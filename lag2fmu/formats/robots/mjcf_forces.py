@@ -47,9 +47,6 @@ def actuators(compiled: Compiled) -> Iterator[Actuator]:
             {"actuator": k},
         )
         force_limits = limits_of(m.actuator_forcerange[k]) if m.actuator_forcelimited[k] else None
-        if force_limits is not None and isinstance(through, Span) and bias[1]:  # its spring is a part of its own
-            compiled.ignored.append(f"limits of the force of the actuator {name}")
-            force_limits = None
         state = None if muscle else _activation(compiled, k)
         yield Actuator(name, through, gain, bias, _control_limits(compiled, k), force_limits, state, muscle)
 
@@ -60,9 +57,9 @@ def _why_not(compiled: Compiled, k: int) -> str:
     if not _is_on(compiled, k):
         return "it is off, late, or has several controls"
     if int(m.actuator_trntype[k]) == int(own.mjtTrn.mjTRN_BODY):
-        return "adhesion is no force between two places"
+        return "adhesion pulls at contacts, which here only push"
     if int(m.actuator_gaintype[k]) == int(own.mjtGain.mjGAIN_MUSCLE):
-        return "a muscle acts along joints and fixed tendons, and has one curve"
+        return "a muscle acts along joints and tendons without wraps, and has one curve"
     if not _follows_control(compiled, k):
         return "its state is neither a filter nor an integrator of its control"
     if _transmission(compiled, k) is None:
@@ -122,16 +119,11 @@ def _affine(numbers: Iterable[float], count: int) -> tuple[float, float, float]:
 
 
 def _follows(through: Transmission, gain: Sequence[float], bias: Sequence[float], muscle: Muscle | None) -> bool:
-    """Whether a force can depend on length and rate as ``gain`` and ``bias``, or the curves of a ``muscle``, say.
-
-    Between two places a damper knows the rate, and a spring the length, which no control multiplies.
-    """
-    if muscle is not None:
-        return isinstance(through, tuple)
-    on_joints, between_two = isinstance(through, tuple), isinstance(through, Span) and len(through.spots) == 2
-    length = on_joints or (between_two and not gain[1])
-    rate = on_joints or between_two or isinstance(through, Turning)
-    return (length or not (gain[1] or bias[1])) and (rate or not (gain[2] or bias[2]))
+    """Whether a force can depend on length and rate as ``gain`` and ``bias``, or the curves of a ``muscle``, say."""
+    if isinstance(through, (tuple, Span)):
+        return True
+    rate = isinstance(through, Turning) or not (gain[2] or bias[2])
+    return muscle is None and rate and not (gain[1] or bias[1])
 
 
 def _is_plain(compiled: Compiled, k: int) -> bool:
@@ -212,7 +204,7 @@ def tendons(compiled: Compiled) -> Iterator[Tendon]:
         stiffness, damping = float(np.ravel(m.tendon_stiffness[k])[0]), float(np.ravel(m.tendon_damping[k])[0])
         low, high = map(float, m.tendon_lengthspring[k])
         slack = bool(stiffness) and low != high  # between two lengths
-        if length is None or slack or (isinstance(length, Span) and len(length.spots) > 2):
+        if length is None or slack:
             if stiffness or damping:
                 compiled.ignored.append(f"the tendon {name}")
         elif stiffness or damping:

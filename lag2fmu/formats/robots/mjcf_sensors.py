@@ -8,7 +8,7 @@ from typing import Any
 from lag2fmu.formats.robots.compiled import Compiled, turned
 from lag2fmu.formats.robots.mjcf_forces import tendon_of
 from lag2fmu.formats.robots.poses import JointPose
-from lag2fmu.formats.robots.tree import Geom, Sensor, Span
+from lag2fmu.formats.robots.tree import Geom, Sensor
 
 _SLIDE = 2  # mjtJoint; the kinds below have several coordinates
 
@@ -74,10 +74,10 @@ def _sensor(compiled: Compiled, k: int, name: str, word: str) -> Sensor | None:
 
 
 def _along(compiled: Compiled, target: int, name: str, word: str) -> Sensor | None:
-    """A sensor of a joint that has one coordinate, or of a tendon of such joints; None of others."""
+    """A sensor of a joint that has one coordinate, or of a tendon that is taken; None of others."""
     if word.startswith("TENDON"):
         length = tendon_of(compiled, target)
-        return None if length is None or isinstance(length, Span) else Sensor(name, _ALONG[word], length)
+        return None if length is None else Sensor(name, _ALONG[word], length)
     single = compiled.model.jnt_type[target] >= _SLIDE
     return Sensor(name, _ALONG[word], ((compiled.name("joint", target), 1.0),)) if single else None
 

@@ -29,15 +29,16 @@ INERTIAS = {"rad": "kg.m2", "m": "kg"}
 
 
 class Touched(NamedTuple):
-    """What of a link touches by an ideal ``contact``: the ball of a ``radius`` (m) about a ``place`` (3,) in its axes.
+    """What of a link touches by a ``contact``: the ball of a ``radius`` (m) about a ``place`` (3,) in its axes.
 
-    ``plane`` is the geom that it touches, "" if that is none.
+    ``plane`` is the geom that it touches, "" if that is none. Of a contact that is not ``ideal`` no force is told.
     """
 
     contact: str
     place: Floats
     radius: float
     plane: str
+    ideal: bool = True
 
 
 @dataclass
@@ -76,12 +77,18 @@ class Parts:
     ignored: list[str] = field(default_factory=list)
     alike: list[sp.Expr] = field(default_factory=list)
     plain: list[str] = field(default_factory=list)
+    _metre: Declared | None = None
 
     def parameter(self, wanted: str, value: float, unit: str | None = None, doc: str = "") -> Declared:
         """A new parameter, called as ``wanted`` where that is free."""
         made = parameter(self.names.variable(wanted), value, unit, doc or wanted.replace("_", " "))
         self.parameters.append(made)
         return made
+
+    def metre(self) -> Declared:
+        """The unit of the numbers of which a length is computed, as a parameter of 1 m."""
+        self._metre = self._metre or self.parameter("metre", 1.0, "m", "the unit of lengths along places")
+        return self._metre
 
     def coordinate(self, joint: RobotJoint, name: str) -> Declared:
         """The coordinate ``name`` of a ``joint`` that has one, started within its limits."""

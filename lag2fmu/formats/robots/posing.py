@@ -19,6 +19,8 @@ def posed(robot: Robot, pose: Mapping[str, object] | str, source: str) -> Robot:
     Raises LoadError for an unknown joint, one that has no coordinate of its own, and a value that is no number or
     beyond the limits of its joint.
     """
+    if not isinstance(pose, (Mapping, str)):
+        raise LoadError(f"{source}: pose = {pose!r}; give {{joint: rad or m}}, or a text as 'knee=0.8,hip=-0.4'")
     given = dict(pose) if isinstance(pose, Mapping) else _pairs(pose, source)
     if not given:
         return robot

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +10,7 @@ import sympy as sp
 
 from lag2fmu.description.description import Description
 from lag2fmu.description.events import Contact
+from lag2fmu.description.names import force
 from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.contact_places import geometry_of
@@ -25,19 +26,33 @@ def standing(d: Description, floating: Sequence[tuple[str, ...]], *, placed: boo
     """``d`` with starts at which no ideal contact overlaps; ``floating`` are the coordinates (3,) of what floats.
 
     What floats is raised along the normals of what overlaps. The first of it goes down, too, until it touches, if it is
-    not ``placed``. A contact that overlaps after that is left out and told by ``not_taken``. Raises MechanismError for
-    a contact that cannot be described.
+    not ``placed``. A contact that overlaps after that is left out and told by ``not_taken``. One whose gap nothing
+    changes is left out, too, and told if it touches. Raises MechanismError for a contact that cannot be described.
     """
     poses = Poses(d)
     rigid = [c for c in d.contacts if c.law == "ideal" or not placed]
     gaps = {c.name: poses.resolved(geometry_of(d, _smooth(c), poses).gap) for c in rigid}
-    d = _raised(d, floating, list(gaps.values()), placed)
+    return _that_can_touch(_raised(d, floating, list(gaps.values()), placed), gaps)
+
+
+def _that_can_touch(d: Description, gaps: Mapping[str, sp.Expr]) -> Description:
+    """``d`` without contacts whose ``gaps`` {name: expression} are negative at the start, or without a coordinate."""
     start = start_values(d, guesses=True)
-    depths = {name: -value for name, gap in gaps.items() if (value := value_at(gap, start) or 0.0) < -_OVERLAP}
-    left = {c.name for c in d.contacts if c.law == "ideal"} & depths.keys()
-    told = [f"the contact {name}: it overlaps at the start by {depths[name]:.3g} m" for name in depths if name in left]
-    contacts = tuple(c for c in d.contacts if c.name not in left)
-    return replace(d, contacts=contacts, not_taken=(*d.not_taken, *told))
+    ideal, moving = {c.name for c in d.contacts if c.law == "ideal"}, {q.name for q in d.coordinates}
+    at_start = {name: value_at(gap, start) or 0.0 for name, gap in gaps.items()}
+    left = [name for name, gap in at_start.items() if name in ideal and gap < -_OVERLAP]
+    still = [name for name, gap in gaps.items() if name not in left and free_names([gap]).isdisjoint(moving)]
+    told = [f"the contact {name}: it overlaps at the start by {-at_start[name]:.3g} m" for name in left]
+    told += [f"the contact {name}: it touches in all poses" for name in still if at_start[name] <= _OVERLAP]
+    return replace(_without(d, {*left, *still}), not_taken=(*d.not_taken, *told))
+
+
+def _without(d: Description, contacts: Collection[str]) -> Description:
+    """``d`` without these ``contacts``, whose forces are 0 in outputs."""
+    none = {symbol(force(name)): sp.S.Zero for name in contacts}
+    told = {x.name: sp.sympify(x.expression).xreplace(none) for x in d.outputs if x.expression is not None}
+    outputs = tuple(replace(x, expression=told.get(x.name)) for x in d.outputs)
+    return replace(d, contacts=tuple(c for c in d.contacts if c.name not in contacts), outputs=outputs)
 
 
 def _raised(d: Description, floating: Sequence[tuple[str, ...]], gaps: Sequence[sp.Expr], placed: bool) -> Description:

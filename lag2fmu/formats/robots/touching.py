@@ -142,9 +142,9 @@ class _Touching:
 
     def _told(self, contact: Contact, geom: Geom, at: Any, radius: float, plane: str) -> None:
         """Note for sensors what of the link of ``geom`` touches a ``plane`` or other geom; ``at`` (3,) in its axes."""
-        if contact.law == "ideal":
-            place = geom.pose.origin + geom.pose.matrix @ np.array(at)
-            self._parts.touched.setdefault(geom.link, []).append(Touched(contact.name, place, radius, plane))
+        place = geom.pose.origin + geom.pose.matrix @ np.array(at)
+        told = Touched(contact.name, place, radius, plane, ideal=contact.law == "ideal")
+        self._parts.touched.setdefault(geom.link, []).append(told)
 
     def _centre(self, geom: Geom) -> str:
         """The frame of a capsule or the point of a sphere, one for all that it touches."""

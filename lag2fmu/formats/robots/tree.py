@@ -80,10 +80,7 @@ Spot = tuple[str, tuple[float, ...]]
 
 @dataclass(frozen=True)
 class Span:
-    """A length: the way along ``spots``, straight from each to the next, times the ``gear``.
-
-    Only a force that depends on neither length nor rate acts along more than two.
-    """
+    """A length: the way along ``spots``, straight from each to the next, times the ``gear``."""
 
     spots: tuple[Spot, ...]
     gear: float = 1.0
@@ -188,14 +185,15 @@ class Coupling:
 class Sensor:
     """A ``quantity`` along joints, of an ``actuator``, of a ``place`` or of a ``subtree``.
 
-    It is "length" or "rate" ``along`` joints or of the actuator, or its "force". A place is a link and a pose in its
-    axes; its quantities are those of outputs, along the ``axes`` "world" or "frame". A subtree is a link with all that
-    it carries; what holds it is told at the place. "touch" is the sum of the normal forces on the link of a ``zone``.
+    It is "length" or "rate" ``along`` joints or places, or of the actuator, or its "force". A ``place`` is a link and a
+    pose in its axes; its quantities are those of outputs, along the ``axes`` "world" or "frame". A subtree is a link
+    with all that it carries; what holds it is told at the place. "touch" is the sum of the normal forces on the link of
+    a ``zone``.
     """
 
     name: str
     quantity: str
-    along: Sum = ()
+    along: Sum | Span = ()
     actuator: str = ""
     place: tuple[str, JointPose] | None = None
     axes: str = "world"
