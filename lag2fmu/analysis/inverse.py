@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from lag2fmu.analysis.evaluation import operating_inputs
+from lag2fmu.analysis.observing import within
 from lag2fmu.analysis.subspaces import RANK
 from lag2fmu.description import names
 from lag2fmu.description.description import Description
@@ -53,7 +54,8 @@ def inverse(
     its own equations of motion.
 
     Raises LoadError as ``load`` does, DerivationError for names that are no coordinates, and for motions between which
-    constraints leave no choice, MechanismError for contacts, stops or frictions on prescribed coordinates alone.
+    constraints leave no choice, MechanismError for contacts, stops or frictions on prescribed coordinates alone, and
+    for a time constant that is not positive.
     Source: J. J. Craig, Introduction to Robotics, 3rd edition, section 6.5.
     """
     mechanism = as_mechanism(model)
@@ -64,6 +66,8 @@ def inverse(
     inputs = [_motion(given[name], filtered=time_constant is not None) for name in chosen]
     written = assembled(mechanism.description)[0]
     if time_constant is not None:
+        if not within(time_constant, above=0):
+            raise MechanismError(f"time_constant: {time_constant!r} s; give a positive time, such as 0.02")
         filtering = Parameter(TIME_CONSTANT, time_constant, SECOND, "of the filter of the prescribed motions")
         written = replace(written, parameters=(*written.parameters, filtering))
     try:

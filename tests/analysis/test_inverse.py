@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -275,9 +276,10 @@ def test_friction_needs_a_motion_that_it_can_change() -> None:
         inverse("coulomb_oscillator")
 
 
-def test_a_time_constant_is_positive() -> None:
-    with pytest.raises(MechanismError, match=r"'time_constant' is -1 s at the values given; give a positive one$"):
-        inverse("pendulum", time_constant=-1.0)
+@pytest.mark.parametrize("constant", [-1.0, 0, "a"])
+def test_a_time_constant_is_positive(constant: Any) -> None:
+    with pytest.raises(MechanismError, match=f"time_constant: {constant!r} s; give a positive time"):
+        inverse("pendulum", time_constant=constant)
 
 
 def test_a_filter_needs_motions(tmp_path: Path) -> None:
