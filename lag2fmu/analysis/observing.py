@@ -54,17 +54,35 @@ def doubt_of(hidden: Sequence[str]) -> str:
     )
 
 
+def modes_refused(mechanism: Mechanism) -> str:
+    """Why a ``mechanism`` with modes has no observer, and what helps; "" without modes."""
+    if not mechanism.hybrid:
+        return ""
+    return (
+        f"mechanism '{mechanism.name}' has contacts, stops, dry friction or switches: their modes have no "
+        "covariance, so no observer; leave out what may be"
+    )
+
+
+def within(size: object, *, least: float = -np.inf, above: float = -np.inf) -> bool:
+    """Whether ``size`` is a finite number of at ``least`` that, greater than that ``above``."""
+    return isinstance(size, (int, float, np.number)) and bool(least <= size < np.inf and above < size)
+
+
 def check_noise(
     measure: Mapping[str, float], times: Mapping[str, float], what: str = "delay", *, least: float = 0.0
 ) -> None:
     """Raise LoadError for standard deviations and ``times`` (s), called ``what`` in sentences, that cannot be."""
     if not measure or not isinstance(measure, Mapping):
-        raise LoadError("nothing is measured; give measure = {variable: standard deviation}")
+        raise LoadError(
+            "nothing is measured; give measure = {variable: standard deviation}, or --measure VARIABLE=STD on the "
+            "command line"
+        )
     for name, size in measure.items():
-        if not isinstance(size, (int, float, np.number)) or not 0 < size < np.inf:
+        if not within(size, above=0):
             raise LoadError(f"measure '{name}': {size!r} is no standard deviation; give a positive one")
     for name, time in times.items():
-        if name not in measure or not least <= time < np.inf:
+        if name not in measure or not within(time, least=least):
             raise LoadError(f"{what} of '{name}': {time!r} s; give a measured name and a time that is not negative")
 
 
@@ -73,15 +91,19 @@ def check_process(process: Mapping[str, float], known: Sequence[str]) -> None:
     for name, size in process.items():
         if name not in known:
             raise LoadError(f"process '{name}' is no input, state or estimated parameter; {suggestion(name, known)}")
-        if not 0 < size < np.inf:
+        if not within(size, above=0):
             raise LoadError(f"process '{name}': {size!r} is no density of noise; give a positive one")
 
 
 def check_estimated(estimate: Sequence[str], parameters: Sequence[str]) -> None:
-    """Raise LoadError for names that are no ``parameters``."""
+    """Raise LoadError for names that are no ``parameters`` or stand twice, and for a text in place of names."""
+    if isinstance(estimate, str):
+        raise LoadError(f"estimate: {estimate!r} is one text; give a list of parameters, such as [{estimate!r}]")
     for name in estimate:
         if name not in parameters:
             raise LoadError(f"'{name}' is no parameter that can be estimated; {suggestion(name, parameters)}")
+        if list(estimate).count(name) > 1:
+            raise LoadError(f"estimate: '{name}' stands twice; name it once")
 
 
 def residuals_of(mechanism: Mechanism) -> tuple[str, ...]:

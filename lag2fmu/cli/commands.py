@@ -131,7 +131,8 @@ def show(**choices: Any) -> None:
 @click.option(
     "--inverse",
     metavar="NAMES",
-    help="Inverse dynamics: these coordinates (a,b or 'all') are inputs, the forces that move them so are outputs.",
+    help="Inverse dynamics: these coordinates (a,b or 'all') or places are inputs, the forces that move them so are "
+    "outputs.",
 )
 @click.option(
     "--time-constant",

@@ -77,6 +77,7 @@ def render_sources(
         "method": method,
         "guid": guid,
         "intervals": INTERVALS,
+        "coloured": _takes_jacobians(method, gate),
         "timed_lookups": lookups_of(program, [program.timed_bounds]) if program.timed_bounds else [],
     }
     kind = {
@@ -105,6 +106,11 @@ def render_sources(
         printed = context | {"subject": FUNCTIONS[name][1]} | _printed(program, functions)
         files[name] = render("mechanism/mechanism.c.jinja", printed)
     return dict(sorted(files.items()))
+
+
+def _takes_jacobians(method: Method, gate: str) -> bool:
+    """Whether the ``method`` or, of a study, its derivatives ask for the Jacobian of the equations."""
+    return method.implicit or (method.variational and gate == "study")
 
 
 def _by_file(program: Program) -> dict[str, list[Function]]:

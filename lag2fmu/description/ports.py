@@ -44,7 +44,8 @@ class Ports:
       keep their start values.
     - ``forces`` (N), ``torques`` (N.m): the places at which one acts, or {place: axes} with the axes "world" or
       "frame". They are the inputs PLACE_force_x ..., PLACE_torque_x ...
-    - ``drives``: prescribed motions whose force F_NAME is an output.
+    - ``drives``: prescribed motions whose force F_NAME is an output. With a coordinate among them the drives bear what
+      constraints bear that other motions move: put on its coordinates, the forces F move the mechanism so.
 
     The other fields list places whose motion is an output, in world axes: PLACE_position_x ... (m) and ``rotation``,
     PLACE_velocity_x ... (m/s) and PLACE_angular_velocity_x ... (rad/s), PLACE_acceleration_x ... (m/s2) and
@@ -75,7 +76,10 @@ class Ports:
     )
 
     drives: Sequence[str] = key(
-        "motions", "Prescribed motions whose force F_NAME goes out, which closes the bond.", default=()
+        "motions",
+        "Prescribed motions whose force F_NAME goes out, which closes the bond; or coordinates, whose drives act in "
+        "place of all motions that are not listed.",
+        default=(),
     )
 
     def __post_init__(self) -> None:

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from lag2fmu.dynamics.balance import VALUES
 from lag2fmu.dynamics.functions import Array, Function, Program
 from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.graph import Graph, Node
@@ -26,6 +27,7 @@ _MOTION: _Weights = {"wr": ("residual_tangent", "dr"), **_RATES}
 _DEPENDENT: _Weights = {"wc": ("dependent_tangent", "dc")}
 _MET: _Weights = {"wphi": ("constraints", "phi"), "wv": ("constraints", "v")}
 _MATRICES: _Weights = {"wM": ("dynamics", "M"), "wG": ("constraints", "G")}
+_BALANCE: _Weights = {f"w{name}": ("balance", name) for name in VALUES}
 _SLIDING: _Weights = {"ws": ("friction_tangent", "ds")}
 
 
@@ -35,7 +37,8 @@ def with_adjoints(program: Program) -> Program:
     The added functions work on a copy of the graph. An array of weights has an entry for each result. The results gt
     (1,), gx, gu, gp, gqdd are the derivatives by t, x, u, p, qdd and have their lengths. The entries of gp for switches
     stay untouched, because switches are no knowns; those for modes count where latches hold places. There are functions
-    of constraints, and of rows that slide, if the mechanism has constraints, and such rows. Raises DerivationError as
+    of constraints, and of rows that slide, if the mechanism has constraints, and such rows, and one of the balance of
+    momenta if the program has that (``balance.with_balance``). Raises DerivationError as
     ``Function.check`` does.
     """
     graph = program.graph.copy()
@@ -56,6 +59,9 @@ def with_adjoints(program: Program) -> Program:
     if program.places:
         what = "ws s, the forces of the rows that slide,"
         found.append(sweeps.adjoint("friction_adjoint", what, _SLIDING, (*_SEEDS, "dqdd")))
+    if "balance" in sweeps.functions:
+        what = "the sum of what mechanism_balance gives, each by its weights,"
+        found.append(sweeps.adjoint("balance_adjoint", what, _BALANCE, _VARIABLES))
     return replace(program, graph=graph, functions=(*program.functions, *(f.check(graph) for f in found)))
 
 

@@ -24,7 +24,11 @@ from lag2fmu.mechanism.record import Mechanism
 def drive_forces(
     graph: Graph, mechanism: Mechanism, v: Variables, energies: Energies, constraints: Constraints, rows: RowNumbers
 ) -> tuple[Node, ...]:
-    """F (k,) of the k prescribed motions of ``mechanism`` as nodes, each in J by the unit of its motion.
+    """F (k,) of what is carried in ``mechanism`` as nodes, each in J by the unit of its motion.
+
+    These are the prescribed motions, and behind them the coordinates among the ports' drives. With such coordinates all
+    drives stand in for the guides, constraints that motions move which are not among the ports' drives: F of a
+    coordinate is what the guides exert along it, and that of another drive contains it.
 
     The forces contain accelerations and multipliers as variables. The fictitious energies that make M regular are left
     out, because they vanish along the motion. The equilibria of coordinates without mass are left out, because their
@@ -39,7 +43,27 @@ def drive_forces(
     bearing = zip(mechanism.constraints, constraints.velocities, v.multipliers, strict=True)
     pairs = [(velocity, force) for c, velocity, force in bearing if not c.massless]
     borne = _borne(graph, (*pairs, *zip(rows.velocities, rows.forces, strict=True)))
-    return tuple(graph.subtract(a, b) for a, b in zip(residual, reverse(graph, borne, y_dot), strict=True))
+    forces = tuple(graph.subtract(a, b) for a, b in zip(residual, reverse(graph, borne, y_dot), strict=True))
+    own_coordinates = carried_coordinates(mechanism)
+    if not own_coordinates:
+        return forces
+    given = [name in mechanism.ports.drives for name in mechanism.driven]
+    guided = reverse(graph, _guides(graph, mechanism, v, constraints), [*y_dot, *(v.qd[i] for i in own_coordinates)])
+    held = zip(forces, given, guided, strict=False)
+    along = (graph.add(force, guide) if drives else force for force, drives, guide in held)
+    return (*along, *guided[len(forces) :])
+
+
+def carried_coordinates(mechanism: Mechanism) -> tuple[int, ...]:
+    """The indices of the coordinates among the ports' drives."""
+    return tuple(i for i, q in enumerate(mechanism.coordinates) if q.name in mechanism.ports.drives)
+
+
+def _guides(graph: Graph, mechanism: Mechanism, v: Variables, constraints: Constraints) -> dict[Node, Node]:
+    """{velocity: multiplier} of the constraints that motions move which are not among the ports' drives."""
+    others = {name for name in mechanism.driven if name not in mechanism.ports.drives}
+    rows = zip(constraints.residuals, constraints.velocities, v.multipliers, strict=True)
+    return _borne(graph, [(velocity, x) for residual, velocity, x in rows if graph.symbols([residual]) & others])
 
 
 def _borne(graph: Graph, pairs: Iterable[tuple[Node, Node]]) -> dict[Node, Node]:

@@ -10,6 +10,7 @@ from lag2fmu.description import names
 from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.parts import Constraints, Energies, Entries, RowNumbers, Solution, Variables
 from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.mechanism.drives import carried
 from lag2fmu.mechanism.record import Mechanism
 
 _Equations = TypeVar("_Equations", bound="EquationsOfMotion")
@@ -34,7 +35,8 @@ class EquationsOfMotion:
     - ``residual``: (n + m,), M qdd - forcing - G^T multiplier, and behind it the constraints' accelerations. The
       accelerations qdd and the multipliers are variables in it.
     - ``momenta``: p = dL/dqd, (n,).
-    - ``drives``: the force that carries each prescribed motion, (k,); ``powers``: what its drive puts in (W), (k,).
+    - ``drives``: the force that carries each prescribed motion, and each coordinate among the ports' drives, (k,);
+      ``powers``: what these drives put in (W), (k,).
     - ``energies``: the energies (J) and the power of the external inputs (W) by name, see ``terms.named_energies``.
 
     The graph is sealed: code that adds nodes works on the copy that ``apart`` returns.
@@ -82,9 +84,9 @@ class EquationsOfMotion:
         """
         for coordinate, momentum in zip(self.mechanism.coordinates, self.momenta, strict=True):
             yield names.momentum(coordinate.name), momentum
-        for motion, drive in zip(self.mechanism.driven, self.drives, strict=True):
+        for motion, drive in zip(carried(self.mechanism), self.drives, strict=True):
             yield names.drive(motion), drive
-        for motion, power in zip(self.mechanism.driven, self.powers, strict=True):
+        for motion, power in zip(carried(self.mechanism), self.powers, strict=True):
             yield names.drive_power(motion), power
         yield from self.energies.items()
         yield from self.outputs.items()

@@ -19,6 +19,7 @@ from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.language.letters import latex_name, letter, split
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.language.writer import with_decimals
+from lag2fmu.mechanism.drives import carried
 from lag2fmu.mechanism.record import Mechanism
 
 MAX_OPERATIONS = 500
@@ -110,7 +111,7 @@ def expressions(equations: EquationsOfMotion, most: int) -> Expressions | None:
     rates = [sp.Symbol(names.derivative(str(g.leaf[node])), real=True) for node in v.further]
     told = {names.derivative(name) for name in equations.mechanism.filtered}  # y_dot = y_dot tells nothing
     further = tuple((rate, text) for rate, text in zip(rates, texts, strict=False) if rate.name not in told)
-    carrying = [sp.Symbol(names.drive(name), real=True) for name in equations.mechanism.driven]
+    carrying = [sp.Symbol(names.drive(name), real=True) for name in carried(equations.mechanism)]
     drives = tuple((force, next(texts)) for force in carrying)
     return Expressions(printed, matrix, motion, further, tuple(texts), drives)
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from lag2fmu.dynamics.consistent_starts import starting_consistently
 from lag2fmu.dynamics.constraints import compose
-from lag2fmu.dynamics.drives import drive_forces
+from lag2fmu.dynamics.drives import carried_coordinates, drive_forces
 from lag2fmu.dynamics.elimination import mass_matrix, solve
 from lag2fmu.dynamics.energies import Composer
 from lag2fmu.dynamics.equations import EquationsOfMotion
@@ -274,6 +274,7 @@ def _equations(solved: _Solved) -> DerivedEquations:
     rate, accelerating = (Forward(g, v.direction(g, along)) for along in (False, True))
     residual = unconstrained_residual(g, v, parts, rate, accelerating)
     drives = drive_forces(g, mechanism, v, parts, solved.constraints, solved.rows)
+    rates = (*(y_dot for _, y_dot in v.driven), *(v.qd[i] for i in carried_coordinates(mechanism)))
     return DerivedEquations(
         mechanism=started,
         completed=completed,
@@ -293,6 +294,6 @@ def _equations(solved: _Solved) -> DerivedEquations:
         residual=with_constraints(g, v, residual, solved.constraints, accelerating),
         momenta=momenta,
         drives=drives,
-        powers=tuple(g.multiply(force, y_dot) for force, (_, y_dot) in zip(drives, v.driven, strict=True)),
+        powers=tuple(g.multiply(force, speed) for force, speed in zip(drives, rates, strict=True)),
         energies=named_energies(g, v, parts, momenta),
     )

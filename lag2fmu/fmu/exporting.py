@@ -102,6 +102,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     _check_parts(without, sources, backend)
+    _check_observer(observer)
     _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start, arrays=arrays)
     given = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
     mechanism, needs = _prescribed(resting(given) if start == STARTS[1] else given, inverse, time_constant)
@@ -194,6 +195,14 @@ def _check_parts(without: Sequence[str], form: str, backend: str) -> None:
         raise ExportError(f"--sources {form}: the backend '{backend}' has no C code; leave one of them out")
     if form == SINGLE and SOURCES in without:
         raise ExportError(f"--sources {form}: --without {SOURCES} leaves the C code out; take one of them")
+
+
+def _check_observer(observer: object) -> None:
+    """Raise ExportError for what is no Observing, as a word is."""
+    if observer is not None and not isinstance(observer, Observing):
+        raise ExportError(
+            f"observer: {observer!r} says not what is measured; give lag2fmu.analysis.observing.Observing"
+        )
 
 
 def _check_target(path: Path) -> None:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from lag2fmu.analysis.observation import Observation
-from lag2fmu.analysis.observing import SIMPLEX
+from lag2fmu.analysis.observing import SIMPLEX, modes_refused
 from lag2fmu.codegen.tables import ObserverTable, Slot
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.builder import Builder, VariableTable
@@ -41,11 +41,8 @@ def observed(
         raise ExportError(f"--profile {profile}: an observer has no bound of its steps yet; leave it out")
     if page == "live":
         raise ExportError("--page live: the page of an observer is static; leave it out")
-    if mechanism.hybrid:
-        raise ExportError(
-            f"mechanism '{mechanism.name}' has contacts, stops, dry friction or switches: their modes have no "
-            "covariance, so no observer; leave out what may be, by --without friction, stops, contacts"
-        )
+    if refusal := modes_refused(mechanism):
+        raise ExportError(f"{refusal}, by --without friction, stops, contacts")
     return observed_mechanism(mechanism), OBSERVERS_SOLVER, "static"
 
 

@@ -31,6 +31,7 @@ from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.language.units import JOULE, SECOND, WATT, Unit
 from lag2fmu.mechanism.calculated_units import calculated_units
+from lag2fmu.mechanism.drives import carried
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.ranges import half_range, positive_parameters
 from lag2fmu.mechanism.record import Mechanism
@@ -221,8 +222,8 @@ def _meanings(mechanism: Mechanism) -> Iterator[tuple[str, tuple[Unit | None, st
     yield from ((name, (WATT if name == "external_power" else JOULE, doc)) for name, doc in _ENERGY_DOCS.items())
     docs = {names.gap(contact.name): f"gap of {contact.name}" for contact in mechanism.unilaterals}
     docs |= {names.residual(c.name): f"residual of the {c.kind} constraint {c.name}" for c in mechanism.constraints}
-    docs |= {names.drive(x): f"generalized force that carries the motion {x}" for x in mechanism.driven}
-    docs |= {names.drive_power(x): f"power that the drive of {x} puts in" for x in mechanism.driven}
+    docs |= {names.drive(x): f"generalized force that carries the motion {x}" for x in carried(mechanism)}
+    docs |= {names.drive_power(x): f"power that the drive of {x} puts in" for x in carried(mechanism)}
     docs |= {names.momentum(q.name): f"generalized momentum of {q.name}" for q in mechanism.coordinates}
     yield from ((name, (units[name], doc)) for name, doc in docs.items())
     for name, output in mechanism.output_names.items():

@@ -10,9 +10,10 @@ from collections.abc import Iterator
 
 from lag2fmu.description import names
 from lag2fmu.description.events import State
-from lag2fmu.description.symbols import Input
+from lag2fmu.description.symbols import Coordinate, Input
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit
+from lag2fmu.mechanism.drives import carried
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.unit_check import constraint_units, units_in
 
@@ -24,9 +25,9 @@ def calculated_units(mechanism: Mechanism) -> dict[str, Unit | None]:
     for c in mechanism.constraints:
         found[names.residual(c.name)] = units[c.name]
         found[names.multiplier(c.name)] = per(JOULE if c.holonomic else WATT, units[c.name])
-    parts: tuple[Input | State, ...] = (*mechanism.inputs, *mechanism.states)
+    parts: tuple[Input | State | Coordinate, ...] = (*mechanism.coordinates, *mechanism.inputs, *mechanism.states)
     declared = {part.name: part.unit for part in parts}
-    for name in mechanism.driven:
+    for name in carried(mechanism):
         unit = declared[name]
         found[names.drive(name)] = per(JOULE, parse_unit(unit) if isinstance(unit, str) else unit)
         found[names.drive_power(name)] = WATT

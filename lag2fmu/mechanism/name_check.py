@@ -21,6 +21,7 @@ from lag2fmu.description.names import (
 from lag2fmu.description.reserved import GLOBAL_NAMES
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import check_identifier
+from lag2fmu.mechanism.drives import carried
 
 
 def _of(brought: Mapping[str, str], owner: str) -> Iterator[tuple[str, str]]:
@@ -36,7 +37,7 @@ def _generated(mechanism: Description) -> Iterator[tuple[str, str]]:
     for motion in mechanism.motions:
         yield velocity(motion.name), f"the velocity of motion input '{motion.name}'"
         yield acceleration(motion.name), f"the acceleration of motion input '{motion.name}'"
-    for name in mechanism.driven:
+    for name in carried(mechanism):
         yield drive(name), f"the force that carries the motion '{name}'"
         yield drive_power(name), f"the power that carries the motion '{name}'"
     moving = {q.name for q in mechanism.coordinates} | {velocity(q.name) for q in mechanism.coordinates}

@@ -13,6 +13,7 @@ from lag2fmu.description.places import WORLD, Body, Frame, Place, Point
 from lag2fmu.description.symbols import Input, names_of
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
+from lag2fmu.mechanism.drives import check_drives
 from lag2fmu.mechanism.loads import opened, rigid_place
 from lag2fmu.mechanism.merging import joined
 
@@ -90,7 +91,7 @@ def with_chosen_inputs(m: Description, origins: Origins) -> Description:
     The name of a motion stands for its derivatives too, that of a load for all of its inputs. Raises MechanismError for
     a name that is no input, and for a drive of a name that is no prescribed motion.
     """
-    _check_drives(m)
+    check_drives(m)
     if m.ports.inputs is None:
         return m
     known = {x: (x,) for x in input_names(m)} | {u.name: names_of(u) for u in m.inputs}
@@ -106,13 +107,6 @@ def with_chosen_inputs(m: Description, origins: Origins) -> Description:
             raise MechanismError(f"ports.inputs: there is no input '{name}'; {suggestion(name, known)}")
         chosen += known[name]
     return replace(m, ports=replace(m.ports, inputs=tuple(dict.fromkeys(chosen))))
-
-
-def _check_drives(m: Description) -> None:
-    for name in m.ports.drives:
-        if name not in m.driven:
-            remedy = suggestion(name, m.driven)
-            raise MechanismError(f"ports.drives: there is no prescribed motion '{name}'; {remedy}")
 
 
 def _site(m: Description, spot: str, where: str) -> Site:

@@ -50,14 +50,19 @@ class _Freed(Composition):
 class DriveForces:
     """The forces F (k,) of the k motions ``names``, each in J by the unit of its motion; filtered motions stand last.
 
+    Behind them are those of coordinates among the ports' drives, see ``description.ports.Ports``.
+
     ``equations`` are those of the mechanism. They know no contacts, dry friction and latches, nor do the forces.
     Source: H. Goldstein, Classical Mechanics, sections 1.4 and 2.4.
     """
 
     def __init__(self, equations: Equations) -> None:
         self.equations, self.n = equations, equations.n
-        self.names = equations.mechanism.driven
-        self._bears = np.array([not c.massless for c in equations.mechanism.constraints], dtype=bool)
+        m = equations.mechanism
+        self.names = m.driven
+        self._bears = np.array([not c.massless for c in m.constraints], dtype=bool)
+        self._own = [i for i, q in enumerate(m.coordinates) if q.name in m.ports.drives]
+        self._given = np.array([name in m.ports.drives for name in m.driven], dtype=bool)
 
     @cached_property
     def _energies(self) -> EnergyFunctions:
@@ -81,8 +86,14 @@ class DriveForces:
         state = StateBatch(own.t, np.concatenate([own.q, y]), np.concatenate([own.qd, y_dot]), rest)
         found = self._inertial(state, np.concatenate([qdd, y_ddot])) - self._energies.forces(state)[self.n :]
         if self._energies.constraints.m:
-            gradients = self._energies.constraints(state)[3][:, self.n :]
-            found = found - np.einsum("mk...,m...->k...", gradients[self._bears], multipliers[self._bears])
+            gradients = self._energies.constraints(state)[3]
+            borne = gradients * multipliers[:, None]
+            found = found - borne[self._bears, self.n :].sum(axis=0)
+            if self._own:
+                guides = (gradients[:, self.n :][:, ~self._given] != 0).any(axis=tuple(range(1, gradients.ndim)))
+                exerted = borne[guides].sum(axis=0)
+                found[self._given] += exerted[self.n :][self._given]
+                found = np.concatenate([found, exerted[self._own]])
         return batch_first(found, 1)
 
     def _inertial(self, state: StateBatch, qdd: Floats) -> Floats:

@@ -24,7 +24,10 @@ Cost = str | Mapping[str, str]
 
 def parts_of(cost: Cost) -> dict[str, str]:
     """{place: expression} of a ``cost``; raises LoadError for another place, or if there is none."""
-    found = {"end": cost} if isinstance(cost, str) else dict(cost)
+    found = {"end": cost} if not isinstance(cost, Mapping) else dict(cost)
+    for place, text in found.items():
+        if not isinstance(text, str):
+            raise LoadError(f"the cost at '{place}' is {text!r}; give an expression as text, such as \"x**2\"")
     unknown = [place for place in found if place not in PLACES]
     if unknown or not found:
         what = f"'{unknown[0]}' is no place" if unknown else "the cost is empty"

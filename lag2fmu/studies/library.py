@@ -13,6 +13,7 @@ import numpy as np
 from lag2fmu.codegen.sources import render_sources
 from lag2fmu.description.outputs import Experiment
 from lag2fmu.dynamics.adjoint import with_adjoints
+from lag2fmu.dynamics.balance import with_balance
 from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.dynamics.program import lower
 from lag2fmu.ensemble.libraries import KernelLibrary
@@ -28,8 +29,13 @@ from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import METHODS
 
-SOLVERS = tuple(name for name, method in METHODS.items() if method.error_order > 0)
-"""The solvers that carry derivatives along: those under error control."""
+SOLVERS = tuple(name for name, method in METHODS.items() if method.family in {"runge_kutta", "radau", "variational"})
+"""The solvers that carry derivatives along."""
+_WITHOUT = {
+    "ros2": "its steps contain Jacobians, whose derivatives are second ones of the equations",
+    "moreau": "its steps contain impacts, whose times they do not tell",
+}
+"""{solver: why it carries none}."""
 USUAL = "dop853"
 STATES = ("VARIABLE_STATE", "VARIABLE_MASSLESS")
 PARAMETERS = ("VARIABLE_PARAMETER", "VARIABLE_FIXED_PARAMETER")
@@ -75,9 +81,11 @@ def compiled(model: object, *, solver: str | None = None, adjoints: bool = False
     """The library of ``model``, a mechanism or what ``load`` takes, with one of SOLVERS, by default the USUAL one.
 
     With ``adjoints`` it records runs for gradients, and takes longer to compile. Libraries that this process has
-    compiled before are reused. Raises LoadError for another solver, and Lag2FmuError if the model cannot be loaded,
-    derived or compiled.
+    compiled before are reused. Raises LoadError for another solver, and for dry friction with a variational one;
+    Lag2FmuError if the model cannot be loaded, derived or compiled.
     """
+    if solver in _WITHOUT:
+        raise LoadError(f"'{solver}' carries no derivatives: {_WITHOUT[solver]}; take {', '.join(SOLVERS)}")
     if solver is not None and solver not in SOLVERS:
         raise LoadError(f"'{solver}' is no solver that carries derivatives; known are {', '.join(SOLVERS)}")
     return _compiled(_MechanismText(as_mechanism(model)), solver or USUAL, adjoints)
@@ -100,7 +108,12 @@ class _MechanismText:
 def _compiled(source: _MechanismText, solver: str, adjoints: bool) -> StudyLibrary:
     equations, method = derive(source.mechanism), METHODS[solver]
     check_solver(equations.mechanism, method)
-    program = lower(equations)
+    program = with_balance(lower(equations, variational=method.variational))
+    if method.variational and program.frictions:
+        raise LoadError(
+            f"'{source.mechanism.name}' has dry friction, which '{solver}' takes at the stages of its steps without "
+            f"derivatives; take {USUAL}, or leave friction out"
+        )
     mechanism = with_derived(source.mechanism, equations)
     table = build_table(equations, program)
     program = with_adjoints(program) if adjoints else program

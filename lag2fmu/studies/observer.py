@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.analysis.observing import check_noise, doubt_of, hidden_states, known_starts
+from lag2fmu.analysis.observing import check_noise, doubt_of, hidden_states, known_starts, modes_refused, within
 from lag2fmu.description import names
 from lag2fmu.description.symbols import names_of
-from lag2fmu.errors import LoadError
+from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.display import display_units
@@ -81,9 +81,11 @@ def observe(  # noqa: PLR0913 (choices of the user)
     Bayesian Filtering and Smoothing, Cambridge 2013, chapters 5, 6 and 8.
     """
     check_method(method, horizon, smooth=smooth)
-    if step is not None and not 0 < step < np.inf:
+    if step is not None and not within(step, above=0):
         raise LoadError(f"step: {step!r} s; give a positive time")
     mechanism = as_mechanism(model, values)
+    if refusal := modes_refused(mechanism):
+        raise DerivationError(refusal)
     check_noise(measure, delays or {})
     samples = _samples(data, mechanism, measure, delays or {})
     observed = Observed(mechanism, tuple(measure), process or {}, estimate, samples.signals, hold=hold, step=step)
@@ -106,8 +108,8 @@ def check_method(method: str, horizon: int, *, smooth: bool) -> None:
         raise LoadError(f"there is no observer '{method}'; known are {', '.join(known)}")
     if method == MOVING_HORIZON and smooth:
         raise LoadError("mhe estimates from the samples of its horizon; leave out smooth, or take ekf")
-    if not horizon >= 1:
-        raise LoadError(f"horizon: {horizon!r}; give the number of samples, at least 1")
+    if not isinstance(horizon, (int, np.integer)) or not horizon >= 1:
+        raise LoadError(f"horizon: {horizon!r}; give the number of samples, a whole one of at least 1")
 
 
 MOVING_HORIZON = "mhe"
@@ -203,7 +205,7 @@ def _begin(observed: Observed, mechanism: Mechanism, samples: _Samples, start: M
     for name, size in start.items():
         if name not in observed.names:
             raise LoadError(f"start '{name}' is not estimated; {suggestion(name, observed.names)}")
-        if not 0 <= size < np.inf:
+        if not within(size, least=0):
             raise LoadError(f"start '{name}': {size!r} is no standard deviation; give one that is not negative")
     default = known_starts(mechanism, observed.names, observed.start).tolist()
     sizes = np.array([start.get(name, size) for name, size in zip(observed.names, default, strict=True)])

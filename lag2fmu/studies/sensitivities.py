@@ -82,9 +82,10 @@ def sensitivities(  # noqa: PLR0913 (those of simulate)
     ``over`` are names of starts, parameters and inputs. A derivative by a start is that by its value at time 0;
     dependent starts follow by the constraints. A derivative by an input is that by a constant added to it from time 0
     on. ``times``, or ``stop_time`` and ``step``, as well as ``values``, ``inputs`` and ``hold`` are those of
-    ``simulate``, in SI units. The variational equations are integrated with the motion by ``solver`` ("dopri5",
-    "radau5" or, by default, "dop853"), both under the relative ``tolerance``. At impacts, stops, switches and changes
-    of friction they jump as the motion demands.
+    ``simulate``, in SI units. The variational equations are integrated with the motion by ``solver``, one of
+    ``studies.library.SOLVERS``, by default "dop853"; of those with error control both are under the relative
+    ``tolerance``, others take steps of ``solver_step`` among the ``values``. At impacts, stops, switches and changes of
+    friction they jump as the motion demands.
 
     Raises LoadError for bad arguments, and SimulationError where the run fails or has no derivative. There is none
     where an event function touches zero without crossing it, and where several contacts act at one instant that would

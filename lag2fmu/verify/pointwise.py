@@ -10,6 +10,7 @@ from lag2fmu.description import names
 from lag2fmu.description.parts import Constraint
 from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.errors import SimulationError
+from lag2fmu.mechanism.drives import carried
 from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.drives import DriveForces
@@ -196,7 +197,7 @@ def _labels(mechanism: Mechanism) -> list[str]:
     coordinates = [c.name for c in mechanism.coordinates]
     wanted = [*map(names.acceleration, coordinates), *map(names.momentum, coordinates), "generalized_energy"]
     wanted += [names.multiplier(c.name) for c in _bearing(mechanism)]
-    wanted += map(names.drive, mechanism.driven)
+    wanted += map(names.drive, carried(mechanism))
     return [*wanted, *(names.derivative(z.name) for z in mechanism.states), *mechanism.output_names]
 
 

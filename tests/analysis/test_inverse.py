@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError, ExportError, MechanismError
 from lag2fmu.graph.batches import matrix
 from lag2fmu.mechanism import Mechanism, Ports, complete
+from lag2fmu.mechanism.drives import carried
 from lag2fmu.resources import bundled
 
 Floats = NDArray[np.float64]
@@ -158,7 +160,46 @@ def in_time(name: str) -> None:
 # ---------------------------------------------------------------------------------------------------------------- FMUs
 
 
-def plan_of(m: Mechanism, t: Floats) -> dict[str, Floats]:
+@pytest.mark.parametrize(
+    ("name", "motions"),
+    [
+        ("cart_pole", ["x_tip", "y_tip"]),
+        ("cart_pole", "x_tip"),
+        ("four_bar_linkage", "x_P"),
+        ("six_axis_arm", "flange"),
+        ("six_axis_arm", ["flange", "theta_4", "theta_5", "theta_6"]),
+    ],
+)
+def test_a_guided_place_moves_as_planned(name: str, motions: str | list[str]) -> None:
+    """The forces of the inverse on the coordinates of the mechanism itself move its places along the plan to 1e-9."""
+    forward, driven = derive(lag2fmu.load(name)), derive(inverse(name, motions))
+    m, solve, carry = driven.mechanism, Unknowns(forward), of_drives(driven)
+    coordinates, follow = ([q.name for q in e.mechanism.coordinates] for e in (forward, driven))
+    n, start = len(coordinates), operating_inputs(driven)
+    assert set(coordinates) <= {*carried(m)}
+
+    def state(t: float, x: Floats) -> tuple[dict[str, float | Floats], dict[str, float | Floats]]:
+        plan = {key: float(value) for key, value in plan_of(m, t).items()}
+        moved = at(driven, {**start, **plan, "t": t}, *np.split(x[2 * n :], 2))
+        return at(forward, {**operating_inputs(forward), "t": t}, *np.split(x[: 2 * n], 2)), moved
+
+    def slope(t: float, x: Floats) -> Floats:
+        own, moved = state(t, x)
+        qdd, _, forces = carry(moved)
+        own |= {names.generalized_force(q): F for q, F in zip(carried(m), forces, strict=True) if q in coordinates}
+        return np.concatenate([x[n : 2 * n], solve(own)[0], x[2 * n + len(follow) :], qdd])
+
+    q = [float(start[x]) for x in coordinates]
+    begin = np.array([*q, *np.zeros(n), *(float(start[x]) for x in follow), *np.zeros(len(follow))])
+    end = solve_ivp(slope, (0, 0.5), begin, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    found, _ = state(0.5, end)
+    plan = plan_of(m, 0.5)
+    for u in m.motions:
+        x = found[u.name] if u.name in coordinates else forward.graph.evaluate([forward.outputs[u.name]], found)[0]
+        assert x == pytest.approx(plan[u.name], abs=1e-9)
+
+
+def plan_of(m: Mechanism, t: Floats | float) -> dict[str, Floats]:
     """A plan of all motions of ``m`` at the times ``t``, at rest at the start, with both derivatives."""
     found = {}
     for u in m.motions:
@@ -188,6 +229,24 @@ def test_the_fmu_of_a_loop(tmp_path: Path) -> None:
         errors.append((back["a"] - plan["a"])[:: round(1e-3 / h)])
     assert np.abs(errors[0]).max() > 1e-6  # the force is held linear between its samples: an error of second order
     assert (4 * errors[1] - errors[0]) / 3 == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.fmu
+def test_the_fmu_of_a_guided_place(tmp_path: Path) -> None:
+    """The tip of the pole stays at its height: a closed form of the inverse of cart and pole."""
+    fmu = lag2fmu.export("cart_pole", tmp_path / "tip.fmu", inverse=["x_tip", "y_tip"], page="static")
+    causality = {v.name: v.causality for v in fmu.description.variables}
+    assert {causality[x] for x in ("x_tip", "y_tip_ddot")} == {"input"}
+    assert {causality[x] for x in ("x", "theta_dot", "F_x", "F_theta", "P_theta")} == {"output"}
+    t = np.linspace(0, 0.5, 51)
+    plan = {"time": t, **{key: value for key, value in plan_of(fmu.mechanism, t).items() if key.startswith("x_tip")}}
+    v = {p.name: p.value for p in fmu.mechanism.parameters if p.value is not None}
+    run = lag2fmu.simulate(fmu, inputs=plan, stop_time=0.5, step=0.01)
+    assert run["theta"] == pytest.approx(np.full(51, 0.5), abs=1e-9)
+    moved = (v["M"] + v["m"]) * plan["x_tip_ddot"] + v["c"] * plan["x_tip_dot"]
+    turned = v["m"] * v["l"] / 2 * (np.cos(0.5) * plan["x_tip_ddot"] + v["g"] * np.sin(0.5))
+    assert run["F_x"] == pytest.approx(moved, abs=1e-9)
+    assert run["F_theta"] == pytest.approx(turned, abs=1e-9)
 
 
 @pytest.mark.fmu
@@ -222,9 +281,11 @@ def test_both_backends_calculate_without_states(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.fmu
-@pytest.mark.parametrize("name", ["six_axis_arm", "four_bar_linkage"])
-def test_inverse_fmus_are_validated(name: str) -> None:
-    m, t = inverse(name), np.linspace(0, 1, 101)
+@pytest.mark.parametrize(
+    ("name", "motions"), [("six_axis_arm", "all"), ("four_bar_linkage", "all"), ("cart_pole", ["x_tip", "y_tip"])]
+)
+def test_inverse_fmus_are_validated(name: str, motions: str | list[str]) -> None:
+    m, t = inverse(name, motions), np.linspace(0, 1, 101)
     report = lag2fmu.validate(
         m, stop_time=1.0, inputs={"time": t, **{u.name: plan_of(m, t)[u.name] for u in m.motions}}
     )
@@ -260,9 +321,14 @@ def test_a_choice_of_inputs_keeps_to_itself() -> None:
 @pytest.mark.parametrize(
     ("name", "motions", "said"),
     [
-        ("pendulum", "phi", "'phi' is no coordinate that can be prescribed; known are theta"),
+        ("pendulum", "phi", "'phi' is no coordinate or place that can be prescribed; known are theta"),
         ("four_bar_linkage", ["a", "b"], "no choice of the motion of 'b' beside a; leave it out, it follows"),
-        ("motion_driven_pendulum", "y0", "'y0' is no coordinate that can be prescribed"),
+        ("motion_driven_pendulum", "y0", "'y0' is no coordinate or place that can be prescribed"),
+        ("cart_pole", ["x_tip", "x", "theta"], "no choice of the motion of 'theta' beside x; leave it out, it follows"),
+        ("cart_pole", ["x_tip", "all"], "beside places 'all' does not tell which coordinates; name them; known are x"),
+        ("bouncing_ball", "ball", "has contacts, stops, dry friction or switches, and its places cannot be guided"),
+        ("spring_mass_damper", "block", "no coordinate moves block_y, so nothing can guide it there"),
+        ("pendulum", ["x", "y"], "at the start x, y cannot move along all of x, y at will; name fewer places"),
     ],
 )
 def test_motions_that_cannot_be_given(name: str, motions: str, said: str) -> None:
@@ -275,9 +341,10 @@ def test_friction_needs_a_motion_that_it_can_change() -> None:
         inverse("coulomb_oscillator")
 
 
-def test_a_time_constant_is_positive() -> None:
-    with pytest.raises(MechanismError, match=r"'time_constant' is -1 s at the values given; give a positive one$"):
-        inverse("pendulum", time_constant=-1.0)
+@pytest.mark.parametrize("constant", [-1.0, 0, "a"])
+def test_a_time_constant_is_positive(constant: Any) -> None:
+    with pytest.raises(MechanismError, match=f"time_constant: {constant!r} s; give a positive time"):
+        inverse("pendulum", time_constant=constant)
 
 
 def test_a_filter_needs_motions(tmp_path: Path) -> None:

@@ -410,6 +410,7 @@ def test_there_is_no_model_exchange_and_no_derivative_of_outputs(observer) -> No
         (Observing("ekf", {"y": 1.0}), "has no variable 'y'"),
         (Observing("ekf", {"x": 1.0}, {"y": 1.0}), "process 'y' is no input, state or estimated parameter"),
         (Observing("ekf", {"x": 1.0}, {"F": 0.0}), "process 'F': 0.0 is no density of noise"),
+        (Observing("ekf", {"x": 1.0}, {}, ("l", "l")), "estimate: 'l' stands twice; name it once"),
         (Observing("ekf", {"x": 1.0}, {}, ("k",)), "'k' is no parameter that can be estimated"),
         (Observing("ekf", {"x": 1.0}, {}, (), {"x": -1.0}), "sample time of 'x': -1.0 s"),
         (Observing("ekf", {"x": 1.0}, delays={"theta": 0.1}), "delay of 'theta': 0.1 s; give a measured name"),
@@ -434,6 +435,11 @@ def test_what_cannot_be_asked(asked: Observing, said: str, tmp_path: Path) -> No
 def test_what_does_not_go_together(model: str, choices: dict, said: str, tmp_path: Path) -> None:
     with pytest.raises(ExportError, match=said):
         lag2fmu.export(model, tmp_path / "it.fmu", observer=Observing("ekf", {"x": 1.0}), **choices)
+
+
+def test_a_word_is_no_observer(tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="observer: 'ekf' says not what is measured; give lag2fmu"):
+        lag2fmu.export("cart_pole", tmp_path / "it.fmu", observer="ekf")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -184,7 +184,7 @@ WRONG = {
     'torques = ["cart"]': r"ports.torques.cart: 'cart' is not a rigid body with an angle or a frame.* let a force act",
     'poses = ["frames.cart"]': r"ports.poses: there is no point, body or frame 'frames.cart'",
     'velocities = ["x"]': r"ports.velocities: there is no point, body or frame 'x'",
-    'drives = ["F"]': r"ports.drives: there is no prescribed motion 'F'; known are y0",
+    'drives = ["F"]': r"ports.drives: there is no prescribed motion or coordinate 'F'; known are y0",
     'rotation = "euler"': r"ports.rotation: 'euler' is unknown; give one of quaternion, rotation, angles",
     'outputs = ["x"]': r"ports.outputs: unknown key; did you mean",
 }

@@ -95,6 +95,8 @@ def test_inputs_over_time_go_back_through_their_stretches() -> None:
         ("x +", {}, ExpressionError, "cost, end"),
         ({"ende": "x"}, {}, LoadError, "'ende' is no place"),
         ({}, {}, LoadError, "the cost is empty"),
+        (3, {}, LoadError, "the cost at 'end' is 3; give an expression as text"),
+        ({"sum": None}, {}, LoadError, "the cost at 'sum' is None; give an expression as text"),
         ("m", {"over": ["k"]}, LoadError, "does not depend on k"),
         ("log(-1 - x**2)", {}, SimulationError, "no finite value"),
         ({"integral": "x_ddot"}, {}, Lag2FmuError, "x_ddot"),

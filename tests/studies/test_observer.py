@@ -230,6 +230,12 @@ def slope(run: Trajectory, push: dict[str, Floats]) -> Floats:
     ("changes", "said"),
     [
         ({"measure": {}}, "nothing is measured"),
+        ({"step": "a"}, "step: 'a' s; give a positive time"),
+        ({"method": "mhe", "horizon": 1.5}, "horizon: 1.5; give the number of samples, a whole one of at least 1"),
+        ({"estimate": "G"}, r"estimate: 'G' is one text; give a list of parameters, such as \['G'\]"),
+        ({"start": {"a": "b"}}, "start 'a': 'b' is no standard deviation"),
+        ({"process": {"a": "b"}}, "process 'a': 'b' is no density of noise"),
+        ({"delays": {"a": "b"}}, "delay of 'a': 'b' s"),
         ({"measure": ["a"]}, "nothing is measured; give measure = {variable: standard deviation}"),
         ({"measure": {"a": "x"}}, "measure 'a': 'x' is no standard deviation"),
         ({"data": {"time": [0, np.nan], "a": [1, 1]}}, "the time is nan in row 2; leave that row out"),
@@ -263,7 +269,7 @@ def test_what_is_not_shown_is_said() -> None:
 
 
 def test_a_model_with_events_is_refused() -> None:
-    with pytest.raises(DerivationError, match="no plain function has that"):
+    with pytest.raises(DerivationError, match="their modes have no covariance, so no observer; leave out what may be"):
         observe("coulomb_oscillator", {"time": [0, 1], "x": [0, 0]}, measure={"x": 0.1})
 
 

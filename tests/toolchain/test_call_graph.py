@@ -25,6 +25,7 @@ from lag2fmu.codegen.lanes import render_scalar
 from lag2fmu.codegen.sources import ROOMS, component_sources, page_sources, render_sources
 from lag2fmu.codegen.tables import StepBound
 from lag2fmu.dynamics.adjoint import with_adjoints
+from lag2fmu.dynamics.balance import with_balance
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.fmu.backends.native import describe, fmi_headers
 from lag2fmu.fmu.deriving import derived
@@ -38,6 +39,7 @@ from lag2fmu.formats.text import read
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.resources import bundled, resource_folder
 from lag2fmu.solvers.methods import METHODS
+from lag2fmu.studies.library import SOLVERS
 
 pytestmark = [
     pytest.mark.toolchain,
@@ -132,8 +134,9 @@ def _trees(folder: Path) -> Iterator[tuple[Path, Mapping[str, str]]]:
         if METHODS[solver].error_order == 0:
             bounded = replace(table.tables, bound=StepBound(0.01, 10))
             trees["firmware"] = firmware_sources(found.program, bounded, method, FirmwareStyle("a", own_math=True))
-        if METHODS[solver].error_order > 0:
-            trees["study"] = render_sources(with_adjoints(found.program), table.tables, method, "", "study")
+        if solver in SOLVERS:
+            studied = with_adjoints(with_balance(found.program))
+            trees["study"] = render_sources(studied, table.tables, method, "", "study")
         if model.name == "double_pendulum" and solver == "dopri5":
             trees["observer"] = _observer_sources(model)
             trees["component"] = component_sources(trees["3.0"])

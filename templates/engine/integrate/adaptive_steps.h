@@ -1,4 +1,5 @@
-/* Steps under error control: the one loop of co-simulation and of runs with derivatives. */
+/* Steps under error control: the one loop of co-simulation and of runs with derivatives. Steps of one length have
+   theirs in integrator.c. */
 #ifndef ADAPTIVE_STEPS_H
 #define ADAPTIVE_STEPS_H
 

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "adaptive_steps.h"
 #include "diagnosis.h"
 #include "event_steps.h"
 #include "inputs.h"
@@ -101,21 +100,24 @@ static bool integrate_adaptively(Instance *instance) {
 }
 
 /* One step, or the part of it that ends with an event. */
-static bool take_step(Instance *instance, Step step) {
+static bool take_step(Instance *instance, const Companion *with, Step step) {
+    const Step tried = step;
+    double error; /* nobody controls it */
     begin_trial(instance, step);
     if (!update_first_stage(instance) || !solver_step(instance, step) ||
-        leaps_over_singularity(instance, step.length) ||
-        !bring_back_result(instance, step) || !end_at_event(instance, &step)) {
+        (with != NULL && !with->follow(with->of, step, &error)) || leaps_over_singularity(instance, step.length) ||
+        !bring_back_result(instance, step) || !end_at_event(instance, &step) ||
+        (with != NULL && (!with->finish(with->of, tried, step) || !with->accept(with->of, step)))) {
         return false;
     }
     watch_stiffness(instance, step);
     accept_step(instance, step);
     watch_ranges(instance);
-    return end_solver_step(instance);
+    return with != NULL ? !instance->state.event_pending || with->pass(with->of) : end_solver_step(instance);
 }
 
 /* A step of this length (s) to the next time (s), in parts if events come, or to where the communication step ends. */
-static bool step_to(Instance *instance, double next, double length) {
+static bool step_to(Instance *instance, const Companion *with, double next, double length) {
     const Scratch *scratch = &instance->scratch;
     State *state = &instance->state;
     Step step = {length, next};
@@ -124,7 +126,7 @@ static bool step_to(Instance *instance, double next, double length) {
             step = (Step){scratch->step_end - state->time, scratch->step_end};
         }
         const double begun = state->time;
-        if (!take_step(instance, step)) {
+        if (!take_step(instance, with, step)) {
             return false;
         }
         step.length = state->time > begun ? step.end - state->time : step.length; /* an event at its beginning */
@@ -163,9 +165,8 @@ static double first_of_rest(State *state, double length, double count, double *i
     return begins ? length : next - state->time;
 }
 
-/* Equal steps to the end, as many as make them no longer than solver_step. Times are computed from the start of the
-   communication step, so that they do not drift. */
-static bool integrate_in_equal_steps(Instance *instance) {
+/* Times are computed from the start of the communication step, so that they do not drift. */
+bool integrate_in_equal_steps(Instance *instance, const Companion *with) {
     State *state = &instance->state;
     const double begun = state->time, end = instance->scratch.step_end;
     const bool rest = begin_grid(state, end);
@@ -193,7 +194,7 @@ static bool integrate_in_equal_steps(Instance *instance) {
     }
     watch_vibrations(instance, length);
     for (double step = first; i <= count && step_goes_on(instance); i++, step = length) {
-        if (!step_to(instance, grid_point(state, i, count), step)) {
+        if (!step_to(instance, with, grid_point(state, i, count), step)) {
             return false;
         }
     }
@@ -218,7 +219,7 @@ bool integrate(Instance *instance, double end) {
     inputs_begin(instance);
     watch_motions(instance);
     const bool completed = begin_events(instance) &&
-                           (adaptive ? integrate_adaptively(instance) : integrate_in_equal_steps(instance));
+                           (adaptive ? integrate_adaptively(instance) : integrate_in_equal_steps(instance, NULL));
     if (completed) {
         state->event_held = step_waits(instance);
         state->time = state->event_held ? state->time : instance->scratch.step_end;

@@ -2,7 +2,7 @@
 #ifndef INTEGRATOR_H
 #define INTEGRATOR_H
 
-#include "instance.h"
+#include "adaptive_steps.h"
 
 /* Advances time, states and inputs of instance->state to exactly end, s. If the listener follows steps or awaits
    events, the end may be earlier. Returns false if a step could not be completed; time, states and inputs are then
@@ -10,6 +10,10 @@
    end, the states stay behind until something asks for them: most communication steps then only move the time. Lengths
    of steps by Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, II.4. */
 bool integrate(Instance *instance, double end);
+
+/* Goes to scratch.step_end in equal steps, as many as make them no longer than solver_step. `with` may be NULL. Returns
+   false, with instance->failure, as integrate does. */
+bool integrate_in_equal_steps(Instance *instance, const Companion *with);
 
 /* Brings the states to the present time if they are behind. Returns false, with instance->failure set, if constraints
    cannot be met there. */

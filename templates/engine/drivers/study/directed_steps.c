@@ -1,7 +1,6 @@
 /* Steps of the motion and its derivatives, with one control of both errors. */
 #include <string.h>
 
-#include "adaptive_steps.h"
 #include "directed_steps.h"
 #include "event_steps.h"
 #include "inputs.h"
@@ -82,12 +81,18 @@ bool directions_begin_stretch(Variations *variations, double end) {
            directions_settle(variations);
 }
 
+bool directions_step(Variations *variations, double end, const Companion *with) {
+    Instance *instance = &variations->study.instance;
+    const bool adaptive = METHOD.error_order > 0;
+    if (!(adaptive ? adaptive_steps(instance, end, with) : integrate_in_equal_steps(instance, with))) {
+        return false;
+    }
+    inputs_end(instance);
+    return true;
+}
+
 bool directions_integrate(Variations *variations, double end) {
     const Companion derivatives = {variations, follow_motion, finish_directions, accept_directions,
                                    pass_with_motion};
-    if (!directions_begin_stretch(variations, end) || !adaptive_steps(&variations->study.instance, end, &derivatives)) {
-        return false;
-    }
-    inputs_end(&variations->study.instance);
-    return true;
+    return directions_begin_stretch(variations, end) && directions_step(variations, end, &derivatives);
 }

@@ -10,6 +10,7 @@
 
 #include "dense_output.h"
 #include "directed_memory.h"
+#include "integrator.h"
 #include "study.h"
 
 enum { N_JUMPING = N_STATES + N_MASKS }; /* the states, and what modes remember beside them: places that latches hold */
@@ -68,6 +69,9 @@ bool directions_begin(Variations *variations);
 
 /* At the beginning of a stretch, to the end (s). */
 bool directions_begin_stretch(Variations *variations, double end);
+
+/* In the solver's steps to that end (s), which `with` goes through too. */
+bool directions_step(Variations *variations, double end, const Companion *with);
 
 /* The probe comes to a time (s) and states, on the constraints. */
 bool directions_look(Variations *variations, double time, const double states[]);

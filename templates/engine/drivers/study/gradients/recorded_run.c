@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "adaptive_steps.h"
 #include "inputs.h"
 #include "tape.h"
 
@@ -116,7 +115,7 @@ static Entry *add_checked(Tape *tape, EntryKind kind) {
     memcpy(checkpoint->states, instance->state.states, sizeof checkpoint->states);
     memcpy(checkpoint->slope, instance->state.first_stage, sizeof checkpoint->slope);
     memcpy(checkpoint->end_states, instance->scratch.new_states, sizeof checkpoint->end_states);
-    step_record_take(&checkpoint->record, &instance->state);
+    step_record_take(&checkpoint->record, instance);
     return entry;
 }
 
@@ -250,12 +249,8 @@ static bool record_event(void *of) {
 static bool record_stretch(Variations *variations, double end) {
     Tape *tape = variations->tape;
     const Companion recorder = {tape, follow_nothing, finish_nothing, record_step, record_event};
-    if (!directions_begin_stretch(variations, end) || add_kept(tape, ENTRY_STRETCH) == NULL ||
-        !adaptive_steps(&variations->study.instance, end, &recorder)) {
-        return false;
-    }
-    inputs_end(&variations->study.instance);
-    return true;
+    return directions_begin_stretch(variations, end) && add_kept(tape, ENTRY_STRETCH) != NULL &&
+           directions_step(variations, end, &recorder);
 }
 
 /* Samples at the end of a stretch. */

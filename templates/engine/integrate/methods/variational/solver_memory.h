@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "mechanism.h"
+#include "sizes.h"
 
 /* The momenta dL/dqd at the present point, and what rounding cut off from the sums of coordinates and momenta. */
 typedef struct {
@@ -16,9 +16,24 @@ typedef struct {
     int64_t moved; /* motion inputs were changed: the velocities do not belong to the momenta yet */
 } SolverMemory;
 
+enum { SIZE_NODES = STAGES + 1 };
+
+/* The velocities at the stages and the multipliers at the nodes, and what follows from them: at the stages coordinates,
+   momenta dL/dqd and forces F, at the nodes forces and residuals of the constraints. */
 typedef struct {
-    int none; /* C has no struct without members */
+    double velocities[STAGES][N_COORDINATES];
+    double coordinates[STAGES][N_COORDINATES];
+    double further[STAGES][SIZE_FURTHER]; /* further states */
+    double rates[STAGES][SIZE_FURTHER];   /* and their derivatives */
+    double momenta[STAGES][N_COORDINATES];
+    double forces[STAGES][N_COORDINATES];
+    double multipliers[SIZE_NODES][SIZE_CONSTRAINTS]; /* of the last node, whose forces act on no stage, h times it: the
+                                                         impulse that ends the step */
+    double reactions[SIZE_NODES][N_COORDINATES];      /* G^T multiplier */
+    double residuals[SIZE_NODES][SIZE_CONSTRAINTS];   /* phi; of nonholonomic ones the integral of G qd + b */
 } SolverScratch;
+
+typedef SolverScratch Stages;
 
 /* Forgets what a change makes invalid; motion: a motion input was changed. Forces are finite, so that the momenta go on
    where a support jumps, but the velocities do not. */

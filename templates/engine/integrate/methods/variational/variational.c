@@ -271,9 +271,9 @@ static void guess_stages(const Instance *instance, Step step, Stages *stages) {
 bool solver_step(Instance *instance, Step step) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, SolverMemory, next);
-    WORK_OF(mark, Stages, stages);
     State *state = &instance->state;
     Scratch *scratch = &instance->scratch;
+    Stages *stages = &scratch->solver;
 
     if (!update_momenta(instance)) {
         return arena_leave(mark, false);

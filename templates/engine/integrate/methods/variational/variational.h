@@ -8,22 +8,6 @@
 #include "collocation.h"
 #include "solver.h"
 
-enum { SIZE_NODES = STAGES + 1 };
-
-/* The velocities at the stages and the multipliers at the nodes, and what follows from them: at the stages coordinates,
-   momenta dL/dqd and forces F, at the nodes forces and residuals of the constraints. */
-typedef struct {
-    double velocities[STAGES][N_COORDINATES];
-    double coordinates[STAGES][N_COORDINATES];
-    double further[STAGES][SIZE_FURTHER]; /* further states */
-    double rates[STAGES][SIZE_FURTHER];   /* and their derivatives */
-    double momenta[STAGES][N_COORDINATES];
-    double forces[STAGES][N_COORDINATES];
-    double multipliers[SIZE_NODES][SIZE_CONSTRAINTS]; /* but for the last node, whose forces act on no stage */
-    double reactions[SIZE_NODES][N_COORDINATES];      /* G^T multiplier */
-    double residuals[SIZE_NODES][SIZE_CONSTRAINTS];   /* phi; of nonholonomic ones the integral of G qd + b */
-} Stages;
-
 /* The time (s) at a part of the step, which is 1 at its very end. */
 static inline double time_within(const Instance *instance, Step step, double part) {
     return part == 1.0 ? step.end : instance->state.time + part * step.length;

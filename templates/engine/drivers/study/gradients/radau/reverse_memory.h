@@ -15,8 +15,8 @@ typedef struct {
     int none; /* C has no struct without members: the matrix is that of directions */
 } ReverseMemory;
 
-static inline void step_record_take(StepRecord *record, const State *state) {
-    memcpy(record->accelerations, state->solver.accelerations, sizeof record->accelerations);
+static inline void step_record_take(StepRecord *record, const Instance *instance) {
+    memcpy(record->accelerations, instance->state.solver.accelerations, sizeof record->accelerations);
 }
 
 #endif

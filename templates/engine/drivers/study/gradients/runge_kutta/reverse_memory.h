@@ -17,8 +17,8 @@ typedef struct {
     double terms[DENSE_TERMS][N_STATES];    /* the derivatives by the terms of the interpolant */
 } ReverseMemory;
 
-static inline void step_record_take(StepRecord *record, const State *state) {
-    (void)state;
+static inline void step_record_take(StepRecord *record, const Instance *instance) {
+    (void)instance;
     record->none = 0;
 }
 

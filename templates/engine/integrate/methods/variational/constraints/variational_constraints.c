@@ -166,6 +166,9 @@ void stages_end_step(Instance *instance, double time, const double missing[], do
             impulse[j] += jacobian[k * N + j] * change[N + k];
         }
     }
+    for (int k = 0; k < K; k++) {
+        instance->scratch.solver.multipliers[NODES.count - 1][k] += change[N + k];
+    }
     arena_release(mark);
 }
 

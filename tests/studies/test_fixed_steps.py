@@ -1,0 +1,110 @@
+"""Derivatives through steps of one length: of variational methods, whose steps are implicit, and of rk4."""
+
+import numpy as np
+import pytest
+
+import lag2fmu
+from lag2fmu.errors import LoadError
+from lag2fmu.mechanism import Body, Mechanism, Spring, coordinate, parameter
+from lag2fmu.reference.trajectory import Floats
+from lag2fmu.studies.library import StudyLibrary, compiled
+from lag2fmu.studies.requests import scale_of
+from lag2fmu.studies.sensitivities import directed_run
+from lag2fmu.studies.tape import Tape
+
+
+def test_the_midpoint_rule_of_an_oscillator_has_a_closed_form() -> None:
+    """With z = (x, p) a step is the Cayley transform of h J H; its derivatives are complex steps of that."""
+    x, k = coordinate("x", "m", start=0.3, velocity=-0.2), parameter("k", 8.0, "N/m")
+    block = Mechanism("block", coordinates=[x], parameters=[k], bodies=[Body("b", 2, (x, 0))],
+                      springs=[Spring("s", stiffness=k, elongation=x)])  # fmt: skip
+    found = lag2fmu.sensitivities(
+        block, over=["k", "x", "x_dot"], outputs=["x", "x_dot"], times=[0.5, 1.0], solver="midpoint",
+        values={"solver_step": 0.05},
+    )  # fmt: skip
+
+    def moved(steps: int, stiffness: complex, start: complex, speed: complex) -> Floats:
+        A = 0.025 * np.array([[0, 1], [-stiffness / 2, 0]])
+        step = np.linalg.solve(np.eye(2) - A, np.eye(2) + A)
+        moved: Floats = np.linalg.matrix_power(step, steps) @ [start, speed]
+        return moved
+
+    for i, varied in enumerate(np.eye(3) * 1e-30j):
+        ends = [moved(steps, *(np.array([8.0, 0.3, -0.2]) + varied)) for steps in (10, 20)]
+        np.testing.assert_allclose(found.derivatives[:, :, i], np.imag(ends) / 1e-30, rtol=1e-12, atol=1e-13)
+
+
+CASES = [
+    ("cart_pole", "verlet", ["theta", "l", "F"], 0.01),
+    ("double_pendulum", "lobatto4", ["theta1", "m2", "l1"], 0.01),
+    ("four_bar_linkage", "midpoint", ["a", "a_dot", "l2", "rho"], 0.005),
+    ("heavy_top_quaternion", "gauss4", ["m", "A", "C"], 0.002),
+    ("parallel_manipulator", "gauss4", ["R", "l1"], 0.0025),  # one of its constraints is redundant
+    ("whipple_bicycle", "verlet", ["mB", "phi_dot"], 0.01),  # rolls
+    ("dc_motor", "gauss6", ["J", "R"], 0.0025),  # has further states
+    ("impact_oscillator", "gauss4", ["k", "d"], 0.005),
+    ("bouncing_ball", "rk4", ["y", "e", "g"], 0.01),
+]
+"""Models, solvers, what varies, and solver steps (s)."""
+TIMES = np.linspace(0.0, 1.0, 6)
+
+
+@pytest.mark.parametrize(("model", "solver", "over", "step"), CASES)
+def test_derivatives_are_differences_and_go_back(model: str, solver: str, over: list[str], step: float) -> None:
+    """Forward ones against extrapolated central differences of the run, adjoint ones against forward ones."""
+    library = compiled(model, solver=solver, adjoints=True)
+    mechanism = lag2fmu.load(model)
+    outputs = [name for q in mechanism.coordinates for name in (q.name, f"{q.name}_dot")]
+    outputs += [*(z.name for z in mechanism.states), "kinetic_energy"]
+    found = directed_run(library, over, outputs, values={"solver_step": step}, times=TIMES, tolerance=1e-8)
+    assert not found.reason
+    slopes = found.result.derivatives
+    for i, name in enumerate(over):
+        value = library.variables[name].start or 0.0
+        h = 3e-4 * (abs(value) or 1.0)
+
+        def moved(change: float, name: str = name, value: float = value) -> Floats:
+            values = {"solver_step": step, name: value + change}
+            run = directed_run(library, over, outputs, values=values, times=TIMES, tolerance=1e-8)
+            assert not run.reason
+            return run.result.values
+
+        near, far = ((moved(d) - moved(-d)) / (2 * d) for d in (h, 2 * h))
+        size = abs(slopes[:, :, i]).max()
+        np.testing.assert_allclose(slopes[:, :, i], (4 * near - far) / 3, atol=1e-6 * size, rtol=0)
+    _compare_adjoints(library, over, outputs, step, slopes)
+
+
+def _compare_adjoints(library: StudyLibrary, over: list[str], outputs: list[str], step: float, slopes: Floats) -> None:
+    """A random weighted sum of all outputs, by the tape."""
+    values = {library.settable("solver_step"): step}
+    tape = Tape(library, len(over))
+    seeds = [(library.settable(name), scale_of(library, name, {})) for name in over]
+    _, reason = tape.record(values, TIMES, library.readable(outputs), tolerance=1e-8, seeds=seeds)
+    weights = np.random.default_rng(0).standard_normal(slopes.shape[:2])
+    back, why = tape.gradient(weights)
+    assert [reason, why] == ["", ""]
+    terms = weights[:, :, None] * slopes
+    np.testing.assert_allclose(back, terms.sum(axis=(0, 1)), rtol=0, atol=1e-9 * abs(terms).sum(axis=(0, 1)).max())
+
+
+@pytest.mark.parametrize(
+    ("model", "solver", "said"),
+    [
+        (
+            "pendulum",
+            "ros2",
+            "'ros2' carries no derivatives: .*second ones of the equations; take dopri5, dop853, rk4,",
+        ),
+        ("bouncing_ball", "moreau", "'moreau' carries no derivatives: its steps contain impacts"),
+        ("pendulum", "rk5", "'rk5' is no solver that carries derivatives; known are dopri5"),
+        (
+            "coulomb_oscillator",
+            "gauss4",
+            "'coulomb_oscillator' has dry friction, .* take dop853, or leave friction out",
+        ),
+    ],
+)
+def test_what_carries_none_is_told_why(model: str, solver: str, said: str) -> None:
+    with pytest.raises(LoadError, match=said):
+        lag2fmu.sensitivities(model, over=["m"], solver=solver)
