@@ -124,8 +124,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     described = {} if DESCRIPTION in without else {MECHANISM_ENTRY: write(mechanism).encode()}
     files = {**_files(content, version, icon(scene)), **described, **told, **(extra or {})}
     made_by = compiler if backend == NATIVE.name else None
-    bill = bill_of_materials(mechanism.name, files, solver=found.solver, compiler=made_by)
-    pack({**files, BILL_ENTRY: bill}, target)
+    pack({**files, BILL_ENTRY: bill_of_materials(mechanism.name, files, solver=found.solver, compiler=made_by)}, target)
     return Fmu(target, content.description, _remarks(found), moved_starts(mechanism, equations), content.doubt)
 
 
