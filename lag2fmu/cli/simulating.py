@@ -43,8 +43,8 @@ def simulate_model(asked: SimulateOptions) -> None:
     mechanism = entry_points.mechanism_of(source, values if isinstance(source, Path) else None)
     drawn = mechanism if asked.plot or asked.animation else None
     with (
-        progress_bar("simulating", _until(source, asked.stop_time)) as progress,
         as_fmu(source) as path,
+        progress_bar("simulating", _until(source, asked.stop_time)) as progress,
     ):
         outputs = _recorded(path, asked.wanted)
         beside = [name for name in _seen_in_plots(drawn) if name not in outputs]
