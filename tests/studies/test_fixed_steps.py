@@ -103,6 +103,7 @@ def _compare_adjoints(library: StudyLibrary, over: list[str], outputs: list[str]
             "gauss4",
             "'coulomb_oscillator' has dry friction, .* take dop853, or leave friction out",
         ),
+        ("woodpecker", "gauss4", "'woodpecker' has dry friction"),  # that of its contacts
     ],
 )
 def test_what_carries_none_is_told_why(model: str, solver: str, said: str) -> None:
