@@ -9,7 +9,7 @@ from lag2fmu.mechanism import Body, Mechanism, Spring, coordinate, parameter
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.library import StudyLibrary, compiled
 from lag2fmu.studies.requests import scale_of
-from lag2fmu.studies.sensitivities import directed_run
+from lag2fmu.studies.sensitivities import Sensitivities, directed_run
 from lag2fmu.studies.tape import Tape
 
 
@@ -109,3 +109,21 @@ def _compare_adjoints(library: StudyLibrary, over: list[str], outputs: list[str]
 def test_what_carries_none_is_told_why(model: str, solver: str, said: str) -> None:
     with pytest.raises(LoadError, match=said):
         lag2fmu.sensitivities(model, over=["m"], solver=solver)
+
+
+def test_a_motion_that_strikes_is_refused() -> None:
+    """Momenta go on where a held velocity of the support jumps; where none jumps, the derivative is a difference."""
+    knots = np.array([0.0, 0.5, 1.0])
+    jumping = {"time": knots, "y0": 0 * knots, "y0_dot": np.array([0.0, 0.3, 0.3]), "y0_ddot": 0 * knots}
+    steady = jumping | {"y0_dot": np.full(3, 0.3), "y0_ddot": np.array([0.0, 2.0, 0.0])}
+    library = compiled("motion_driven_pendulum", solver="verlet")
+
+    def moved(start: float, inputs: dict[str, Floats]) -> Sensitivities:
+        values = {"theta": start, "solver_step": 0.002}
+        return directed_run(library, ["theta"], ["theta"], values=values, times=np.array([1.0]), tolerance=1e-8,
+                            inputs=inputs, hold=True).result  # fmt: skip
+
+    with pytest.raises(LoadError, match=r"'y0_dot' of .* jumps by 0\.3 \(SI\) at 0\.5 s.*'verlet'.*without hold"):
+        moved(0.5, jumping)
+    difference = (moved(0.5001, steady)["theta"] - moved(0.4999, steady)["theta"]) / 2e-4
+    np.testing.assert_allclose(moved(0.5, steady)["theta", "theta"], difference, rtol=1e-7)
