@@ -1,9 +1,13 @@
 """Derivatives through steps of one length: of variational methods, whose steps are implicit, and of rk4."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import lag2fmu
+from lag2fmu.cli import main
 from lag2fmu.errors import LoadError
 from lag2fmu.mechanism import Body, Mechanism, Spring, coordinate, parameter
 from lag2fmu.reference.trajectory import Floats
@@ -109,6 +113,26 @@ def _compare_adjoints(library: StudyLibrary, over: list[str], outputs: list[str]
 def test_what_carries_none_is_told_why(model: str, solver: str, said: str) -> None:
     with pytest.raises(LoadError, match=said):
         lag2fmu.sensitivities(model, over=["m"], solver=solver)
+
+
+def test_fits_by_steps_of_one_length_find_what_another_solver_did(tmp_path: Path) -> None:
+    """In Python and by the command line; the data are dop853's, from which these steps of gauss4 are 1e-9 apart."""
+    times, true = np.linspace(0, 2, 81), {"m": 0.37, "l": 0.9, "c": 0.15}
+    force = {"time": times, "F": 2 * np.sin(3 * times)}
+    exact = lag2fmu.sensitivities("cart_pole", over=["m"], outputs=["x", "theta"], times=times, tolerance=1e-12,
+                                  values=true, inputs=force)  # fmt: skip
+    data = {**force, "x": exact["x"], "theta": exact["theta"]}
+    found = lag2fmu.calibrate("cart_pole", data, free=list(true), solver="gauss4", values={"solver_step": 0.005})
+    assert {name: found[name] for name in true} == pytest.approx(true, rel=1e-8)
+    assert {p.name: p.value for p in found.mechanism.parameters}["l"] == found["l"]
+
+    file, out = tmp_path / "data.csv", tmp_path / "found.toml"
+    np.savetxt(file, np.transpose(list(data.values())), "%.17g", ",", header=",".join(data), comments="")
+    arguments = ["calibrate", "cart_pole", str(file), "--free", "m,l,c", "--solver", "gauss4", "-o", str(out)]
+    done = CliRunner().invoke(main, [*arguments, "--set", "solver_step=0.005"])
+    assert done.exit_code == 0, done.output
+    values = {p.name: p.value for p in lag2fmu.load(out).parameters}
+    assert {name: values[name] for name in true} == pytest.approx(true, rel=1e-8)
 
 
 def test_a_motion_that_strikes_is_refused() -> None:
