@@ -9,6 +9,7 @@ from click.testing import CliRunner
 import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.errors import LoadError
+from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Body, Mechanism, Spring, coordinate, parameter
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.library import StudyLibrary, compiled
@@ -38,6 +39,28 @@ def test_the_midpoint_rule_of_an_oscillator_has_a_closed_form() -> None:
         np.testing.assert_allclose(found.derivatives[:, :, i], np.imag(ends) / 1e-30, rtol=1e-12, atol=1e-13)
 
 
+SUPPORTED = read(
+    """
+[mechanism]
+name = "supported"
+[parameters]
+l = { value = 1.0, unit = "m" }
+tau = { value = 50, unit = "ms" }
+[inputs]
+y0 = { unit = "m", motion = "filtered", time_constant = "tau" }
+[coordinates]
+theta = { unit = "rad", start = 0.5 }
+x = { unit = "m", start = 0.5 }
+y = { unit = "m", guess = -0.9 }
+[energy]
+kinetic = "0.5*(l**2*theta_dot**2 + 2*l*sin(theta)*theta_dot*y0_dot) + 0.5*(x_dot**2 + y_dot**2)"
+potential = "9.81*(y - l*cos(theta))"
+[constraints.holonomic]
+rod = "x**2 + (y - y0)**2 - l**2"
+""",
+    "supported",
+)
+"""Two pendulums of 1 kg on a support that moves: its further states are in the momenta of one, the rod of the other."""
 CASES = [
     ("cart_pole", "verlet", ["theta", "l", "F"], 0.01),
     ("double_pendulum", "lobatto4", ["theta1", "m2", "l1"], 0.01),
@@ -113,6 +136,17 @@ def _compare_adjoints(library: StudyLibrary, over: list[str], outputs: list[str]
 def test_what_carries_none_is_told_why(model: str, solver: str, said: str) -> None:
     with pytest.raises(LoadError, match=said):
         lag2fmu.sensitivities(model, over=["m"], solver=solver)
+
+
+def test_what_a_filter_moves_may_stand_in_momenta_and_constraints() -> None:
+    """Steps of gauss4 against dop853, whose constraints are accelerations and projections."""
+    inputs = {"time": [0.0, 0.31, 0.7, 1.6], "y0_target": [0.0, 0.1, -0.2, 0.1]}
+
+    def moved(solver: str) -> Floats:
+        return lag2fmu.sensitivities(SUPPORTED, over=["l"], outputs=["theta", "x", "y"], times=TIMES, solver=solver,
+                                     tolerance=1e-10, values={"solver_step": 0.0025}, inputs=inputs).values  # fmt: skip
+
+    np.testing.assert_allclose(moved("gauss4"), moved("dop853"), rtol=0, atol=3e-8)
 
 
 def test_fits_by_steps_of_one_length_find_what_another_solver_did(tmp_path: Path) -> None:
