@@ -11,12 +11,13 @@ from rich.table import Table
 
 from lag2fmu.cli.noise import in_unit, size_of
 from lag2fmu.cli.options import check_ending, check_picture
-from lag2fmu.cli.settings import load_mechanism
+from lag2fmu.cli.settings import load_with_inputs
 from lag2fmu.cli.terminal import console
+from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.loading import pairs_of
 from lag2fmu.language.units import Unit
-from lag2fmu.mechanism.display import display_units, value_in_si
+from lag2fmu.mechanism.display import value_in_si
 from lag2fmu.progress import progress_bar
 from lag2fmu.studies.calibrated import Calibration
 from lag2fmu.studies.calibration import TOLERANCE, calibrate
@@ -33,6 +34,7 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
     bounds: tuple[str, ...],
     hold: bool,
     tolerance: float | None,
+    solver: str | None,
     out: Path | None,
     plot: Path | None,
     settings: tuple[str, ...],
@@ -44,12 +46,13 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
     check_picture(plot)
     if out is not None:
         check_ending(out, (".toml",))
-    mechanism = load_mechanism(model, settings)
-    units = display_units(mechanism)
+    mechanism, values, units = load_with_inputs(model, settings, SETTINGS)
     with progress_bar("estimating", None, "runs") as progress:
         found = calibrate(
             mechanism,
             list(data),
+            values=values,
+            solver=solver,
             free=[name.strip() for name in free.split(",") if name.strip()],
             bounds={name: _range(name, text, units) for name, text in pairs_of(bounds).items()},
             noise={name: size_of(name, text, units) for name, text in pairs_of(noise).items()},

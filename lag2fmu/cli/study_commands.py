@@ -27,6 +27,7 @@ from lag2fmu.cli.options import HOLD, INPUT, MODEL, PATH, SET, STOP_TIME, loadin
 )
 @HOLD
 @click.option("--tolerance", type=float, help="Relative tolerance of the runs; default 1e-8.")
+@click.option("--solver", metavar="NAME", help="Integrator, one that carries derivatives; default dop853.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), metavar="TOML", help="Write the calibrated mechanism.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw fit and residuals (.png, .svg, .pdf).")
 @loading

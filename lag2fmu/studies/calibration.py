@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lag2fmu.description.names import SETTINGS, generalized_force
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
@@ -138,8 +139,14 @@ def _solved(problem: _Problem, known: Mapping[str, float], mechanism: Mechanism)
         residuals,
         dict(zip(problem.columns, noise.tolist(), strict=True)),
         tuple(fits),
-        with_values(mechanism, {**problem.runs.values[0], **first}),
+        with_values(mechanism, {**_of_mechanism(problem.runs, mechanism), **first}),
     )
+
+
+def _of_mechanism(runs: MeasuredRuns, mechanism: Mechanism) -> dict[str, float]:
+    """The values (SI) of the first experiment without those of its run, steps of the solver and generalized forces."""
+    of_run = {*SETTINGS, *(generalized_force(q.name) for q in mechanism.coordinates)}
+    return {name: value for name, value in runs.values[0].items() if name not in of_run}
 
 
 def _spread(values: Floats) -> float:

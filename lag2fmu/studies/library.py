@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.codegen.sources import render_sources
+from lag2fmu.description.names import velocity
 from lag2fmu.description.outputs import Experiment
 from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.balance import with_balance
+from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.dynamics.program import lower
 from lag2fmu.ensemble.libraries import KernelLibrary
@@ -46,7 +48,8 @@ INPUT, SETTING = "VARIABLE_INPUT", "VARIABLE_SETTING"
 class StudyLibrary:
     """The runs of one mechanism as functions of this process, and the variables it knows.
 
-    ``kinds`` has the kind of each variable, as a number of the engine.
+    ``kinds`` has the kind of each variable, as a number of the engine. ``striking`` are the inputs that strike where
+    they jump, because the solver goes on with the momenta, which contain them.
     """
 
     name: str
@@ -55,6 +58,7 @@ class StudyLibrary:
     variables: Mapping[str, ScalarVariable]
     kinds: Mapping[str, str]
     experiment: Experiment
+    striking: frozenset[str] = frozenset()
 
     def variable(self, name: str) -> ScalarVariable:
         """The variable ``name``; raises LoadError, with the names near to it, if there is none."""
@@ -81,7 +85,7 @@ def compiled(model: object, *, solver: str | None = None, adjoints: bool = False
     """The library of ``model``, a mechanism or what ``load`` takes, with one of SOLVERS, by default the USUAL one.
 
     With ``adjoints`` it records runs for gradients, and takes longer to compile. Libraries that this process has
-    compiled before are reused. Raises LoadError for another solver, and for dry friction with a variational one;
+    compiled before are reused. Raises LoadError for another solver, and for friction with a variational one;
     Lag2FmuError if the model cannot be loaded, derived or compiled.
     """
     if solver in _WITHOUT:
@@ -109,7 +113,7 @@ def _compiled(source: _MechanismText, solver: str, adjoints: bool) -> StudyLibra
     equations, method = derive(source.mechanism), METHODS[solver]
     check_solver(equations.mechanism, method)
     program = with_balance(lower(equations, variational=method.variational))
-    if method.variational and program.frictions:
+    if method.variational and (program.frictions or any(program.slips)):
         raise LoadError(
             f"'{source.mechanism.name}' has dry friction, which '{solver}' takes at the stages of its steps without "
             f"derivatives; take {USUAL}, or leave friction out"
@@ -125,7 +129,16 @@ def _compiled(source: _MechanismText, solver: str, adjoints: bool) -> StudyLibra
         {v.name: v for v in table.variables},
         {v.name: table.tables.slots[v.value_reference].kind for v in table.variables},
         mechanism.experiment,
+        _striking(source.mechanism, program),
     )
+
+
+def _striking(mechanism: Mechanism, program: Program) -> frozenset[str]:
+    """The inputs of motions that the momenta, or the constraints with them, of a variational method contain."""
+    found = next((f for f in program.functions if f.name == "mechanism_balance"), None)
+    nodes = [node for array, _, node in found.results if array in {"m", "phi", "v"}] if found else []
+    motions = {name for y in mechanism.driven for name in (y, velocity(y))}
+    return frozenset(motions & program.graph.symbols(nodes) & set(program.inputs))
 
 
 # ------------------------------------------------------------------------------------------------------------ running

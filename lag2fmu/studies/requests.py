@@ -9,8 +9,8 @@ import numpy as np
 
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError
-from lag2fmu.reference.trajectory import Floats
-from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, KnotSignals, StudyLibrary
+from lag2fmu.reference.trajectory import Floats, Trajectory
+from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, USUAL, KnotSignals, StudyLibrary
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 
 _SAMPLES = 100
@@ -73,8 +73,8 @@ def signals_of(
 ) -> KnotSignals | None:
     """``inputs`` as ``simulate`` takes them, for runs of ``library`` at ``times`` (m,) in s.
 
-    They are linear between their own times, or held with ``hold``. Raises LoadError for a name that is no input, and
-    for a motion without its rates.
+    They are linear between their own times, or held with ``hold``. Raises LoadError for a name that is no input, for a
+    motion without its rates, and for one that strikes where it jumps.
     """
     found = trajectory_of(inputs, float(times[-1]) or 1.0, library.experiment.step)
     if found is None:
@@ -86,7 +86,23 @@ def signals_of(
         rates = (velocity(name), acceleration(name))
         if all(library.kinds.get(rate) == INPUT for rate in rates) and not set(rates) <= set(found.names):
             raise LoadError(f"the motion '{name}' is given without {' and '.join(rates)}; a study needs all three")
+    if hold:
+        _check_strokes(library, found, float(times[-1]))
     return KnotSignals(tuple(library.readable(found.names)), found.time, found.values, hold)
+
+
+def _check_strokes(library: StudyLibrary, held: Trajectory, stop: float) -> None:
+    """Raise LoadError for a motion among the ``held`` inputs that strikes before the time ``stop`` (s)."""
+    before = held.time < stop
+    for name in sorted(library.striking & set(held.names)):
+        jumps = np.diff(held[name][before])
+        if jumps.any():
+            k = int(np.flatnonzero(jumps)[0])
+            raise LoadError(
+                f"the motion '{name}' of '{library.name}' is held and jumps by {jumps[k]:g} (SI) at "
+                f"{held.time[k + 1]:g} s, where it strikes: '{library.solver}' carries no derivatives through that; "
+                f"give it without hold, linear between its times, or take {USUAL}"
+            )
 
 
 def continuous_outputs(library: StudyLibrary, outputs: Sequence[str] | None) -> list[str]:

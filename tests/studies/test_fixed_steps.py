@@ -1,15 +1,21 @@
 """Derivatives through steps of one length: of variational methods, whose steps are implicit, and of rk4."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import lag2fmu
+from lag2fmu.cli import main
 from lag2fmu.errors import LoadError
+from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Body, Mechanism, Spring, coordinate, parameter
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.library import StudyLibrary, compiled
 from lag2fmu.studies.requests import scale_of
-from lag2fmu.studies.sensitivities import directed_run
+from lag2fmu.studies.sensitivities import Sensitivities, directed_run
 from lag2fmu.studies.tape import Tape
 
 
@@ -34,7 +40,29 @@ def test_the_midpoint_rule_of_an_oscillator_has_a_closed_form() -> None:
         np.testing.assert_allclose(found.derivatives[:, :, i], np.imag(ends) / 1e-30, rtol=1e-12, atol=1e-13)
 
 
-CASES = [
+SUPPORTED = read(
+    """
+[mechanism]
+name = "supported"
+[parameters]
+l = { value = 1.0, unit = "m" }
+tau = { value = 50, unit = "ms" }
+[inputs]
+y0 = { unit = "m", motion = "filtered", time_constant = "tau" }
+[coordinates]
+theta = { unit = "rad", start = 0.5 }
+x = { unit = "m", start = 0.5 }
+y = { unit = "m", guess = -0.9 }
+[energy]
+kinetic = "0.5*(l**2*theta_dot**2 + 2*l*sin(theta)*theta_dot*y0_dot) + 0.5*(x_dot**2 + y_dot**2)"
+potential = "9.81*(y - l*cos(theta))"
+[constraints.holonomic]
+rod = "x**2 + (y - y0)**2 - l**2"
+""",
+    "supported",
+)
+"""Two pendulums of 1 kg on a support that moves: its further states are in the momenta of one, the rod of the other."""
+CASES: list[tuple[str | Mechanism, str, list[str], float]] = [
     ("cart_pole", "verlet", ["theta", "l", "F"], 0.01),
     ("double_pendulum", "lobatto4", ["theta1", "m2", "l1"], 0.01),
     ("four_bar_linkage", "midpoint", ["a", "a_dot", "l2", "rho"], 0.005),
@@ -42,6 +70,8 @@ CASES = [
     ("parallel_manipulator", "gauss4", ["R", "l1"], 0.0025),  # one of its constraints is redundant
     ("whipple_bicycle", "verlet", ["mB", "phi_dot"], 0.01),  # rolls
     ("dc_motor", "gauss6", ["J", "R"], 0.0025),  # has further states
+    (SUPPORTED, "gauss4", ["theta", "l", "y0", "y0_dot"], 0.005),
+    (SUPPORTED, "verlet", ["x", "y0", "y0_dot"], 0.005),
     ("impact_oscillator", "gauss4", ["k", "d"], 0.005),
     ("bouncing_ball", "rk4", ["y", "e", "g"], 0.01),
 ]
@@ -50,10 +80,12 @@ TIMES = np.linspace(0.0, 1.0, 6)
 
 
 @pytest.mark.parametrize(("model", "solver", "over", "step"), CASES)
-def test_derivatives_are_differences_and_go_back(model: str, solver: str, over: list[str], step: float) -> None:
+def test_derivatives_are_differences_and_go_back(
+    model: str | Mechanism, solver: str, over: list[str], step: float
+) -> None:
     """Forward ones against extrapolated central differences of the run, adjoint ones against forward ones."""
     library = compiled(model, solver=solver, adjoints=True)
-    mechanism = lag2fmu.load(model)
+    mechanism = as_mechanism(model)
     outputs = [name for q in mechanism.coordinates for name in (q.name, f"{q.name}_dot")]
     outputs += [*(z.name for z in mechanism.states), "kinetic_energy"]
     found = directed_run(library, over, outputs, values={"solver_step": step}, times=TIMES, tolerance=1e-8)
@@ -103,8 +135,58 @@ def _compare_adjoints(library: StudyLibrary, over: list[str], outputs: list[str]
             "gauss4",
             "'coulomb_oscillator' has dry friction, .* take dop853, or leave friction out",
         ),
+        ("woodpecker", "gauss4", "'woodpecker' has dry friction"),  # that of its contacts
     ],
 )
 def test_what_carries_none_is_told_why(model: str, solver: str, said: str) -> None:
     with pytest.raises(LoadError, match=said):
         lag2fmu.sensitivities(model, over=["m"], solver=solver)
+
+
+def test_what_a_filter_moves_may_stand_in_momenta_and_constraints() -> None:
+    """Steps of gauss4 against dop853, whose constraints are accelerations and projections."""
+    inputs = {"time": [0.0, 0.31, 0.7, 1.6], "y0_target": [0.0, 0.1, -0.2, 0.1]}
+
+    def moved(solver: str) -> Floats:
+        return lag2fmu.sensitivities(SUPPORTED, over=["l"], outputs=["theta", "x", "y"], times=TIMES, solver=solver,
+                                     tolerance=1e-10, values={"solver_step": 0.0025}, inputs=inputs).values  # fmt: skip
+
+    np.testing.assert_allclose(moved("gauss4"), moved("dop853"), rtol=0, atol=3e-8)
+
+
+def test_fits_by_steps_of_one_length_find_what_another_solver_did(tmp_path: Path) -> None:
+    """In Python and by the command line; the data are dop853's, from which these steps of gauss4 are 1e-9 apart."""
+    times, true = np.linspace(0, 2, 81), {"m": 0.37, "l": 0.9, "c": 0.15}
+    force = {"time": times, "F": 2 * np.sin(3 * times)}
+    exact = lag2fmu.sensitivities("cart_pole", over=["m"], outputs=["x", "theta"], times=times, tolerance=1e-12,
+                                  values=true, inputs=force)  # fmt: skip
+    data = {**force, "x": exact["x"], "theta": exact["theta"]}
+    found = lag2fmu.calibrate("cart_pole", data, free=list(true), solver="gauss4", values={"solver_step": 0.005})
+    assert {name: found[name] for name in true} == pytest.approx(true, rel=1e-8)
+    assert {p.name: p.value for p in found.mechanism.parameters}["l"] == found["l"]
+
+    file, out = tmp_path / "data.csv", tmp_path / "found.toml"
+    np.savetxt(file, np.transpose(list(data.values())), "%.17g", ",", header=",".join(data), comments="")
+    arguments = ["calibrate", "cart_pole", str(file), "--free", "m,l,c", "--solver", "gauss4", "-o", str(out)]
+    done = CliRunner().invoke(main, [*arguments, "--set", "solver_step=0.005"])
+    assert done.exit_code == 0, done.output
+    values = {p.name: p.value for p in lag2fmu.load(out).parameters}
+    assert {name: values[name] for name in true} == pytest.approx(true, rel=1e-8)
+
+
+def test_a_motion_that_strikes_is_refused() -> None:
+    """Momenta go on where a held velocity of the support jumps; where none jumps, the derivative is a difference."""
+    knots = np.array([0.0, 0.5, 1.0])
+    jumping = {"time": knots, "y0": 0 * knots, "y0_dot": np.array([0.0, 0.3, 0.3]), "y0_ddot": 0 * knots}
+    steady = jumping | {"y0_dot": np.full(3, 0.3), "y0_ddot": np.array([0.0, 2.0, 0.0])}
+    library = compiled("motion_driven_pendulum", solver="verlet")
+
+    def moved(start: float, inputs: dict[str, Floats]) -> Sensitivities:
+        values = {"theta": start, "solver_step": 0.002}
+        return directed_run(library, ["theta"], ["theta"], values=values, times=np.array([1.0]), tolerance=1e-8,
+                            inputs=inputs, hold=True).result  # fmt: skip
+
+    with pytest.raises(LoadError, match=r"'y0_dot' of .* jumps by 0\.3 \(SI\) at 0\.5 s.*'verlet'.*without hold"):
+        moved(0.5, jumping)
+    difference = (moved(0.5001, steady)["theta"] - moved(0.4999, steady)["theta"]) / 2e-4
+    np.testing.assert_allclose(moved(0.5, steady)["theta", "theta"], difference, rtol=1e-7)

@@ -47,6 +47,9 @@ static void place_point(const Instance *instance, Step step, StepPoint *point, c
         for (int k = 0; k < N; k++) {
             point->states[k] += point->weights[j] * stages->velocities[j][k];
         }
+        for (int k = 0; k < N_FURTHER; k++) {
+            point->states[2 * N + k] += point->weights[j] * stages->rates[j][k];
+        }
     }
 }
 
@@ -187,14 +190,14 @@ static bool add_point(Variations *variations, const StepPoint *point, bool trans
     if (stage && N_FURTHER > 0 && !equations_jacobian(instance, point->time, point->states, method->jacobian)) {
         return arena_leave(mark, false);
     }
-    for (int state = 0; state < (stage ? N_STATES : 2 * N); state++) {
+    for (int state = 0; state < N_STATES; state++) {
         seed->states[state] = 1.0;
         step_tangent(instance, point, seed, balance);
         seed->states[state] = 0.0;
         if (stage) {
             memcpy(balance->rates, method->jacobian + state * R + N, N_FURTHER * sizeof(double));
         }
-        if (point->kind == POINT_NODE && state >= N) {
+        if (point->kind == POINT_NODE && state >= N && state < 2 * N) {
             add_multipliers(method, point, state - N, balance->velocities, transposed);
             continue;
         }

@@ -263,6 +263,7 @@ static void guess_stages(const Instance *instance, Step step, Stages *stages) {
             stages->velocities[i][k] = state->states[N + k] + share * step.length * state->first_stage[N + k];
         }
         memcpy(stages->further[i], state->states + 2 * N, N_FURTHER * sizeof(double));
+        memset(stages->rates[i], 0, N_FURTHER * sizeof(double));
     }
     stages_guess_multipliers(&instance->scratch.system, stages);
 }

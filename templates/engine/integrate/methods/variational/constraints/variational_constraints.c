@@ -29,19 +29,29 @@ void stages_guess_multipliers(const System *system, Stages *stages) {
     arena_release(mark);
 }
 
+/* Coordinates and further states at node i; velocities are 0, because no force there contains them. */
+static void node_states(const Instance *instance, double h, const Stages *stages, int i, double states[]) {
+    memcpy(states, instance->state.states, N_STATES * sizeof(double));
+    memset(states + N, 0, N * sizeof(double));
+    for (int j = 0; j < S; j++) {
+        const double weight = h * NODES.a[i * S + j];
+        for (int k = 0; k < N; k++) {
+            states[k] += weight * stages->velocities[j][k];
+        }
+        for (int k = 0; k < N_FURTHER; k++) {
+            states[2 * N + k] += weight * stages->rates[j][k];
+        }
+    }
+}
+
 /* Residuals of the holonomic constraints at node i, and the forces of all there. */
 static void constrain_node(Instance *instance, Step step, Stages *stages, int i) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK_ZEROS(mark, double, states, N_STATES);
+    WORK(mark, double, states, N_STATES);
     WORK(mark, double, velocities, K);
     WORK(mark, double, jacobian, K * N);
     const double time = time_within(instance, step, NODES.c[i]);
-    for (int k = 0; k < N; k++) {
-        states[k] = instance->state.states[k];
-        for (int j = 0; j < S; j++) {
-            states[k] += step.length * NODES.a[i * S + j] * stages->velocities[j][k];
-        }
-    }
+    node_states(instance, step.length, stages, i, states);
     mechanism_constraints(time, states, inputs_at(instance, time), instance->state.parameters, stages->residuals[i],
                           velocities, jacobian);
     for (int j = 0; j < N; j++) {
