@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from lag2fmu import export, load, simulate
+from lag2fmu import derive, export, load, simulate
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.deriving import derived
 from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
+from lag2fmu.graph.batches import Evaluator
 from lag2fmu.language.vocabulary import symbol, value_of
 from lag2fmu.mechanism.record import Mechanism
 
@@ -49,68 +50,96 @@ SCENE = """<mujoco model="scene"><worldbody>
 </body>{others}</worldbody></mujoco>"""
 
 
-def turned(q: Floats, vector: Floats) -> Floats:
-    """``vector`` (3,) turned by the quaternion ``q`` (4,)."""
-    result: Floats = vector + 2 * np.cross(q[1:], np.cross(q[1:], vector) + q[0] * vector)
-    return result
-
-
 def values_of(body: str, place: Floats, q: Floats) -> dict[str, float]:
     """The coordinates of a free ``body``."""
     named = zip((f"{body}_{x}" for x in ("x", "y", "z", "e0", "e1", "e2", "e3")), (*place, *q), strict=True)
     return {name: float(x) for name, x in named}
 
 
-def on_floor(gap: Any, body: str, at: Mapping[str, float], on_plane: Floats) -> tuple[float, Floats, Floats]:
-    """The gap at ``at``, the normal and the middle between the touching points, by how the gap changes with ``body``.
+CHAIN = SCENE.replace(
+    "</body>{others}",
+    """<body name="arm" pos="0.2 -0.1 0.3" euler="-50 20 70"><joint name="h" axis="1 2 -1" pos="0.1 0 -0.2"/>
+<geom name="tip" {shape} pos="-0.1 0.2 0.1" euler="70 -10 20"/></body></body>""",
+)
+RATES = 7
+"""How many velocities MuJoCo's chain has: 3 along the axes of the world, 3 about those of the part, 1 of the hinge."""
 
-    A turn about the axis k changes it by k.((p - o) x n) for the point p of the body and its origin o.
-    """
-    value = value_of(gap, at)
-    o, q = np.array([at[f"{body}_{x}"] for x in "xyz"]), np.array([at[f"{body}_e{k}"] for k in range(4)])
-    normal = np.array([value_of(gap.diff(symbol(f"{body}_{x}")), at) for x in "xyz"])
-    along_q = np.array([value_of(gap.diff(symbol(f"{body}_e{k}")), at) for k in range(4)])
-    rates = [np.array([-axis @ q[1:], *(q[0] * axis + np.cross(axis, q[1:]))]) / 2 for axis in np.eye(3)]
-    moment = np.array([along_q @ rate for rate in rates])
-    point = o + np.cross(normal, moment)
-    point += normal * (value + normal @ (on_plane - point))
-    return value, normal, point - normal * value / 2
+
+class OnFloor:
+    """The contacts of the chain on a plane at states of MuJoCo, and that they move as MuJoCo's points of the bodies."""
+
+    def __init__(self, mujoco: Any, mechanism: Mechanism, own: Sequence[int]) -> None:
+        """``own`` (k,) are the indices of the contacts that are looked at."""
+        equations, n = derive(mechanism), len(mechanism.contacts)
+        rows = equations.rows
+        self._mujoco, self._gaps = mujoco, Evaluator(equations.graph, [rows.positions[c] for c in own])
+        three = [rows.velocities[k] for c in own for k in (c, n + 2 * c, n + 2 * c + 1)]
+        self._rates = Evaluator(equations.graph, three)
+        self._names = [q.name for q in mechanism.coordinates]
+        self._values = {p.name: p.value for p in mechanism.parameters} | {"t": 0.0}
+        self._bodies = [2 if mechanism.contacts[c].name.startswith("tip") else 1 for c in own]
+
+    def gaps(self, data: Any) -> Floats:
+        """The gaps (k,) in m at the places of ``data``."""
+        return self._gaps(self._at(data))
+
+    def found(self, model: Any, data: Any) -> list[tuple[float, ...]]:
+        """Gap, normal and the middle between the touching points of all contacts that overlap, sorted.
+
+        The rates of a gap and of two slips at each of MuJoCo's velocities give the axes d of the contact, by the
+        velocities of the part's origin o, and (p - o) x d, by its turns, for the touching point p. The sum of
+        d x ((p - o) x d) over the three axes is 2 (p - o). By the hinge, p moves as MuJoCo says.
+        """
+        q, o = data.qpos[3:7], data.qpos[:3]
+        moving = np.zeros((len(self._names), RATES))
+        moving[:3, :3], moving[7, 6] = np.eye(3), 1.0
+        moving[3:7, 3:6] = np.array([[-w @ q[1:], *(q[0] * w + np.cross(q[1:], w))] for w in np.eye(3)]).T / 2
+        at = self._at(data) | {f"{name}_dot": row for name, row in zip(self._names, moving, strict=True)}
+        rates = self._rates(at).reshape(-1, 3, RATES)
+        found = []
+        for gap, body, rate in zip(self.gaps(data), self._bodies, rates, strict=True):
+            axes, turn = rate[:, :3], data.xmat[1].reshape(3, 3)
+            point = o + np.cross(axes, rate[:, 3:6] @ turn.T).sum(axis=0) / 2
+            self._mujoco.mj_jac(model, data, jacobian := np.zeros((3, RATES)), None, point, body)
+            assert np.allclose(axes @ jacobian, rate, rtol=0, atol=1e-12)
+            if gap < 0:
+                found.append((float(gap), *axes[0], *(point - axes[0] * gap / 2)))
+        return sorted(found)
+
+    def _at(self, data: Any) -> dict[str, Any]:
+        return self._values | dict(zip(self._names, data.qpos.tolist(), strict=True))
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_contact_points_on_a_plane_are_those_of_mujoco(robot: Robot, shape: str) -> None:
     """Number, gaps, normals and places in random states that are apart, touch and overlap; 1e-9.
 
-    MuJoCo puts a contact midway between the surfaces. The plane is inclined, the shape off the body's origin. Of a
-    cylinder the lowest points of both rims are compared: MuJoCo has two more on the near face, equally deep, that move
-    about its axis where we have four on each face that do not.
+    MuJoCo puts a contact midway between the surfaces. The plane is inclined, one shape is on a free body and one on its
+    arm, both off the origins. Of a cylinder the lowest points of both rims are compared: MuJoCo has two more on the
+    near face, equally deep, that move about its axis where we have four on each face that do not.
     """
     mujoco = pytest.importorskip("mujoco")
-    text = SCENE.format(shape=SHAPES[shape], others="")
+    text = CHAIN.format(shape=SHAPES[shape])
     mechanism, model = robot(text, ground="all"), mujoco.MjModel.from_xml_string(text)
     data, rng, counts = mujoco.MjData(model), np.random.default_rng(5), set()
     mujoco.mj_forward(model, data)
     up, on_plane = data.geom_xmat[0].reshape(3, 3)[:, 2].copy(), data.geom_xpos[0].copy()
-    kinds = {contact.name: contact.kind for contact in mechanism.contacts}
-    found_by = [x.gap for x in mechanism.unilaterals if shape != "cylinder" or kinds[x.name] == "ellipsoid_plane"]
-    for _ in range(25):
+    kinds = [contact.kind for contact in mechanism.contacts]
+    own = [k for k, kind in enumerate(kinds) if shape != "cylinder" or kind == "ellipsoid_plane"]
+    on_floor = OnFloor(mujoco, mechanism, own)
+    for _ in range(100):
         q = rng.normal(size=4)
-        q /= np.linalg.norm(q)
-        place = on_plane + rng.normal(size=3)
-        at = values_of("part", place, q) | {p.name: p.value for p in mechanism.parameters}
-        lowest = min(value_of(gap, at) for gap in found_by)
-        place -= up * (lowest + rng.choice([-0.02, 0.0005, 0.03, 0.08]))
-        at |= values_of("part", place, q)
-        data.qpos[:] = (*place, *q)
+        data.qpos[:] = (*(on_plane + rng.normal(size=3)), *(q / np.linalg.norm(q)), rng.uniform(-4, 4))
+        data.qpos[:3] -= up * (min(on_floor.gaps(data)) + rng.choice([-0.02, 0.0005, 0.03, 0.08]))
         mujoco.mj_forward(model, data)
         depths = [c.dist for c in data.contact]
-        own = [c for c in data.contact if shape != "cylinder" or depths.count(c.dist) == 1]
-        expected = sorted((c.dist, *c.frame[:3], *c.pos) for c in own)
-        touching = [on_floor(gap, "part", at, on_plane) for gap in found_by if value_of(gap, at) < 0]
-        found = sorted((gap, *normal, *middle) for gap, normal, middle in touching)
-        counts.add(len(found))
+        expected = sorted(
+            (c.dist, *c.frame[:3], *c.pos) for c in data.contact if shape != "cylinder" or depths.count(c.dist) == 1
+        )
+        found = on_floor.found(model, data)
         assert len(found) == len(expected)
         assert np.allclose(found, expected, rtol=0, atol=1e-9)
+        counts.add(len(found))
     assert {0, 1} <= counts
     assert shape in ("sphere", "ellipsoid") or max(counts) > 1
 

@@ -28,7 +28,7 @@ pytestmark = pytest.mark.toolchain
 PACKAGES = ("dm_control", "gymnasium")
 REFUSED = ("nothing moves in this robot", "MuJoCo refuses it: ")
 """What is said of files that hold a scene or a part of a robot alone, and of those whose meshes are not beside them."""
-STATES = 5
+STATES, TOLERANCE = 10, 1e-10
 FREE, BALL = 0, 1
 
 
@@ -47,7 +47,8 @@ def corpus() -> list[Path]:
 def test_all_files_come_in_and_move_as_in_mujoco() -> None:
     """Accelerations and sensors, with contacts, limits, dry friction, equalities and the medium off; controls saturate.
 
-    1e-10 of the greatest acceleration or reading. Only the adhesion of the fruit fly's feet is no actuator here.
+    1e-10 of the greatest acceleration or reading, or what rounding makes of accelerations if that is more. Only the
+    adhesion of the fruit fly's feet is no actuator here.
     """
     files, refused, left_out, worst = corpus(), dict[str, str](), dict[str, str](), dict[str, float]()
     whole = 0
@@ -64,7 +65,7 @@ def test_all_files_come_in_and_move_as_in_mujoco() -> None:
     assert len(worst) >= 50
     assert whole >= 0.9 * len(worst)  # 46 of 51, with all actuators and sensors
     assert not [error for error in refused.values() if not any(words in error for words in REFUSED)]
-    assert not {name: error for name, error in worst.items() if not error <= 1e-10}
+    assert not {name: error for name, error in worst.items() if not error <= TOLERANCE}
     assert all(what.startswith("the actuator adhere_") and "fl" in name for what, name in left_out.items()), left_out
 
 
@@ -72,7 +73,7 @@ def differences(mechanism: Mechanism, path: Path) -> Iterator[float]:
     """The largest differences of accelerations and of sensors from MuJoCo's, at each state."""
     model = bare(path)
     open_chain = complete(replace(mechanism.description, constraints=(), joints=(), frictions=()))
-    equations, state, rng = derive(open_chain), mujoco.MjData(model), np.random.default_rng(7)
+    equations, state, rng = derive(open_chain), mujoco.MjData(model), np.random.default_rng(82)
     fixed = {p.name: p.value for p in equations.mechanism.parameters} | {"t": 0.0}
     fixed |= {u.name: 0.0 for u in equations.mechanism.inputs}
     fixed |= {f"Q_{q.name}": 0.0 for q in equations.mechanism.coordinates}
@@ -88,10 +89,23 @@ def differences(mechanism: Mechanism, path: Path) -> Iterator[float]:
         given |= dict(zip([z.name for z in equations.mechanism.states], state.act, strict=True))
         moving = coordinates(equations.mechanism, model, state)
         found = solve(equations, fixed | given | moving)[0]
-        scale = max(1.0, float(np.abs(state.qacc).max()))
+        scale = max(1.0, float(np.abs(state.qacc).max())) * max(1.0, rounding(model, state) / TOLERANCE)
         yield float(np.abs(accelerations(model, state, found) - state.qacc).max()) / scale
         moving |= {f"{q.name}_ddot": x for q, x in zip(equations.mechanism.coordinates, found, strict=False)}
         yield from readings(equations, model, state, fixed | given | moving)
+
+
+def rounding(model: Any, state: Any) -> float:
+    """The relative error of accelerations by rounding: that of a double by the condition number of the mass matrix.
+
+    The matrix is scaled to a diagonal of 1. Where the axes of the first and the last of three hinges coincide it is
+    singular without armature. A wing of the fruit fly comes near it: 1.8e7 in the ninth state.
+    Source: N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd edition, section 10.1.
+    """
+    inverse = np.empty((model.nv, model.nv))
+    mujoco.mj_solveM(model, state, inverse, np.eye(model.nv))
+    scale = 1 / np.sqrt(np.diag(inverse))
+    return float(np.finfo(float).eps * np.linalg.cond(scale[:, None] * inverse * scale))
 
 
 def readings(equations: EquationsOfMotion, model: Any, state: Any, values: dict[str, float]) -> Iterator[float]:
