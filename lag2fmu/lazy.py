@@ -64,7 +64,8 @@ def latest(function: Callable[_Given, _Result]) -> Callable[_Given, _Result]:
         for known, result in kept:
             if [(name, id(x)) for name, x in known] == [(name, id(x)) for name, x in asked]:
                 return result
-        kept[:] = [(asked, function(*arguments, **named))]
-        return kept[0][1]
+        found = function(*arguments, **named)
+        kept[:] = [(asked, found)]  # another thread may put its own here at once
+        return found
 
     return call

@@ -306,3 +306,13 @@ def test_an_inertia_that_is_lost_in_rounding_is_told_from_none(inertia: float) -
     with pytest.raises(DerivationError, match=r"singular to double precision .* Let coordinates begin at mass centres"):
         derive(Mechanism("beside", coordinates=[x, y, a], bodies=[body]))
     derive(Mechanism("centred", coordinates=[x, y, a], bodies=[Body("disc", 1.0, (x, y), angle=a, inertia=inertia)]))
+
+
+def test_the_latest_equations_are_kept_for_the_same_mechanism() -> None:
+    """Who derives twice gets the same record; an equal mechanism is another one, because comparing takes as long."""
+    first, equal = load("double_pendulum"), load("double_pendulum")
+    kept = derive(first)
+    assert derive(first) is kept
+    assert derive(first, "elimination") is not kept
+    assert derive(equal) is not kept
+    assert derive(first) is not kept
