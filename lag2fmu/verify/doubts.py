@@ -43,6 +43,10 @@ STILL = 3
 The error of a step with an impact is of first order in its length, and past with the next one.
 """
 REMEDY = "compare with a run at a sharper tolerance, and with the solver moreau; where they differ, trust none of them"
+REMEDY_OF_STEPS = (
+    "compare with a run of a smaller solver_step, and with a solver that locates events, as dopri5; where they differ, "
+    "trust none of them"
+)
 
 
 TOGETHER = 64
@@ -107,7 +111,7 @@ class DoubtWatch:
             *self._creeps(run, tolerance, arms, step),
         ]
         if told:
-            yield f"the run is doubtful: {'; '.join(told)}; {REMEDY}"
+            yield f"the run is doubtful: {'; '.join(told)}; {REMEDY_OF_STEPS if stepped else REMEDY}"
 
     def _numbers(self, run: Trajectory, nodes: Sequence[Node]) -> Floats:
         """The values of ``nodes`` (k,) along the run, (k, m)."""

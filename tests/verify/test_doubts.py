@@ -144,6 +144,7 @@ def test_what_sticks_in_the_middle_of_steps_turns_until_their_end(exported) -> N
     slipping = Trajectory(run.time, run.names, run.values + 1e-3 * np.eye(len(run.names))[run.names.index("x_dot")])
     (creeps,) = watch.doubts(slipping, TOLERANCE, solver="moreau")
     assert "sticks and slips by" in creeps
+    assert "a smaller solver_step" in creeps
 
 
 def _sliding() -> dict[str, np.ndarray]:
