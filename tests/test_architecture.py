@@ -153,6 +153,7 @@ USERS = {
         "evidence/checks.py",
         "verify/instances.py",
         "verify/by_fmpy.py",
+        "verify/hosted.py",
         "verify/simulate.py",
     },
     "lief": {"checking/binaries.py"},

@@ -20,6 +20,8 @@ _FLOWS = {_dimension(m=1, s=-1), _dimension(s=-1), _dimension(A=1)}
 """Velocities, angular velocities, currents."""
 _PLACES = {_dimension(m=1), _dimension()}
 """Positions and angles, whose change is a flow."""
+_SHOWN = 3
+"""The most connections that a sentence names."""
 _MOTIONS = _FLOWS | _PLACES | {_dimension(m=1, s=-2), _dimension(s=-2)}
 
 
@@ -38,7 +40,7 @@ class Pair:
 
 
 def bonds_of(network: Network) -> tuple[list[Pair], list[str]]:
-    """(the bonds, a sentence for each connection of two FMUs that belongs to none).
+    """(the bonds, a sentence for each reason why connections of two FMUs belong to none).
 
     A force fits a motion by units, and by a terminal that holds both where several do; a velocity is better than a
     position.
@@ -46,7 +48,7 @@ def bonds_of(network: Network) -> tuple[list[Pair], list[str]]:
     wires = [w for w in network.wires if w.source.component and not _sampled(network, w)]
     found = [pair for effort in wires for pair in _bond(network, effort, wires)]
     used = {w for pair in found for w in (pair.effort, pair.motion)}
-    return found, [_unpaired(network, w) for w in wires if w not in used and not _goes_along(w, found, network)]
+    return found, _unpaired(network, [w for w in wires if w not in used and not _goes_along(w, found, network)])
 
 
 def _bond(network: Network, effort: Wire, wires: Sequence[Wire]) -> list[Pair]:
@@ -62,7 +64,8 @@ def _sampled(network: Network, wire: Wire) -> bool:
 
 
 def _unit(network: Network, wire: Wire) -> LinearUnit | None:
-    return _heard(network, wire).unit
+    unit = _heard(network, wire).unit
+    return unit if unit is not None and unit.exponents else None
 
 
 def _heard(network: Network, wire: Wire) -> Connector:
@@ -106,8 +109,15 @@ def _goes_along(wire: Wire, found: Sequence[Pair], network: Network) -> bool:
     )
 
 
-def _unpaired(network: Network, wire: Wire) -> str:
-    told = f"{wire.source} to {wire.target}"
-    if _unit(network, wire) is None:
-        return f"the energy of {told}: the input has no unit"
-    return f"the energy of {told}: no one motion comes back whose product with it is a power"
+def _unpaired(network: Network, wires: Sequence[Wire]) -> list[str]:
+    """Why the ``wires`` belong to no bond: a sentence for those without a unit, and one for the others."""
+    without = [w for w in wires if _unit(network, w) is None]
+    alone = [w for w in wires if w not in without]
+    reasons = "the input has no unit", "no one motion comes back whose product with it is a power"
+    return [f"the energy of {_listed(ws)}: {why}" for ws, why in zip((without, alone), reasons, strict=True) if ws]
+
+
+def _listed(wires: Sequence[Wire]) -> str:
+    """Up to three of the ``wires`` by name, and how many there are besides."""
+    told = ", ".join(f"{w.source} to {w.target}" for w in wires[:_SHOWN])
+    return told if len(wires) <= _SHOWN else f"{told} and {len(wires) - _SHOWN} more"

@@ -89,7 +89,8 @@ class Circuit:
     @property
     def order(self) -> int:
         """The order of the derivatives by which all connected inputs go on within steps; 0 if some are held."""
-        return 0 if self.held() else min((order_of(cable.source) for cable in self._all_cables()), default=0)
+        orders = (min(order_of(c.source), self.members[c.target].takes_orders) for c in self._all_cables())
+        return 0 if self.held() else min(orders, default=0)
 
     def held(self) -> list[str]:
         """The components with an input that is held within steps, since nothing tells how it goes on."""
@@ -98,7 +99,7 @@ class Circuit:
             name
             for name, inputs in self.inputs.items()
             if name in outer
-            or not (self.members[name].takes_derivatives and inputs.channel.are_floats)
+            or not (self.members[name].takes_orders and inputs.channel.are_floats)
             or any(not c.outputs.are_floats for c in self._cables[name])
         ]
 
@@ -236,7 +237,7 @@ class Circuit:
         for _ in range(2):
             for name, inputs in self.inputs.items():
                 member = self.members[name]
-                if not (member.takes_derivatives and inputs.channel.are_floats):
+                if not (member.takes_orders and inputs.channel.are_floats):
                     continue
                 inputs.derivatives[:] = 0.0
                 for cable in self._cables[name]:
@@ -244,6 +245,7 @@ class Circuit:
                         inputs.derivatives[:, cable.places] = cable.factor * cable.source.derivatives(cable.outputs)
                     else:
                         inputs.derivatives[0, cable.places] = cable.smooth * inputs.slopes[cable.places]
+                inputs.derivatives[member.takes_orders :] = 0.0
                 member.drive(inputs.channel, inputs.values.copy(), inputs.derivatives.copy())
 
     @property
@@ -273,11 +275,11 @@ class Circuit:
         """
         inputs, places = self.inputs[name], list(ends)
         changes = np.array(list(ends.values())) - inputs.values[places]
-        if not hold and self.members[name].takes_derivatives and inputs.channel.are_floats:
+        if not hold and (orders := self.members[name].takes_orders) and inputs.channel.are_floats:
             told = [p for c in self._cables[name] if c.source.gives_orders for p in c.places]
-            knows = np.isin(places, told)
+            knows = np.isin(places, told) & (orders > 1)
             first = np.where(knows, inputs.derivatives[0, places], changes / h)
-            inputs.derivatives[:, places] = first, 2 * (changes - h * first) / h**2
+            inputs.derivatives[:, places] = first, 2 * (changes - h * first) / h**2  # if only one is taken, this is 0
             self.members[name].drive(inputs.channel, inputs.values.copy(), inputs.derivatives.copy())
         else:
             inputs.values[places] += part * changes

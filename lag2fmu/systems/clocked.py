@@ -72,10 +72,11 @@ class ClockedFmu(FmuMember):
             settle(self.instance.fmu)
         self.fmu.enterStepMode()
 
-    def step3(self, t: float, end: float, *, last: bool) -> None:
+    def step3(self, t: float, end: float) -> None:
         """From ``t`` to the ``end`` (s), in as many parts as its events ask for. Raises SimulationError."""
+        begun = t
         for _ in range(PATIENCE):
-            event, terminate, early, reached = self.instance.fmu.doStep(t, end - t, last)
+            event, terminate, early, reached = self.instance.fmu.doStep(t, end - t, self.stays(begun, t))
             if terminate:
                 raise SimulationError(f"the FMU ended the simulation at t = {reached:.9g} s")
             if event:

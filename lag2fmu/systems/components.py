@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from lag2fmu.archives import DESCRIPTION, opened
 from lag2fmu.checking.description import FmuDescription, Variable, number, read_document
@@ -16,13 +17,18 @@ from lag2fmu.systems.controller import Controller
 from lag2fmu.xml_tree import XmlElement, parse
 
 _TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
-_UNTYPED = ("String", "Binary", "Clock", "Enumeration")
+KINDS, ANY = ("CoSimulation", "ModelExchange"), "any"
+"""The kinds of FMI by which FMUs run in a system, the better one first, and the word for either."""
+_UNTYPED = ("String", "Binary", "Clock")
 """The types of variables that have no connector."""
 
 
 @dataclass(frozen=True)
 class LinearUnit:
-    """A unit: the exponents (8,) of BASE_UNITS, and the conversion of its numbers, SI = factor * number + offset."""
+    """A unit: the exponents (8,) of BASE_UNITS, and the conversion of its numbers, SI = factor * number + offset.
+
+    There are no exponents where the description does not say what the unit is made of.
+    """
 
     name: str
     exponents: tuple[int, ...]
@@ -35,6 +41,13 @@ class LinearUnit:
         return self.exponents[:-1]
 
 
+class EnumeratedType(NamedTuple):
+    """The ``name`` of an enumeration and its ``items``, (name, number) each."""
+
+    name: str
+    items: tuple[tuple[str, int], ...]
+
+
 @dataclass(frozen=True)
 class Connector:
     """A variable of an FMU, as the FMU declares it.
@@ -42,6 +55,7 @@ class Connector:
     - ``type``, ``unit``: the unit is None if the variable has none.
     - ``sizes``: the lengths of an array's dimensions.
     - ``settable``: whether its start value may be changed, from ``low`` to ``high``.
+    - ``enumerated``: what its numbers stand for, None unless its type is Enumeration.
     """
 
     name: str
@@ -52,6 +66,7 @@ class Connector:
     settable: bool
     low: float = -math.inf
     high: float = math.inf
+    enumerated: EnumeratedType | None = None
 
 
 @dataclass(frozen=True)
@@ -81,7 +96,7 @@ class PeriodicClock:
 class Component:
     """An FMU, or a Python function, under the ``name`` that it has in a system.
 
-    - ``kind``: CoSimulation, or ModelExchange if the FMU has no co-simulation; Controller for a function.
+    - ``kind``: CoSimulation or ModelExchange, by which it runs; Controller for a function.
     - ``stop_time`` (s): that of its experiment, None if it has none.
     - ``texts``: the names of its variables that are texts.
     - ``clocks``: those of its clocks that the importer ticks.
@@ -106,11 +121,13 @@ def component_with(name: str, controller: Controller, connectors: Mapping[str, C
     return Component(name, path, "", "Controller", connectors, {}, None, controller=controller)
 
 
-def read_component(name: str, path: Path) -> Component:
-    """The FMU ``path`` as the component ``name``; raises LoadError if it is no FMU of FMI 2.0 or 3.0."""
+def read_component(name: str, path: Path, kind: str = ANY) -> Component:
+    """The FMU ``path`` as the component ``name``, by the ``kind`` of FMI that is asked for, ANY or one of KINDS.
+
+    Raises LoadError if it is no FMU of FMI 2.0 or 3.0, or does not offer that kind.
+    """
     description, terminals = _described(path)
-    if not {"CoSimulation", "ModelExchange"} & {*description.kinds}:
-        raise LoadError(f"'{path}': offers neither co-simulation nor model exchange; no system can hold it")
+    kind = _kind(path, description, kind)
     units = {unit_name: linear_unit(element) for unit_name, element in description.units.items()}
     found = (_connector(v, units) for v in description.variables if v.type not in _UNTYPED)
     stop = number(_experiment(description).get("stopTime"))
@@ -118,13 +135,23 @@ def read_component(name: str, path: Path) -> Component:
         name,
         path,
         description.root.get("fmiVersion"),
-        "CoSimulation" if "CoSimulation" in description.kinds else "ModelExchange",
+        kind,
         {connector.name: connector for connector in found},
         {t.get("name"): _terminal(t) for t in terminals},
         stop if stop > 0 else None,
         frozenset(v.name for v in description.variables if v.type == "String"),
         clocks=tuple(_clock(name, v) for v in description.variables if v.type == "Clock" and v.causality == "input"),
     )
+
+
+def _kind(path: Path, description: FmuDescription, asked: str) -> str:
+    """The kind of FMI by which the FMU runs, the one that is ``asked`` for unless that is ANY."""
+    offered = [known for known in KINDS if known in description.kinds]
+    if not offered:
+        raise LoadError(f"'{path}': offers neither co-simulation nor model exchange; no system can hold it")
+    if asked not in (*offered, ANY):
+        raise LoadError(f"'{path}': is to run by {asked}; it can run here by {' and '.join(offered)}")
+    return offered[0] if asked == ANY else asked
 
 
 def _clock(component: str, v: Variable) -> PeriodicClock:
@@ -169,7 +196,9 @@ def _experiment(description: FmuDescription) -> XmlElement:
 
 def linear_unit(element: XmlElement) -> LinearUnit:
     """The unit that ``element`` defines, in FMI and in SSP alike."""
-    base = element.child("BaseUnit") or XmlElement("BaseUnit", {}, 0)
+    base = element.child("BaseUnit")
+    if base is None:
+        return LinearUnit(element.get("name"), (), 1.0, 0.0)
     exponents = tuple(int(base.get(symbol, "0")) for symbol in BASE_UNITS)
     return LinearUnit(element.get("name"), exponents, float(base.get("factor", "1")), float(base.get("offset", "0")))
 
@@ -179,7 +208,13 @@ def _connector(v: Variable, units: Mapping[str, LinearUnit]) -> Connector:
     settable = v.start is not None and v.variability != "constant" and v.causality != "calculatedParameter"
     low, high = v.number("min"), v.number("max")
     bounds = (-math.inf if math.isnan(low) else low, math.inf if math.isnan(high) else high)
-    return Connector(v.name, v.causality, v.type, units.get(v.attribute("unit")), sizes, settable, *bounds)
+    unit, enumerated = units.get(v.attribute("unit")), _enumerated(v) if v.type == "Enumeration" else None
+    return Connector(v.name, v.causality, v.type, unit, sizes, settable, *bounds, enumerated)
+
+
+def _enumerated(v: Variable) -> EnumeratedType:
+    items = () if v.declared is None else v.declared.all("Item")
+    return EnumeratedType(v.value.get("declaredType"), tuple((i.get("name"), int(i.get("value"))) for i in items))
 
 
 def _terminal(element: XmlElement) -> ComponentTerminal:

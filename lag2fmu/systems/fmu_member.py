@@ -10,15 +10,16 @@ import numpy as np
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.systems.components import Component
-from lag2fmu.systems.fmu_process import Apart, instance_apart
+from lag2fmu.systems.fmu_process import Apart, called_as_one, instance_apart
 from lag2fmu.systems.member import ORDERS, Member
 from lag2fmu.verify.channels import Channel
-from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
-from lag2fmu.verify.plan import takes_derivatives
-from lag2fmu.verify.run import Floats, Plan, Run, Scalar
+from lag2fmu.verify.instances import Instance, description_of, is_fmi3
+from lag2fmu.verify.plan import input_orders
+from lag2fmu.verify.run import Floats, Kind, Plan, Run, Scalar
 from lag2fmu.verify.scalars import scalars_of
 from lag2fmu.verify.simulate import begin
 
+_KINDS: Mapping[str, Kind] = {"CoSimulation": "co-simulation", "ModelExchange": "model-exchange"}
 PATIENCE = 100_000
 """The most early returns in one communication step."""
 _DIFFERENCE = 1e-7
@@ -53,10 +54,13 @@ class FmuMember(Member):
         """Look up what the FMU offers; ``begin`` is called before calls of the FMU, which may not come back."""
         description, self.begin, self.instance = instance.description, begin, instance
         super().__init__(component.name, _Told(self), scalars, third=is_fmi3(description))
-        self.takes_derivatives = takes_derivatives(description)
-        self.gives_orders = min(int(description.coSimulation.maxOutputDerivativeOrder or 0), ORDERS)
-        self.repeats = bool(description.coSimulation.canGetAndSetFMUstate)
-        self._differentiates = bool(description.coSimulation.providesDirectionalDerivative)
+        exchanges = component.kind == "ModelExchange"
+        offered = description.modelExchange if exchanges else description.coSimulation
+        self.takes_orders = min(input_orders(description, _KINDS[component.kind]), ORDERS)
+        self.gives_orders = min(int(getattr(offered, "maxOutputDerivativeOrder", 0) or 0), ORDERS)
+        self.repeats = bool(offered.canGetAndSetFMUstate)
+        self._differentiates = bool(offered.providesDirectionalDerivative)
+        self._is_asked = self.third or exchanges
         self._polynomials: dict[Channel, Floats] = {}
         self._begun = 0.0
         self._followed = _followed(description)
@@ -82,13 +86,13 @@ class FmuMember(Member):
 
     def drive(self, inputs: Channel, values: Floats, derivatives: Floats) -> None:
         """Let the ``inputs`` (k,) go on in the next step from ``values`` (k,) by their ``derivatives`` (orders, k)."""
-        orders, k = derivatives.shape
-        if self.third:
+        orders, k = derivatives[: self.takes_orders].shape
+        if self._is_asked:
             self._polynomials[inputs] = np.vstack([values, derivatives])
             self.instance.asked = self._asked
         elif k and orders:
             numbers = np.repeat(np.arange(1, orders + 1), k).tolist()
-            self.fmu.setRealInputDerivatives(orders * inputs.references, numbers, derivatives.ravel().tolist())
+            self.fmu.setRealInputDerivatives(orders * inputs.references, numbers, derivatives[:orders].ravel().tolist())
 
     def _asked(self, t: float) -> None:
         """The FMU asks for its inputs at ``t`` (s) within a step."""
@@ -103,7 +107,7 @@ class FmuMember(Member):
             get = self.fmu.getOutputDerivatives if self.third else self.fmu.getRealOutputDerivatives
             for order in range(1, self.gives_orders + 1):
                 found[order - 1] = get(outputs.references, [order] * k)
-        return found
+        return np.where(np.isfinite(found), found, 0.0)  # those of OpenModelica are differences, NaN at the start
 
     def slopes(self, outputs: Channel, inputs: Channel) -> Floats:
         """The derivatives of the ``outputs`` (k,) by the ``inputs`` (m,) at the present time, (k, m)."""
@@ -143,22 +147,23 @@ class FmuMember(Member):
         """See ``Member``."""
         return SimulationError(f"the component '{self.name}', {doing}: {error}; {self.instance.log.tail()}")
 
-    def step(self, t: float, h: float, *, last: bool) -> None:
+    def step(self, t: float, h: float) -> None:
         """See ``Member``; raises SimulationError with the name of the component."""
         self.begin()
+        self._begun = t
         try:
             if self.third:
-                self.step3(t, t + h, last=last)
+                self.step3(t, t + h)
             else:
-                self.instance.fmu.doStep(t, h, int(last))
+                self.instance.fmu.doStep(t, h, 1)
         except Exception as error:  # fmpy raises bare exceptions
             raise self.failure(f"in the step from t = {t:g} s", error) from error
 
-    def step3(self, t: float, end: float, *, last: bool) -> None:
+    def step3(self, t: float, end: float) -> None:
         """From ``t`` to the ``end`` (s) by FMI 3.0, after early returns in several parts. Raises SimulationError."""
-        self._begun = t
+        begun = t
         for _ in range(PATIENCE):
-            _, terminate, early, reached = self.instance.fmu.doStep(t, end - t, last)
+            _, terminate, early, reached = self.instance.fmu.doStep(t, end - t, self.stays(begun, t))
             if terminate:
                 raise SimulationError(f"the FMU ended the simulation at t = {reached:.9g} s")
             if not early or reached >= end:
@@ -166,31 +171,36 @@ class FmuMember(Member):
             t = reached
         raise SimulationError(f"the FMU returned {PATIENCE} times from one step, the last time at t = {t:.9g} s")
 
+    def stays(self, begun: float, t: float) -> bool:
+        """Whether no state of a time before ``t`` comes back, in a communication step that has ``begun`` (s)."""
+        return t == begun or not self.repeats
+
 
 @contextmanager
 def fmu_member_of(
     component: Component, driven: Sequence[str], begin: Callable[[], None], kind: type[FmuMember], *, apart: Apart
 ) -> Iterator[FmuMember]:
-    """The ``component``, instantiated for co-simulation; ``driven`` are its inputs that change within steps.
+    """The ``component``, instantiated; ``driven`` are its inputs that change within steps.
 
     ``kind`` is the class of the member; with periodic clocks it has event mode. ``begin`` is called before calls of the
-    FMU; ``apart``: see there. Raises LoadError for an FMU without co-simulation, SimulationError for
-    one that cannot be instantiated.
+    FMU; ``apart``: see there. Raises LoadError for clocks in model exchange, SimulationError for an FMU that cannot be
+    instantiated.
     """
-    if component.kind != "CoSimulation":
-        raise LoadError(f"the component '{component.name}' offers no co-simulation; a system is run by that alone")
+    if component.clocks and component.kind == "ModelExchange":
+        raise LoadError(f"the component '{component.name}' has clocks, which run here in co-simulation alone")
     description = description_of(component.path)
     scalars = scalars_of(description, component.path)
-    asked = driven if is_fmi3(description) and takes_derivatives(description) else ()
+    asked = driven if component.kind == "CoSimulation" and is_fmi3(description) and input_orders(description) else ()
     followed = {s.reference for s in scalars.values() if s.name in asked or s.variable.name in asked}
     begin()
     events, asks = bool(component.clocks), tuple(sorted(followed))
     if apart:
         patience = None if apart is True else apart
-        with instance_apart(component.path, events=events, followed=asks, patience=patience) as remote:
+        remotely = instance_apart(component.path, component.kind, events=events, followed=asks, patience=patience)
+        with remotely as remote:
             yield kind(component, cast("Instance", remote), scalars, begin)
         return
-    with instance_of(component.path, "CoSimulation", events=events, followed=asks) as instance:
+    with called_as_one(component.path, component.kind, events=events, followed=asks) as instance:
         yield kind(component, instance, scalars, begin)
 
 

@@ -12,7 +12,7 @@ import signal
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from typing import Any
 from lag2fmu.checking.process import end_of
 from lag2fmu.errors import SimulationError
 from lag2fmu.verify.apart import FORKS
+from lag2fmu.verify.hosted import hosted
 from lag2fmu.verify.instances import Instance, Log, description_of, instance_of
 
 Apart = bool | float
@@ -82,18 +83,31 @@ class RemoteInstance:
 
 
 @contextmanager
-def instance_apart(
-    path: Path, *, events: bool, followed: tuple[int, ...], patience: float | None
-) -> Iterator[RemoteInstance]:
-    """An instance of the FMU ``path`` for co-simulation in a process of its own, which ends with the context.
+def called_as_one(path: Path, kind: str, *, events: bool, followed: tuple[int, ...]) -> Iterator[Instance]:
+    """An instance of the FMU ``path`` by the ``kind`` of FMI, whose calls are those of co-simulation either way.
 
-    See ``instance_of`` for ``events`` and ``followed``. A call that takes longer than ``patience`` (s) raises
-    SimulationError; None: it may take any time. Raises SimulationError for one that cannot be instantiated.
+    See ``instance_of`` for ``events``, ``followed`` and errors.
+    """
+    with ExitStack() as opened:
+        instance = opened.enter_context(instance_of(path, kind, events=events, followed=followed))
+        if kind == "ModelExchange":
+            opened.enter_context(hosted(instance))
+        yield instance
+
+
+@contextmanager
+def instance_apart(
+    path: Path, kind: str, *, events: bool, followed: tuple[int, ...], patience: float | None
+) -> Iterator[RemoteInstance]:
+    """An instance of the FMU ``path`` in a process of its own, which ends with the context.
+
+    See ``called_as_one`` for ``kind``, ``events`` and ``followed``. A call that takes longer than ``patience`` (s)
+    raises SimulationError; None: it may take any time. Raises SimulationError for one that cannot be instantiated.
     """
     context: Any = get_context("fork" if FORKS else "spawn")
     here, there = context.Pipe()
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
-        process = context.Process(target=_serve, args=(there, here, path, folder, events, followed))
+        process = context.Process(target=_serve, args=(there, here, path, kind, folder, events, followed))
         process.start()
         there.close()
         try:
@@ -109,7 +123,9 @@ def instance_apart(
             here.close()
 
 
-def _serve(connection: Any, other: Any, path: Path, folder: str, events: bool, followed: tuple[int, ...]) -> None:
+def _serve(
+    connection: Any, other: Any, path: Path, kind: str, folder: str, events: bool, followed: tuple[int, ...]
+) -> None:
     """What the process does: instantiate, then call by call, until nobody calls any more."""
     other.close()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process ends this one
@@ -119,7 +135,7 @@ def _serve(connection: Any, other: Any, path: Path, folder: str, events: bool, f
         ctypes.CDLL(None).prctl(_DIES_WITH_PARENT, signal.SIGKILL)
     try:
         connection.recv()
-        with instance_of(path, "CoSimulation", events=events, followed=followed) as instance:
+        with called_as_one(path, kind, events=events, followed=followed) as instance:
             connection.send(("done", None, [], []))
             server = _Server(connection, instance)
             instance.asked = server.ask

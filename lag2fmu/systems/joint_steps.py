@@ -246,7 +246,7 @@ class JoinedSteps(FixedSteps):
         if not self._hold:
             self.circuit.drive()
         for member in self._members.values():
-            member.step(t, h, last=False)
+            member.step(t, h)
 
     def _expected(self, t: float, h: float) -> Floats:
         """The forces (2, k) at the Gauss points of the step from ``t``, by those of the last steps."""

@@ -208,7 +208,7 @@ def _mobility(places: Places, t: float, h: float) -> Floats:
 
     def moved(wrenches: Floats) -> tuple[Floats, Floats]:
         places.drive(np.array([wrenches, still, still]))
-        places.member.step(t, h, last=False)
+        places.member.step(t, h)
         result = places.twists(), _rotations(places)
         places.member.restore(state)
         return result
@@ -240,7 +240,7 @@ def _check(member: Member) -> None:
 
 def _check_driven(member: Member, ends: Ends) -> None:
     """Raise LoadError if an FMU cannot be joined."""
-    if not member.takes_derivatives:
+    if not member.takes_orders:
         raise LoadError(
             f"the joint {ends.joint}: the FMU of '{member.name}' cannot take inputs that change within a step "
             "(canInterpolateInputs; of FMI 3.0 intermediate updates), which joints need"

@@ -135,21 +135,22 @@ class Ledger:
 def _side(members: Mapping[str, Member], inputs: Mapping[str, ConnectedInputs], wire: Wire, *, hold: bool) -> _BondSide:
     source, hearing = members[wire.source.component], inputs[wire.target.component]
     output = source.channel([wire.source.connector])
-    held = hold or not members[wire.target.component].takes_derivatives
-    mean = 0.5 if held else _mean(source, output, inputs[source.name].channel)
+    orders = 0 if hold else members[wire.target.component].takes_orders
+    mean = _mean(source, output, inputs[source.name].channel, orders) if orders else 0.5
     return _BondSide(output, hearing, hearing.names.index(wire.target.connector), wire.map, mean)
 
 
-def _mean(source: Member, output: Channel, own: Channel) -> float:
+def _mean(source: Member, output: Channel, own: Channel, orders: int) -> float:
     """The average error of an input that hears ``source``, by the one at the end of a step: 1/(p + 2) for the order p.
 
-    By FMI 3.0 nobody tells an FMU how its ``own`` inputs go on, so that the derivatives of an output that follows them
-    at once are right to an order less. By the last change the error is x'' (s h + s^2)/2.
+    The input takes derivatives up to ``orders``. By FMI 3.0 nobody tells an FMU how its ``own`` inputs go on, so that
+    the derivatives of an output that follows them at once are right to an order less. By the last change the error is
+    x'' (s h + s^2)/2.
     """
     if not source.gives_orders:
         return 5 / 12
     blind = source.third and source.depends(output, own)
-    return 1.0 / (max(source.gives_orders - blind, 0) + 2)
+    return 1.0 / (min(max(source.gives_orders - blind, 0), orders) + 2)
 
 
 def _told(wire: Wire) -> str:

@@ -21,7 +21,7 @@ class Member(ABC):
     """A component on its way through a run: an FMU, or a Python function.
 
     - ``fmu``: its calls, named as those of fmpy; ``third``: whether they are those of FMI 3.0.
-    - ``takes_derivatives``: whether its inputs go on by derivatives within a step.
+    - ``takes_orders``: the highest order of the derivatives by which its inputs go on within a step; 0: they are held.
     - ``gives_orders``: the highest order of the derivatives that its outputs have.
     - ``repeats``: whether it can go back to a state before.
     - ``ticks``: whether ``sample`` is to be called at all.
@@ -29,7 +29,7 @@ class Member(ABC):
     - ``due``: the time (s) at which ``sample`` is to be called next.
     """
 
-    takes_derivatives, gives_orders, repeats, due = True, ORDERS, True, math.inf
+    takes_orders, gives_orders, repeats, due = ORDERS, ORDERS, True, math.inf
     samples, ticks = False, False
 
     def __init__(self, name: str, fmu: Any, scalars: Mapping[str, Scalar], *, third: bool) -> None:
@@ -68,7 +68,10 @@ class Member(ABC):
 
     @abstractmethod
     def drive(self, inputs: Channel, values: Floats, derivatives: Floats) -> None:
-        """Let the ``inputs`` (k,) go on in the next step from ``values`` (k,) by their ``derivatives`` (orders, k)."""
+        """Let the ``inputs`` (k,) go on in the next step from ``values`` (k,) by their ``derivatives`` (orders, k).
+
+        Those beyond ``takes_orders`` are left out.
+        """
 
     @abstractmethod
     def derivatives(self, outputs: Channel) -> Floats:
@@ -91,10 +94,11 @@ class Member(ABC):
         """Free the memory of a ``state``."""
 
     @abstractmethod
-    def step(self, t: float, h: float, *, last: bool) -> None:
-        """A communication step from ``t`` of length ``h`` (s); ``last``: it is not repeated.
+    def step(self, t: float, h: float) -> None:
+        """A communication step from ``t`` of length ``h`` (s).
 
-        Raises SimulationError if the component ends the run.
+        It may be repeated from ``t``, and FMUs are told that no earlier state comes back: some go back by themselves
+        else. Raises SimulationError if the component ends the run.
         """
 
     @abstractmethod

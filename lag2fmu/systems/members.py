@@ -21,8 +21,8 @@ def members_of(
 ) -> Iterator[dict[str, Member]]:
     """{name: member} of all components; ``begin`` gets the name of each before it is called.
 
-    With ``hold`` no input changes within a step; ``apart``: see there. Raises LoadError for an
-    FMU without co-simulation, SimulationError for one that cannot be instantiated.
+    With ``hold`` no input changes within a step; ``apart``: see there. Raises LoadError for clocks that do not run,
+    SimulationError for an FMU that cannot be instantiated.
     """
     with ExitStack() as opened:
         members: dict[str, Member] = {}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lag2fmu.errors import LoadError
@@ -21,6 +21,9 @@ from lag2fmu.systems.source import source_of
 from lag2fmu.systems.wires import SAME, Affine, Wire, conversion
 from lag2fmu.xml_tree import XmlElement
 
+_STEPS = {"FixedStepMaster": "stepSize", "FixedStepAlgorithm": "baseStepSize"}
+"""{element of an annotation: its attribute with the step}, of OMSimulator and of the Open Simulation Platform."""
+
 
 @dataclass(frozen=True)
 class Network:
@@ -32,6 +35,7 @@ class Network:
     - ``joints``: what ideal joints hold together.
     - ``values``: parameters and start values that the description gives, in the units of the FMUs, or texts.
     - ``start_time``, ``stop_time``: of the default experiment, in s; None where it says nothing.
+    - ``step``: the communication step (s) that the tool which wrote the description has noted in it, or None.
     """
 
     name: str
@@ -43,6 +47,7 @@ class Network:
     start_time: float
     stop_time: float | None
     joints: tuple[Ends, ...] = ()
+    step: float | None = None
 
 
 @contextmanager
@@ -59,7 +64,14 @@ def network_of_file(path: Path) -> Iterator[Network]:
         experiment = root.child("DefaultExperiment") or XmlElement("", {}, 0)
         times = [experiment.get(name) for name in ("startTime", "stopTime")]
         start, stop = (number(t, f"{source.label}: DefaultExperiment") if t else None for t in times)
-        yield _Follower(reader, source.label).network(root.get("name"), start or 0.0, stop)
+        found = _Follower(reader, source.label).network(root.get("name"), start or 0.0, stop)
+        yield replace(found, step=_noted_step(root, source.label))
+
+
+def _noted_step(root: XmlElement, label: str) -> float | None:
+    """The longest communication step (s) that annotations of a known tool tell; None without one."""
+    noted = [(e, e.get(_STEPS[e.tag])) for e in root.walk() if e.tag in _STEPS]
+    return min((number(text, f"{label}: {e.tag}") for e, text in noted if text), default=None)
 
 
 @dataclass(frozen=True)
@@ -94,9 +106,10 @@ class _Follower:
         reader, target = self.reader, _end(node)
         inner = conversion(f"{self.label}: {target}", reader.unit(node), reader.unit_inside(node))
         origin, map_ = self._origin(node)
-        given = reader.given.get(origin)
+        given, connector = reader.given.get(origin), reader.components[node[0]].connectors.get(node[1])
         if given is not None and (origin == node or origin[0] not in reader.components):
-            found = given.in_unit(reader.unit(origin))
+            items = connector.enumerated if connector is not None else None
+            found = given.in_unit(reader.unit(origin)) if items is None else given.item_of(items)
             values[target] = found if isinstance(found, str) else inner.after(map_)(found)
         elif origin != node and (origin[0] in reader.components or origin[0] == ()):
             self._check_ends(origin, node)
@@ -132,17 +145,13 @@ class _Follower:
         return node, map_
 
     def _check_ends(self, origin: Node, target: Node) -> None:
-        """Raise LoadError unless an FMU gives what the other one hears: one text, or numbers of one size."""
+        """Raise LoadError unless an FMU gives as many numbers as the other one hears."""
         components = self.reader.components
         (place, name), (other, of_other) = origin, target
         heard = components[other].connectors[of_other]
         given = components[place].connectors.get(name) if place in components else None
-        where = f"{self.label}: the connection of {said(origin)} with {said(target)}"
-        if heard.causality in ("output", "local"):
-            raise LoadError(f"{where} ends at a variable of causality {heard.causality}; it has to be an input")
-        if given is not None and given.causality == "input":
-            raise LoadError(f"{where} begins at an input; it has to be an output")
         if given is not None and given.sizes != heard.sizes:
+            where = f"{self.label}: the connection of {said(origin)} with {said(target)}"
             raise LoadError(f"{where}: the sizes {given.sizes} and {heard.sizes} must agree")
 
 

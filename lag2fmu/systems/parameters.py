@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from lag2fmu.errors import LoadError
-from lag2fmu.systems.components import LinearUnit, linear_unit
+from lag2fmu.systems.components import EnumeratedType, LinearUnit, linear_unit
 from lag2fmu.systems.source import Source
 from lag2fmu.systems.wires import SAME, Affine, conversion
 from lag2fmu.xml_tree import XmlElement
@@ -31,6 +31,15 @@ class Given:
     unit: LinearUnit | None
     map: Affine = SAME
     keeps: bool = False
+
+    def item_of(self, enumerated: EnumeratedType) -> float | str:
+        """The value for a target that is ``enumerated``: a text names an item. Raises LoadError if there is none."""
+        if not isinstance(self.value, str):
+            return self.value
+        items = dict(enumerated.items)
+        if self.value not in items:
+            raise LoadError(f"{self.where}: '{self.value}' is no item of '{enumerated.name}': {', '.join(items)}")
+        return float(items[self.value])
 
     def in_unit(self, wanted: LinearUnit | None) -> float | str:
         """The value for a target in the unit ``wanted``; raises LoadError for one that does not convert."""
@@ -97,13 +106,17 @@ def _value(parameter: XmlElement, where: str) -> tuple[float | str, str]:
     """(value, name of its unit) of a Parameter."""
     for child in parameter.children:
         text = child.get("value")
-        if child.tag == "String":
+        if child.tag == "String" or (child.tag == "Enumeration" and not _is_whole(text)):
             return text, ""
         if child.tag == "Boolean" and text in _FLAGS:
             return _FLAGS[text], ""
         if "value" in child.attributes:
             return number(text, where), child.get("unit")
     raise LoadError(f"{where} has no value")
+
+
+def _is_whole(text: str) -> bool:
+    return text.lstrip("+-").isdigit()
 
 
 def number(text: str, where: str) -> float:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.systems.components import Component, Connector, LinearUnit, component_with, read_component
+from lag2fmu.systems.components import ANY, Component, Connector, LinearUnit, component_with, read_component
 from lag2fmu.systems.controller import FUNCTION, PYTHON, Controller
 from lag2fmu.systems.joints import ANNOTATION, IdealJoint, read_joint
 from lag2fmu.systems.parameters import Given, given_by, linear_map, number, units_of
@@ -24,6 +24,9 @@ _SYSTEMS = ("application/x-ssp-definition", "application/x-ssp-package")
 _DEEPEST = 20
 """The most systems within each other; a description that refers to itself ends there."""
 
+_INWARD = ("input", "parameter", "structuralParameter")
+"""The kinds of connectors that bring values into what they stand at; all others but those of _BOTH bring them out."""
+_BOTH = ("inout", "unspecified", "")
 
 Place = tuple[str, ...]
 """The names of the elements from the outermost system to an element."""
@@ -117,7 +120,8 @@ class Reading:
             root = root_of(inner)
             self.read(whole_of(root, inner), place, inner, units_of(root), {})
         elif kind == FMU:
-            self.components[place] = read_component(name, named.file(reference))
+            kind = element.get("implementation") or ANY
+            self.components[place] = read_component(name, named.file(reference), kind)
             self._connectors(element, place, units)
         elif kind == PYTHON:
             self.components[place] = _controller(element, name, named)
@@ -168,13 +172,16 @@ class Reading:
         return self._target(rest, inner) if rest and (inner in self.components or inner in self.systems) else None
 
     def node(self, place: Place, connector: str, source: Source) -> Node:
-        """The node of a connector; raises LoadError if there is none."""
+        """The node of a connector; raises LoadError if there is none, or none that holds a number."""
         node = self.dictionaries.get(place, place), connector
         component = self.components.get(place)
-        if node not in self.kinds and (component is None or connector not in component.connectors):
+        known = self.kinds if component is None else [(place, name) for name in component.connectors]
+        if node not in known:
             named = ".".join((*place, connector))
-            known = [".".join((*p, c)) for p, c in self.kinds]
-            raise LoadError(f"{source.label}: there is no connector '{named}'; {suggestion(named, known)}")
+            if component is not None and connector in component.texts:
+                raise LoadError(f"{source.label}: '{named}' is a text; numbers are connected, texts are set")
+            names = [".".join((*p, c)) for p, c in known]
+            raise LoadError(f"{source.label}: there is no connector '{named}'; {suggestion(named, names)}")
         return node
 
     def _connection(self, connection: XmlElement, place: Place, source: Source) -> None:
@@ -184,10 +191,31 @@ class Reading:
             at = (*place, element) if element else place
             ends.append(self.node(at, connection.get(f"{side}Connector"), source))
         where = f"{source.label}: the connection of {said(ends[0])} with {said(ends[1])}"
+        ends = self._in_flow(ends, place, where)
         own = linear_map(connection, where)
         keeps = connection.get("suppressUnitConversion") in ("true", "1")
         converted = SAME if keeps else conversion(where, self.unit(ends[0]), self.unit(ends[1]))
         self.heard.setdefault(ends[1], []).append((ends[0], own.after(converted)))
+
+    def _in_flow(self, ends: list[Node], place: Place, where: str) -> list[Node]:
+        """The ``ends`` of a connection of the system at ``place``, in the order in which the value goes.
+
+        The kinds of the connectors tell it; the words start and end of the file do not. An input of an element hears,
+        and an input of the system itself is heard by its elements. Source: SSP 2.0, section 5.3.4.
+        """
+        kinds = [self._kind(node) for node in ends]
+        gives, hears = zip(*(_flow(k, own=node[0] == place) for k, node in zip(kinds, ends, strict=True)), strict=True)
+        if gives[0] and hears[1]:
+            return ends
+        if gives[1] and hears[0]:
+            return ends[::-1]
+        told = " and ".join(f"{said(node)} is of kind {kind}" for kind, node in zip(kinds, ends, strict=True))
+        raise LoadError(f"{where} passes nothing on: {told}; one end has to give what the other one hears")
+
+    def _kind(self, node: Node) -> str:
+        """The kind of a connector: the causality of the FMU's variable, else what the description says."""
+        component = self.components.get(node[0])
+        return component.connectors[node[1]].causality if component else self.kinds[node]
 
     def unit(self, node: Node) -> LinearUnit | None:
         """The unit of a connector: the one that the description says, else that of the FMU's variable."""
@@ -214,6 +242,14 @@ def _controller(element: XmlElement, name: str, source: Source) -> Component:
         for c in element.all("Connectors", "Connector")
     }
     return component_with(name, Controller(f"{file}:{said.get('function')}", time), connectors)
+
+
+def _flow(kind: str, *, own: bool) -> tuple[bool, bool]:
+    """Whether a connector of a ``kind`` gives values, and whether it hears one; ``own``: of the system itself."""
+    if kind in _BOTH:
+        return True, True
+    inward = kind in _INWARD
+    return inward == own, inward != own
 
 
 def _unit_of(element: XmlElement, units: Mapping[str, LinearUnit]) -> LinearUnit | None:

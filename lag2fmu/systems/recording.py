@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from lag2fmu.errors import LoadError
+from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.systems.connections import End
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.network import Network
@@ -47,9 +47,16 @@ class Recorder:
         }
 
     def row(self) -> Floats:
-        """The present values (names,)."""
+        """The present values (names,). Raises SimulationError, which names the component, for one that is no number."""
         found = {name: iter(channel.read()) for name, channel in self._together.items()}
-        return np.array([map_(float(next(found[owner]))) for owner, _, map_ in self._reads])
+        values = np.array([map_(float(next(found[owner]))) for owner, _, map_ in self._reads])
+        if not np.isfinite(values).all():
+            i = int(np.argmin(np.isfinite(values)))
+            raise SimulationError(
+                f"the component '{self._reads[i][0]}' gives {values[i]:g} for '{self.names[i]}'; where steps are too "
+                "long for a connection, values grow beyond all bounds: try a shorter --step"
+            )
+        return values
 
 
 def outputs_of(network: Network) -> list[str]:

@@ -95,7 +95,7 @@ def simulate_system(
 
 
 def times_of_network(network: Network, stop: float | None, step: float | None) -> tuple[float, float, float]:
-    """Start, stop and communication step (s): as given, else of the system's experiment, else of those of its FMUs.
+    """Start, stop and communication step (s): as given, else as the system's file tells, else as those of its FMUs do.
 
     Raises LoadError for times that no run has.
     """
@@ -108,7 +108,7 @@ def times_of_network(network: Network, stop: float | None, step: float | None) -
             description_of(c.path).defaultExperiment for c in network.components.values() if not c.controller
         ]
         steps = [float(e.stepSize) for e in experiments if e is not None and e.stepSize]
-        step = min([(stop - start) / POINTS, *steps])
+        step = min([(stop - start) / POINTS, *steps]) if network.step is None else network.step
     if not stop > start:
         raise LoadError(
             f"the stop time {stop:g} s is not after the start time {start:g} s of the system; give a later one"
@@ -294,7 +294,7 @@ def _steps(
             error.reached = Trajectory(times[:done], tuple(recorder.names), values[:done])
         raise
     for member in members.values():
-        for sentence in member.warnings:
+        for sentence in dict.fromkeys(member.warnings):
             if run.warned is not None:
                 run.warned(f"the component '{member.name}': {sentence}")
     return Trajectory(times, tuple(recorder.names), values)

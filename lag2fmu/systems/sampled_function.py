@@ -163,7 +163,7 @@ class SampledFunction(Member):
     def forget(self, state: Any) -> None:
         """See ``save``."""
 
-    def step(self, t: float, h: float, *, last: bool) -> None:
+    def step(self, t: float, h: float) -> None:
         """Nothing: the outputs are held."""
 
 

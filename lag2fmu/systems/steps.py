@@ -87,7 +87,7 @@ class FixedSteps:
             ends = self.circuit.ends(name, self._sequence[:i]) if self._in_turn else {}
             if ends:
                 self.circuit.lead(name, ends, h, hold=self._hold)
-            self._members[name].step(t, h, last=last)
+            self._members[name].step(t, h)
         self._ledger.close(h)
         expected = self.circuit.expected(h)
         self.begin(t + h)
@@ -202,7 +202,8 @@ class IteratedSteps(FixedSteps):
                     break
                 self._goal = self.circuit.saved()
                 back()
-                missed, _ = self.make(t, h, last=False)
+                self.make(t, h, last=False)
+                missed = self.circuit.missed(self._goal)
                 self._repeated += 1
             self.accept(h, missed)
 

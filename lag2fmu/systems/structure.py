@@ -9,11 +9,12 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, count
+from typing import Generic, TypeVar
 
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.language.units import BASE_UNITS
-from lag2fmu.systems.components import Component, Connector, LinearUnit
+from lag2fmu.systems.components import Component, Connector, EnumeratedType, LinearUnit
 from lag2fmu.systems.connections import Connection, End
 from lag2fmu.systems.controller import FUNCTION, PYTHON
 from lag2fmu.systems.joints import ANNOTATION, SPACE, IdealJoint, attributes_of
@@ -33,6 +34,7 @@ _SPACES = {
 FMU = "application/x-fmu-sharedlibrary"
 """The type (MIME) of a component that is an FMU."""
 _FLOATS = ("Real", "Float64", "Float32")
+T = TypeVar("T", LinearUnit, EnumeratedType)
 _WIDTH, _GAP, _ROW = 30.0, 20.0, 4.0
 """In the diagram: the size of a component, the gap between two components, and the height of a connector."""
 
@@ -56,37 +58,58 @@ class System:
     joints: Sequence[IdealJoint] = ()
 
 
-class _Units:
-    """The units in use, each under its own name: FMUs of different tools may use one name for different units."""
+class _Names(Generic[T]):
+    """What is in use of one kind, each under its own name: FMUs of different tools may give one name to several."""
 
     def __init__(self) -> None:
-        self.names: dict[LinearUnit, str] = {}
+        self.found: dict[T, str] = {}
 
-    def attribute(self, unit: LinearUnit | None) -> dict[str, str]:
-        """The attribute that refers to ``unit``; empty if ``unit`` is None."""
-        if unit is None:
-            return {}
-        taken = {*self.names.values()} - {self.names.get(unit)}
-        numbered = (f"{unit.name}_{i}" for i in count(2))
-        free = next(name for name in chain([unit.name], numbered) if name not in taken)
-        return {"unit": self.names.setdefault(unit, free)}
+    def of(self, one: T) -> str:
+        """The name under which ``one`` is written."""
+        taken = {*self.found.values()} - {self.found.get(one)}
+        numbered = (f"{one.name}_{i}" for i in count(2))
+        free = next(name for name in chain([one.name], numbered) if name not in taken)
+        return self.found.setdefault(one, free)
+
+    def listed(self) -> list[tuple[T, str]]:
+        """All that is in use, by name."""
+        return sorted(self.found.items(), key=lambda item: item[1])
+
+
+class _Definitions:
+    """The units and enumerations that a document defines."""
+
+    def __init__(self) -> None:
+        self._units, self._enumerations = _Names[LinearUnit](), _Names[EnumeratedType]()
+
+    def attributes(self, connector: Connector) -> dict[str, str]:
+        """The attributes that refer to the unit or the enumeration of the ``connector``."""
+        unit, enumerated = connector.unit, connector.enumerated
+        if enumerated is not None:
+            return {"name": self._enumerations.of(enumerated)}
+        return {"unit": self._units.of(unit)} if unit is not None and unit.exponents else {}
 
     def write(self, root: ET.Element, prefix: str) -> None:
-        """Add the element Units to ``root``, unless no unit is in use."""
-        if not self.names:
-            return
-        parent = ET.SubElement(root, f"{prefix}:Units")
-        for unit, name in sorted(self.names.items(), key=lambda item: item[1]):
-            base = {symbol: str(e) for symbol, e in zip(BASE_UNITS, unit.exponents, strict=True) if e}
-            base |= {"factor": repr(unit.factor)} if unit.factor != 1.0 else {}
-            base |= {"offset": repr(unit.offset)} if unit.offset else {}
-            ET.SubElement(ET.SubElement(parent, "ssc:Unit", {"name": name}), "ssc:BaseUnit", base)
+        """Add the elements Enumerations and Units to ``root``, where such are in use."""
+        if enumerations := self._enumerations.listed():
+            parent = ET.SubElement(root, f"{prefix}:Enumerations")
+            for enumeration, name in enumerations:
+                element = ET.SubElement(parent, "ssc:Enumeration", {"name": name})
+                for item, value in enumeration.items:
+                    ET.SubElement(element, "ssc:Item", {"name": item, "value": str(value)})
+        if units := self._units.listed():
+            parent = ET.SubElement(root, f"{prefix}:Units")
+            for unit, name in units:
+                base = {symbol: str(e) for symbol, e in zip(BASE_UNITS, unit.exponents, strict=True) if e}
+                base |= {"factor": repr(unit.factor)} if unit.factor != 1.0 else {}
+                base |= {"offset": repr(unit.offset)} if unit.offset else {}
+                ET.SubElement(ET.SubElement(parent, "ssc:Unit", {"name": name}), "ssc:BaseUnit", base)
 
 
 def ssd(system: System) -> bytes:
     """The content of SystemStructure.ssd. Raises ExportError for connectors that its version does not know."""
     _check_version(system)
-    root, units = _root("ssd:SystemStructureDescription", system.name, system.version), _Units()
+    root, definitions = _root("ssd:SystemStructureDescription", system.name, system.version), _Definitions()
     whole = ET.SubElement(root, "ssd:System", {"name": system.name})
     if system.values:
         bindings = ET.SubElement(whole, "ssd:ParameterBindings")
@@ -96,7 +119,7 @@ def ssd(system: System) -> bytes:
         used = {end.connector for c in system.connections for end in c[:2] if end.component == component.name}
         own = component.controller is not None  # the file does not tell the connectors of a function
         shown = [c for name, c in component.connectors.items() if own or c.causality == "output" or name in used]
-        _component(elements, component, system.sources[component.name], shown, place, units)
+        _component(elements, component, system.sources[component.name], shown, place, definitions)
     if system.connections:
         parent = ET.SubElement(whole, "ssd:Connections")
         for source, target, factor in system.connections:
@@ -110,23 +133,31 @@ def ssd(system: System) -> bytes:
         parent = ET.SubElement(annotation, "joints:Joints", {"xmlns:joints": SPACE})
         for joint in system.joints:
             ET.SubElement(parent, "joints:Joint", attributes_of(joint))
-    units.write(root, "ssd")
+    definitions.write(root, "ssd")
     ET.SubElement(root, "ssd:DefaultExperiment", {"startTime": "0.0", "stopTime": repr(system.stop_time)})
     return document(root)
 
 
 def ssv(system: System) -> bytes:
     """The content of the parameter set; its names are COMPONENT.VARIABLE."""
-    root, units = _root("ssv:ParameterSet", "parameters", system.version), _Units()
+    root, definitions = _root("ssv:ParameterSet", "parameters", system.version), _Definitions()
     parent = ET.SubElement(root, "ssv:Parameters")
     for end, value in system.values.items():
         connector = system.components[end.component].connectors[end.connector]
         parameter = ET.SubElement(parent, "ssv:Parameter", {"name": str(end)})
-        whole = _type(connector) not in _FLOATS
-        number = str(value != 0).lower() if _type(connector) == "Boolean" else str(int(value)) if whole else repr(value)
-        ET.SubElement(parameter, f"ssv:{_type(connector)}", {"value": number, **units.attribute(connector.unit)})
-    units.write(root, "ssv")
+        written = {"value": _text(connector, value), **definitions.attributes(connector)}
+        ET.SubElement(parameter, f"ssv:{_type(connector)}", written)
+    definitions.write(root, "ssv")
     return document(root)
+
+
+def _text(connector: Connector, value: float) -> str:
+    """``value`` as a parameter set writes it: of an enumeration the name of its item, if it has one."""
+    if _type(connector) in _FLOATS:
+        return repr(value)
+    if connector.enumerated is not None:
+        return next((name for name, number in connector.enumerated.items if number == value), str(int(value)))
+    return str(value != 0).lower() if _type(connector) == "Boolean" else str(int(value))
 
 
 def _root(tag: str, name: str, version: str) -> ET.Element:
@@ -135,7 +166,12 @@ def _root(tag: str, name: str, version: str) -> ET.Element:
 
 
 def _component(
-    parent: ET.Element, component: Component, source: str, shown: Sequence[Connector], place: int, units: _Units
+    parent: ET.Element,
+    component: Component,
+    source: str,
+    shown: Sequence[Connector],
+    place: int,
+    definitions: _Definitions,
 ) -> None:
     """Add a component with its outputs and its connected inputs, drawn beside the other components.
 
@@ -151,7 +187,7 @@ def _component(
         for row, c in enumerate(listed):
             named = {"name": c.name, "kind": c.causality}
             connector = ET.SubElement(connectors, "ssd:Connector", named)
-            ET.SubElement(connector, f"ssc:{_type(c)}", units.attribute(c.unit))
+            ET.SubElement(connector, f"ssc:{_type(c)}", definitions.attributes(c))
             for size in c.sizes:
                 ET.SubElement(connector, "ssc:Dimension", {"size": size} if size else {})
             height = 1.0 - (row + 1) / (len(listed) + 1)

@@ -33,7 +33,7 @@ def conversion(where: str, given: LinearUnit | None, wanted: LinearUnit | None) 
 
     Raises LoadError, which begins with ``where``, for units of different dimensions.
     """
-    if given is None or wanted is None or given == wanted:
+    if given is None or wanted is None or given == wanted or not (given.exponents and wanted.exponents):
         return SAME
     if given.dimension != wanted.dimension:
         raise LoadError(f"{where}: '{given.name}' does not convert to '{wanted.name}'; the dimensions must agree")

@@ -10,12 +10,11 @@ import numpy as np
 
 from lag2fmu.errors import LoadError
 from lag2fmu.verify.co_simulation import Writer
+from lag2fmu.verify.hosted import MOST_STEPS
 from lag2fmu.verify.instances import Instance, is_fmi3
 from lag2fmu.verify.run import Floats, Kind, Plan, Run, first_inputs, whole
 
 FMI_TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
-MOST_STEPS = 20_000
-"""The steps that CVode may take from one communication point to the next; its own bound, 500, is for slow motions."""
 _SETTING_UP = ("setupExperiment", "enterInitializationMode")
 """The methods of fmpy that take the tolerance, in FMI 2.0 and 3.0."""
 

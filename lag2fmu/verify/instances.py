@@ -142,8 +142,8 @@ def _refuse_without_library(path: Path, description: Any) -> None:
     places = sorted({folder[1] for folder in folders if folder[0] == "binaries" and len(folder) > 2})
     if place not in places:
         others = f"only for {', '.join(places)}" if places else "nor for any other"
-        remedy = "compile its sources, or export it with --platform host"
-        raise SimulationError(f"'{path}': has no library for this machine ({place}), {others}; {remedy}")
+        way = "with --platform host" if is_ours(description) else "by the tool that made it"
+        raise SimulationError(f"'{path}': has no library for this machine ({place}), {others}; export it {way}")
 
 
 _waiting: dict[tuple[object, ...], Instance] = {}

@@ -15,13 +15,15 @@ from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.reference.signals import interpolated
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.instances import description_of
+from lag2fmu.verify.instances import description_of, is_ours
 from lag2fmu.verify.run import Floats, Kind, Plan, Run, Scalar
 
 POINTS = 500
 """The number of communication steps of a run if no usable step is known."""
 MOST_POINTS = 20_000_000
 """Communication points of a run, at most: a gigabyte of memory for six variables."""
+INPUT_ORDERS = 3
+"""The highest order of the derivatives of inputs: signals are cubic between their points."""
 LEAST_TOLERANCE = 2e-15
 """The relative tolerance that rounding allows."""
 
@@ -55,7 +57,7 @@ def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:
     check_known(run.inputs.names, known, "input")
     motions = [name for name in known if {velocity(name), acceleration(name)} <= set(known)]
     pieces = interpolated(run.inputs, motions, stop_time)
-    if run.hold or not takes_derivatives(description, run.kind):
+    if run.hold or not input_orders(description, run.kind):
         values = np.array([pieces.values(t) for t in grid])
         return Plan(grid, names, scalars, None, Trajectory(grid, pieces.names, values))
     return Plan(grid, names, scalars, pieces, None)
@@ -76,17 +78,20 @@ def _times(description: Any, stop_time: float | None, step: float | None) -> tup
     return stop, (usual if usual <= stop else stop / POINTS) if step is None else step
 
 
-def takes_derivatives(description: Any, kind: Kind = "co-simulation") -> bool:
-    """Whether inputs can change between communication points: always in model exchange since FMI 2.0.
+def input_orders(description: Any, kind: Kind = "co-simulation") -> int:
+    """The highest order of the derivatives by which inputs change between communication points; 0 if they do not.
 
-    In co-simulation by FMI 3.0 an FMU of lag2fmu asks for inputs; what FMUs of other tools do is not known.
+    In model exchange they are set at all times. In co-simulation an FMU of lag2fmu takes all orders, or asks for inputs
+    by FMI 3.0. FMI 2.0 has no word for the highest order that is taken: FMUs of Dymola and OpenModelica end the run at
+    the second one. Whether FMUs of other tools ask by FMI 3.0 is not known.
     """
     if kind == "model-exchange":
-        return not description.fmiVersion.startswith("1")
+        return 0 if description.fmiVersion.startswith("1") else INPUT_ORDERS
     if description.fmiVersion == "2.0":
-        return bool(description.coSimulation.canInterpolateInputs)
+        own = INPUT_ORDERS if is_ours(description) else 1
+        return own if description.coSimulation.canInterpolateInputs else 0
     asks = bool(getattr(description.coSimulation, "providesIntermediateUpdate", False))
-    return asks and str(description.generationTool or "").startswith("lag2fmu")
+    return INPUT_ORDERS if asks and is_ours(description) else 0
 
 
 def check_times(stop_time: float, step: float) -> None:

@@ -19,7 +19,7 @@ from lag2fmu.verify.apart import came_through, run_apart, runs_apart
 from lag2fmu.verify.by_fmpy import FMI_TYPES, by_fmpy, tolerance_of
 from lag2fmu.verify.co_simulation import co_simulation
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
-from lag2fmu.verify.plan import planned
+from lag2fmu.verify.plan import input_orders, planned
 from lag2fmu.verify.remarks import moved_guesses, short_inputs
 from lag2fmu.verify.run import Feedback, Floats, Plan, Run, first_inputs, whole
 from lag2fmu.verify.scalars import scalars_of
@@ -188,14 +188,20 @@ def setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Cal
     if not k:
         return lambda t: None
     inputs = (c_uint * k)(*(references[name] for name in names))
-    thrice = (c_uint * (3 * k))(*(3 * list(inputs)))
+    most = input_orders(instance.description)
+    repeated = (c_uint * (most * k))(*(most * list(inputs)))
     slack = 1e-9 * float(plan.grid[-1])  # a communication point may be a rounding before a kink
-    orders = (c_int * (3 * k))(*np.repeat([1, 2, 3], k).tolist())
+    orders = (c_int * (most * k))(*np.repeat(np.arange(1, most + 1), k).tolist())
 
     def set_pieces(t: float) -> None:
         found = plan.pieces.derivatives(t, slack)  # type: ignore[union-attr]
+        if most == 1:  # a chord, which meets the next value
+            h = float(plan.grid[np.searchsorted(plan.grid, t + slack)]) - t
+            before = plan.pieces.derivatives(t + h - slack)  # type: ignore[union-attr]
+            found[1] = (before[0] + slack * before[1] - found[0]) / h
         fmu.fmi2SetReal(component, inputs, k, (c_double * k)(*found[0]))
-        fmu.fmi2SetRealInputDerivatives(component, thrice, 3 * k, orders, (c_double * (3 * k))(*found[1:].ravel()))
+        told = (c_double * (most * k))(*found[1 : most + 1].ravel())
+        fmu.fmi2SetRealInputDerivatives(component, repeated, most * k, orders, told)
 
     def set_held(t: float) -> None:
         row = int(np.searchsorted(held.time, t))  # type: ignore[union-attr]

@@ -39,7 +39,7 @@ from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange
 from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
 from lag2fmu.verify.law_checks import law_checks
-from lag2fmu.verify.plan import check_limit, check_tolerance, checked_stop, takes_derivatives, times_of
+from lag2fmu.verify.plan import check_limit, check_tolerance, checked_stop, input_orders, times_of
 from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.references import References
 from lag2fmu.verify.report import Check, Report
@@ -118,7 +118,7 @@ def validate_fmu(
     grow apart.
     """
     mechanism, experiment = with_derived(mechanism), mechanism.experiment
-    hold = hold or not takes_derivatives(description_of(path)) or moves_a_target(mechanism, inputs)
+    hold = hold or not input_orders(description_of(path)) or moves_a_target(mechanism, inputs)
     stop_time = checked_stop(experiment, stop_time)
     tolerance = experiment.tolerance if tolerance is None else check_tolerance(tolerance)
     task = Task(mechanism, path, stop_time, tolerance, inputs, hold, check_limit(limit))

@@ -1,0 +1,188 @@
+"""Systems as other tools write them: what they leave to the reader, and what their FMUs do not do."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from by_hand import SOURCE, XML, by_hand
+from train import CAR, WAGON_ALONE, wagon_in_one_piece
+
+import lag2fmu
+from lag2fmu.errors import LoadError, SimulationError
+
+pytestmark = pytest.mark.fmu
+
+CONNECT = ("wagon.x:cart.y", "cart.f:wagon.F")
+VALUES = {f"wagon.{name}": value for name, value in WAGON_ALONE.items()}
+PRECISE = {"tolerance": 1e-11, "stop_time": 1.0}
+
+
+def rewritten(path: Path, to: Path, *changes: tuple[str, str]) -> Path:
+    """The archive ``path`` as ``to``, whose description has each of the ``changes`` (before, after)."""
+    with zipfile.ZipFile(path) as whole, zipfile.ZipFile(to, "w") as out:
+        for name in whole.namelist():
+            content = whole.read(name)
+            if name in ("modelDescription.xml", "SystemStructure.ssd"):
+                for before, after in changes:
+                    assert before.encode() in content, before
+                    content = content.replace(before.encode(), after.encode())
+            out.writestr(name, content)
+    return to
+
+
+@pytest.fixture(scope="module", params=["2.0", "3.0"])
+def train(request, exported, tmp_path_factory) -> Path:
+    """Cart and wagon as one archive."""
+    car = exported(CAR, fmi=request.param)
+    path = tmp_path_factory.mktemp("systems") / "train.ssp"
+    return lag2fmu.ssp({"cart": car, "wagon": car}, path, connect=CONNECT, values=VALUES, stop_time=1.0)
+
+
+def test_start_and_end_of_a_connection_are_words_alone(train: Path, tmp_path) -> None:
+    """The kinds of the connectors tell where a value goes: SSP 2.0, section 5.3.4."""
+    ends = 'startElement="wagon" startConnector="x" endElement="cart" endConnector="y"'
+    turned = 'startElement="cart" startConnector="y" endElement="wagon" endConnector="x"'
+    other = rewritten(train, tmp_path / "turned.ssp", (ends, turned))
+    found, before = (lag2fmu.simulate(path, step=0.01, **PRECISE) for path in (other, train))
+    assert found.values.tobytes() == before.values.tobytes()
+
+
+def test_a_connection_that_passes_nothing_on(train: Path, tmp_path) -> None:
+    end = 'endElement="cart" endConnector="{}"'
+    path = rewritten(train, tmp_path / "two.ssp", (end.format("y"), end.format("x")))
+    told = "'wagon.x' is of kind output and 'cart.x' is of kind output; one end has to give what the other one hears"
+    with pytest.raises(LoadError, match=re.escape(told)):
+        lag2fmu.simulate(path)
+
+
+def test_inputs_of_other_tools_go_on_by_first_derivatives(exported, tmp_path) -> None:
+    """FMUs of Dymola and OpenModelica end the run at a second derivative, which FMI 2.0 gives them no word for.
+
+    The order is then 2, and not the 3 of the FMUs of lag2fmu.
+    """
+    tool = 'generationTool="lag2fmu'
+    path = rewritten(exported(CAR).path, tmp_path / "other.fmu", (tool, 'generationTool="Other'))
+    errors = []
+    for step, every in ((0.01, 10), (0.001, 1)):
+        run = lag2fmu.simulate({"cart": path, "wagon": path}, step=step, connect=CONNECT, values=VALUES, **PRECISE)
+        errors.append(float(np.abs(run["wagon.x"] - wagon_in_one_piece()[::every]).max()))
+    assert np.log10(errors[0] / errors[1]) == pytest.approx(2, abs=0.1)
+    signal = {"time": [0.0, 1.0], "F": [0.0, 1.0]}
+    alone, own = (
+        lag2fmu.simulate(p, inputs=signal, values={"k": 0.0}, step=0.1, **PRECISE) for p in (path, exported(CAR))
+    )
+    assert alone["x"] == pytest.approx(own["x"], abs=1e-12), "a signal that is linear needs no second derivative"
+
+
+def test_repeated_steps_of_an_fmu_that_goes_back_by_itself(tmp_path) -> None:
+    """Some FMUs take noSetFMUStatePriorToCurrentPoint = false for a step that is to be made again."""
+    back = SOURCE.replace("    (void)no_set;\n", "    if (!no_set) return fmi2OK;\n", 1)
+    part = by_hand(tmp_path / "a.fmu", back)
+    run = lag2fmu.simulate({"a": part, "b": part}, connect=["a.x:b.u"], step=0.125, stop_time=1.0, coupling="iterated")
+    assert run["a.x"] == pytest.approx(1 + 2 * run.time, abs=1e-12)
+    assert run["b.x"] == pytest.approx(1 + 3 * run.time + run.time**2, abs=1e-6), "held at the mean of both ends"
+
+
+def by_exchange(train: Path, to: Path) -> Path:
+    return rewritten(train, to, ('implementation="CoSimulation"', 'implementation="ModelExchange"'))
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_components_by_model_exchange(apart: bool, train: Path, tmp_path) -> None:
+    """CVode integrates them, and inputs go on as they did, for no outputs are differentiated: order 2."""
+    path, errors = by_exchange(train, tmp_path / "exchange.ssp"), []
+    for step, every in ((0.02, 20), (0.01, 10)):
+        run = lag2fmu.simulate(path, step=step, stop_time=1.0, tolerance=1e-7, apart=apart)
+        errors.append(float(np.abs(run["wagon.x"] - wagon_in_one_piece()[::every]).max()))
+    assert errors[1] < 4e-3
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.2)
+
+
+@pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+def test_events_of_components_by_model_exchange(fmi: str, exported, tmp_path) -> None:
+    """A ball bounces as it does alone, also where impacts lie within a step."""
+    ball = exported("bouncing_ball", fmi=fmi)
+    path = by_exchange(lag2fmu.ssp({"ball": ball}, tmp_path / "b.ssp"), tmp_path / "exchange.ssp")
+    run = lag2fmu.simulate(path, stop_time=1.5, step=0.05, tolerance=1e-9)
+    alone = lag2fmu.simulate(ball, stop_time=1.5, step=0.05, tolerance=1e-9)
+    assert run["ball.y"] == pytest.approx(alone["y"], abs=1e-6)
+
+
+def test_a_kind_that_an_fmu_does_not_offer(tmp_path) -> None:
+    path = lag2fmu.ssp({"a": by_hand(tmp_path / "a.fmu")}, tmp_path / "s.ssp")
+    with pytest.raises(LoadError, match="is to run by ModelExchange; it can run here by CoSimulation"):
+        lag2fmu.simulate(by_exchange(path, tmp_path / "exchange.ssp"))
+
+
+SWITCH = """<ScalarVariable name="gear" valueReference="{r}" causality="{c}" {v}><Enumeration declaredType="Gear" {s}/>
+    </ScalarVariable>"""
+TYPES = """<TypeDefinitions><SimpleType name="Gear"><Enumeration><Item name="park" value="1"/>
+  <Item name="drive" value="4"/></Enumeration></SimpleType></TypeDefinitions>"""
+INTEGERS = """
+EXPORT fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[])
+{
+    (void)vr;
+    for (size_t i = 0; i < n; i++) value[i] = (fmi2Integer)((Instance *)c)->value[2];
+    return fmi2OK;
+}
+
+EXPORT fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[])
+{
+    (void)vr;
+    for (size_t i = 0; i < n; i++) ((Instance *)c)->value[2] = value[i];
+    return fmi2OK;
+}
+"""
+
+
+def with_gear(path: Path, causality: str) -> Path:
+    """x' = gear, an enumeration that is the parameter, input or output of an FMU."""
+    start = 'start="1"' if causality != "output" else ""
+    gear = SWITCH.format(r=2, c=causality, v='variability="tunable"' if causality == "parameter" else "", s=start)
+    old = XML[XML.index('<ScalarVariable name="k"') : XML.index("  </ModelVariables>")]
+    text = XML.replace(old, gear).replace("  <LogCategories>", f"  {TYPES}\n  <LogCategories>")
+    if causality == "output":
+        text = text.replace('<Outputs><Unknown index="1"/>', '<Outputs><Unknown index="1"/><Unknown index="3"/>')
+    return by_hand(path, SOURCE.replace("NO_VARIABLES(Integer)", INTEGERS), text)
+
+
+def test_enumerations_are_set_and_connected(tmp_path) -> None:
+    """By number on the command line, by the name of an item in a parameter set, by connection to another FMU."""
+    given, heard = with_gear(tmp_path / "given.fmu", "parameter"), with_gear(tmp_path / "heard.fmu", "input")
+    shown = with_gear(tmp_path / "shown.fmu", "output")
+    path = lag2fmu.ssp(
+        {"a": given, "b": heard, "c": shown}, tmp_path / "s.ssp", connect=["c.gear:b.gear"], values={"a.gear": 4.0}
+    )
+    with zipfile.ZipFile(path) as archive:
+        text = archive.read("resources/parameters.ssv").decode()
+        assert 'value="drive"' in text
+        assert '<ssc:Item name="drive" value="4"' in archive.read("SystemStructure.ssd").decode()
+    run = lag2fmu.simulate(path, stop_time=1.0, step=0.125)
+    assert run["a.x"][-1] == pytest.approx(1 + 4.0)
+    assert run["b.x"][-1] == pytest.approx(1 + 2.0), "the gear that c shows"
+    with zipfile.ZipFile(path) as whole, zipfile.ZipFile(tmp_path / "wrong.ssp", "w") as out:
+        for name in whole.namelist():
+            out.writestr(name, whole.read(name).replace(b'value="drive"', b'value="fly"'))
+    with pytest.raises(LoadError, match="'fly' is no item of 'Gear': park, drive"):
+        lag2fmu.simulate(tmp_path / "wrong.ssp")
+
+
+def test_a_component_whose_values_become_nan_is_named(tmp_path) -> None:
+    """What was recorded until then is kept."""
+    broken = SOURCE.replace("    (void)no_set;\n", "    (void)no_set;\n    if (time > 0.45) self->value[0] = NAN;\n", 1)
+    path = lag2fmu.ssp({"a": by_hand(tmp_path / "a.fmu", broken)}, tmp_path / "s.ssp")
+    with pytest.raises(SimulationError, match=r"the component 'a' gives nan for 'a\.x'; .* until t = 0\.5 s") as caught:
+        lag2fmu.simulate(path, stop_time=1.0, step=0.1)
+    assert caught.value.reached.time == pytest.approx(np.arange(0, 0.55, 0.1))
+
+
+def test_a_step_that_another_tool_notes(train: Path, tmp_path) -> None:
+    """Annotations of OMSimulator and of the Open Simulation Platform tell the step of a system."""
+    noted = '<ssd:Annotations><ssc:Annotation type="o"><o:FixedStepMaster xmlns:o="urn:o" stepSize="0.25"/>'
+    end = 'stopTime="1.0" />', f'stopTime="1.0">{noted}</ssc:Annotation></ssd:Annotations></ssd:DefaultExperiment>'
+    path = rewritten(train, tmp_path / "noted.ssp", end)
+    assert lag2fmu.simulate(path).time == pytest.approx(np.arange(0, 1.1, 0.25))
