@@ -322,8 +322,9 @@ SENSED = """<mujoco><compiler angle="radian"/><option gravity="0.3 -0.2 -9.7"><f
 <worldbody><body name="hull" pos="0.1 0.2 0.5" quat="0.9 0.1 -0.2 0.3"><freejoint name="free"/>
 <geom name="box" type="box" size="0.2 0.1 0.05" pos="0.01 0.02 0.03" euler="0.1 0.2 0.3"/>
 <site name="imu" pos="0.1 -0.05 0.02" euler="0.4 -0.3 0.8"/>
-<body name="arm" pos="0.2 0 0.1"><joint name="p" axis="0 -1 0.2" damping="0.3" ref="0.1"/>
-<geom size="0.05 0.2" type="capsule" pos="0 0 -0.3"/><site name="mid" pos="0 0.1 -0.2" euler="1 0 0.3"/>
+<body name="arm" pos="0.2 0 0.1"><joint name="p" axis="0 -1 0.2" damping="0.3" ref="0.1"
+actuatorfrcrange="-3 4"/><geom size="0.05 0.2" type="capsule" pos="0 0 -0.3"/>
+<site name="mid" pos="0 0.1 -0.2" euler="1 0 0.3"/>
 <body name="tip" pos="0 0 -0.5"><joint name="s" type="slide" axis="0 0.3 1"/><geom size="0.04" pos="0.02 0 0"/>
 <site name="end" pos="0.02 0 0.03"/><body name="hand" pos="0 0 -0.1" euler="0.2 0 0.4"><geom size="0.03 0.02 0.05"
 type="box" pos="0.01 0 -0.02"/><site name="wrist" pos="0 0.01 0" euler="0 0.5 0"/></body></body></body></body>
@@ -332,7 +333,8 @@ type="box" pos="0.01 0 -0.02"/><site name="wrist" pos="0 0.01 0" euler="0 0.5 0"
 <actuator><position name="a" joint="p" kp="7" kv="0.4" ctrlrange="-1 1" forcerange="-2 3" gear="2"/></actuator>
 <sensor><jointpos name="angle" joint="p"/><jointvel name="speed" joint="s"/><tendonpos name="cable" tendon="cable"/>
 <tendonvel name="cable_rate" tendon="cable"/><actuatorpos name="a_at" actuator="a"/>
-<actuatorvel name="a_rate" actuator="a"/><actuatorfrc name="a_force" actuator="a"/><gyro name="gyro" site="imu"/>
+<actuatorvel name="a_rate" actuator="a"/><actuatorfrc name="a_force" actuator="a"/>
+<jointactuatorfrc name="p_force" joint="p"/><jointactuatorfrc name="s_force" joint="s"/><gyro name="gyro" site="imu"/>
 <velocimeter name="velocimeter" site="mid"/><accelerometer name="mid_accelerometer" site="mid"/>
 <accelerometer name="end_accelerometer" site="end"/><framepos name="end_at" objtype="site" objname="end"/>
 <framepos name="hull_center" objtype="body" objname="hull"/><framequat name="mid_turn" objtype="site" objname="mid"/>
@@ -358,12 +360,12 @@ def free_state(state: Any) -> dict[str, float]:
 
 @pytest.mark.fmu
 def test_sensors_are_outputs_and_tell_what_mujocos_tell(robot: Robot, tmp_path: Path) -> None:
-    """All of 31 kinds and places at 20 random states, controls beyond their range; e and -e are one orientation."""
+    """All of 33 kinds and places at 20 random states, controls beyond their range; e and -e are one orientation."""
     mechanism, model = robot(SENSED), mujoco.MjModel.from_xml_string(SENSED)
     assert mechanism.not_taken == ()
     fmu = export(mechanism, tmp_path / "sensed.fmu", page="static", without=["equations"])
     measured = {output.name: output for output in mechanism.outputs}
-    assert len(measured) == model.nsensor == 31
+    assert len(measured) == model.nsensor == 33
     state, rng = mujoco.MjData(model), np.random.default_rng(2)
     for _ in range(20):
         state.qpos[:], state.qvel[:], state.ctrl[:] = rng.normal(size=9), rng.normal(size=8), 3 * rng.normal(size=1)

@@ -12,7 +12,7 @@ from lag2fmu.formats.identifiers import identifier
 from lag2fmu.formats.robots.lengths import length_of
 from lag2fmu.formats.robots.parts import Parts, Touched
 from lag2fmu.formats.robots.poses import JointPose
-from lag2fmu.formats.robots.tree import Geom, Robot, Sensor
+from lag2fmu.formats.robots.tree import Geom, Robot, Sensor, Span, Sum, Wrench
 from lag2fmu.formats.robots.writing import numbers, turns_of
 from lag2fmu.language.units import NEWTON
 from lag2fmu.language.vocabulary import symbol
@@ -30,6 +30,8 @@ def measure(robot: Robot, parts: Parts) -> None:
             _of_touch(sensor, sensor.zone, parts)
         elif sensor.place is not None:
             _at_place(sensor, *sensor.place, parts)
+        elif sensor.quantity == "force" and isinstance(sensor.along, tuple) and sensor.along:
+            _driven(sensor, sensor.along, robot, parts)
         elif sensor.along:
             _along(sensor, parts)
         elif sensor.actuator in parts.driven:
@@ -41,6 +43,17 @@ def measure(robot: Robot, parts: Parts) -> None:
     still = [s.name for s in robot.sensors if s.zone is not None and not parts.touched.get(s.zone.link)]
     if still:
         parts.ignored.append(f"the touch told by {', '.join(still)}: it is 0, as no contact of their bodies is taken")
+
+
+def _driven(sensor: Sensor, along: Sum, robot: Robot, parts: Parts) -> None:
+    """The sum of the actuators' forces along a joint, within its limits."""
+    if any(isinstance(actuator.along, (Wrench, Span)) for actuator in robot.actuators):
+        parts.ignored.append(f"the sensor {sensor.name}: some actuators act between sites")
+        return
+    ((joint, _),) = along
+    name = parts.names.variable(identifier(sensor.name))
+    total = parts.forces.get(parts.joints[joint], sp.S.Zero)
+    parts.outputs.append(Output(name, total, doc=f"sensor {sensor.name}"))
 
 
 def _along(sensor: Sensor, parts: Parts) -> None:

@@ -12,7 +12,10 @@ from lag2fmu.formats.robots.tree import Geom, Sensor
 
 _SLIDE = 2  # mjtJoint; the kinds below have several coordinates
 
-_ALONG = {"JOINTPOS": "length", "JOINTVEL": "rate", "TENDONPOS": "length", "TENDONVEL": "rate"}
+_ALONG = {
+    **{"JOINTPOS": "length", "JOINTVEL": "rate", "TENDONPOS": "length", "TENDONVEL": "rate"},
+    "JOINTACTFRC": "force",
+}
 _DRIVEN = {"ACTUATORPOS": "length", "ACTUATORVEL": "rate", "ACTUATORFRC": "force"}
 _PLACED = {
     "GYRO": ("angular_velocity", "frame"),

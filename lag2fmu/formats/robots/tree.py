@@ -185,7 +185,8 @@ class Coupling:
 class Sensor:
     """A ``quantity`` along joints, of an ``actuator``, of a ``place`` or of a ``subtree``.
 
-    It is "length" or "rate" ``along`` joints or places, or of the actuator, or its "force". A ``place`` is a link and a
+    It is "length" or "rate" ``along`` joints or places, or of the actuator, or its "force"; along a joint this is the
+    sum of all actuators' forces. A ``place`` is a link and a
     pose in its axes; its quantities are those of outputs, along the ``axes`` "world" or "frame". A subtree is a link
     with all that it carries; what holds it is told at the place. "touch" is the sum of the normal forces on the link of
     a ``zone``.
