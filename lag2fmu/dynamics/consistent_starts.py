@@ -226,6 +226,13 @@ class _Start:
         if relative_size(residual, jacobian) <= MET:
             return
         constraints = self.mechanism.constraints[: len(residual)]
+        lost = ~(np.isfinite(residual) & np.isfinite(jacobian).all(axis=1))
+        if lost.any():
+            named = ", ".join(c.name for c, nothing in zip(constraints, lost, strict=True) if nothing)
+            raise DerivationError(
+                f"mechanism '{self.mechanism.name}': at {what} constraints have no value: {named}; roots of negative "
+                "numbers have none, nor quotients by 0, as rates of angles at a pole: start elsewhere"
+            )
         listed = ", ".join(f"{c.name} = {r:.3g}" for c, r in zip(constraints, residual, strict=True))
         raise DerivationError(
             f"mechanism '{self.mechanism.name}': {what} cannot meet the constraints; residuals: {listed}. "

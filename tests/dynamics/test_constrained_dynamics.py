@@ -268,7 +268,7 @@ TOGETHER = '[points.o]\nposition = [1, 2]\n[{0}s.s]\n{1} = 5\nbetween = ["o", "b
         (holonomic("x - 1", "x - 2"), "guess = 1", "c1 = 0.5, c2 = -0.5. No start .*: c1, c2 contradict each other"),
         (holonomic("x**2 + y**2 - 1"), GIVEN, r"residuals: c1 = 4. Near it they are met by x = 0.44\d*, y = 0.89"),
         (holonomic("x**2 + 1"), "guess = 1", "the start cannot meet .* residuals: c1 = 1.* c1 cannot be met"),
-        (holonomic("sqrt(x - 3) - y"), GIVEN, "the start cannot meet the constraints; residuals: c1 = nan"),
+        (holonomic("sqrt(x - 3) - y"), GIVEN, "at the start constraints have no value: c1; roots of negative"),
         (holonomic("x - y + 1"), "start = 1, velocity = 1", r"velocities x_dot = 1, y_dot = 0 \(SI\) .* x_dot = 0.5"),
         (holonomic("sin(x)**2 + cos(x)**2 - 1"), GIVEN, r"constraints\.holonomic\.c1: .* is 0 whatever"),
         (holonomic("sin(x)**2 + cos(x)**2 - 3"), GIVEN, r"constraints\.holonomic\.c1: .* is -2 whatever"),
