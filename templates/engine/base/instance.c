@@ -37,6 +37,13 @@ static bool is_input(const State *state, const double *slot) {
     return slot >= state->inputs && slot < state->inputs + N_INPUTS;
 }
 
+static Change kind_of(const State *state, const double *slot) {
+    if (!is_input(state, slot)) {
+        return CHANGED_STATE;
+    }
+    return slot >= state->inputs + FIRST_MOTION ? CHANGED_MOTION : CHANGED_INPUT;
+}
+
 void instance_assign(Instance *instance, double *slot, double value) {
     State *state = &instance->state;
     if (memcmp(slot, &value, sizeof value) == 0) {
@@ -51,7 +58,7 @@ void instance_assign(Instance *instance, double *slot, double value) {
     state->displaced = state->displaced || is_input(state, slot) || is_parameter(state, slot);
     instance_forget_motion(instance);
     state->first_stage_valid = 0;
-    solver_forget(&state->solver, is_input(state, slot) && slot >= state->inputs + FIRST_MOTION);
+    solver_forget(&state->solver, kind_of(state, slot));
     state->ahead = 0;
     state->modes_settled = state->event_pending = 0;
     state->undisturbed = 0;

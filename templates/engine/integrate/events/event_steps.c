@@ -365,7 +365,7 @@ static bool count_event(Instance *instance) {
 /* Lets the solver forget what it knows of the equations before the event. */
 static void start_anew(Instance *instance) {
     instance->state.first_stage_valid = 0;
-    solver_forget(&instance->state.solver, false);
+    solver_forget(&instance->state.solver, CHANGED_STATE);
 }
 
 /* Counts the events of a communication step, the number of which bounds the work in it. */

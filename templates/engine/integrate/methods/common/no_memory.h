@@ -5,13 +5,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "changes.h"
+
 typedef struct {
     int64_t none; /* C has no struct without members */
 } SolverMemory;
 
-static inline void solver_forget(SolverMemory *memory, bool motion) {
+static inline void solver_forget(SolverMemory *memory, Change change) {
     (void)memory;
-    (void)motion;
+    (void)change;
 }
 
 #endif

@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 
+#include "changes.h"
 #include "contact_rows.h"
 #include "mechanism.h"
 #include "row_tables.h"
@@ -18,9 +19,9 @@ typedef struct {
 } SolverMemory;
 
 /* The forces are a guess that serves as well after a change of the inputs. */
-static inline void solver_forget(SolverMemory *memory, bool motion) {
+static inline void solver_forget(SolverMemory *memory, Change change) {
     (void)memory;
-    (void)motion;
+    (void)change;
 }
 
 /* The rows at some states. */

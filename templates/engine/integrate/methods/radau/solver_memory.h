@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "changes.h"
 #include "sizes.h"
 
 /* What is carried along from step to step. It only makes iterations short: results are right even if it does not fit.
@@ -32,9 +33,9 @@ typedef struct {
 } SolverScratch;
 
 /* Nothing has to be forgotten when something changes. */
-static inline void solver_forget(SolverMemory *memory, bool motion) {
+static inline void solver_forget(SolverMemory *memory, Change change) {
     (void)memory;
-    (void)motion;
+    (void)change;
 }
 
 #endif

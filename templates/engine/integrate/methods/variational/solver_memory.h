@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "changes.h"
 #include "sizes.h"
 
 /* The momenta dL/dqd at the present point, and what rounding cut off from the sums of coordinates and momenta. */
@@ -12,7 +13,8 @@ typedef struct {
     double momenta[N_COORDINATES];
     double rest_coordinates[N_COORDINATES];
     double rest_momenta[N_COORDINATES];
-    int64_t valid; /* nothing but motion inputs was changed since they were kept */
+    int64_t valid; /* nothing but inputs was changed since they were kept */
+    int64_t driven; /* inputs that are no motions were changed */
     int64_t moved; /* motion inputs were changed: the velocities do not belong to the momenta yet */
 } SolverMemory;
 
@@ -35,14 +37,12 @@ typedef struct {
 
 typedef SolverScratch Stages;
 
-/* Forgets what a change makes invalid; motion: a motion input was changed. Forces are finite, so that the momenta go on
-   where a support jumps, but the velocities do not. */
-static inline void solver_forget(SolverMemory *memory, bool motion) {
-    if (motion) {
-        memory->moved = 1;
-    } else {
-        memory->valid = 0;
-    }
+/* Forgets what a change makes invalid. Forces are finite, so that the momenta go on where a support jumps, but the
+   velocities do not. */
+static inline void solver_forget(SolverMemory *memory, Change change) {
+    memory->valid = memory->valid && change != CHANGED_STATE;
+    memory->driven = memory->driven || change == CHANGED_INPUT;
+    memory->moved = memory->moved || change == CHANGED_MOTION;
 }
 
 #endif

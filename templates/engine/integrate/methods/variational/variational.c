@@ -233,21 +233,21 @@ static bool momenta_velocities(Instance *instance, double time, SolverMemory *ne
     return arena_leave(mark, true);
 }
 
-/* The momenta at the present point: kept from the last step, or new if something was changed since. Where only motion
-   inputs were changed, the momenta are kept and the velocities are new: a support that changes its velocity by a jump
-   strikes. */
+/* The momenta at the present point: kept from the last step, or new if something was changed since. Where motions were
+   changed, alone or with other inputs, the momenta are kept and the velocities are new: a support that changes its
+   velocity by a jump strikes. Inputs that are no motions move no velocity; momenta that contain one are new. */
 static bool update_momenta(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, forces, N);
     State *state = &instance->state;
-    if (!state->solver.valid) {
+    if (!state->solver.valid || (state->solver.driven && !state->solver.moved)) {
         memset(&state->solver, 0, sizeof state->solver);
         canonical_at(instance, state->time, state->states, state->solver.momenta, forces);
         state->solver.valid = 1;
     } else if (state->solver.moved && !momenta_velocities(instance, state->time, &state->solver, state->states)) {
         return arena_leave(mark, false);
     }
-    state->solver.moved = 0;
+    state->solver.driven = state->solver.moved = 0;
     return arena_leave(mark, true);
 }
 
