@@ -37,7 +37,8 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
     in model exchange. An FMU that takes no derivatives gets held inputs. The trajectory is (m, outputs). Raises
     LoadError for unknown names, and SimulationError with the FMU's own words if the run fails. FMUs that are no builds
     of lag2fmu, and others in their first run, are in a process of their own, where they may crash. A run with feedback
-    is in this process, in which the feedback may keep what it meets.
+    is in this process, in which the feedback may keep what it meets. An FMU without co-simulation runs by model
+    exchange.
     """
     run = replace(run, warned=run.warned or partial(_LOGGER.warning, "warning: '%s': %s", path.name))
     if run.feedback is not None or not runs_apart(path):
@@ -50,6 +51,8 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
 def _simulated(path: Path, run: Run) -> Trajectory:
     """What ``simulate_fmu`` gives, in this process; the warnings are heard by ``run``."""
     description = description_of(path)
+    if description.coSimulation is None and description.modelExchange is not None and run.feedback is None:
+        run = replace(run, kind="model-exchange")  # it offers nothing else
     plan = planned(description, scalars_of(description, path), run)
     warned = run.warned or _LOGGER.warning
     if plan.held is not None and not run.hold:

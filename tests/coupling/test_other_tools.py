@@ -112,6 +112,19 @@ def test_events_of_components_by_model_exchange(fmi: str, exported, tmp_path) ->
     assert run["ball.y"] == pytest.approx(alone["y"], abs=1e-6)
 
 
+def test_an_fmu_that_offers_model_exchange_alone(exported, tmp_path) -> None:
+    """It runs alone and in a system, though nobody asks for that kind."""
+    ball = exported("bouncing_ball")
+    with zipfile.ZipFile(ball.path) as whole:
+        text = whole.read("modelDescription.xml").decode()
+    element = text[text.index("<CoSimulation") : text.index("</CoSimulation>") + len("</CoSimulation>")]
+    path = rewritten(ball.path, tmp_path / "ball.fmu", (element, ""))
+    runs = lag2fmu.simulate(path, stop_time=1.5, step=0.05), lag2fmu.simulate({"b": path}, stop_time=1.5, step=0.05)
+    expected = lag2fmu.simulate(ball, stop_time=1.5, step=0.05)["y"]
+    assert runs[0]["y"] == pytest.approx(expected, abs=1e-4)
+    assert runs[1]["b.y"] == pytest.approx(expected, abs=1e-4)
+
+
 def test_a_kind_that_an_fmu_does_not_offer(tmp_path) -> None:
     path = lag2fmu.ssp({"a": by_hand(tmp_path / "a.fmu")}, tmp_path / "s.ssp")
     with pytest.raises(LoadError, match="is to run by ModelExchange; it can run here by CoSimulation"):
