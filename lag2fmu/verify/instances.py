@@ -142,8 +142,9 @@ def _refuse_without_library(path: Path, description: Any) -> None:
     places = sorted({folder[1] for folder in folders if folder[0] == "binaries" and len(folder) > 2})
     if place not in places:
         others = f"only for {', '.join(places)}" if places else "nor for any other"
-        way = "with --platform host" if is_ours(description) else "by the tool that made it"
-        raise SimulationError(f"'{path}': has no library for this machine ({place}), {others}; export it {way}")
+        own = "compile its sources, or export it with --platform host"
+        remedy = own if is_ours(description) else "export it for this machine by the tool that made it"
+        raise SimulationError(f"'{path}': has no library for this machine ({place}), {others}; {remedy}")
 
 
 _waiting: dict[tuple[object, ...], Instance] = {}

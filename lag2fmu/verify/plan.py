@@ -43,14 +43,17 @@ def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:
     if run.kind not in (kinds := get_args(Kind)):
         raise LoadError(f"there is no simulation of kind {run.kind!r}; expected {' or '.join(map(repr, kinds))}")
     stop_time, step = _times(description, run.stop_time, run.step)
-    check_times(stop_time - run.start_time, step)
+    start = run.start_time or float(getattr(description.defaultExperiment, "startTime", None) or 0.0)
+    if start and not stop_time > start:
+        raise LoadError(f"the stop time {stop_time:g} s is not after the start time {start:g} s; give a later one")
+    check_times(stop_time - start, step)
     if run.tolerance is not None:
         check_tolerance(run.tolerance)
     names = recorded(run, scalars)
     check_known(names, list(scalars), "variable")
     check_values(run.values or {}, scalars)
-    span = stop_time - run.start_time
-    grid: Floats = run.start_time + np.minimum(step * np.arange(math.ceil(span / step * (1 - 1e-9)) + 1), span)
+    span = stop_time - start
+    grid: Floats = start + np.minimum(step * np.arange(math.ceil(span / step * (1 - 1e-9)) + 1), span)
     if run.inputs is None:
         return Plan(grid, names, scalars, None, None)
     known = [s.name for s in scalars.values() if s.variable.causality == "input"]

@@ -33,7 +33,8 @@ class Feedback:
 class Run:
     """The user's choices of a run; those that are not given are taken from the FMU's DefaultExperiment.
 
-    - ``start_time``, ``stop_time``, ``step``: the begin and end of the run, and the communication step, in s.
+    - ``start_time``, ``stop_time``, ``step``: the begin and end of the run, and the communication step, in s; a start
+      of 0 gives way to that of the FMU's experiment.
     - ``tolerance``: the relative tolerance of the solver.
     - ``values``: start values of parameters, states and inputs, in SI units.
     - ``inputs``: signals, linear between their times; a motion that is given by position alone is a spline.

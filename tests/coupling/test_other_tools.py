@@ -125,6 +125,18 @@ def test_an_fmu_that_offers_model_exchange_alone(exported, tmp_path) -> None:
     assert runs[1]["b.y"] == pytest.approx(expected, abs=1e-4)
 
 
+def test_a_run_begins_where_the_fmu_says(tmp_path) -> None:
+    """The default experiment may begin after 0."""
+    other = by_hand(
+        tmp_path / "a.fmu", description=XML.replace('startTime="0" stopTime="1"', 'startTime="2" stopTime="3"')
+    )
+    run = lag2fmu.simulate(other)
+    assert run.time == pytest.approx(np.arange(2, 3.1, 0.125))
+    assert run["x"] == pytest.approx(1 + 2 * (run.time - 2))
+    with pytest.raises(LoadError, match=r"the stop time 1 s is not after the start time 2 s"):
+        lag2fmu.simulate(other, stop_time=1.0)
+
+
 def test_a_kind_that_an_fmu_does_not_offer(tmp_path) -> None:
     path = lag2fmu.ssp({"a": by_hand(tmp_path / "a.fmu")}, tmp_path / "s.ssp")
     with pytest.raises(LoadError, match="is to run by ModelExchange; it can run here by CoSimulation"):
