@@ -26,6 +26,7 @@ class Function:
     """array[index] = node for each (array, index, node) in ``results``; other entries of the arrays stay untouched.
 
     ``name`` and ``doc`` stand in the printed code. ``arrays`` are the names of the arrays that it fills, in order.
+    ``rare``: runs call it so rarely that its time does not matter.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Function:
     arguments: tuple[Array, ...]
     arrays: tuple[str, ...]
     results: tuple[tuple[str, int, Node], ...]
+    rare: bool = False
 
     @property
     def given(self) -> frozenset[Node]:
