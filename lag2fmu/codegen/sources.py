@@ -43,6 +43,9 @@ TIMED = ("timed_bounds.h", "timed_bounds.c")
 OBSERVED = ("observed.h", "observed.c")
 """The generated files of an FMU that observes."""
 
+_ASKED_FOR = ("mechanism_residual_tangent",)
+"""Functions that importers ask for, and steps of solvers with Jacobians, of observers and of studies."""
+
 _LISTING = ("listing.c", "listing.h")
 _LOOKUP = ("lookup.c", "lookup.h")
 _INTERVAL_LOOKUP = ("interval_lookup.c", "interval_lookup.h")
@@ -100,15 +103,21 @@ def render_sources(
     if tables.observer:
         printed = context | _printed(tables.observer.program, tables.observer.program.functions)
         files |= {name: render(f"mechanism/{name}.jinja", printed) for name in OBSERVED}
-    called = "".join(files.values())
-    program = replace(program, functions=tuple(f for f in program.functions if f"{f.name}(" in called))
-    context["program"] = program
+    stepping = context["coloured"] or tables.observer or not gate.startswith("fmi")
+    context["program"] = program = _called(program, "".join(files.values()), stepping)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     for name, functions in _by_file(program).items():
         printed = context | {"subject": FUNCTIONS[name][1]} | _printed(program, functions)
         files |= _texts_of("base", _LISTING) if printed["listed"] else {}
         files[name] = render("mechanism/mechanism.c.jinja", printed)
     return dict(sorted(files.items()))
+
+
+def _called(program: Program, text: str, stepping: object) -> Program:
+    """``program`` with those of its functions that C ``text`` calls; unless ``stepping``, _ASKED_FOR are rare."""
+    seldom = () if stepping else _ASKED_FOR
+    used = (f for f in program.functions if f"{f.name}(" in text)
+    return replace(program, functions=tuple(replace(f, rare=f.rare or f.name in seldom) for f in used))
 
 
 def _takes_jacobians(method: Method, gate: str) -> bool:

@@ -13,10 +13,13 @@ import pytest
 from lag2fmu.codegen import listing
 from lag2fmu.codegen.c import c_function, c_prototype
 from lag2fmu.codegen.listing import RUN, c_definition
-from lag2fmu.codegen.sources import engine_text
+from lag2fmu.codegen.sources import engine_text, page_sources
 from lag2fmu.dynamics.functions import Array, Function, Program
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.dynamics.program import lower
+from lag2fmu.fmu.backends.native import describe
+from lag2fmu.fmu.live.spots import no_spots
+from lag2fmu.fmu.live.work import work
 from lag2fmu.formats.loading import load
 from lag2fmu.graph.graph import Graph
 from tests.support.compiling import compiled
@@ -98,3 +101,20 @@ def test_equal_operations_stand_side_by_side() -> None:
     order = g.schedule([total], frozenset(x))
     codes = [g.code[node] for node in listing._grouped(g, order)]
     assert sum(a != b for a, b in pairwise(codes)) == 1
+
+
+@pytest.mark.parametrize(("solver", "steps"), [("dopri5", False), ("radau5", True)])
+def test_derivatives_are_statements_where_steps_take_them(
+    solver: str, steps: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Jacobians of an implicit solver are made of them; a page has time even then."""
+    monkeypatch.setattr(listing, "LONGEST", 0)
+    equations = derive(load("double_pendulum"))
+    program = lower(equations)
+    description, sources = describe(equations.mechanism, equations, program, solver)
+    assert (RUN in sources["derivatives.c"], RUN in sources["second_derivatives.c"]) == (not steps, True)
+    assert "listing.c" in sources
+    references = {v.name: v.value_reference for v in description.variables if v.derivative_of is None}
+    page = page_sources(sources, program, {"picture": no_spots(), "work": work(equations, references)})
+    assert ("derivatives.c" in page, RUN in page.get("derivatives.c", RUN)) == (steps, True)
+    assert "const double t0 = " not in page["mechanism.c"]  # no statements
