@@ -43,18 +43,20 @@ def c_definition(program: Program, function: Function, *, patient: bool = False)
 
     ``patient``: callers have time for the listing of any long function.
     """
-    found = _listed(program.graph, function) if (patient or function.rare) and is_long(program, function) else None
-    return found or c_function(program, function)
+    if not (patient or function.rare):
+        return c_function(program, function)
+    scheduled = program.schedule(function)
+    found = _listed(program.graph, function, scheduled) if len(scheduled) > LONGEST else None
+    return found or c_function(program, function, scheduled=scheduled)
 
 
 def is_long(program: Program, function: Function) -> bool:
-    """Whether ``function`` of ``program`` has more than LONGEST statements."""
-    return program.graph.operations((node for *_, node in function.results), function.given) > LONGEST
+    """Whether a patient caller may have a listing of ``function``."""
+    return len(program.schedule(function)) > LONGEST
 
 
-def _listed(graph: Graph, function: Function) -> str | None:
+def _listed(graph: Graph, function: Function, scheduled: Sequence[Node]) -> str | None:
     """The definition with a listing; None for operations that have no sign, and more values than places."""
-    scheduled = graph.schedule((node for *_, node in function.results), function.given)
     code = graph.code
     constants = [node for node in scheduled if code[node] == CONSTANT]
     order = [node for node in scheduled if code[node] != CONSTANT]

@@ -201,6 +201,10 @@ class Program:
         equations = [f for f in self.functions if f.name in functions]
         return variable in self.graph.symbols([node for f in equations for *_, node in f.results])
 
+    def schedule(self, function: Function) -> list[Node]:
+        """The nodes that ``function`` computes, and the constants among them, in depth-first order."""
+        return self.graph.schedule((node for *_, node in function.results), function.given)
+
     def operations(self, name: str) -> int:
         """The number of arithmetic operations and function calls of the function ``name``."""
         function = next(f for f in self.functions if f.name == name)
