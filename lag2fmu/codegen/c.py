@@ -102,9 +102,14 @@ def c_prototype(function: Function, dialect: Dialect = SCALAR) -> str:
     return f"void {function.name}({_parameters(function, dialect.type)})"
 
 
-def c_function(program: Program, function: Function, dialect: Dialect = SCALAR) -> str:
-    """The C definition of ``function``, cut into several parts if it is long."""
-    return _FunctionPrinter(program, function, dialect).text()
+def c_function(
+    program: Program, function: Function, dialect: Dialect = SCALAR, scheduled: Sequence[Node] | None = None
+) -> str:
+    """The C definition of ``function``, cut into several parts if it is long.
+
+    ``scheduled`` are the nodes of ``Program.schedule`` for the ``function``, if they are known.
+    """
+    return _FunctionPrinter(program, function, dialect, scheduled).text()
 
 
 def _parameters(function: Function, kind: str, pointer: str = "") -> str:
@@ -121,12 +126,14 @@ class _FunctionPrinter:
     function as an entry of the array s.
     """
 
-    def __init__(self, program: Program, function: Function, dialect: Dialect) -> None:
+    def __init__(
+        self, program: Program, function: Function, dialect: Dialect, scheduled: Sequence[Node] | None
+    ) -> None:
         self.graph, self.function, self.kind = program.graph, function, dialect.type
         self.constant = dialect.constant
         self.patterns = tuple(dialect.patterns.get(row.name, row.c) for row in OPERATIONS)
         code = self.graph.code
-        scheduled = self.graph.schedule((node for *_, node in function.results), function.given)
+        scheduled = program.schedule(function) if scheduled is None else scheduled
         order = [node for node in scheduled if code[node] != CONSTANT]
         order, self.parts = self._cut(order)
         self.kept = self._kept() if len(self.parts) > 1 else {}

@@ -29,8 +29,3 @@ def reached(files: Mapping[str, str], roots: Iterable[str]) -> set[str]:
         found.add(name)
         waiting |= set(_NAME.findall(bodies.get(name, ""))) - found
     return found
-
-
-def defined(text: str) -> set[str]:
-    """The functions that a C file defines."""
-    return {name for name, _ in _DEFINITION.findall(_COMMENT.sub("", text))}

@@ -8,7 +8,8 @@ from functools import cache
 from pathlib import Path
 
 from lag2fmu.codegen.c import INTERVALS
-from lag2fmu.codegen.reached import defined, reached
+from lag2fmu.codegen.listing import RUN, c_definition, is_long
+from lag2fmu.codegen.reached import reached
 from lag2fmu.codegen.step_control import step_control_header
 from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
@@ -42,6 +43,10 @@ TIMED = ("timed_bounds.h", "timed_bounds.c")
 OBSERVED = ("observed.h", "observed.c")
 """The generated files of an FMU that observes."""
 
+_ASKED_FOR = ("mechanism_residual_tangent",)
+"""Functions that importers ask for, and steps of solvers with Jacobians, of observers and of studies."""
+
+_LISTING = ("listing.c", "listing.h")
 _LOOKUP = ("lookup.c", "lookup.h")
 _INTERVAL_LOOKUP = ("interval_lookup.c", "interval_lookup.h")
 
@@ -98,14 +103,21 @@ def render_sources(
     if tables.observer:
         printed = context | _printed(tables.observer.program, tables.observer.program.functions)
         files |= {name: render(f"mechanism/{name}.jinja", printed) for name in OBSERVED}
-    called = "".join(files.values())
-    program = replace(program, functions=tuple(f for f in program.functions if f"{f.name}(" in called))
-    context["program"] = program
+    stepping = context["coloured"] or tables.observer or not gate.startswith("fmi")
+    context["program"] = program = _called(program, "".join(files.values()), stepping)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     for name, functions in _by_file(program).items():
         printed = context | {"subject": FUNCTIONS[name][1]} | _printed(program, functions)
+        files |= _texts_of("base", _LISTING) if printed["listed"] else {}
         files[name] = render("mechanism/mechanism.c.jinja", printed)
     return dict(sorted(files.items()))
+
+
+def _called(program: Program, text: str, stepping: object) -> Program:
+    """``program`` with those of its functions that C ``text`` calls; unless ``stepping``, _ASKED_FOR are rare."""
+    seldom = () if stepping else _ASKED_FOR
+    used = (f for f in program.functions if f"{f.name}(" in text)
+    return replace(program, functions=tuple(replace(f, rare=f.rare or f.name in seldom) for f in used))
 
 
 def _takes_jacobians(method: Method, gate: str) -> bool:
@@ -122,15 +134,21 @@ def _by_file(program: Program) -> dict[str, list[Function]]:
     return files
 
 
-def _printed(program: Program, functions: Sequence[Function]) -> dict[str, object]:
-    """The context of templates that print ``functions`` of ``program``, with the tables and helpers that they use."""
+def _printed(program: Program, functions: Sequence[Function], *, patient: bool = False) -> dict[str, object]:
+    """The context of templates that print ``functions`` of ``program``, with the tables and helpers that they use.
+
+    ``patient`` is that of ``c_definition``.
+    """
     part = replace(program, functions=tuple(functions))
-    return {"functions": functions, "lookups": lookups_of(part), "helpers": helpers_of(part)}
+    texts = [c_definition(program, function, patient=patient) for function in functions]
+    listed = any(RUN in text for text in texts)
+    return {"definitions": texts, "listed": listed, "lookups": lookups_of(part), "helpers": helpers_of(part)}
 
 
-def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -> Mapping[str, str]:
+def page_sources(sources: Mapping[str, str], program: Program, functions: Mapping[str, Program]) -> Mapping[str, str]:
     """{file name: text} of the live page's C code: the ``sources`` of an FMU with another gate, and ``functions``.
 
+    ``program`` is that of the FMU. Its long functions are listings, as a page computes 60 pictures a second at most.
     ``functions`` {file: program} has one program that computes the spots of the picture, and one that computes the
     power of work; each has one function.
     """
@@ -138,17 +156,26 @@ def page_sources(sources: Mapping[str, str], functions: Mapping[str, Program]) -
     kept = {name: text for name, text in sources.items() if name not in {*gates, *PORTS}}
     files = kept | _texts("drivers/page")
     called = reached({name: text for name, text in files.items() if name not in FUNCTIONS}, public_names(["page.c"]))
-    for name in FUNCTIONS.keys() & files.keys():
-        if called.isdisjoint(defined(files[name])):
+    by_file = _by_file(program)
+    for name in sorted(FUNCTIONS.keys() & files.keys()):
+        wanted = [function for function in by_file.get(name, ()) if function.name in called]
+        if not wanted:
             del files[name]  # the linker leaves out what calls them, which nothing does
-    for name, program in functions.items():
-        (function,) = program.functions
-        context = {"name": name, "program": program, "function": function, "size": max(1, len(function.results))}
-        context |= _printed(program, program.functions)
-        if context["lookups"]:
-            files |= {name: text for name, text in _texts("base").items() if name.startswith("lookup.")}
-        files |= {f"{name}.{end}": render(f"mechanism/page_function.{end}.jinja", context) for end in "hc"}
+        elif any(is_long(program, function) for function in wanted):
+            files |= _page_file("mechanism", name, program, wanted, "Equations of the mechanism.")
+    for name, other in functions.items():
+        (function,) = other.functions
+        files |= _page_file(name, f"{name}.c", other, other.functions, "A function of the live page.")
+        context = {"name": name, "function": function, "size": max(1, len(function.results))}
+        files[f"{name}.h"] = render("mechanism/page_function.h.jinja", context)
     return dict(sorted(files.items()))
+
+
+def _page_file(header: str, file: str, program: Program, functions: Sequence[Function], subject: str) -> dict[str, str]:
+    """{file name: text} of a ``file`` with ``functions`` of ``program`` for a page, and of what it includes."""
+    context = {"name": header, "subject": subject} | _printed(program, functions, patient=True)
+    parts = [*(_LOOKUP if context["lookups"] else ()), *(_LISTING if context["listed"] else ())]
+    return {file: render("mechanism/page_functions.c.jinja", context)} | _texts_of("base", parts)
 
 
 def component_sources(sources: Mapping[str, str]) -> Mapping[str, str]:
@@ -248,6 +275,11 @@ def engine_text(path: str) -> str:
 def _texts(*folders: str) -> dict[str, str]:
     """{file name: text} of the C files in these folders of the engine, without their subfolders."""
     return {name: text for folder in folders for name, text in _folder_texts(folder).items()}
+
+
+def _texts_of(folder: str, names: Iterable[str]) -> dict[str, str]:
+    """{file name: text} of the C files with these ``names`` in a folder of the engine."""
+    return {name: _folder_texts(folder)[name] for name in names}
 
 
 @cache

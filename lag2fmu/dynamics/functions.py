@@ -26,6 +26,7 @@ class Function:
     """array[index] = node for each (array, index, node) in ``results``; other entries of the arrays stay untouched.
 
     ``name`` and ``doc`` stand in the printed code. ``arrays`` are the names of the arrays that it fills, in order.
+    ``rare``: runs call it so rarely that its time does not matter.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Function:
     arguments: tuple[Array, ...]
     arrays: tuple[str, ...]
     results: tuple[tuple[str, int, Node], ...]
+    rare: bool = False
 
     @property
     def given(self) -> frozenset[Node]:
@@ -198,6 +200,10 @@ class Program:
         functions = {f"mechanism_{name}" for name in ("dynamics", "constrained", "switches", "rows", "further")}
         equations = [f for f in self.functions if f.name in functions]
         return variable in self.graph.symbols([node for f in equations for *_, node in f.results])
+
+    def schedule(self, function: Function) -> list[Node]:
+        """The nodes that ``function`` computes, and the constants among them, in depth-first order."""
+        return self.graph.schedule((node for *_, node in function.results), function.given)
 
     def operations(self, name: str) -> int:
         """The number of arithmetic operations and function calls of the function ``name``."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
@@ -99,11 +100,12 @@ def _functions(
     p, qdd = Array("p", v.parameters), Array("qdd", v.unknowns)
     state = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.signals), p)
     factor, solution = _factor_and_solve(equations, state)
+    dense = any(node == g.zero for array, _, node in factor.results if array == "pivots")
     doc = "Momenta, energies and outputs y."
     functions = (
         filling("mechanism_dependent", "Dependent parameters c.", (p,), c=equations.dependent.values()),
         _accelerations(equations, places, sliding, state),
-        _dynamics(equations, state),
+        replace(_dynamics(equations, state), rare=not dense),
         factor,
         solution,
         *_constraints(equations, state, factor),
@@ -115,7 +117,12 @@ def _functions(
         *_tangents(
             differentiate(equations, sliding), state, qdd, len(equations.constraints) > 0, len(equations.rows) > 0
         ),
-        *_second_derivatives(differentiate_twice(equations, outputs, sliding), state, qdd, len(equations.rows) > 0),
+        *(
+            replace(function, rare=True)
+            for function in _second_derivatives(
+                differentiate_twice(equations, outputs, sliding), state, qdd, len(equations.rows) > 0
+            )
+        ),
     )
     watched = watched_arguments(g, functions, state)
     if watched:
@@ -241,12 +248,9 @@ def _tangents(
             (*state, qdd, *seed, dqdd),
             d2z=tangent.further,
         )
-    yield filling(
-        "mechanism_locals_tangent",
-        "Directional derivative dy of the momenta, energies and outputs.",
-        (*state, qdd, *seed, dqdd),
-        dy=tangent.locals,
-    )
+    doc = "Directional derivative dy of the momenta, energies and outputs."
+    locals_tangent = filling("mechanism_locals_tangent", doc, (*state, qdd, *seed, dqdd), dy=tangent.locals)
+    yield replace(locals_tangent, rare=True)
     yield filling(
         "mechanism_dependent_tangent",
         "Directional derivative dc of the dependent parameters.",

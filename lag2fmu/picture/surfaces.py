@@ -5,10 +5,11 @@ Meshes are read by trimesh and simplified by fast-simplification, which are opti
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -77,7 +78,8 @@ def surfaces(mechanism: Mechanism, most: int = MOST_TRIANGLES) -> tuple[list[Sur
     Parameters have their values. A mesh that is not there, cannot be read, or is too large is left out.
     """
     visuals = _Numbers(mechanism).of_all(mechanism.visuals)
-    read = [(visual, _read(visual) if visual.shape == MESH else _solid(visual)) for visual in visuals]
+    meshes = cache(_meshes)  # several visuals may show one file
+    read = [(visual, _read(visual, meshes) if visual.shape == MESH else _solid(visual)) for visual in visuals]
     missing = [made for _, made in read if isinstance(made, str)]
     found = [(x, v) for v, made in read if not isinstance(made, str) for x in made]
     count = sum(len(surface.triangles) for surface, visual in found if visual.shape == MESH)
@@ -103,7 +105,10 @@ class _Numbers:
         return replace(visual, size=visual.size and self._numbers(visual.size), origin=place, quaternion=turn)
 
     def _numbers(self, entries: Iterable[Any]) -> tuple[float, ...]:
-        return tuple(float(sp.sympify(x).xreplace(self._meaning).subs(self._values)) for x in entries)
+        return tuple(self._number(sp.sympify(x)) for x in entries)
+
+    def _number(self, entry: sp.Expr) -> float:
+        return float(entry.xreplace(self._meaning).subs(self._values) if entry.free_symbols else entry)
 
 
 def _left_out(missing: list[str], count: int) -> str:
@@ -126,11 +131,17 @@ def _stood(surface: Surface, visual: Visual) -> Surface:
 # ---------------------------------------------------------------------------------------------------------- meshes
 
 
-def _read(visual: Visual) -> list[Surface] | str:
-    """The meshes in the file of ``visual``, one for each color, or why there are none."""
+def _read(visual: Visual, meshes: Callable[[Path], list[Surface] | str]) -> list[Surface] | str:
+    """The ``meshes`` in the file of ``visual``, one for each color, or why there are none."""
     path = visual.find()
-    if path is None:
-        return f"there is no file '{visual.file}'"
+    found = f"there is no file '{visual.file}'" if path is None else meshes(path)
+    if isinstance(found, str):
+        return found
+    return [replace(mesh, frame=str(visual.frame), color=visual.color or mesh.color) for mesh in found]
+
+
+def _meshes(path: Path) -> list[Surface] | str:
+    """The meshes in the file at ``path``, in its own axes and colors, or why there are none."""
     try:
         import fast_simplification  # noqa: F401
         import trimesh
@@ -140,7 +151,9 @@ def _read(visual: Visual) -> list[Surface] | str:
         return f"'{path.name}' has more than {_MOST_BYTES} bytes"
     try:
         scene: Any = trimesh.load_scene(str(path))
-        meshes = [_surface(mesh, visual) for mesh in scene.dump() if len(getattr(mesh, "faces", ()))]
+        places = [scene.graph[node] for node in scene.graph.nodes_geometry]
+        shapes = [(scene.geometry[name], place) for place, name in places]
+        meshes = [_mesh(shape, place) for shape, place in shapes if len(getattr(shape, "faces", ()))]
     except Exception as error:  # what readers of strangers' files raise is theirs
         return f"'{path.name}' cannot be read: {error}"
     if not meshes or not all(np.isfinite(mesh.vertices).all() for mesh in meshes):
@@ -148,13 +161,17 @@ def _read(visual: Visual) -> list[Surface] | str:
     return meshes
 
 
-def _surface(mesh: Any, visual: Visual) -> Surface:
-    """A mesh of trimesh, in the color of ``visual`` or its own."""
+def _mesh(shape: Any, place: Floats) -> Surface:
+    """A mesh of trimesh that stands at a ``place`` (4, 4) of its scene.
+
+    Trimesh's own copy takes longer than all else, as it reads the pictures that are glued on.
+    """
+    rgba = getattr(getattr(shape.visual, "material", None), "main_color", None)
+    color = "" if rgba is None else "#" + "".join(f"{int(x):02x}" for x in rgba[:3])
+    mesh = type(shape)(shape.vertices, shape.faces, process=False)
+    mesh.apply_transform(place)
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    rgba = getattr(getattr(mesh.visual, "material", None), "main_color", None)
-    own = "" if rgba is None else "#" + "".join(f"{int(x):02x}" for x in rgba[:3])
-    vertices, triangles = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
-    return Surface(str(visual.frame), vertices, triangles, visual.color or own)
+    return Surface("", np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64), color)
 
 
 def _simplified(mesh: Surface, share: float) -> Surface:

@@ -110,6 +110,28 @@ def test_meshes_are_simplified_to_their_budget(tmp_path: Path) -> None:
     assert volume(found[0]) == pytest.approx(4 / 3 * np.pi, rel=0.01)
 
 
+def test_a_file_is_read_once_and_its_meshes_stand_where_it_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A shape stands twice in the scene of a file, once turned by a quarter, and two visuals show the file."""
+    trimesh = pytest.importorskip("trimesh", reason="meshes are optional: pip install lag2fmu[meshes]")
+    scene, shape = trimesh.Scene(), trimesh.creation.box(extents=(2, 4, 6))
+    turned = trimesh.transformations.rotation_matrix(np.pi / 2, (0, 0, 1))
+    for name, place in (("a", np.eye(4)), ("b", trimesh.transformations.translation_matrix((10, 0, 0)) @ turned)):
+        scene.add_geometry(shape, node_name=name, geom_name="box", transform=place)
+    scene.export(tmp_path / "parts.glb")
+    read, load = [], trimesh.load_scene
+    monkeypatch.setattr(trimesh, "load_scene", lambda path: read.append(path) or load(path))
+    visuals = [Visual(name, "mesh", file="parts.glb", color=f"#{name * 6}", folder=tmp_path) for name in "ab"]
+    found, notes = surfaces(still(*visuals))
+    assert (len(read), notes, [x.color for x in found]) == (1, [], ["#aaaaaa"] * 2 + ["#bbbbbb"] * 2)
+    for pair in (found[:2], found[2:]):
+        first, second = sorted(pair, key=lambda x: float(x.vertices.mean()))
+        assert np.ptp(first.vertices, axis=0) == pytest.approx([2, 4, 6])
+        assert np.ptp(second.vertices, axis=0) == pytest.approx([4, 2, 6])
+        assert second.vertices.mean(axis=0) == pytest.approx([10, 0, 0])
+
+
 def test_more_vertices_than_a_page_can_count_are_left_out(tmp_path: Path) -> None:
     """30 000 triangles that share no corner have 90 000."""
     pytest.importorskip("trimesh", reason="meshes are optional: pip install lag2fmu[meshes]")

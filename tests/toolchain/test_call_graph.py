@@ -122,14 +122,14 @@ def _trees(folder: Path) -> Iterator[tuple[Path, Mapping[str, str]]]:
     """Folders and C sources that together have all files of the engine: FMUs, the page's module, studies, batches."""
     cases = [(load(model), solver) for model in ("woodpecker", "double_pendulum") for solver in FAMILIES]
     cases += [(load("newtons_cradle"), "moreau"), (load("four_bar_linkage"), "gauss4"), (read(TABLE, ""), "dopri5")]
-    cases.append((load("slides_problem_5_small"), "dopri5"))
+    cases += [(load("slides_problem_5_small"), "dopri5"), (load("whipple_bicycle"), "dopri5")]  # the last: listings
     for model, solver in cases:
         found = derived(model, solver)
         trees = {fmi: _sources(model, solver, fmi) for fmi in VERSIONS}
         table, method = build_table(found.equations, found.program), METHODS[solver]
         references = {v.name: v.value_reference for v in table.variables if v.derivative_of is None}
         extra = {"picture": no_spots(), "work": work(found.equations, references)}
-        trees["page"] = page_sources(trees["2.0"], extra)
+        trees["page"] = page_sources(trees["2.0"], found.program, extra)
         trees["batch"] = render_scalar(found.program, table.tables, method)
         if METHODS[solver].error_order == 0:
             bounded = replace(table.tables, bound=StepBound(0.01, 10))

@@ -93,7 +93,7 @@ def live(
         except DerivationError:  # a picture that depends on more than the state
             picture = None
     references = {v.name: v.value_reference for v in variables if v.derivative_of is None}
-    texts = page_sources(sources, {"picture": spots, "work": work(equations, references)})
+    texts = page_sources(sources, program, {"picture": spots, "work": work(equations, references)})
     module = compile_module(texts, public_names(["page.c"]))
     if picture is None:
         return Live(None, module)

@@ -149,10 +149,24 @@ bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent) {
     multipliers_spread_rates(instance, seed, tangent->accelerations);
     further_tangent(instance, state->time, state->states, state->inputs, cache->reported, seed, tangent->accelerations,
                     tangent->further);
-    mechanism_locals_tangent(state->time, state->states, state->inputs, state->parameters, cache->reported,
+    return arena_leave(mark, true);
+}
+
+void equations_locals_tangent(const Instance *instance, const Seed *seed, Tangent *tangent) {
+    const State *state = &instance->state;
+    mechanism_locals_tangent(state->time, state->states, state->inputs, state->parameters, instance->cache.reported,
                              seed->time, seed->states, seed->inputs, seed->parameters, tangent->accelerations,
                              tangent->locals);
-    return arena_leave(mark, true);
+}
+
+/* The seed along the motion, whose accelerations are known. */
+static void motion_seed(const Instance *instance, const Motion *motion, Seed *seed) {
+    memset(seed, 0, sizeof *seed);
+    seed->time = 1.0;
+    memcpy(seed->states, motion->q[1], N_COORDINATES * sizeof(double));
+    memcpy(seed->states + N_COORDINATES, motion->q[2], N_COORDINATES * sizeof(double));
+    memcpy(seed->states + 2 * N_COORDINATES, motion->further[0], N_FURTHER * sizeof(double));
+    memcpy(seed->inputs, instance->state.inputs + N_INPUTS, sizeof seed->inputs);
 }
 
 /* Differentiating r = 0 twice along the motion gives d4q = -M^-1 d2r, where d2r is the second derivative at d4q = 0 and
@@ -175,26 +189,37 @@ bool equations_motion(Instance *instance, int order, Motion *motion) {
         memcpy(motion->further[0], cache->further, sizeof cache->further);
     }
     if (order >= 1) {
-        memset(seed, 0, sizeof *seed);
-        seed->time = 1.0;
-        memcpy(seed->states, motion->q[1], N_COORDINATES * sizeof(double));
-        memcpy(seed->states + N_COORDINATES, motion->q[2], N_COORDINATES * sizeof(double));
-        memcpy(seed->states + 2 * N_COORDINATES, motion->further[0], N_FURTHER * sizeof(double));
-        memcpy(seed->inputs, du, sizeof seed->inputs);
+        motion_seed(instance, motion, seed);
         if (!equations_tangent(instance, seed, tangent)) {
             return arena_leave(mark, false);
         }
         memcpy(motion->q[3], tangent->accelerations, sizeof tangent->accelerations);
         memcpy(motion->further[1], tangent->further, sizeof tangent->further);
-        memcpy(motion->locals[0], tangent->locals, sizeof tangent->locals);
     }
     if (order >= 2) {
         mechanism_residual_second(state->time, state->states, state->inputs, state->parameters, cache->reported,
                                   du, d2u, motion->q[3], change);
         system_answer(&cache->system, change, motion->q[4]);
         contacts_answer_twice(instance, &cache->system, du, d2u, motion->q[3], motion->q[4]);
-        mechanism_locals_second(state->time, state->states, state->inputs, state->parameters, cache->reported,
-                                du, d2u, motion->q[3], motion->q[4], motion->locals[1]);
     }
     return arena_leave(mark, true);
+}
+
+void equations_locals_motion(Instance *instance, int order, Motion *motion) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Tangent, tangent);
+    WORK_OF(mark, Seed, seed);
+    const State *state = &instance->state;
+    const double *du = state->inputs + N_INPUTS, *d2u = du + N_INPUTS;
+    if (order >= 1) {
+        motion_seed(instance, motion, seed);
+        memcpy(tangent->accelerations, motion->q[3], sizeof tangent->accelerations);
+        equations_locals_tangent(instance, seed, tangent);
+        memcpy(motion->locals[0], tangent->locals, sizeof tangent->locals);
+    }
+    if (order >= 2) {
+        mechanism_locals_second(state->time, state->states, state->inputs, state->parameters, instance->cache.reported,
+                                du, d2u, motion->q[3], motion->q[4], motion->locals[1]);
+    }
+    arena_release(mark);
 }

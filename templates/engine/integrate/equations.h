@@ -25,15 +25,18 @@ bool equations_factorize(Instance *instance); /* the system behind the accelerat
    answer that constraints determine. */
 bool equations_settle_seed(Instance *instance, Seed *seed);
 
-/* The tangent of the dependent parameters, and of accelerations and locals, at the present point along the seed. */
+/* The tangent of the dependent parameters, of accelerations and further rates, and of the locals behind these, at the
+   present point along the seed. */
 void equations_dependent_tangent(const Instance *instance, const Seed *seed, Tangent *tangent);
 bool equations_tangent(Instance *instance, const Seed *seed, Tangent *tangent);
+void equations_locals_tangent(const Instance *instance, const Seed *seed, Tangent *tangent);
 
 /* At the end of a step: keeps the accelerations, where the policy asks for that; at singular positions they lead on. */
 void equations_remember(Instance *instance);
 
-/* The motion with derivatives of q up to the order 2 + order, and of the locals up to order, which is -1 to 2. The
-   inputs move with their present derivatives. */
+/* The motion with derivatives of q up to the order 2 + order, which is -1 to 2, and behind it those of the locals up to
+   order. The inputs move with their present derivatives. */
 bool equations_motion(Instance *instance, int order, Motion *motion);
+void equations_locals_motion(Instance *instance, int order, Motion *motion);
 
 #endif

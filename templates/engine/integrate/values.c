@@ -88,14 +88,14 @@ double *value_in_seed(Seed *seed, const Variable *variable) {
     }
 }
 
-bool value_needs_tangent(VariableKind kind) {
-    return kind == VARIABLE_ACCELERATION || kind == VARIABLE_FURTHER_RATE || kind == VARIABLE_MULTIPLIER ||
-           kind == VARIABLE_LOCAL;
+int value_tangent_order(VariableKind kind) {
+    const bool moves = kind == VARIABLE_ACCELERATION || kind == VARIABLE_FURTHER_RATE || kind == VARIABLE_MULTIPLIER;
+    return kind == VARIABLE_LOCAL ? 2 : moves ? 1 : 0;
 }
 
 bool value_is_unknown(VariableKind kind) {
     return kind == VARIABLE_STATE || kind == VARIABLE_MASSLESS || kind == VARIABLE_DEPENDENT ||
-           kind == VARIABLE_IMPULSE || value_needs_tangent(kind);
+           kind == VARIABLE_IMPULSE || value_tangent_order(kind) > 0;
 }
 
 const double *value_in_tangent(const Seed *seed, const Tangent *tangent, const Variable *variable) {

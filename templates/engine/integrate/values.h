@@ -29,8 +29,9 @@ bool value_is_unknown(VariableKind kind);
 /* Where the derivative of an unknown is along a seed. */
 const double *value_in_tangent(const Seed *seed, const Tangent *tangent, const Variable *variable);
 
-/* Does the derivative of variables of this kind need equations_tangent? */
-bool value_needs_tangent(VariableKind kind);
+/* What the derivative of variables of this kind needs: 0 nothing, 1 equations_tangent, 2 also
+   equations_locals_tangent. */
+int value_tangent_order(VariableKind kind);
 
 /* The order that equations_motion needs for the time derivative of this order, 1 or 2, of an output. */
 int value_motion_order(const Variable *variable, int order);

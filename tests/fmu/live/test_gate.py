@@ -30,7 +30,9 @@ def test_the_gate_runs_an_experiment_and_goes_back(tmp_path: Path) -> None:
     assert found is not None
     description, sources = describe(equations.mechanism, equations, program, "dopri5")
     references = {v.name: v.value_reference for v in description.variables if v.derivative_of is None}
-    files = page_sources(sources, {"picture": found.spots.program(program), "work": work(equations, references)})
+    files = page_sources(
+        sources, program, {"picture": found.spots.program(program), "work": work(equations, references)}
+    )
     files = {**files, **{name: sources[name] for name in FUNCTIONS if name in sources}}  # the linker here keeps all
     library = compiled(tmp_path, files, "gcc" if "gcc" in COMPILERS else "zig")
     for name, kind in (
@@ -71,7 +73,7 @@ def test_the_module_has_derivatives_where_the_solver_calls_them(solver: str, nee
     program = lower(equations)
     description, sources = describe(equations.mechanism, equations, program, solver)
     references = {v.name: v.value_reference for v in description.variables if v.derivative_of is None}
-    files = page_sources(sources, {"picture": no_spots(), "work": work(equations, references)})
+    files = page_sources(sources, program, {"picture": no_spots(), "work": work(equations, references)})
     assert FUNCTIONS.keys() & files.keys() == {"mechanism.c", *needed}
     names = public_names(["page.c"])
     whole = compile_module({**files, **{name: sources[name] for name in FUNCTIONS if name in sources}}, names)

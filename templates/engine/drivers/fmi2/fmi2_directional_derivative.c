@@ -20,7 +20,7 @@ static fmi2Status check_references(Component *component, const fmi2ValueReferenc
 /* Makes the seed of the changes of the knowns, and looks at the unknowns. */
 static fmi2Status prepare_columns(Component *component, const fmi2ValueReference unknowns[], size_t n_unknowns,
                           const fmi2ValueReference knowns[], size_t n_knowns, const double changes[], Seed *seed,
-                          bool *needs_accelerations) {
+                          int *needed) {
     if (check_references(component, knowns, n_knowns, "a known") != fmi2OK ||
         check_references(component, unknowns, n_unknowns, "an unknown") != fmi2OK) {
         return fmi2Error;
@@ -32,7 +32,7 @@ static fmi2Status prepare_columns(Component *component, const fmi2ValueReference
         }
     }
     for (size_t i = 0; i < n_unknowns; i++) {
-        if (check_unknown(component, &VARIABLES[unknowns[i]], needs_accelerations) != fmi2OK) {
+        if (check_unknown(component, &VARIABLES[unknowns[i]], needed) != fmi2OK) {
             return fmi2Error;
         }
     }
@@ -43,7 +43,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                                         const fmi2ValueReference vKnown_ref[], size_t nKnown,
                                         const fmi2Real dvKnown[], fmi2Real dvUnknown[]) {
     Component *component = enter_present(c, CALL_GetDirectionalDerivative);
-    bool needs_accelerations = false;
+    int needed = 0;
     double value;
     if (component == NULL) {
         return fmi2Error;
@@ -55,9 +55,9 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     }
     Seed *seed = &component->seed;
     Tangent *tangent = &component->tangent;
-    if (prepare_columns(component, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, seed, &needs_accelerations) !=
+    if (prepare_columns(component, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, seed, &needed) !=
             fmi2OK ||
-        find_tangent(component, seed, needs_accelerations, tangent) != fmi2OK) {
+        find_tangent(component, seed, needed, tangent) != fmi2OK) {
         return fmi2Error;
     }
     for (size_t i = 0; i < nUnknown; i++) {

@@ -38,7 +38,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
                                         const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
                                         size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity) {
     Component *component = enter_present(instance, CALL_GetDirectionalDerivative);
-    bool needs_accelerations = false;
+    int needed = 0;
     if (component == NULL || check_lists(component, unknowns, nUnknowns, knowns, nKnowns, sensitivity, nSensitivity,
                                          seed, nSeed) != fmi3OK) {
         return fmi3Error;
@@ -53,11 +53,11 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
         }
     }
     for (size_t i = 0; i < nSensitivity; i++) {
-        if (check_unknown(component, next_element(&unknown), &needs_accelerations) != fmi3OK) {
+        if (check_unknown(component, next_element(&unknown), &needed) != fmi3OK) {
             return fmi3Error;
         }
     }
-    return find_tangent(component, direction, needs_accelerations, tangent) != fmi3OK
+    return find_tangent(component, direction, needed, tangent) != fmi3OK
                ? fmi3Error
                : write_tangent(component, direction, tangent, unknowns, sensitivity, nSensitivity);
 }
@@ -65,8 +65,8 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
 /* Adds the weight of an unknown. */
 static fmi3Status add_weight(Component *component, Tangent *weights, Seed *sensitivity, const Variable *variable,
                              double weight) {
-    bool needs_accelerations = false; /* nobody asks */
-    if (check_unknown(component, variable, &needs_accelerations) != fmi3OK) {
+    int needed = 0; /* nobody asks */
+    if (check_unknown(component, variable, &needed) != fmi3OK) {
         return fmi3Error;
     }
     if (!isfinite(weight)) {

@@ -25,8 +25,9 @@ Status add_to_seed(Component *component, Seed *seed, const Variable *variable, d
     return STATUS_OK;
 }
 
-Status check_unknown(Component *component, const Variable *variable, bool *needs_accelerations) {
-    *needs_accelerations = *needs_accelerations || value_needs_tangent(variable->kind);
+Status check_unknown(Component *component, const Variable *variable, int *needed) {
+    const int order = value_tangent_order(variable->kind);
+    *needed = order > *needed ? order : *needed;
     if (value_is_unknown(variable->kind)) {
         return STATUS_OK;
     }
@@ -34,14 +35,17 @@ Status check_unknown(Component *component, const Variable *variable, bool *needs
                 variable->name);
 }
 
-Status find_tangent(Component *component, Seed *seed, bool needs_accelerations, Tangent *tangent) {
+Status find_tangent(Component *component, Seed *seed, int needed, Tangent *tangent) {
     Instance *instance = &component->instance;
     if (!equations_settle(instance) || !equations_settle_seed(instance, seed)) {
         return report_failure(component, STATUS_ERROR);
     }
     equations_dependent_tangent(instance, seed, tangent);
-    if (needs_accelerations && !equations_tangent(instance, seed, tangent)) {
+    if (needed > 0 && !equations_tangent(instance, seed, tangent)) {
         return report_failure(component, STATUS_ERROR);
+    }
+    if (needed > 1) {
+        equations_locals_tangent(instance, seed, tangent);
     }
     return STATUS_OK;
 }

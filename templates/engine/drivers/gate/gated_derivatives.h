@@ -15,12 +15,11 @@ Status add_to_seed(Component *component, Seed *seed, const Variable *variable, d
 /* STATUS_OK if the variable is a known. */
 Status check_known(Component *component, const Variable *variable);
 
-/* STATUS_OK if the variable is an unknown. Sets *needs_accelerations if its derivative takes the tangent of the
-   accelerations. */
-Status check_unknown(Component *component, const Variable *variable, bool *needs_accelerations);
+/* STATUS_OK if the variable is an unknown. Raises *needed to its value_tangent_order. */
+Status check_unknown(Component *component, const Variable *variable, int *needed);
 
 /* The derivatives along the seed, which is settled first. */
-Status find_tangent(Component *component, Seed *seed, bool needs_accelerations, Tangent *tangent);
+Status find_tangent(Component *component, Seed *seed, int needed, Tangent *tangent);
 
 /* STATUS_OK if the derivative of the unknown, then in *value, is finite. */
 Status read_tangent(Component *component, const Seed *seed, const Tangent *tangent, const Variable *variable,

@@ -32,9 +32,11 @@ Status check_output(Component *component, const Variable *variable, int order, i
 
 Status find_motion(Component *component, int needed, Motion *motion) {
     Instance *instance = &component->instance;
-    return equations_settle(instance) && equations_motion(instance, needed, motion)
-               ? STATUS_OK
-               : report_failure(component, STATUS_ERROR);
+    if (!equations_settle(instance) || !equations_motion(instance, needed, motion)) {
+        return report_failure(component, STATUS_ERROR);
+    }
+    equations_locals_motion(instance, needed, motion);
+    return STATUS_OK;
 }
 
 Status read_motion(Component *component, const Motion *motion, const Variable *variable, int order, double *value) {

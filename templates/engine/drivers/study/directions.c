@@ -97,13 +97,17 @@ static bool sample_slopes(Variations *variations, const Request *request, int d,
     WORK_OF(mark, Tangent, tangent);
     Instance *probe = &variations->probe;
     const Seed *seed = &variations->directions[d].seed;
-    bool whole = false;
+    int needed = 0;
     for (int i = 0; i < request->n_outputs; i++) {
-        whole = whole || value_needs_tangent(VARIABLES[request->outputs[i]].kind);
+        const int order = value_tangent_order(VARIABLES[request->outputs[i]].kind);
+        needed = order > needed ? order : needed;
     }
     equations_dependent_tangent(probe, seed, tangent);
-    if (whole && !equations_tangent(probe, seed, tangent)) {
+    if (needed > 0 && !equations_tangent(probe, seed, tangent)) {
         return arena_leave(mark, false);
+    }
+    if (needed > 1) {
+        equations_locals_tangent(probe, seed, tangent);
     }
     for (int i = 0; i < request->n_outputs; i++) {
         slopes[i * variations->count + d] = *value_in_tangent(seed, tangent, &VARIABLES[request->outputs[i]]);

@@ -48,6 +48,9 @@ static bool columns_weighted(const Columns *columns, double seeds[], double resu
         if (columns->moving && !equations_tangent(columns->instance, columns->seed, columns->tangent)) {
             return false;
         }
+        if (columns->moving) {
+            equations_locals_tangent(columns->instance, columns->seed, columns->tangent);
+        }
         results[i] = weighted_sum(columns->of_states, columns->seed->states, N_STATES) +
                      weighted_sum(weights->dependent, tangent->dependent, N_DEPENDENT) +
                      weighted_sum(weights->accelerations, tangent->accelerations, N_UNKNOWNS) +

@@ -55,7 +55,7 @@ bool tape_sample_back(Tape *tape, int sample, double time, const double point[],
         double *place = adjoint_weight(tangent, sensitivity, variable);
         if (place != NULL) {
             *place += weights[i];
-            whole = whole || (weights[i] != 0.0 && value_needs_tangent(variable->kind));
+            whole = whole || (weights[i] != 0.0 && value_tangent_order(variable->kind) > 0);
         }
     }
     if (!directions_look(variations, time, point)) {
