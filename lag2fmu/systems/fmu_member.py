@@ -11,7 +11,7 @@ import numpy as np
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.systems.components import Component
 from lag2fmu.systems.fmu_process import Apart, instance_apart
-from lag2fmu.systems.member import ORDERS, Member
+from lag2fmu.systems.member import ORDERS, Member, StepDiscardedError
 from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
 from lag2fmu.verify.plan import takes_derivatives
@@ -21,6 +21,8 @@ from lag2fmu.verify.simulate import begin
 
 PATIENCE = 100_000
 """The most early returns in one communication step."""
+_DISCARD = 2
+"""The status of a step that was not made to its end, by FMI 2.0 and 3.0."""
 _DIFFERENCE = 1e-7
 """The difference by which outputs are differentiated, in units of an input's size: the root of rounding, about."""
 
@@ -144,7 +146,7 @@ class FmuMember(Member):
         return SimulationError(f"the component '{self.name}', {doing}: {error}; {self.instance.log.tail()}")
 
     def step(self, t: float, h: float, *, last: bool) -> None:
-        """See ``Member``; raises SimulationError with the name of the component."""
+        """See ``Member``; raises SimulationError and StepDiscardedError with the name of the component."""
         self.begin()
         try:
             if self.third:
@@ -152,7 +154,10 @@ class FmuMember(Member):
             else:
                 self.instance.fmu.doStep(t, h, int(last))
         except Exception as error:  # fmpy raises bare exceptions
-            raise self.failure(f"in the step from t = {t:g} s", error) from error
+            told = self.failure(f"in the step from t = {t:g} s", error)
+            if getattr(error, "status", None) == _DISCARD:
+                raise StepDiscardedError(f"{told}; it may make a shorter --step") from error
+            raise told from error
 
     def step3(self, t: float, end: float, *, last: bool) -> None:
         """From ``t`` to the ``end`` (s) by FMI 3.0, after early returns in several parts. Raises SimulationError."""
@@ -191,7 +196,10 @@ def fmu_member_of(
             yield kind(component, cast("Instance", remote), scalars, begin)
         return
     with instance_of(component.path, "CoSimulation", events=events, followed=asks) as instance:
-        yield kind(component, instance, scalars, begin)
+        try:
+            yield kind(component, instance, scalars, begin)
+        finally:
+            begin()  # an FMU that is freed may not come back either
 
 
 def _followed(description: Any) -> dict[int, frozenset[int] | None]:

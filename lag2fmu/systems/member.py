@@ -17,6 +17,10 @@ ORDERS = 2
 """Inputs go on as polynomials of at most this degree: with second derivatives the error of coupling is of order 3."""
 
 
+class StepDiscardedError(SimulationError):
+    """A component did not make the whole step; a shorter one may do."""
+
+
 class Member(ABC):
     """A component on its way through a run: an FMU, or a Python function.
 
@@ -94,7 +98,7 @@ class Member(ABC):
     def step(self, t: float, h: float, *, last: bool) -> None:
         """A communication step from ``t`` of length ``h`` (s); ``last``: it is not repeated.
 
-        Raises SimulationError if the component ends the run.
+        Raises SimulationError if the component ends the run, StepDiscardedError if it does not come to the end.
         """
 
     @abstractmethod
