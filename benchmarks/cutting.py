@@ -1,8 +1,9 @@
 """Mechanisms in pieces against the same in one piece: errors, gaps, order and repetitions of steps.
 
-Run with `python -m benchmarks.cutting [MODEL ...]`: each bundled mechanism is cut at each of its joints in turn, and
-runs for 2 s at steps of 1 ms, as one FMU and as a system of FMUs. For the order it runs at 4 and 2 ms too; where the
-error of 2 ms is that of the solvers, there is none.
+Run with `python -m benchmarks.cutting [--energy] [MODEL[:JOINT] ...]`: each bundled mechanism is cut at each of its
+joints in turn, and runs for 2 s at steps of 1 ms, as one FMU and as a system of FMUs. For the order it runs at longer
+steps too, each half of the one before; where their errors are those of the solvers, there is none. With `--energy` it
+runs for 100 s at 5 ms, and its energy is compared.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
+from unittest.mock import patch
 
 import numpy as np
 from rich.console import Console
@@ -27,8 +30,9 @@ from lag2fmu.mechanism.opening import cuts_of, opened, with_probes
 from lag2fmu.mechanism.record import Mechanism, complete
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.resources import bundled
+from lag2fmu.systems import joint_steps
 from lag2fmu.systems.assembling import network_of
-from lag2fmu.systems.coupling import SystemRun
+from lag2fmu.systems.coupling import ClosedJoints, SystemRun
 from lag2fmu.systems.cutting import cut
 from lag2fmu.systems.running import simulate_system
 from lag2fmu.verify.run import Run
@@ -37,19 +41,32 @@ from lag2fmu.verify.simulate import simulate_fmu
 STOP, STEP = 2.0, 1e-3
 """s"""
 TOLERANCE = 1e-12
-FLOOR = 1e-10
-"""The least error that tells an order, in m, rad and so on."""
-LONGER = (10, 5)
-"""The steps that tell the order, in STEP."""
+FLOOR = 1.2e-9
+"""The least error that tells an order, in m, rad and so on: more than what the solvers' tolerance lets pass."""
+FAST = {"andrews_squeezer": 0.03, "slider_crank": 0.2}
+"""{mechanism that turns fast: time of its run (s)}"""
+HALVED = (0.02, 0.01, 0.005, 0.0025)
+"""The steps that tell the order (s), of mechanisms that turn fast a tenth."""
+UNDIVIDED = 12
+"""The most runs of a step that tells the order: where three do not close the joints it is not divided."""
+LONG_STOP, LONG_STEP = 100.0, 5e-3
+"""Those of the energy, in s."""
+DRIFT = 1e-6
+"""How far the energy may go, beyond that of the whole, as a part of the range of the kinetic energy."""
 BARS = {"error": 1e-6, "gap": 1e-10, "median": 2, "most": 3, "order": 2.0}
 """What a cut has to reach: error, gap (m, rad), runs of a step in the median and at most, order."""
 
 
 @dataclass(frozen=True)
 class Whole:
-    """A mechanism in one piece: what can be cut and its names ``at``, and why other names cannot; its FMU."""
+    """A mechanism in one piece: what can be cut and its names ``at``, and why other names cannot; its FMU.
+
+    ``stop`` (s) is the time that it runs, ``halved`` are the steps (s) that tell the order.
+    """
 
     mechanism: Mechanism
+    stop: float
+    halved: tuple[float, ...]
     at: tuple[str, ...]
     refused: dict[str, str]
     fmu: Path
@@ -57,20 +74,19 @@ class Whole:
 
 @dataclass(frozen=True)
 class Cutting:
-    """A cut: its joints, the ``error`` of what both have, its errors at longer steps, and how the steps were made."""
+    """A cut: its joints, the ``error`` of what both have, and how steps were made; errors by ``halved`` steps (s)."""
 
     at: str
     joints: str
     error: float
-    longer: tuple[float, ...]
+    halved: dict[float, float]
     run: SystemRun
 
     @property
     def order(self) -> float | None:
-        """The order by the errors at longer steps; None where they do not tell it."""
-        if len(self.longer) < len(LONGER) or self.longer[1] < max(30 * self.error, FLOOR):
-            return None
-        return float(np.log2(self.longer[0] / self.longer[1]))
+        """The order by the two shortest steps whose errors are above those of the solvers; None without two."""
+        told = [error for error in self.halved.values() if error > FLOOR][-2:]
+        return float(np.log2(told[0] / told[1])) if len(told) == 2 else None
 
 
 def whole_of(model: str, folder: Path) -> Whole:
@@ -89,7 +105,8 @@ def whole_of(model: str, folder: Path) -> Whole:
     if found:
         unique = {cut.root: cut for cut in found.values()}
         export(complete(with_probes(d, [*unique.values()])), fmu)
-    return Whole(mechanism, tuple(found), refused, fmu)
+    halved = tuple(step / 10 if model in FAST else step for step in HALVED)
+    return Whole(mechanism, FAST.get(model, STOP), halved, tuple(found), refused, fmu)
 
 
 class _Zeros(dict[str, float]):
@@ -103,26 +120,52 @@ def cutting(whole: Whole, at: str, folder: Path) -> Cutting:
     """The ``whole`` cut ``at`` one joint. Raises Lag2FmuError where it cannot be cut, or its pieces do not run."""
     path = folder / f"{at}.ssp"
     joints = cut(whole.mechanism, [at], path).joints
-    expected = simulate_fmu(whole.fmu, Run(STOP, STEP, TOLERANCE))
-    longer = []
-    with suppress(SimulationError):  # steps may be too long to close the joints
-        longer = [_difference(_simulated(path, n * STEP), expected, n) for n in LONGER]
-    run = _simulated(path, STEP)
-    kinds = "+".join(joint.kind for joint in joints)
-    return Cutting(at, kinds, _difference(run, expected, 1), tuple(longer), run)
+    halved = {}
+    for step in whole.halved:
+        with suppress(SimulationError), patch.object(joint_steps, "_RUNS", UNDIVIDED):
+            error, run = _compared(whole, path, step)
+            if run.coupling.shortest > 0.9 * step:  # steps may be too long to close the joints
+                halved[step] = error
+    error, run = _compared(whole, path, STEP)
+    return Cutting(at, "+".join(joint.kind for joint in joints), error, halved, run)
 
 
-def _simulated(path: Path, step: float) -> SystemRun:
+def _compared(whole: Whole, path: Path, step: float) -> tuple[float, SystemRun]:
+    """(the error of the system ``path`` at steps of ``step`` (s), its run)."""
+    asked = Run(whole.stop, step, TOLERANCE)
+    run = _simulated(path, asked)
+    return _difference(run, simulate_fmu(whole.fmu, asked)), run
+
+
+def _simulated(path: Path, run: Run) -> SystemRun:
     with network_of(path) as network:
-        return simulate_system(network, Run(STOP, step, TOLERANCE))
+        return simulate_system(network, run)
 
 
-def _difference(run: Trajectory, expected: Trajectory, every: int) -> float:
-    """The largest difference of what both have; ``expected`` has so many times as many points."""
+def drifts(whole: Whole, at: str, folder: Path) -> tuple[float, float]:
+    """How far the energy goes, of the whole and cut ``at`` a joint, as parts of the kinetic energy's range.
+
+    Raises Lag2FmuError as ``cutting``, and where no piece tells an energy.
+    """
+    path, energies = folder / f"{at}.ssp", ("total_energy", "kinetic_energy")
+    found = cut(whole.mechanism, [at], path)
+    pieces = found.descriptions
+    if any(joint.stiffness or joint.damping for joint in found.joints):
+        raise SimulationError("no piece tells the energy of the spring or damper in the joint")
+    once = simulate_fmu(whole.fmu, Run(LONG_STOP, LONG_STEP, TOLERANCE, outputs=energies))
+    names = [f"{piece}.{energies[0]}" for piece in pieces]
+    run = _simulated(path, Run(LONG_STOP, LONG_STEP, TOLERANCE, outputs=names))
+    size = float(np.ptp(once[energies[1]]))
+    own, total = once[energies[0]], np.sum([run[name] for name in names], axis=0)
+    return float(np.abs(own - own[0]).max()) / size, float(np.abs(total - total[0]).max()) / size
+
+
+def _difference(run: Trajectory, expected: Trajectory) -> float:
+    """The largest difference of what both have."""
     pairs = [(name, other) for name in run.names if (other := _twin(name)) in expected.names]
     if not pairs:
         raise ValueError(f"nothing of {run.names} is in {expected.names}")
-    return max(float(np.abs(run[name] - expected[other][::every]).max()) for name, other in pairs)
+    return max(float(np.abs(run[name] - expected[other]).max()) for name, other in pairs)
 
 
 def _twin(name: str) -> str:
@@ -130,8 +173,15 @@ def _twin(name: str) -> str:
     return name.partition(".")[2].replace("_pin_", "_cut_")
 
 
-def _row(model: str, found: Cutting) -> list[str]:
-    joints, order = found.run.coupling.joints, found.order
+def _energy_row(whole: Whole, at: str, folder: Path) -> list[str]:
+    own, pieces = drifts(whole, at, folder)
+    within = "yes" if pieces <= own + DRIFT else "no"
+    return [f"{own:.1e}", f"{pieces:.1e}", within if own <= DRIFT else "not conservative"]
+
+
+def _row(whole: Whole, at: str, folder: Path) -> list[str]:
+    found = cutting(whole, at, folder)
+    joints, order = cast("ClosedJoints", found.run.coupling.joints), found.order
     passes = (
         found.error <= BARS["error"]
         and joints.gap <= BARS["gap"]
@@ -140,36 +190,48 @@ def _row(model: str, found: Cutting) -> list[str]:
         and (order is None or order >= BARS["order"])
     )
     return [
-        *(model, found.at, found.joints, f"{found.error:.1e}", f"{joints.gap:.1e}"),
+        *(found.joints, f"{found.error:.1e}", f"{joints.gap:.1e}"),
         "-" if order is None else f"{order:.1f}",
         f"{joints.median:g}, {joints.most}",
         "yes" if passes else "no",
     ]  # fmt: skip
 
 
-def _rows(models: list[str]) -> Iterator[list[str]]:
-    for model in models:
+TABLES = {
+    False: (_row, ("joints", "error", "gap", "order", "runs: median, most", "within")),
+    True: (_energy_row, ("drift of the whole", "of the pieces", "within")),
+}
+"""{whether of energies: (what makes a row, what it has)}"""
+
+
+def _rows(words: list[str], *, energy: bool) -> Iterator[list[str]]:
+    """A row for each joint of the models, or the one that is named, in ``words``."""
+    make, headings = TABLES[energy]
+    for word in words:
+        model, _, only = word.partition(":")
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             whole = whole_of(model, folder)
-            for at in whole.at:
+            for at in [only] if only else whole.at:
                 try:
-                    row = _row(model, cutting(whole, at, folder))
+                    row = [model, at, *make(whole, at, folder)]
                 except Lag2FmuError as error:
-                    row = [model, at, "", *"----", f"no: {error}"]
+                    row = [model, at, *"-" * (len(headings) - 1), f"no: {error}"]
                 print(*row, sep="\t", flush=True)
                 yield row
-            for at, why in whole.refused.items():
+            for at, why in () if only else whole.refused.items():
                 print(model, at, why, sep="\t", flush=True)
 
 
 def main() -> None:
     """Print the table."""
     warnings.simplefilter("ignore")
-    table = Table(title=f"cut mechanisms over {STOP:g} s, steps of {STEP * 1e3:g} ms, tolerance {TOLERANCE:g}")
-    for heading in ("mechanism", "cut at", "joints", "error", "gap", "order", "runs: median, most", "within"):
+    energy = "--energy" in sys.argv
+    stop, step = (LONG_STOP, LONG_STEP) if energy else (STOP, STEP)
+    table = Table(title=f"cut mechanisms over {stop:g} s, steps of {step * 1e3:g} ms, tolerance {TOLERANCE:g}")
+    for heading in ("mechanism", "cut at", *TABLES[energy][1]):
         table.add_column(heading)
-    for row in _rows(sys.argv[1:] or [*bundled()]):
+    for row in _rows([word for word in sys.argv[1:] if word != "--energy"] or [*bundled()], energy=energy):
         table.add_row(*row)
     Console(width=160).print(table)
 

@@ -11,7 +11,7 @@ import numpy as np
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.systems.components import Component
 from lag2fmu.systems.fmu_process import Apart, called_as_one, instance_apart
-from lag2fmu.systems.member import ORDERS, Member
+from lag2fmu.systems.member import ORDERS, Member, StepDiscardedError
 from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.instances import Instance, description_of, is_fmi3
 from lag2fmu.verify.plan import input_orders
@@ -22,6 +22,8 @@ from lag2fmu.verify.simulate import begin
 _KINDS: Mapping[str, Kind] = {"CoSimulation": "co-simulation", "ModelExchange": "model-exchange"}
 PATIENCE = 100_000
 """The most early returns in one communication step."""
+_DISCARD = 2
+"""The status of a step that was not made to its end, by FMI 2.0 and 3.0."""
 _DIFFERENCE = 1e-7
 """The difference by which outputs are differentiated, in units of an input's size: the root of rounding, about."""
 
@@ -148,7 +150,7 @@ class FmuMember(Member):
         return SimulationError(f"the component '{self.name}', {doing}: {error}; {self.instance.log.tail()}")
 
     def step(self, t: float, h: float) -> None:
-        """See ``Member``; raises SimulationError with the name of the component."""
+        """See ``Member``; raises SimulationError and StepDiscardedError with the name of the component."""
         self.begin()
         self._begun = t
         try:
@@ -157,7 +159,10 @@ class FmuMember(Member):
             else:
                 self.instance.fmu.doStep(t, h, 1)
         except Exception as error:  # fmpy raises bare exceptions
-            raise self.failure(f"in the step from t = {t:g} s", error) from error
+            told = self.failure(f"in the step from t = {t:g} s", error)
+            if getattr(error, "status", None) == _DISCARD:
+                raise StepDiscardedError(f"{told}; it may make a shorter --step") from error
+            raise told from error
 
     def step3(self, t: float, end: float) -> None:
         """From ``t`` to the ``end`` (s) by FMI 3.0, after early returns in several parts. Raises SimulationError."""
@@ -201,7 +206,10 @@ def fmu_member_of(
             yield kind(component, cast("Instance", remote), scalars, begin)
         return
     with called_as_one(component.path, component.kind, events=events, followed=asks) as instance:
-        yield kind(component, instance, scalars, begin)
+        try:
+            yield kind(component, instance, scalars, begin)
+        finally:
+            begin()  # an FMU that is freed may not come back either
 
 
 def _followed(description: Any) -> dict[int, frozenset[int] | None]:

@@ -5,11 +5,7 @@ The process is a fork where forks are safe, else a new Python. It ends when the 
 
 from __future__ import annotations
 
-import ctypes
-import faulthandler
 import os
-import signal
-import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -19,16 +15,22 @@ from typing import Any
 
 from lag2fmu.checking.process import end_of
 from lag2fmu.errors import SimulationError
-from lag2fmu.verify.apart import FORKS
+from lag2fmu.verify.apart import FORKS, begin_process, end_process
 from lag2fmu.verify.hosted import hosted
 from lag2fmu.verify.instances import Instance, Log, description_of, instance_of
 
 Apart = bool | float
 """Whether each FMU has a process of its own; a number is the longest time (s) that a call may take there."""
-_DIES_WITH_PARENT = 1
-"""PR_SET_PDEATHSIG of Linux: the signal that a process gets when its parent ends, even while it hangs in an FMU."""
 _PATIENCE = 5.0
 """Seconds that a process has to end by itself."""
+
+
+class RemoteCallError(Exception):
+    """A call that failed in another process, as it would fail here; ``status``: of the FMU, where it gave one."""
+
+    def __init__(self, words: str, status: int | None = None) -> None:
+        super().__init__(words)
+        self.status = status
 
 
 class _Remote:
@@ -52,24 +54,24 @@ class RemoteInstance:
         self._process, self._connection, self._patience = process, connection, patience
 
     def _call(self, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
-        """The result of a call. Raises SimulationError if it fails, or if the process ends."""
+        """The result of a call. Raises RemoteCallError if it fails, or if the process ends."""
         try:
             self._connection.send((name, args, kwargs))
             return self.answer()
         except (EOFError, OSError) as error:
             self._process.join(_PATIENCE)
             ended = end_of(self._process.exitcode or 0) or "it ends"
-            raise SimulationError(f"the process of the FMU is lost: {ended}") from error
+            raise RemoteCallError(f"the process of the FMU is lost: {ended}") from error
 
     def answer(self) -> Any:
-        """What the process answers; on the way it may ask for inputs. Raises SimulationError if a call fails."""
+        """What the process answers; on the way it may ask for inputs. Raises RemoteCallError if a call fails."""
         while True:
             if not self._connection.poll(self._patience):
-                self._process.kill()
-                raise SimulationError(
+                end_process(self._process)
+                raise RemoteCallError(
                     f"the FMU does not come back from a call within {self._patience:g} s and is ended"
                 )
-            kind, value, *said = self._connection.recv()
+            kind, value, status, *said = self._connection.recv()
             if kind == "asked":
                 if self.asked is not None:
                     self.asked(value)
@@ -78,7 +80,7 @@ class RemoteInstance:
             self.log.sentences += said[0]
             self.log.warnings += said[1]
             if kind == "failed":
-                raise SimulationError(value)
+                raise RemoteCallError(value, status)
             return value
 
 
@@ -102,7 +104,7 @@ def instance_apart(
     """An instance of the FMU ``path`` in a process of its own, which ends with the context.
 
     See ``called_as_one`` for ``kind``, ``events`` and ``followed``. A call that takes longer than ``patience`` (s)
-    raises SimulationError; None: it may take any time. Raises SimulationError for one that cannot be instantiated.
+    raises RemoteCallError; None: it may take any time. Raises SimulationError for one that cannot be instantiated.
     """
     context: Any = get_context("fork" if FORKS else "spawn")
     here, there = context.Pipe()
@@ -112,14 +114,16 @@ def instance_apart(
         there.close()
         try:
             instance = RemoteInstance(path, process, here, patience)
-            instance.fmu.instantiate()  # what the process does first, whatever it is called
+            try:
+                instance.fmu.instantiate()  # what the process does first, whatever it is called
+            except RemoteCallError as error:
+                raise SimulationError(str(error)) from error
             yield instance
         finally:
             with suppress(OSError):
                 here.send(None)
-            process.join(_PATIENCE)
-            process.kill()
-            process.join()
+            process.join(patience or _PATIENCE)
+            end_process(process)
             here.close()
 
 
@@ -128,21 +132,17 @@ def _serve(
 ) -> None:
     """What the process does: instantiate, then call by call, until nobody calls any more."""
     other.close()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process ends this one
-    faulthandler.disable()  # a crash is told by one sentence
-    tempfile.tempdir = folder
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_DIES_WITH_PARENT, signal.SIGKILL)
+    begin_process(folder)
     try:
         connection.recv()
         with called_as_one(path, kind, events=events, followed=followed) as instance:
-            connection.send(("done", None, [], []))
+            connection.send(("done", None, None, [], []))
             server = _Server(connection, instance)
             instance.asked = server.ask
             while server.serve():
                 pass
     except SimulationError as error:
-        connection.send(("failed", str(error), [], []))
+        connection.send(("failed", str(error), None, [], []))
     except (EOFError, OSError):  # nobody calls any more
         pass
     os._exit(0)  # what else is to be done at an end is the other process's
@@ -163,9 +163,9 @@ class _Server:
             return False
         name, args, kwargs = asked
         try:
-            answer = "done", self._result(name, args, kwargs)
+            answer = "done", self._result(name, args, kwargs), None
         except Exception as error:  # fmpy raises bare exceptions
-            answer = "failed", str(error)
+            answer = "failed", str(error), getattr(error, "status", None)
         log = self._instance.log
         new = [kept[n:] for kept, n in zip((log.sentences, log.warnings), self._told, strict=True)]
         self._told = [len(log.sentences), len(log.warnings)]
@@ -174,7 +174,7 @@ class _Server:
 
     def ask(self, t: float) -> None:
         """The FMU asks for its inputs at ``t`` (s) within a step: the calls that set them come before it goes on."""
-        self._connection.send(("asked", t))
+        self._connection.send(("asked", t, None))
         while self.serve():
             pass
 

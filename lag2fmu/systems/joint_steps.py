@@ -44,13 +44,17 @@ _RUNS, _MOST_RUNS = 3, 12
 """The most runs of a step: where three do not close all joints, it is divided. At the start, and in the shortest steps,
 as at an impact, there are more."""
 _GROWTH = {1: 3.0, 2: 1.2}
-"""{runs of a step: the most that the next one may be as a part of it}; after more runs it is no longer."""
+"""{runs of a step: the most that the next one may be as a part of it}."""
+_SHRINK = 0.8
+"""The same after more runs where steps are divided: shorter ones close the joints in two runs, with less error."""
 _SLOW = 0.3
 """Newton's matrix is measured anew where a repetition leaves more than this part of the error."""
 _ENOUGH = 2
 """It is also measured before a step where the last one took more runs, but not so often that it costs a run a step."""
 _FIRST = (0.25, 0.5)
 """The steps that tell the forces at the start, as parts of a step: four values of each force."""
+_DIVIDED = 0.9
+"""A step that is shorter than this part of the one asked for is a part of it, not one that rounding made shorter."""
 _SHORT = 0.1
 """A last step that is shorter than this part of a step does not tell how places go on."""
 _STUCK = "give joints and starts that leave a way to go on there, or a --stop-time before"
@@ -142,7 +146,7 @@ class JoinedSteps(FixedSteps):
                 raise SimulationError(f"{found}, even in the shortest steps; {_STUCK}")
             self._due = True
             return math.inf, math.inf
-        self.growth = _GROWTH.get(found.runs, 1.0)
+        self.growth = _GROWTH.get(found.runs, _SHRINK if h < _DIVIDED * self._step else 1.0)
         self._made = found
         expected = self.circuit.expected(h)
         self._arrive(t + h, found.terms[0] + h * found.terms[1] + h**2 / 2 * found.terms[2])
@@ -204,6 +208,7 @@ class JoinedSteps(FixedSteps):
         """
         if self._due or self._joints.redundant:
             self._measure(t, h)
+        self._joints.foresee(t + h / 2)
         self._age += 1
         self._learned.begin()
         start, left = self._joints.state(), np.inf
@@ -227,13 +232,13 @@ class JoinedSteps(FixedSteps):
                 return _Made(t + h * GAUSS, h, forces, terms, made, start, end, run)
             back()
             if run > 1 and miss > _SLOW * left:
-                self._measure(t, h)
+                self._measure(t, h, anew=True)
             left, forces = miss, forces + change
         return f"at t = {t + h:g} s no forces close the joints: {self._joints.worst(end)}"
 
-    def _measure(self, t: float, h: float) -> None:
-        """Measure Newton's matrix at ``t`` (s)."""
-        self._joints.measure(t, h)
+    def _measure(self, t: float, h: float, *, anew: bool = False) -> None:
+        """Measure Newton's matrix at ``t`` (s); ``anew``: it is not what those before let expect."""
+        self._joints.measure(t, h, anew=anew)
         self._learned.forget()
         self._age = 0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -25,6 +26,8 @@ _STIFF = 1e-6
 _SMALLEST = 1e-3
 """The size (m) of a system that lies about the origin. Otherwise it is that of its places' positions, or of their radii
 of gyration."""
+_MEASURED = 3
+"""So many measurements tell how what wrenches do goes on while links turn: their polynomial is quadratic."""
 _SOON = 0.01
 """The part of a step in which the effect of forces is measured, so that it is that at the begin of the step."""
 _CHANGE = 1e-3
@@ -78,6 +81,7 @@ class JointSystem:
         self.redundant, self.basis, self.shared = False, np.eye(len(self.held)), np.eye(len(self.held))
         self._greatest = np.zeros(len(self.held))
         self._size, self._mobility = _SMALLEST, np.zeros((first[-1], first[-1]))
+        self._measured: list[tuple[float, Floats]] = []
 
     @property
     def driven(self) -> int:
@@ -138,14 +142,17 @@ class JointSystem:
         for places, part in zip(self._places, self._parts, strict=True):
             places.drive(terms[:, part])
 
-    def measure(self, t: float, h: float) -> None:
+    def measure(self, t: float, h: float, *, anew: bool = False) -> None:
         """Measure the twists of all places by unit wrenches on them, in a step ``h`` (s) from ``t`` that is taken back.
 
-        They are kept in the axes of the places, in which they change little while an FMU turns. Raises SimulationError
-        for motions that are no numbers.
+        They are kept in the axes of the places, in which they change little while an FMU turns. ``anew``: what was
+        measured before tells nothing any more. Raises SimulationError for motions that are no numbers.
         """
+        self._mobility = np.zeros_like(self._mobility)
         for places, part in zip(self._places, self._parts, strict=True):
             self._mobility[part, part] = _mobility(places, t, _SOON * h)
+        before = [] if anew else [known for known in self._measured if known[0] < t]
+        self._measured = [*before[1 - _MEASURED :], (t, self._mobility)]
         moved = np.diag(self._mobility).reshape(-1, 2, 3).max(axis=2)
         inert = moved[:, 1] > 0
         self._size = max(self._size, float(np.sqrt(moved[inert, 0] / moved[inert, 1]).max(initial=0.0)))
@@ -168,6 +175,16 @@ class JointSystem:
         self.basis[~self.held, int(kept.sum()) :] = np.eye(own)
         self.basis *= acting[:, None]
         self.shared = self.basis @ (self.basis / scale[:, None] ** 2).T
+
+    def foresee(self, t: float) -> None:
+        """Let what wrenches do go on until ``t`` (s) as the polynomial through the last measurements.
+
+        It goes no further beyond the last one than that is from the one before.
+        """
+        times = [time for time, _ in self._measured]
+        until = min(t, 2 * times[-1] - times[-2]) if len(times) > 1 else t
+        weights = [math.prod((until - b) / (a - b) for b in times if b != a) for a in times]
+        self._mobility = np.tensordot(weights, [known for _, known in self._measured], 1)
 
     def effect(self, end: JointState, turned: Floats, directions: Floats) -> Floats:
         """The change (k, k) of the speeds of the joints at the ``end``, by unit impulses at a time before.

@@ -17,6 +17,10 @@ ORDERS = 2
 """Inputs go on as polynomials of at most this degree: with second derivatives the error of coupling is of order 3."""
 
 
+class StepDiscardedError(SimulationError):
+    """A component did not make the whole step; a shorter one may do."""
+
+
 class Member(ABC):
     """A component on its way through a run: an FMU, or a Python function.
 
@@ -98,7 +102,7 @@ class Member(ABC):
         """A communication step from ``t`` of length ``h`` (s).
 
         It may be repeated from ``t``, and FMUs are told that no earlier state comes back: some go back by themselves
-        else. Raises SimulationError if the component ends the run.
+        else. Raises SimulationError if the component ends the run, StepDiscardedError if it does not come to the end.
         """
 
     @abstractmethod

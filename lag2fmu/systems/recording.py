@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.systems.connections import End
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.network import Network
@@ -57,6 +58,30 @@ class Recorder:
                 "long for a connection, values grow beyond all bounds: try a shorter --step"
             )
         return values
+
+
+class Kept:
+    """What a run has recorded until now. It is in the process that asked, whatever becomes of the one that runs."""
+
+    def __init__(self, progress: Callable[[float], None]) -> None:
+        """``progress`` is told the time (s) of each row."""
+        self._progress = progress
+        self._names: Sequence[str] = ()
+        self._times: list[float] = []
+        self._rows: list[Sequence[float]] = []
+
+    def __call__(self, names: Sequence[str], t: float, row: Sequence[float]) -> None:
+        """Keep the ``row`` (names,) of the time ``t`` (s)."""
+        self._names = names
+        self._times.append(t)
+        self._rows.append(row)
+        self._progress(t)
+
+    def add_to(self, error: SimulationError) -> None:
+        """Let the ``error``, which has ended the run, bear what was recorded until then."""
+        if self._times:
+            error.args = (f"{error}; what was recorded until t = {self._times[-1]:g} s is kept",)
+            error.reached = Trajectory(np.array(self._times), tuple(self._names), np.array(self._rows))
 
 
 def outputs_of(network: Network) -> list[str]:

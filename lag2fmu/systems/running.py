@@ -32,7 +32,7 @@ from lag2fmu.systems.ledger import Ledger
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.members import members_of
 from lag2fmu.systems.network import Network
-from lag2fmu.systems.recording import Recorder, end_of
+from lag2fmu.systems.recording import Kept, Recorder, end_of
 from lag2fmu.systems.sampling import Sampling
 from lag2fmu.systems.steps import ControlledSteps, FixedSteps, IteratedSteps
 from lag2fmu.verify.apart import FORKS, run_apart
@@ -72,10 +72,10 @@ def simulate_system(
     if run.kind != "co-simulation":
         raise LoadError(f"'{network.name}': a system runs by co-simulation alone; leave the kind out")
     start, stop, step = times_of_network(network, run.stop_time, run.step)
+    kept = Kept(run.progress or (lambda t: share((t - start) / (stop - start))))
     asked = replace(
-        run, stop_time=stop, step=step, start_time=start, inputs=trajectory_of(inputs, stop, step),
-        progress=run.progress or (lambda t: share((t - start) / (stop - start))),
-        warned=run.warned or _LOGGER.warning,
+        run, stop_time=stop, step=step, start_time=start, inputs=trajectory_of(inputs, stop, step), progress=None,
+        warned=run.warned or _LOGGER.warning, recorded=kept,
     )  # fmt: skip
     names, controlled = [*network.components], run.step is None
     called = RawValue("i", -1)  # the number of the component that is called, which a crash leaves behind
@@ -91,7 +91,11 @@ def simulate_system(
         return f"the component '{names[called.value]}'" if called.value >= 0 else ""
 
     label = Path(network.name)
-    return cast("SystemRun", run_apart(label, asked, here, last)) if FORKS else here(label, asked)
+    try:
+        return cast("SystemRun", run_apart(label, asked, here, last)) if FORKS else here(label, asked)
+    except SimulationError as error:
+        kept.add_to(error)
+        raise
 
 
 def times_of_network(network: Network, stop: float | None, step: float | None) -> tuple[float, float, float]:
@@ -277,24 +281,18 @@ def _steps(
     start, stop, step = run.start_time, float(run.stop_time or 0.0), float(run.step or 0.0)
     count = math.ceil((stop - start) / step * (1 - 1e-9))
     times = start + np.minimum(step * np.arange(count + 1), stop - start)
-    values, done = np.empty((count + 1, len(recorder.names))), 0
-    try:
-        steps.begin(start)
-        sampling.at(start, steps.circuit)
-        for i, t in enumerate(times.tolist()):
-            values[i], done = recorder.row(), i + 1
-            if run.progress is not None:
-                run.progress(t)
-            for begin, end, near in sampling.ends(t, float(times[i + 1])) if i < count else ():
-                steps.advance(begin, end)
-                sampling.at(end, steps.circuit, near)
-    except SimulationError as error:
-        if done:
-            error.args = (f"{error}; what was recorded until t = {times[done - 1]:g} s is kept",)
-            error.reached = Trajectory(times[:done], tuple(recorder.names), values[:done])
-        raise
+    names, values = tuple(recorder.names), np.empty((count + 1, len(recorder.names)))
+    steps.begin(start)
+    sampling.at(start, steps.circuit)
+    for i, t in enumerate(times.tolist()):
+        values[i] = recorder.row()
+        if run.recorded is not None:
+            run.recorded(names, t, values[i].tolist())  # lists travel five times faster than arrays
+        for begin, end, near in sampling.ends(t, float(times[i + 1])) if i < count else ():
+            steps.advance(begin, end)
+            sampling.at(end, steps.circuit, near)
     for member in members.values():
         for sentence in dict.fromkeys(member.warnings):
             if run.warned is not None:
                 run.warned(f"the component '{member.name}': {sentence}")
-    return Trajectory(times, tuple(recorder.names), values)
+    return Trajectory(times, names, values)

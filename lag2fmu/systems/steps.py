@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from lag2fmu.systems.circuit import Circuit
 from lag2fmu.systems.coupling import Coupling, CouplingReport
 from lag2fmu.systems.ledger import Ledger
-from lag2fmu.systems.member import Member
+from lag2fmu.systems.member import Member, StepDiscardedError
 from lag2fmu.verify.run import Floats
 
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 3.0
@@ -170,7 +170,12 @@ class ControlledSteps:
     def _try(self, t: float, h: float, shortest: float) -> float:
         """The error of a step, in units of the tolerance; where it is too large, all is as before the step."""
         with self._steps.taken_back() as back:
-            missed, made = self._steps.make(t, h, last=h <= shortest)
+            try:
+                missed, made = self._steps.make(t, h, last=h <= shortest)
+            except StepDiscardedError:
+                if h <= shortest:
+                    raise
+                missed, made = math.inf, 0.0
             worst = max(missed, made)
             error = worst / self._tolerance if math.isfinite(worst) else math.inf
             if error > 1.0 and h > shortest:

@@ -13,6 +13,7 @@ import sys
 import tempfile
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,8 @@ from lag2fmu.verify.run import Run
 
 FORKS = sys.platform == "linux"
 """Whether a process may be a fork of this one: libraries of macOS do not survive it, and Windows knows none."""
+_DIES_WITH_PARENT = 1
+"""PR_SET_PDEATHSIG of Linux: the signal that a process gets when its parent ends, even while it hangs in an FMU."""
 _proven: set[tuple[object, ...]] = set()
 """The states of files of FMUs of ours that have come through a run."""
 
@@ -65,8 +68,7 @@ def run_apart(
             found = _heard(receiver, run)
             process.join()
         finally:
-            process.kill()
-            process.join()
+            end_process(process)
     if isinstance(found, Trajectory):
         return found
     if found is None:
@@ -79,15 +81,19 @@ def run_apart(
 
 def _child(sender: Any, folder: str, path: Path, run: Run, here: Callable[[Path, Run], Trajectory]) -> None:
     """What the process does: it tells what ``here`` does, gives and raises. Its temporary files are in ``folder``."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process ends this one
-    faulthandler.disable()  # a crash is told by one sentence
+    begin_process(folder)
     kept = _exiting_at_once()
-    tempfile.tempdir = folder
-    progress, warned = (lambda value, name=name: sender.send((name, value)) for name in ("progress", "warned"))
+    progress, warned, recorded = (
+        lambda *values, name=name: sender.send((name, *values)) for name in ("progress", "warned", "recorded")
+    )
+    asked = replace(
+        run,
+        progress=run.progress and progress,
+        warned=run.warned and warned,
+        recorded=run.recorded and recorded,
+    )
     try:
-        sender.send(
-            ("ended", here(path, replace(run, progress=run.progress and progress, warned=run.warned and warned)))
-        )
+        sender.send(("ended", here(path, asked)))
     except Lag2FmuError as error:
         error.__cause__ = error.__context__ = (
             None  # with tblib, which dask installs, they would travel, but fmpy's cannot
@@ -98,6 +104,29 @@ def _child(sender: Any, folder: str, path: Path, run: Run, here: Callable[[Path,
     sys.stderr.flush()
     del kept
     os._exit(0)  # what else is to be done at an end is the other process's
+
+
+def begin_process(folder: str) -> None:
+    """What a process of FMUs does first. Its temporary files are in ``folder``, and it ends with its parent.
+
+    It leads a group of processes, to which all belong that its FMUs start.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process ends this one
+    faulthandler.disable()  # a crash is told by one sentence
+    tempfile.tempdir = folder
+    if hasattr(os, "setpgid"):
+        os.setpgid(0, 0)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_DIES_WITH_PARENT, signal.SIGKILL)
+
+
+def end_process(process: Any) -> None:
+    """End a ``process`` that did ``begin_process``, if it still runs, and what its FMUs have started."""
+    if hasattr(os, "killpg"):
+        with suppress(ProcessLookupError, PermissionError):  # nobody is left; macOS says so of zombies
+            os.killpg(process.pid, signal.SIGKILL)
+    process.kill()  # where it has no group yet
+    process.join()
 
 
 def _exiting_at_once() -> object:
@@ -116,9 +145,9 @@ def _heard(receiver: Any, run: Run) -> Trajectory | Lag2FmuError | None:
     """The outcome of the process; None if it ends without. On the way the listeners of ``run`` are told."""
     while True:
         try:
-            name, value = receiver.recv()
+            name, *values = receiver.recv()
         except EOFError:
             return None
         if name == "ended":
-            return value  # type: ignore[no-any-return]
-        getattr(run, name)(value)
+            return values[0]  # type: ignore[no-any-return]
+        getattr(run, name)(*values)

@@ -43,6 +43,7 @@ class Run:
     - ``outputs``: the names that are recorded, by default all outputs; ``beside``: further names, if the FMU has them.
     - ``progress``: called with the time reached (s).
     - ``warned``: called with each warning of the FMU, which is logged otherwise.
+    - ``recorded``: called with each row that the run of a system records: names (k,), the time (s), values (k,).
     - ``events``: co-simulation by FMI 3.0 uses event mode and early return.
     """
 
@@ -57,6 +58,7 @@ class Run:
     kind: Kind = "co-simulation"
     progress: Callable[[float], None] | None = None
     warned: Callable[[str], None] | None = None
+    recorded: Callable[[Sequence[str], float, Sequence[float]], None] | None = None
     events: bool = False
     start_time: float = 0.0
     feedback: Feedback | None = None

@@ -9,6 +9,8 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +23,7 @@ import lag2fmu
 from lag2fmu.cli import main
 from lag2fmu.errors import SimulationError
 from lag2fmu.systems.controller import Controller
+from lag2fmu.systems.fmu_process import Apart
 
 pytestmark = pytest.mark.fmu
 
@@ -43,47 +46,114 @@ def test_the_run_is_the_same_to_the_bit(fmi: str, chosen: dict, exported) -> Non
     assert runs[0].coupling == runs[1].coupling
 
 
-FAILS = """    (void)no_set;
-    if (self->value[2] == -1.0 && time > 0.45) *(volatile int *)0 = 1;
-    if (self->value[2] == -5.0 && time > 0.45) return fmi2Error;
-    while (self->value[2] == -7.0 && time > 0.45) *(volatile double *)&time += 0.0;
-"""
+_LATE = "if (((Instance *)c)->time > 0.45) "
+FAULTS = {
+    "hangs": ("fmi2Status fmi2DoStep", _LATE + "for (volatile int i = 0;; i = !i) {}"),
+    "starts others and hangs": ("fmi2Status fmi2DoStep", _LATE + "if (fork() >= 0) for (;;) pause();"),
+    "crashes": ("fmi2Status fmi2DoStep", _LATE + "*(volatile int *)0 = 1;"),
+    "ends": ("fmi2Status fmi2DoStep", _LATE + "exit(3);"),
+    "fatal": ("fmi2Status fmi2DoStep", _LATE + "return fmi2Fatal;"),
+    "discards": ("fmi2Status fmi2DoStep", _LATE + "return fmi2Discard;"),
+    "discards long steps": ("fmi2Status fmi2DoStep", _LATE + "if (h > 2e-3) return fmi2Discard;"),
+    "tells nothing": ("fmi2Status fmi2GetReal", _LATE + "return fmi2Error;"),
+    "hangs at once": ("fmi2Component fmi2Instantiate", "for (volatile int i = 0;; i = !i) {}"),
+    "hangs before": ("fmi2Status fmi2SetupExperiment", "for (volatile int i = 0;; i = !i) {}"),
+    "crashes behind": ("void fmi2FreeInstance", "*(volatile int *)0 = 1;"),
+    "hangs behind": ("void fmi2FreeInstance", "for (volatile int i = 0;; i = !i) {}"),
+}
+"""{what an FMU does: (function of FMI, what it begins with)}"""
+ENDED = "the FMU does not come back from a call within 1 s and is ended"
+STEP = "the component 'b', in the step from t = 0.5 s: "
 
 
-@pytest.mark.parametrize(
-    ("k", "message"),
-    [
-        (-1.0, "the component 'b', in the step from t = 0.5 s: the process of the FMU is lost: it crashes (SIGSEGV)"),
-        (-5.0, "the component 'b', in the step from t = 0.5 s: "),
-    ],
-)
-@pytest.mark.skipif(sys.platform == "win32", reason="processes have no signals there")
-def test_a_crash_keeps_the_motion(k: float, message: str, tmp_path) -> None:
-    other = by_hand(tmp_path / "other.fmu", SOURCE.replace("    (void)no_set;\n", FAILS, 1))
-    path = lag2fmu.ssp({"a": other, "b": other}, tmp_path / "s.ssp", values={"b.k": k})
-    with pytest.raises(SimulationError, match=re.escape(message)) as caught:
-        lag2fmu.simulate(path, stop_time=1.0, step=0.1, apart=True)
-    assert caught.value.reached.time == pytest.approx(np.arange(0, 0.55, 0.1))
-    assert "what was recorded until t = 0.5 s is kept" in str(caught.value)
-    words = ["simulate", str(path), "--stop-time", "1", "--step", "0.1", "--apart", "-o", str(tmp_path / "o.csv")]
-    done = CliRunner().invoke(main, words)
-    assert done.exit_code == 2
-    assert len((tmp_path / "o.csv").read_text("utf-8").splitlines()) == 7
+def faulty(folder: Path, fault: str) -> Path:
+    """An FMU written by hand that does what FAULTS say."""
+    function, line = FAULTS[fault]
+    before, rest = SOURCE.split(f"EXPORT {function}(", 1)
+    head, body = rest.split("{", 1)
+    return by_hand(folder / "faulty.fmu", f"{before}EXPORT {function}({head}{{\n    {line}\n{body}")
 
 
-def test_a_call_that_takes_too_long_ends_the_process(tmp_path, monkeypatch) -> None:
-    """The FMU hangs for good: its name, the time, and what was recorded until then."""
-    other = by_hand(tmp_path / "other.fmu", SOURCE.replace("    (void)no_set;\n", FAILS, 1))
-    path = lag2fmu.ssp({"a": other, "b": other}, tmp_path / "s.ssp", values={"b.k": -7.0})
+@pytest.fixture
+def alone(tmp_path, monkeypatch) -> Iterator[None]:
+    """No file and no process is left by the test, those neither that FMUs have started."""
     (tmp_path / "t").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "t"))
-    message = "the component 'b', in the step from t = 0.5 s: the FMU does not come back from a call within 0.5 s"
-    with pytest.raises(SimulationError, match=re.escape(message)) as caught:
-        lag2fmu.simulate(path, stop_time=1.0, step=0.1, apart=0.5)
-    assert caught.value.reached.time == pytest.approx(np.arange(0, 0.55, 0.1))
+    yield
     assert not [*(tmp_path / "t").iterdir()]
     if sys.platform == "linux":
         assert children(os.getpid()) == []
+        assert running(str(tmp_path)) == []
+
+
+def running(place: str) -> list[str]:
+    """The processes that have files in a folder open as libraries."""
+    found = []
+    for maps in Path("/proc").glob("[0-9]*/maps"):
+        with suppress(OSError):
+            found += [str(maps)] if place in maps.read_text("utf-8") else []
+    return found
+
+
+@pytest.mark.parametrize(
+    ("fault", "apart", "message", "until"),
+    [
+        ("hangs", 1.0, STEP + ENDED, 0.5),
+        ("starts others and hangs", 1.0, STEP + ENDED, 0.5),
+        ("crashes", 60.0, STEP + "the process of the FMU is lost: it crashes (SIGSEGV)", 0.5),
+        ("crashes", False, "while the component 'b' is simulated, it crashes (SIGSEGV)", 0.5),
+        ("ends", True, STEP + "the process of the FMU is lost: it ends the process with exit code 0x3", 0.5),
+        ("ends", False, "while the component 'b' is simulated, it ends the process with exit code 0x3", 0.5),
+        ("fatal", False, STEP + "fmi2DoStep failed with status 4 (fatal)", 0.5),
+        ("fatal", True, STEP + "fmi2DoStep failed with status 4 (fatal)", 0.5),
+        ("discards", True, "status 2 (discard).; the FMU gave no reason; it may make a shorter --step", 0.5),
+        ("tells nothing", False, "the component 'b', called by getReal: fmi2GetReal failed with status 3", 0.4),
+        ("hangs at once", 1.0, "the component 'b': " + ENDED, None),
+        ("hangs before", 1.0, "the component 'b', while it is initialized: " + ENDED, None),
+        ("crashes behind", False, "while the component 'b' is simulated, it crashes (SIGSEGV)", 1.0),
+    ],
+    ids=lambda value: str(value) if value in FAULTS or not isinstance(value, str) else "said",
+)
+@pytest.mark.skipif(sys.platform != "linux", reason="processes have other signals, or none, there")
+def test_a_component_that_fails(fault: str, apart: Apart, message: str, until: float | None, tmp_path, alone) -> None:
+    """A sentence with its name, what was recorded until then, and nothing else."""
+    parts = {"a": by_hand(tmp_path / "good.fmu"), "b": faulty(tmp_path, fault)}
+    with pytest.raises(SimulationError, match=re.escape(message)) as caught:
+        lag2fmu.simulate(parts, connect=["a.x:b.u"], stop_time=1.0, step=0.1, apart=apart)
+    if until is None:
+        assert caught.value.reached is None
+    else:
+        found = caught.value.reached
+        assert found.time == pytest.approx(np.arange(0, until + 0.05, 0.1))
+        assert found["a.x"] == pytest.approx(1.0 + 2.0 * found.time)
+        assert f"what was recorded until t = {until:g} s is kept" in str(caught.value)
+
+
+@pytest.mark.parametrize("fault", ["crashes behind", "hangs behind"])
+def test_an_end_that_fails_costs_nothing(fault: str, tmp_path, alone) -> None:
+    """An FMU with a process of its own that fails when it is freed."""
+    parts = {"a": by_hand(tmp_path / "good.fmu"), "b": faulty(tmp_path, fault)}
+    run = lag2fmu.simulate(parts, stop_time=1.0, step=0.1, apart=1.0)
+    assert run["b.x"] == pytest.approx(1.0 + 2.0 * run.time)
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_a_step_that_is_discarded_is_made_shorter(apart: Apart, tmp_path, exported) -> None:
+    """Under error control: from 0.45 s on the FMU makes steps of 2 ms at most, and its state is that of all steps."""
+    parts = {"a": faulty(tmp_path, "discards long steps"), "b": exported(CAR)}
+    run = lag2fmu.simulate(parts, connect=["a.x:b.y"], stop_time=1.0, apart=apart)
+    assert run["a.x"] == pytest.approx(1.0 + 2.0 * run.time)
+    assert run.coupling.shortest <= 2e-3 < run.coupling.longest
+    assert run.coupling.repeated > 0
+
+
+def test_what_a_crash_leaves_is_written(tmp_path) -> None:
+    """The command line writes the rows until then, and ends with 2."""
+    words = ["simulate", f"a={by_hand(tmp_path / 'good.fmu')}", f"b={faulty(tmp_path, 'crashes')}"]
+    out = tmp_path / "o.csv"
+    done = CliRunner().invoke(main, [*words, "--stop-time", "1", "--step", "0.1", "-o", str(out)])
+    assert done.exit_code == 2
+    assert len(out.read_text("utf-8").splitlines()) == 7
 
 
 @pytest.mark.parametrize("patience", ["0", "-1", "nan", "inf"])
