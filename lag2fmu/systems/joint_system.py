@@ -12,7 +12,7 @@ import numpy as np
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.systems.components import ComponentTerminal
 from lag2fmu.systems.joint_places import Places
-from lag2fmu.systems.joint_shapes import JointLaw
+from lag2fmu.systems.joint_shapes import JointLaw, skew
 from lag2fmu.systems.joints import NUMBERS, Ends
 from lag2fmu.systems.member import Member
 from lag2fmu.verify.run import Floats
@@ -106,8 +106,7 @@ class JointSystem:
             column = columns.stop
         gap, speed = (np.concatenate([getattr(shape, name) for shape in shapes]) for name in ("gap", "speed"))
         rotations = np.array([motions[name].R for name in self._names])
-        omegas = np.array([motions[name].omega for name in self._names])
-        turning = np.cross(omegas[:, :, None], rotations, axis=1)
+        turning = np.array([skew(motions[name].omega) for name in self._names]) @ rotations
         return JointState(directions, rates, gap, speed, _blocks(rotations), _blocks(turning))
 
     def open_by(self, gap: Floats, speed: Floats, h: float) -> float:

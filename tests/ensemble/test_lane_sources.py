@@ -71,4 +71,4 @@ def test_compilers_have_nothing_to_say(model: str, lanes: int, solver: str, comp
         if name != "scalar" or model == "four_bar_linkage":
             folder = tmp_path / name
             folder.mkdir()
-            compiled(folder, sources, compiler, options=own, apart=True)
+            compiled(folder, sources, compiler, options=own)

@@ -10,6 +10,7 @@ from pathlib import Path
 import lief
 import macho
 import pytest
+from compiling import UNOPTIMISED
 
 from lag2fmu.fmu.mach import hide
 
@@ -30,20 +31,8 @@ TARGETS = {"x86_64": "x86_64-macos.11.0", "aarch64": "aarch64-macos.11.0"}
 def library(request, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     folder = tmp_path_factory.mktemp("mach")
     (folder / "x.c").write_text(SOURCE)
-    command = [
-        sys.executable,
-        "-m",
-        "ziglang",
-        "cc",
-        "-target",
-        request.param,
-        "-g0",
-        "-shared",
-        "-o",
-        "x.dylib",
-        "x.c",
-    ]
-    subprocess.run(command, cwd=folder, check=True)
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", request.param, *UNOPTIMISED["zig"]]
+    subprocess.run([*command, "-g0", "-shared", "-o", "x.dylib", "x.c"], cwd=folder, check=True)
     return Path(folder / "x.dylib").read_bytes()
 
 

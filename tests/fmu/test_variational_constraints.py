@@ -207,7 +207,7 @@ def worst_of_tenths(s: Stepping, step: float, count: int, names: list[str]) -> t
 def test_energy_of_a_spherical_pendulum_over_10000_periods(solver: str, exported, spherical: Mechanism) -> None:
     """Its error does not grow, the angular momentum about the vertical is kept to rounding."""
     step = 2 * pi / sqrt(G) / 40
-    with Stepping(exported(spherical, solver=solver).path) as s:
+    with Stepping(exported(spherical, solver=solver, optimised=True).path) as s:
         s.start({"solver_step": step})
         worst, values = worst_of_tenths(s, step, 400_000, ["x", "y", "x_dot", "y_dot"])
     assert worst[-1] < 1.01 * worst[0]
@@ -229,7 +229,7 @@ def angular_momentum(values: np.ndarray) -> np.ndarray:
 def test_a_free_body_in_a_quaternion_over_10000_turns(solver: str, exported) -> None:
     """M of the quaternion has rank 3 of 4; energy error bounded, angular momentum in space kept to rounding."""
     step, names = 2 * pi / 1.5 / 40, ["e0", "e1", "e2", "e3", "omega_x", "omega_y", "omega_z"]
-    with Stepping(exported("free_body", solver=solver).path) as s:
+    with Stepping(exported("free_body", solver=solver, optimised=True).path) as s:
         s.start({"solver_step": step})
         at_start = angular_momentum(np.array(s.get(names)))
         worst, values = worst_of_tenths(s, step, 400_000, names)

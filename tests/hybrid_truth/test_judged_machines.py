@@ -51,6 +51,6 @@ def _broken(family: str, fmu: Fmu, seed: int) -> Iterator[str]:
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_no_law_is_broken_beside_events(family: str, exported) -> None:
-    fmu = exported(mechanism(family))
+    fmu = exported(mechanism(family), optimised=True)
     seeds = (*range(100), *FURTHER.get(family, ()))
     assert [line for seed in seeds for line in _broken(family, fmu, seed)] == []

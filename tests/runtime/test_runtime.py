@@ -19,6 +19,7 @@ from scipy.integrate import solve_ivp
 from lag2fmu.codegen import METHODS, TABLEAUS, Tableau
 from lag2fmu.codegen.sources import engine_files
 from lag2fmu.codegen.templates import render
+from lag2fmu.fmu.translation_units import translation_units
 
 HERE = Path(__file__).parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -52,9 +53,10 @@ def build(target: Path, mechanism: str, solver: str, compiler: list[str], flags:
     }
     place = target.with_name(f"{solver}_sources")
     place.mkdir(exist_ok=True)
-    for name, text in files.items():
+    units = translation_units(files)
+    for name, text in {**files, **units}.items():
         (place / name).write_text(text, "utf-8")
-    sources = [*(place / name for name in sorted(files) if name.endswith(".c")), HERE / mechanism / "mechanism.c"]
+    sources = [*(place / name for name in units), HERE / mechanism / "mechanism.c"]
     folders = [f"-I{folder}" for folder in (place, HERE / mechanism, HERE, HEADERS)]
     sizes = [f"-DSTAGES={method.all_stages}", f"-DDENSE_ROWS={method.dense_rows}"]
     command = [*compiler, *STRICT, *flags, *sizes, *folders, *map(str, sources + extra), "-lm", "-o", str(target)]

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from lag2fmu.formats.loading import bundled
+from lag2fmu.dynamics import derive, lower
+from lag2fmu.formats.loading import bundled, load
 
 REPRESENTATIVE = frozenset(
     (
@@ -17,6 +18,15 @@ REPRESENTATIVE = frozenset(
     )
 )
 
+KINDS = REPRESENTATIVE | frozenset(
+    (
+        *("backlash_slider_crank", "block_on_belt", "brake", "braked_wheel", "crane", "dc_motor", "disintegration"),
+        *("gripper", "impact_oscillator", "rocking_block", "rolling_disc", "slides_problem_5_massless"),
+        *("sliding_sphere", "sphere_on_turntable", "stack_of_blocks", "whipple_bicycle", "woodpecker"),
+    )
+)
+"""Those beside which every other bundled model has a ``kind_of`` that is here: what is hybrid, too."""
+
 QUICK = REPRESENTATIVE - {"free_body", "furuta_pendulum", "heavy_top", "humanoid_planar", "six_axis_arm"}
 """Those that are integrated directly, to 1e-12, in seconds."""
 
@@ -25,3 +35,20 @@ def models(chosen: frozenset[str] = REPRESENTATIVE) -> list[Any]:
     """All bundled models as parameters; those that are not chosen only in 'make test-all'."""
     others = pytest.mark.all_models
     return [name if name in chosen else pytest.param(name, marks=others) for name in bundled()]
+
+
+def kind_of(model: str) -> frozenset[str]:
+    """What decides which code a model's FMU has and goes through, beside its size: the parts that it has any of."""
+    equations = derive(load(model))
+    mechanism, program = equations.mechanism, lower(equations)
+    parts = ("contacts", "driven", "filtered", "inputs", "states", "stops", "tables")
+    has = {part: bool(getattr(mechanism, part)) for part in parts}
+    has |= {part: bool(getattr(program, part)) for part in ("frictions", "latches", "switches")}
+    has |= {
+        "holonomic constraints": bool(mechanism.holonomic),
+        "nonholonomic constraints": len(mechanism.constraints) > len(mechanism.holonomic),
+        "parameters that follow from others": bool(equations.dependent),
+        "events": program.hybrid,
+        "events in time": program.timed_bounds is not None,
+    }
+    return frozenset(name for name, is_there in has.items() if is_there)

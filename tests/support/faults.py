@@ -5,19 +5,17 @@ Every fault breaks a law of mechanics; ``validate`` has to find all of them.
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from support.compiling import COMPILERS
+from support.compiling import QUICK
 
-from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.sources import ALL
 
-OPTIONS = ("-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-w")
+OPTIONS = ("-std=c99", "-O0", "-ffp-contract=off", "-fPIC", "-w", "-DFMI2_OVERRIDE_FUNCTION_PREFIX")
 
 
 @dataclass(frozen=True)
@@ -134,41 +132,20 @@ FAULTS = (
 )
 
 
-def unpacked(fmu: Fmu, folder: Path) -> Path:
-    """The FMU in ``folder``, all of its sources compiled there; returns the folder."""
-    with zipfile.ZipFile(fmu.path) as archive:
+def planted(fault: Fault, fmu: Path, path: Path) -> Path:
+    """The FMU ``path``: that in ``fmu`` with the ``fault``, compiled anew from all of its sources in one unit."""
+    folder = path.with_suffix("")
+    with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)
-    for source in sorted((folder / "sources").glob("*.c")):
-        if source.name != ALL:  # which includes the others
-            _compile(source)
-    return folder
-
-
-def planted(fault: Fault, folder: Path, path: Path) -> Path:
-    """The FMU ``path`` with the ``fault``, from the ``folder`` of ``unpacked``, where one file is compiled anew."""
     source = folder / "sources" / fault.file
     text = source.read_text("utf-8")
     assert text.count(fault.right) == 1, f"{fault.file} has changed: plant the fault '{fault.name}' anew"
-    try:
-        source.write_text(text.replace(fault.right, fault.wrong), "utf-8")
-        _compile(source)
-        (library,) = (folder / "binaries").rglob("*.so")
-        objects = sorted(map(str, (folder / "sources").glob("*.o")))
-        subprocess.run([*_compiler(), "-shared", "-o", str(library), *objects, "-lm"], check=True)
-    finally:
-        source.write_text(text, "utf-8")
+    source.write_text(text.replace(fault.right, fault.wrong), "utf-8")
+    (library,) = (folder / "binaries").rglob("*.so")
+    command = [*QUICK, *OPTIONS, f"-I{fmi_headers()}", "-shared", str(source.with_name(ALL)), "-o", str(library), "-lm"]
+    subprocess.run(command, check=True)
     with zipfile.ZipFile(path, "w") as archive:
         for file in sorted(folder.rglob("*")):
-            if file.is_file() and file.suffix != ".o":
+            if file.is_file():
                 archive.write(file, file.relative_to(folder).as_posix())
-    _compile(source)
     return path
-
-
-def _compile(source: Path) -> None:
-    command = [*_compiler(), *OPTIONS, f"-I{fmi_headers()}", "-c", source.name, "-o", f"{source.stem}.o"]
-    subprocess.run(command, cwd=source.parent, check=True)
-
-
-def _compiler() -> list[str]:
-    return COMPILERS["gcc" if shutil.which("gcc") else "zig"]

@@ -9,8 +9,7 @@ from __future__ import annotations
 import re
 import subprocess
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -32,6 +31,7 @@ from lag2fmu.fmu.deriving import derived
 from lag2fmu.fmu.live.spots import no_spots
 from lag2fmu.fmu.live.work import work
 from lag2fmu.fmu.observers import OBSERVERS_SOLVER
+from lag2fmu.fmu.translation_units import c_files
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.formats.loading import as_mechanism, load
@@ -85,28 +85,37 @@ def _circle(graph: Graph) -> list[str]:
     return []
 
 
-def _compile(folder: Path, file: str) -> tuple[set[str], set[str], list[tuple[str, str]]]:
-    """The symbols that a file defines and uses, and the calls between functions in it."""
-    stem = file.removesuffix(".c")
-    command = ["gcc", "-std=c99", "-O0", "-w", "-c", "-fcallgraph-info", f"-I{fmi_headers()}", file]
-    done = subprocess.run(
-        [*command, f"-I{fmi_headers(VERSIONS['3.0'])}"], cwd=folder, capture_output=True, text=True, check=False
-    )
+def _compiled(folder: Path, files: Sequence[str]) -> dict[str, tuple[set[str], set[str], list[tuple[str, str]]]]:
+    """{file: symbols that it defines, symbols that it uses, calls between functions in it} of ``files`` in ``folder``.
+
+    One command for all of them: to start a compiler and nm for each would take longer than what they do.
+    """
+    headers = [f"-I{fmi_headers(version)}" for version in VERSIONS.values()]
+    command = ["gcc", "-std=c99", "-O0", "-w", "-c", "-fcallgraph-info", *headers, *files]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    table = subprocess.run(["nm", f"{stem}.o"], cwd=folder, capture_output=True, text=True, check=True).stdout
-    symbols = [line.split()[-2:] for line in table.splitlines()]
-    defined = {name for kind, name in symbols if kind in "TDBRC"}
-    used = {name for kind, name in symbols if kind == "U"}
-    return defined, used, CALL.findall((folder / f"{stem}.ci").read_text("utf-8"))
+    objects = [file.replace(".c", ".o") for file in files]
+    table = subprocess.run(["nm", "-A", *objects], cwd=folder, capture_output=True, text=True, check=True).stdout
+    symbols: dict[str, list[tuple[str, str]]] = defaultdict(list)
+    for line in table.splitlines():
+        place, _, rest = line.partition(":")
+        kind, name = rest.split()[-2:]
+        symbols[place].append((kind, name))
+    return {
+        file: (
+            {name for kind, name in symbols[made] if kind in "TDBRC"},
+            {name for kind, name in symbols[made] if kind == "U"},
+            CALL.findall((folder / made.replace(".o", ".ci")).read_text("utf-8")),
+        )
+        for file, made in zip(files, objects, strict=True)
+    }
 
 
 def circles(folder: Path, sources: Mapping[str, str]) -> tuple[list[str], list[str]]:
     """A circle of files and one of functions among the C ``sources``, each empty if there is none."""
     for name, text in sources.items():
         (folder / name).write_text(text, "utf-8")
-    files = sorted(name for name in sources if name.endswith(".c"))
-    with ThreadPoolExecutor() as pool:
-        found = dict(zip(files, pool.map(lambda file: _compile(folder, file), files), strict=True))
+    found = _compiled(folder, c_files(sources))
     home = {symbol: file for file, (defined, *_) in found.items() for symbol in defined}
     calls: Graph = {file: {home[s] for s in used if s in home} - {file} for file, (_, used, _) in found.items()}
     upward = [f"{a} calls {b}" for a in calls for b in calls[a] if HEIGHT.get(a, len(ROOMS)) < HEIGHT.get(b, 0)]
@@ -159,10 +168,9 @@ def test_names_that_the_linker_sees_are_listed(request: pytest.FixtureRequest, t
     for folder, sources in _trees(tmp_path):
         for name, text in sources.items():
             (folder / name).write_text(text, "utf-8")
-        files = [name for name in sources if name.endswith(".c") and (name not in HEIGHT or name not in names)]
-        with ThreadPoolExecutor() as pool:
-            for file, (defined, *_) in zip(files, pool.map(lambda file: _compile(folder, file), files), strict=True):  # noqa: B023
-                names.setdefault(file, set()).update(name for name in defined if not name.startswith("fmi"))
+        new = [name for name in c_files(sources) if name not in HEIGHT or name not in names]
+        for file, (defined, *_) in _compiled(folder, new).items():
+            names.setdefault(file, set()).update(name for name in defined if not name.startswith("fmi"))
     assert names.keys() >= HEIGHT.keys()
     text = "".join(f"{' '.join([file, *sorted(found)])}\n" for file, found in sorted(names.items()) if found)
     if request.config.getoption("--update"):

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chosen import REPRESENTATIVE
 from components import SteppingComponent, component_of, exchange
 from stepping3 import Stepping3
 
@@ -31,7 +30,9 @@ EQUAL, MOST_BYTES = 1e-12, 300_000
 """The relative difference that two mathematical libraries may make in the greatest value; the size of a component."""
 KINDS = ("CoSimulation", "ModelExchange")
 HERE = Path(__file__).parent
-CHOSEN = [*sorted(FEW), *(pytest.param(name, marks=pytest.mark.all_models) for name in sorted(REPRESENTATIVE - FEW))]
+FURTHER = ("andrews_squeezer", "cart_pole", "free_body", "motion_driven_pendulum", "slides_problem_5_small")
+"""Long code, inputs, quaternions, an input with its rate, and what has no mass."""
+CHOSEN = [*sorted(FEW), *(pytest.param(name, marks=pytest.mark.all_models) for name in FURTHER)]
 COUNT = {"CoSimulation": 50, "ModelExchange": 200}
 """Steps: by co-simulation through the experiment, by model exchange, with Euler's method, 1e-4 of it each."""
 

@@ -15,10 +15,11 @@ from pathlib import Path
 from threading import Timer
 
 import pytest
+from chosen import KINDS
 from hosts import REPRESENTATIVE, representative
 
 from lag2fmu.fmu import Fmu, export
-from lag2fmu.formats.loading import bundled, load
+from lag2fmu.formats.loading import load
 
 pytestmark = pytest.mark.toolchain
 
@@ -50,7 +51,8 @@ BOUNDED = ("sh", "-c", 'ulimit -t 600; exec "$@"', "sh")
 ASIDE = re.compile(r"Executed in |Running .* for |\[p\]ause|\[q\]uit")
 """What the interpreter says beside its answers."""
 
-OTHERS = [pytest.param(name, marks=pytest.mark.all_models) for name in bundled() if name not in REPRESENTATIVE]
+OTHERS = [pytest.param(name, marks=pytest.mark.all_models) for name in sorted(KINDS - {*REPRESENTATIVE})]
+"""One of each kind: the variables and the dependencies of two models of a kind differ by names and numbers."""
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ force r along it has the generalized forces J^T r.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise, zip_longest
+from itertools import accumulate, pairwise, zip_longest
 
 import numpy as np
 import sympy as sp
@@ -126,11 +126,10 @@ class Elements:
         """Everything about the rows at ``state``; a batch of states has its axis last."""
         values, batch = self._function(state.rows, self._constants), state.t.shape
         u, k = self.u, self.k
-        parts = np.split(values, np.cumsum([u, len(self.latches), k, k, k * self.n]))
-        gaps, latched, velocities, gamma, jacobian, laws = parts
-        restitution, friction, static = np.moveaxis(laws.reshape(u, 3, *batch), 1, 0)
+        ends = [0, *accumulate((u, len(self.latches), k, k, k * self.n)), len(values)]
+        gaps, latched, velocities, gamma, jacobian, laws = (values[a:b] for a, b in pairwise(ends))
         slopes = jacobian.reshape(k, self.n, *batch)
-        return Rows(gaps, latched, velocities, gamma, slopes, restitution, friction, static, self.slip_rows)
+        return Rows(gaps, latched, velocities, gamma, slopes, laws[::3], laws[1::3], laws[2::3], self.slip_rows)
 
     def events(self, state: StateBatch) -> tuple[Floats, Floats, Floats, Floats]:
         """Margins of kinks, conditions, gaps, velocities of rows at a batch of states: (count, *batch) each, in SI."""
