@@ -43,9 +43,7 @@ def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:
     if run.kind not in (kinds := get_args(Kind)):
         raise LoadError(f"there is no simulation of kind {run.kind!r}; expected {' or '.join(map(repr, kinds))}")
     stop_time, step = _times(description, run.stop_time, run.step)
-    start = run.start_time or float(getattr(description.defaultExperiment, "startTime", None) or 0.0)
-    if start and not stop_time > start:
-        raise LoadError(f"the stop time {stop_time:g} s is not after the start time {start:g} s; give a later one")
+    start = _start(description, run, stop_time)
     check_times(stop_time - start, step)
     if run.tolerance is not None:
         check_tolerance(run.tolerance)
@@ -64,6 +62,14 @@ def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:
         values = np.array([pieces.values(t) for t in grid])
         return Plan(grid, names, scalars, None, Trajectory(grid, pieces.names, values))
     return Plan(grid, names, scalars, pieces, None)
+
+
+def _start(description: Any, run: Run, stop: float) -> float:
+    """The time (s) at which a run begins that is to end at ``stop`` (s)."""
+    start = run.start_time or float(getattr(description.defaultExperiment, "startTime", None) or 0.0)
+    if start and not stop > start:
+        raise LoadError(f"the stop time {stop:g} s is not after the start time {start:g} s; give a later one")
+    return start
 
 
 def times_of(path: Path, stop_time: float | None, step: float | None) -> tuple[float, float]:
