@@ -191,6 +191,8 @@ class Reading:
             at = (*place, element) if element else place
             ends.append(self.node(at, connection.get(f"{side}Connector"), source))
         where = f"{source.label}: the connection of {said(ends[0])} with {said(ends[1])}"
+        if connection.get("startIndices") or connection.get("endIndices"):
+            raise LoadError(f"{where} has indices; whole connectors are connected here: leave the indices out")
         ends = self._in_flow(ends, place, where)
         own = linear_map(connection, where)
         keeps = connection.get("suppressUnitConversion") in ("true", "1")

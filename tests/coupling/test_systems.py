@@ -344,6 +344,14 @@ BROKEN = {
         described(f"<ssd:Elements>{CART}</ssd:Elements><ssd:Connections>{wire('cart.f', 'cart.y')}</ssd:Connections>"),
         "the connection of 'cart.f' with 'cart.y': 'N' does not convert to 'm'; the dimensions must agree",
     ),
+    "indices": (
+        described(
+            f"<ssd:Elements>{CART}</ssd:Elements><ssd:Connections>"
+            + wire("cart.f", "cart.F", 'startIndices="1"')
+            + "</ssd:Connections>"
+        ),
+        "the connection of 'cart.f' with 'cart.F' has indices; whole connectors are connected here",
+    ),
     "two sources": (
         described(
             f"<ssd:Elements>{CART}{WAGON}</ssd:Elements><ssd:Connections>{wire('wagon.x', 'cart.y')}"
