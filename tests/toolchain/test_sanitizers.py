@@ -84,7 +84,8 @@ def test_address_leak_and_undefined_behaviour(model: str, under) -> None:
 def test_random_calls_of_hybrid_mechanisms(model: str, under) -> None:
     """Over impacts and changes between sticking and sliding.
 
-    Not by seed 1: between its calls 4000 and 10000 on a woodpecker something takes 23 s, of which nothing is known.
+    Not by seed 1: its call 8598 on a woodpecker is a step whose random numbers make it chatter to the bound of a
+    million events, which takes 23 s.
     """
     run = under(model, hosts.ADDRESS)
     assert succeeded(run("cycles", 1000)) == "1000 cycles\n"
