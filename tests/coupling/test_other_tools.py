@@ -6,9 +6,11 @@ import re
 import zipfile
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 from by_hand import SOURCE, XML, by_hand
+from lxml import etree
 from train import CAR, WAGON_ALONE, wagon_in_one_piece
 
 import lag2fmu
@@ -185,7 +187,10 @@ def test_enumerations_are_set_and_connected(tmp_path) -> None:
     with zipfile.ZipFile(path) as archive:
         text = archive.read("resources/parameters.ssv").decode()
         assert 'value="drive"' in text
-        assert '<ssc:Item name="drive" value="4"' in archive.read("SystemStructure.ssd").decode()
+        written = archive.read("SystemStructure.ssd")
+        assert b'<ssc:Item name="drive" value="4"' in written
+        schema = Path(fmpy.__file__).parent / "ssp" / "schema" / "SystemStructureDescription.xsd"
+        etree.XMLSchema(file=str(schema)).assertValid(etree.fromstring(written))
     run = lag2fmu.simulate(path, stop_time=1.0, step=0.125)
     assert run["a.x"][-1] == pytest.approx(1 + 4.0)
     assert run["b.x"][-1] == pytest.approx(1 + 2.0), "the gear that c shows"
