@@ -21,7 +21,7 @@ from lag2fmu.verify.co_simulation import co_simulation
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
 from lag2fmu.verify.plan import input_orders, planned
 from lag2fmu.verify.remarks import moved_guesses, short_inputs
-from lag2fmu.verify.run import Feedback, Floats, Plan, Run, first_inputs, whole
+from lag2fmu.verify.run import Feedback, Floats, Kind, Plan, Run, first_inputs, whole
 from lag2fmu.verify.scalars import scalars_of
 from lag2fmu.verify.stepping import Simulation, sampled
 
@@ -51,8 +51,7 @@ def simulate_fmu(path: Path, run: Run) -> Trajectory:
 def _simulated(path: Path, run: Run) -> Trajectory:
     """What ``simulate_fmu`` gives, in this process; the warnings are heard by ``run``."""
     description = description_of(path)
-    if description.coSimulation is None and description.modelExchange is not None and run.feedback is None:
-        run = replace(run, kind="model-exchange")  # it offers nothing else
+    run = replace(run, kind=_kind(path, description, run))
     plan = planned(description, scalars_of(description, path), run)
     warned = run.warned or _LOGGER.warning
     if plan.held is not None and not run.hold:
@@ -74,6 +73,19 @@ def _simulated(path: Path, run: Run) -> Trajectory:
                 f"'{path}': the simulation stopped at t = {reached:.9g} s of {stop:g} s; {instance.log.tail()}"
             )
     return Trajectory(time, tuple(plan.names), values)
+
+
+def _kind(path: Path, description: Any, run: Run) -> Kind:
+    """The kind of the ``run``; model exchange where the FMU offers nothing else, unless inputs follow outputs."""
+    if run.kind != "co-simulation" or description.coSimulation is not None:
+        return run.kind
+    if description.modelExchange is None:
+        raise LoadError(f"'{path}': offers neither co-simulation nor model exchange, by which FMUs run here")
+    if run.feedback is not None:
+        raise LoadError(
+            f"'{path}': offers no co-simulation, by which controllers run; make it the component of a system"
+        )
+    return "model-exchange"
 
 
 def _loop(description: Any, run: Run, plan: Plan) -> Callable[[Instance, Run, Plan], tuple[Floats, Floats]]:
