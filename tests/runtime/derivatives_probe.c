@@ -51,6 +51,7 @@ int probe_tangents(void *component, double jacobian[]) {
         if (!equations_tangent(instance, &seed, &tangent)) {
             return 0;
         }
+        equations_locals_tangent(instance, &seed, &tangent);
         for (int i = 0; i < height; i++) {
             jacobian[i * width + k] = *value_in_tangent(&seed, &tangent, &VARIABLES[unknowns[i]]);
         }
