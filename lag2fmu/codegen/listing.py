@@ -33,6 +33,8 @@ SIGNS = {CODE[name]: f"'{sign}'" for name, sign in _SIGNED.items()}
 """{operation: its sign}; functions with other operations have statements."""
 _MOST = 0xFFFF
 """The largest number in a listing."""
+_PLACES = 4000
+"""The most values that a listing works on: they take 32 kB of the stack, half of what any call may have of it."""
 
 _Run = tuple[str, list[str]]
 """The sign of equal operations, and 'place of the result, places of two operands' for each of them."""
@@ -56,7 +58,7 @@ def is_long(program: Program, function: Function) -> bool:
 
 
 def _listed(graph: Graph, function: Function, scheduled: Sequence[Node]) -> str | None:
-    """The definition with a listing; None for operations that have no sign, and more values than places."""
+    """The definition with a listing; None for operations that have no sign, and too many values."""
     code = graph.code
     constants = [node for node in scheduled if code[node] == CONSTANT]
     order = [node for node in scheduled if code[node] != CONSTANT]
@@ -65,7 +67,7 @@ def _listed(graph: Graph, function: Function, scheduled: Sequence[Node]) -> str 
     inputs = [*(node for argument in function.arguments for node in argument.entries), *constants]
     order = _grouped(graph, order)
     places, size = _places(graph, function, inputs, order)
-    if size > _MOST:
+    if size > _PLACES:
         return None
     runs = _runs(graph, order, places)
     values = [c_number(float(graph.value(node))) for node in constants]
