@@ -69,7 +69,7 @@ def network_of_file(path: Path) -> Iterator[Network]:
 
 
 def _noted_step(root: XmlElement, label: str) -> float | None:
-    """The longest communication step (s) that annotations of a known tool tell; None without one."""
+    """The shortest communication step (s) in annotations of OMSimulator or OSP; None without one."""
     noted = [(e, e.get(_STEPS[e.tag])) for e in root.walk() if e.tag in _STEPS]
     return min((number(text, f"{label}: {e.tag}") for e, text in noted if text), default=None)
 

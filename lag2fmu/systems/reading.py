@@ -203,7 +203,7 @@ class Reading:
         """The ``ends`` of a connection of the system at ``place``, in the order in which the value goes.
 
         The kinds of the connectors tell it; the words start and end of the file do not. An input of an element hears,
-        and an input of the system itself is heard by its elements. Source: SSP 2.0, section 5.3.4.
+        and an input of the system itself is heard by its elements. Source: SSP 2.0, section 5.3.2.
         """
         kinds = [self._kind(node) for node in ends]
         gives, hears = zip(*(_flow(k, own=node[0] == place) for k, node in zip(kinds, ends, strict=True)), strict=True)

@@ -98,9 +98,12 @@ class HostedFmu:
         """Integrate until an event, or the ``target`` (s); whether there is an event of the states or of the step."""
         crossed = False
         if target - t > _CLOSE * max(abs(t), abs(target)):
-            crossed, _, reached = self._solver.step(t, target)
-            if self._failure is not None:
-                raise self._failure
+            self._failure = None  # of a step that was taken back
+            try:
+                crossed, _, reached = self._solver.step(t, target)
+            finally:
+                if self._failure is not None:  # what CVode says of it tells less
+                    raise self._failure
             target = reached if crossed else target
         self._time = target
         self._set_time(target)

@@ -203,7 +203,7 @@ def setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Cal
     if not k:
         return lambda t: None
     inputs = (c_uint * k)(*(references[name] for name in names))
-    most = input_orders(instance.description)
+    most, points = input_orders(instance.description), plan.points
     repeated = (c_uint * (most * k))(*(most * list(inputs)))
     slack = 1e-9 * float(plan.grid[-1])  # a communication point may be a rounding before a kink
     orders = (c_int * (most * k))(*np.repeat(np.arange(1, most + 1), k).tolist())
@@ -211,7 +211,7 @@ def setter(instance: Instance, plan: Plan, references: Mapping[str, int]) -> Cal
     def set_pieces(t: float) -> None:
         found = plan.pieces.derivatives(t, slack)  # type: ignore[union-attr]
         if most == 1:  # a chord, which meets the next value
-            h = float(plan.grid[np.searchsorted(plan.grid, t + slack)]) - t
+            h = float(points[np.searchsorted(points, t + slack)]) - t
             before = plan.pieces.derivatives(t + h - slack)  # type: ignore[union-attr]
             found[1] = (before[0] + slack * before[1] - found[0]) / h
         fmu.fmi2SetReal(component, inputs, k, (c_double * k)(*found[0]))

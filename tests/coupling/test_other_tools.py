@@ -45,7 +45,7 @@ def train(request, exported, tmp_path_factory) -> Path:
 
 
 def test_start_and_end_of_a_connection_are_words_alone(train: Path, tmp_path) -> None:
-    """The kinds of the connectors tell where a value goes: SSP 2.0, section 5.3.4."""
+    """The kinds of the connectors tell where a value goes: SSP 2.0, section 5.3.2."""
     ends = 'startElement="wagon" startConnector="x" endElement="cart" endConnector="y"'
     turned = 'startElement="cart" startConnector="y" endElement="wagon" endConnector="x"'
     other = rewritten(train, tmp_path / "turned.ssp", (ends, turned))
