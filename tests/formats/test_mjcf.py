@@ -84,6 +84,7 @@ def test_an_arm_moves_as_in_mujoco(robot: Robot) -> None:
     assert [found[name] for name in names] == pytest.approx(state.qacc.tolist(), rel=1e-12)
 
 
+PART = "that compensation of gravity counts to the actuators' force on the joint j"
 FREE = """<mujoco model="free"><option gravity="0.1 0 -9.81"><flag contact="disable"/></option><worldbody>
 <site name="nail" pos="0.5 0 2"/><body name="hull" quat="0.9 0.1 0.2 0.3">
   <joint type="free" name="hull" damping="0.7" stiffness="3" armature="0.05"/>
@@ -103,6 +104,68 @@ FREE = """<mujoco model="free"><option gravity="0.1 0 -9.81"><flag contact="disa
   <motor name="winch" tendon="winch" gear="-3"/>
   <motor name="hip" joint="hip" gear="0.5 0 1"/><motor name="hip_in_hull" jointinparent="hip" gear="0.5 0 1"/>
   <general name="brake" joint="hull" gear="1 0 0 0 0 1" biastype="affine" biasprm="0.1 0 -0.4"/></actuator></mujoco>"""
+
+
+LIFTED = """<mujoco><worldbody>
+<body name="lamp" gravcomp="1">
+  <site name="wall" pos="0.2 0 0.4"/><inertial pos="0 0 1" mass="1" diaginertia="1 1 1"/></body>
+<body name="rod" gravcomp="0.7"><joint name="a" axis="0 1 0"/><inertial pos="0 0 1" mass="2" diaginertia="1 1 1"/>
+  <body name="pod" pos="0.2 0.3 0.1" euler="0 30 40" gravcomp="-1">
+    <site name="knee" pos="0.3 0.2 0"/><inertial pos="0.1 0 0.2" mass="3" diaginertia="1 1 1"/>
+    <body name="leg" gravcomp="1.5"><joint name="b" axis="1 0 0"/>
+      <site name="toe" pos="0 0.6 0.1"/><inertial pos="0 0.5 0.4" mass="1" diaginertia="1 1 1"/>
+    </body></body></body></worldbody></mujoco>"""
+
+
+def test_compensated_weights_move_as_in_mujoco(robot: Robot) -> None:
+    """Of bodies that move and one fixed in them, more than the whole weight and less than none; the lamp stands."""
+    mechanism, model = robot(LIFTED), mujoco.MjModel.from_xml_string(LIFTED)
+    assert mechanism.not_taken == ()
+    assert [load.name for load in mechanism.loads] == ["lift_of_rod", "lift_of_pod", "lift_of_leg"]
+    state = mujoco.MjData(model)
+    state.qpos[:] = 0.4, -0.7
+    mujoco.mj_forward(model, state)
+    found = accelerations(mechanism, a=0.4, b=-0.7)
+    assert [found["a"], found["b"]] == pytest.approx(state.qacc.tolist(), rel=1e-12)
+
+
+def test_tendons_have_an_armature(robot: Robot) -> None:
+    """Of two joints, between two sites, and over three, at a state that moves: its inertia turns with the sites."""
+    tendons = """<tendon><fixed name="two" armature="3"><joint joint="a" coef="1"/><joint joint="b" coef="-2"/></fixed>
+        <spatial name="short" armature="2"><site site="wall"/><site site="toe"/></spatial>
+        <spatial name="long" armature="4" stiffness="5">
+        <site site="wall"/><site site="knee"/><site site="toe"/></spatial>
+        </tendon></mujoco>"""
+    text = LIFTED.replace("</mujoco>", tendons)
+    mechanism, model = robot(text), mujoco.MjModel.from_xml_string(text)
+    assert mechanism.not_taken == ()
+    state = mujoco.MjData(model)
+    state.qpos[:], state.qvel[:] = (0.4, -0.7), (1.1, 2.3)
+    mujoco.mj_forward(model, state)
+    found = accelerations(mechanism, a=0.4, b=-0.7, a_dot=1.1, b_dot=2.3)
+    assert [found["a"], found["b"]] == pytest.approx(state.qacc.tolist(), rel=1e-12)
+
+
+def test_sensors_give_way_to_the_wrench_of_what_floats(robot: Robot) -> None:
+    """The force at a site has three outputs that would be called as inputs of the body."""
+    text = body('<freejoint/><body><joint/><site name="s"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body>')
+    mechanism = robot(text.replace("</mujoco>", '<sensor><force name="rod_force" site="s"/></sensor></mujoco>'))
+    assert "rod_force_x" in [u.name for u in mechanism.inputs]
+    assert [output.name for output in mechanism.outputs] == ["rod_force_2"]
+
+
+@pytest.mark.parametrize(
+    ("joint", "after", "told"),
+    [('actuatorgravcomp="true"', "", ()),
+     ('actuatorgravcomp="true" actuatorfrcrange="-1 1"', "", (PART,)),
+     ('actuatorgravcomp="true"', '<sensor><jointactuatorfrc joint="j"/></sensor>', (PART,))],
+)  # fmt: skip
+def test_compensation_that_counts_to_actuators_is_told_where_it_matters(
+    robot: Robot, joint: str, after: str, told: tuple[str, ...]
+) -> None:
+    """Where the joint limits the force of its actuators, and where a sensor shows it."""
+    text = body(f'<joint name="j" axis="0 1 0" {joint}/>', after).replace("<body ", '<body gravcomp="1" ')
+    assert robot(text).not_taken == told
 
 
 def turning(quaternion: Any, rates: Any) -> Any:
@@ -186,6 +249,7 @@ def body(inside: str, after: str = "") -> str:
     return f'<mujoco><worldbody><body name="rod">{inside}{inertial}</body></worldbody>{after}</mujoco>'
 
 
+MEDIUM = "the medium (density, viscosity, wind)"
 SLIDES = '<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide"/><joint name="phi" axis="0 -1 0"/>'
 
 
@@ -476,13 +540,14 @@ def test_what_is_not_taken_is_listed(robot: Robot) -> None:
 
 def test_what_is_not_taken_is_a_warning_each_in_python_too(robot: Robot, caplog: pytest.LogCaptureFixture) -> None:
     """One for each part, as it stands in the text; a text of before, in which all is one string, is read."""
-    found = robot(body('<joint/><geom size="1"/><geom size="2"/>').replace("<body ", '<body gravcomp="1" '))
-    told = ("contacts of 2 geoms (ground takes them)", "compensation of gravity")
+    air = '<mujoco><option density="1.2"/>'
+    found = robot(body('<joint/><geom size="1"/><geom size="2"/>').replace("<mujoco>", air))
+    told = ("contacts of 2 geoms (ground takes them)", MEDIUM)
     assert [record.getMessage() for record in caplog.records] == [
         f"warning: not taken from the imported file: {what}" for what in told
     ]
     text = write(found)
-    assert 'not_taken = [\n    "contacts of 2 geoms (ground takes them)",\n    "compensation of gravity",\n]\n' in text
+    assert f'not_taken = [\n    "contacts of 2 geoms (ground takes them)",\n    "{MEDIUM}",\n]\n' in text
     assert read(text.replace('    "contacts of 2 geoms (ground takes them)",\n', ""), "text").not_taken == told[1:]
     before = text.replace(
         text[text.index("not_taken") : text.index("]\n", text.index("not_taken")) + 2], 'not_taken = "a, b"\n'
@@ -502,15 +567,15 @@ def test_a_tendon_called_as_a_joint_has_its_own_stiffness(robot: Robot) -> None:
 @pytest.mark.parametrize(
     ("flag", "told"),
     [("", ["contacts of 2 geoms (ground takes them)", "contacts of 1 pairs of geoms (ground takes them)",
-           "compensation of gravity"]),
-     ('<option><flag contact="disable"/></option>', ["compensation of gravity"])],
+           MEDIUM]),
+     ('<option><flag contact="disable"/></option>', [MEDIUM])],
 )  # fmt: skip
 def test_what_would_act_is_told_where_nothing_disables_it(robot: Robot, flag: str, told: list[str]) -> None:
-    """Contacts of geoms and of pairs, and compensation of gravity, as the file is loaded by itself."""
+    """Contacts of geoms and of pairs, and the medium, as the file is loaded by itself."""
     text = world(
-        '<geom name="floor" type="plane" size="1 1 1"/><body gravcomp="1"><joint/><geom name="ball" size="1"/></body>'
+        '<geom name="floor" type="plane" size="1 1 1"/><body><joint/><geom name="ball" size="1"/></body>'
     ).replace("</mujoco>", '<contact><pair geom1="floor" geom2="ball"/></contact></mujoco>')
-    found = robot(text.replace("<mujoco>", f"<mujoco>{flag}"))
+    found = robot(text.replace("<mujoco>", f'<mujoco><option density="1.2"/>{flag}'))
     assert found.warnings == tuple(f"not taken from the imported file: {what}" for what in told)
 
 

@@ -24,7 +24,7 @@ from lag2fmu.description.reserved import GLOBAL_NAMES
 from lag2fmu.description.symbols import coordinate, parameter
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.identifiers import identifier, identifiers
-from lag2fmu.formats.robots.attachments import attach
+from lag2fmu.formats.robots.attachments import attach, lift
 from lag2fmu.formats.robots.ground import Ground
 from lag2fmu.formats.robots.looking import look
 from lag2fmu.formats.robots.measuring import measure
@@ -80,8 +80,11 @@ class _Assembly:
         for link in self._links.values():
             self._parts.names.entry("places", link)
         for joint in robot.joints:
+            frame = self._links[joint.child]
             if joint.kind in ("spherical", "floating"):
-                self._parts.names.reserve(of_constraint(f"{self._links[joint.child]}_norm"))
+                self._parts.names.reserve(of_constraint(f"{frame}_norm"))
+            if joint.kind == "floating":  # it has a wrench as inputs
+                self._parts.names.reserve(f"{frame}_{kind}_{axis}" for kind in ("force", "torque") for axis in AXES)
         for joint in robot.joints:
             self._parts.joints[joint.name] = self._named(joint, names[joint.name])
         self._paths: dict[str, sp.Expr] = {}
@@ -106,6 +109,8 @@ class _Assembly:
         bodies = [self._body(name, *lumped) for name, lumped in self._lumped.items() if name != WORLD]
         strength = float(np.linalg.norm(robot.gravity))
         g = parameter(parts.names.variable("g"), strength, "m/s2", "acceleration of gravity")
+        down = numbers(x / strength for x in robot.gravity) if strength else (0, 0, -1)
+        lift(robot, parts, [-x * g for x in down])
         tables: dict[str, Any] = {
             "title": f"Robot {robot.name}",
             "source": f"imported from {self._source}",
@@ -130,7 +135,7 @@ class _Assembly:
             "stops": parts.stops,
             "outputs": parts.outputs,
             "ports": self._ports(),
-            "gravity": Gravity(g, numbers(x / strength for x in robot.gravity) if strength else (0, 0, -1)),
+            "gravity": Gravity(g, down),
         }
         found = Description(identifier(robot.name), strict_units=True, **tables)
         found = standing(found, self._free, placed=self._base != "floating")

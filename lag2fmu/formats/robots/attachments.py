@@ -1,7 +1,8 @@
-"""Attachments to joints and links: actuators, tendons, joints that close loops, couplings."""
+"""Attachments to joints and links: actuators, tendons, joints that close loops, couplings, compensated weights."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial, reduce
 from itertools import product
 
@@ -10,12 +11,12 @@ import sympy as sp
 from lag2fmu.description.joints import JOINTS
 from lag2fmu.description.joints import Joint as Closing
 from lag2fmu.description.names import of_constraint
-from lag2fmu.description.parts import Constraint, Damper, Spring
-from lag2fmu.description.places import AXES, Frame
+from lag2fmu.description.parts import Constraint, Damper, Load, Spring
+from lag2fmu.description.places import AXES, WORLD, Frame, Point
 from lag2fmu.formats.identifiers import identifier, identifiers
 from lag2fmu.formats.robots.driving import drive, limit_force
 from lag2fmu.formats.robots.lengths import idle, length_of, spots_of
-from lag2fmu.formats.robots.parts import DAMPINGS, STIFFNESSES, Parts
+from lag2fmu.formats.robots.parts import DAMPINGS, INERTIAS, STIFFNESSES, Parts
 from lag2fmu.formats.robots.poses import JointPose
 from lag2fmu.formats.robots.tree import Closure, Coupling, Robot, Span, Tendon
 from lag2fmu.formats.robots.writing import number, numbers, turns_of
@@ -45,6 +46,21 @@ def attach(robot: Robot, parts: Parts) -> None:
         _couple(coupling, parts.names.entry("constraints", closures[coupling.name], of_constraint), parts)
 
 
+def lift(robot: Robot, parts: Parts, up: Sequence[sp.Expr]) -> None:
+    """Add forces that compensate weights of ``robot`` to ``parts``; ``up`` (3,), in m/s2, is against gravity."""
+    names = identifiers(robot.lifted, "bodies")
+    for link, mass in robot.lifted.items():
+        (frame, matrix, pose), inertia = parts.carriers[link], robot.links[link]
+        if frame == WORLD or inertia is None or not mass:
+            continue
+        name = names[link]
+        lifted = parts.parameter(f"lifted_{name}", mass, "kg", f"mass of {name} whose weight is compensated")
+        centre = parts.names.entry("places", f"{name}_centre")
+        parts.points.append(Point(centre, numbers(inertia.moved(matrix, pose.origin).center), frame))
+        force = [lifted * x for x in up]
+        parts.loads.append(Load(parts.names.entry("loads", f"lift_of_{name}"), point=centre, force=force))
+
+
 def _of_joint(kind: str, name: str) -> list[str]:
     """The names that a joint of a ``kind`` brings, which becomes constraints."""
     suffixes = [
@@ -54,15 +70,15 @@ def _of_joint(kind: str, name: str) -> list[str]:
 
 
 def _stretch(tendon: Tendon, parts: Parts) -> None:
-    """A spring and a damper along a length."""
+    """A spring, a damper and an inertia along a length."""
     name, along, between = identifier(tendon.name), tendon.length, None
     if isinstance(along, Span) and (reason := idle(along, parts)):
         parts.ignored.append(f"the tendon {tendon.name}: {reason}")
         return
     at = rate = length = None
-    units: tuple[str | None, ...] = (None, None, None)
+    units: tuple[str | None, ...] = (None, None, None, None)
     if isinstance(along, Span):
-        units = (STIFFNESSES["m"], "m", DAMPINGS["m"])
+        units = (STIFFNESSES["m"], "m", DAMPINGS["m"], INERTIAS["m"])
     if isinstance(along, Span) and len(along.spots) == _ENDS:
         between = spots_of(along, name, parts)
     else:
@@ -77,6 +93,9 @@ def _stretch(tendon: Tendon, parts: Parts) -> None:
             at, length = at - length, None
         spring = parts.names.entry("springs", name)
         parts.springs.append(Spring(spring, k, elongation=at, between=between, length=length))
+    if tendon.armature:
+        inertia = parts.parameter(f"armature_{name}", tendon.armature, units[3], f"armature {of}")
+        parts.armatures.append(inertia * (length_of(along, name, parts)[1] if rate is None else rate) ** 2 / 2)
     if tendon.damping:
         c = parts.parameter(f"damping_{name}", tendon.damping, units[2], f"damping {of}")
         parts.dampers.append(Damper(parts.names.entry("dampers", name), c, rate=rate, between=between))

@@ -64,6 +64,12 @@ class Compiled:
         """Whether the model's <flag> disables what MuJoCo calls mjDSBL_``flag``; a flag it does not know does not."""
         return _disabled(self.mujoco, self.model, flag)
 
+    def senses(self, kind: str, index: int) -> bool:
+        """Whether a sensor that MuJoCo calls mjSENS_``kind`` belongs to the object ``index``."""
+        m = self.model
+        own = np.asarray(m.sensor_type) == int(getattr(self.mujoco.mjtSensor, f"mjSENS_{kind}"))
+        return bool(np.any(own & (np.asarray(m.sensor_objid) == index)))
+
     def _type(self, kind: str) -> Any:
         return getattr(self.mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
 

@@ -109,6 +109,7 @@ class _MjcfReader:
             measured,
             touching,
             tuple(looks(self._compiled, self._path.parent)),
+            {self._body(k): float(m.body_gravcomp[k] * m.body_mass[k]) for k in range(1, m.nbody)},
         )
 
     def _inertia(self, body: int) -> LinkInertia | None:
@@ -151,6 +152,8 @@ class _MjcfReader:
             },
             {"jnt": k, "dof": dof},
         )
+        if m.jnt_actgravcomp[k] and (m.jnt_actfrclimited[k] or self._compiled.senses("JOINTACTFRC", k)):
+            self._ignored.append(f"that compensation of gravity counts to the actuators' force on the joint {name}")
         axis = m.jnt_axis[k] / np.linalg.norm(m.jnt_axis[k])
         if kind in (_FREE, _BALL):
             if m.dof_frictionloss[dof]:
@@ -229,7 +232,6 @@ class _MjcfReader:
             f"contacts of {touching} geoms (ground takes them)": contacts and touching > 1,
             f"contacts of {pairs} pairs of geoms (ground takes them)": contacts and pairs,
             "the medium (density, viscosity, wind)": m.opt.density or m.opt.viscosity or m.opt.wind.any(),
-            "compensation of gravity": np.any(m.body_gravcomp),
             "plugins": m.nplugin,
             "flexible bodies": m.nflex,
         }

@@ -197,18 +197,19 @@ def tendon_of(compiled: Compiled, index: int) -> Sum | Span | None:
 
 
 def tendons(compiled: Compiled) -> Iterator[Tendon]:
-    """Those that are springs and dampers; what else they are is noted as ignored."""
+    """Those that are springs, dampers and inertias; what else they are is noted as ignored."""
     m = compiled.model
     for k in range(m.ntendon):
         name, length = compiled.name("tendon", k), tendon_of(compiled, k)
         stiffness, damping = float(np.ravel(m.tendon_stiffness[k])[0]), float(np.ravel(m.tendon_damping[k])[0])
+        armature = float(m.tendon_armature[k]) if hasattr(m, "tendon_armature") else 0.0
         low, high = map(float, m.tendon_lengthspring[k])
         slack = bool(stiffness) and low != high  # between two lengths
         if length is None or slack:
-            if stiffness or damping:
+            if stiffness or damping or armature:
                 compiled.ignored.append(f"the tendon {name}")
-        elif stiffness or damping:
-            yield Tendon(name, length, stiffness, low, damping)
+        elif stiffness or damping or armature:
+            yield Tendon(name, length, stiffness, low, damping, armature)
         compiled.note(
             {
                 f"limits and friction loss of the tendon {name}": (
@@ -216,11 +217,7 @@ def tendons(compiled: Compiled) -> Iterator[Tendon]:
                     "tendon_frictionloss",
                     "tendon_actfrclimited",
                 ),
-                f"armature and polynomials of the tendon {name}": (
-                    "tendon_armature",
-                    "tendon_stiffnesspoly",
-                    "tendon_dampingpoly",
-                ),
+                f"polynomials of the tendon {name}": ("tendon_stiffnesspoly", "tendon_dampingpoly"),
             },
             {"tendon": k},
         )

@@ -6,7 +6,7 @@ Lengths are in m, angles in rad, masses in kg, inertias in kg.m2; vectors (3,) a
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from lag2fmu.formats.robots.poses import Floats, JointPose, LinkInertia
 
@@ -152,13 +152,14 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Tendon:
-    """A spring of ``stiffness`` with the ``rest`` length, and a damper, along the ``length``."""
+    """A spring of ``stiffness`` with the ``rest`` length, a damper and the ``armature`` along the ``length``."""
 
     name: str
     length: Sum | Span
     stiffness: float
     rest: float
     damping: float
+    armature: float
 
 
 @dataclass(frozen=True)
@@ -249,7 +250,8 @@ class Look:
 class Robot:
     """A tree: ``links`` by name with their inertia, None without, the ``root`` among them, ``joints`` parents first.
 
-    ``gravity`` (3,) is in m/s2. ``ignored`` lists everything in the file that is not used.
+    ``gravity`` (3,) is in m/s2. ``ignored`` lists everything in the file that is not used. ``lifted`` {link: mass} are
+    masses (kg) whose weight a force at the link's mass centre compensates.
     """
 
     name: str
@@ -265,6 +267,7 @@ class Robot:
     sensors: tuple[Sensor, ...] = ()
     touches: tuple[Touch, ...] = ()
     looks: tuple[Look, ...] = ()
+    lifted: Mapping[str, float] = field(default_factory=dict)
 
 
 def in_order(root: str, joints: Iterable[RobotJoint]) -> tuple[RobotJoint, ...]:
