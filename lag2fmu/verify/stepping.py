@@ -88,7 +88,7 @@ class Simulation:
         Raises LoadError for names that are no inputs, and for values that are no finite numbers.
         """
         self._check_open()
-        if not isinstance(inputs, Mapping):
+        if not isinstance(inputs, (dict, Mapping)):  # the usual type comes first, as below
             raise LoadError(f"the inputs are {inputs!r}; give a mapping {{name: value}}")
         keys = tuple(inputs)
         found = self._settables.get(keys)
