@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from sympy.printing.str import StrPrinter
 from sympy.utilities.iterables import numbered_symbols
 
+from lag2fmu.deadline import paced
 from lag2fmu.language.definitions import separated
 from lag2fmu.language.vocabulary import NAME_OF, Choice, Smooth
 from lag2fmu.reference.tables import Tabulated, number_of, tabulated
@@ -198,6 +199,9 @@ def shared(expressions: Sequence[sp.Expr]) -> tuple[Steps, list[sp.Expr]]:
     return list(steps.items()), left[len(definitions) :]
 
 
+PART = 500
+"""Expressions that are compiled together, which share their common parts."""
+
 Compiled = Callable[[Array, Sequence[float]], Array]
 """A function (rows, constants) -> (k, *shape), see ``compiled``."""
 
@@ -210,7 +214,11 @@ def compiled(arguments: Sequence[sp.Symbol], expressions: Sequence[sp.Expr]) -> 
     give inf or NaN, without a warning. The functions compiled last are kept: a mechanism's equations are often built
     again with other parameters.
     """
-    return _compiled(tuple(arguments), tuple(expressions))
+    parts = [tuple(expressions[i : i + PART]) for i in range(0, max(len(expressions), 1), PART)]
+    functions = [_compiled(tuple(arguments), part) for part in paced(parts)]  # SymPy takes minutes for thousands
+    if len(functions) == 1:
+        return functions[0]
+    return lambda rows, constants: np.concatenate([function(rows, constants) for function in functions])
 
 
 @lru_cache(maxsize=128)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from ctypes import CFUNCTYPE, addressof, c_int, c_size_t, c_uint, c_void_p
 from typing import Any
 
 import numpy as np
 
+from lag2fmu.errors import LoadError
 from lag2fmu.verify.run import Floats, Scalar, size_of
 
 _CALLS = {False: {"Enumeration": "Integer"}, True: {"Enumeration": "Int64"}}
@@ -26,9 +28,9 @@ class _Doubles:
         """Prepare calls of ``fmu``, an instance of fmpy, for ``size`` numbers of the variables ``references``."""
         self.values: Floats = np.empty(size)
         self._named = (c_uint * len(references))(*references)
-        arguments = (fmu.component, addressof(self._named), len(references), self.values.ctypes.data)
-        self._arguments = (*arguments, size) if third else arguments
         types = (c_void_p, c_void_p, c_size_t, c_void_p, *([c_size_t] if third else []))
+        numbers = (fmu.component, addressof(self._named), len(references), self.values.ctypes.data, size)
+        self._arguments = [kind(number) for kind, number in zip(types, numbers, strict=False)]  # converted once
         version, kind = "3" if third else "2", _DOUBLES[third]
         self._get, self._set = (direct(fmu, f"fmi{version}{verb}{kind}", *types) for verb in ("Get", "Set"))
 
@@ -80,12 +82,12 @@ class _Part:
         self.rows = [offsets[scalars[i].reference] + scalars[i].element for i in columns]
         self.plain = self.rows == list(range(self.size))
         fast = self.plain and kind == _DOUBLES[third] and is_direct(fmu)
-        self._doubles = _Doubles(fmu, self.references, self.size, third=third) if fast else None
+        self.doubles = _Doubles(fmu, self.references, self.size, third=third) if fast else None
 
     def read(self) -> list[Any] | Floats:
         """The values of the scalars (columns,)."""
-        if self._doubles is not None:
-            return self._doubles.read()
+        if self.doubles is not None:
+            return self.doubles.read()
         found = self._whole()
         return found if self.plain else [found[row] for row in self.rows]
 
@@ -96,8 +98,8 @@ class _Part:
 
     def write(self, values: Floats) -> None:
         """Set the scalars to ``values`` (columns,); other elements of arrays keep theirs."""
-        if self._doubles is not None:
-            self._doubles.write(values)
+        if self.doubles is not None:
+            self.doubles.write(values)
             return
         if self.plain and self.kind in _FLOATS:
             self._set(self.references, values.tolist())
@@ -147,6 +149,18 @@ class Channel:
             part.write(values[part.columns])
 
     @property
+    def reading(self) -> Callable[[], Floats]:
+        """``read`` by the shortest way."""
+        doubles = self._parts[0].doubles if len(self._parts) == 1 else None
+        return self.read if doubles is None else doubles.read
+
+    @property
+    def writing(self) -> Callable[[Floats], None]:
+        """``write`` by the shortest way."""
+        doubles = self._parts[0].doubles if len(self._parts) == 1 else None
+        return self.write if doubles is None else doubles.write
+
+    @property
     def references(self) -> list[int]:
         """The value references (k,)."""
         return [s.reference for s in self.scalars]
@@ -155,3 +169,53 @@ class Channel:
     def are_floats(self) -> bool:
         """Whether all are scalar variables that are floating point numbers, as derivatives need it."""
         return all(s.variable.type in _FLOATS and size_of(s.variable) == 1 for s in self.scalars)
+
+
+# ------------------------------------------------------------------------------------------------- between steps
+
+Commands = Mapping[Any, Any]
+"""{input: number}, {array: its numbers} or {(input, ...): their numbers}, in SI units."""
+
+
+def names_in(key: Any) -> tuple[Any, ...]:
+    """The variables that a ``key`` of Commands names."""
+    return key if isinstance(key, tuple) else (key,)
+
+
+class Settables:
+    """The keys of Commands, looked up once: a controller sets the same ones every millisecond."""
+
+    def __init__(self, channel: Channel, sizes: Sequence[int]) -> None:
+        """The ``channel`` sets the numbers of all keys, one after another, ``sizes`` of each."""
+        self._write, self._sizes = channel.writing, sizes
+        self._shape, self._zeros = (sum(sizes),), np.zeros(sum(sizes))
+        self._whole = len(sizes) == 1 and sizes[0] > 1
+
+    def write(self, inputs: Commands) -> None:
+        """Set what ``inputs`` gives these keys; raises LoadError for values that cannot be, or what the FMU raises."""
+        self._write(self._numbers(inputs))
+
+    def _numbers(self, inputs: Commands) -> Floats:
+        values = [*inputs.values()]
+        try:
+            found: Floats = np.asarray(values[0] if self._whole else values, dtype=float)
+            if found.shape == self._shape and math.isfinite(found.dot(self._zeros)):
+                return found
+        except (TypeError, ValueError):  # arrays among them, or no numbers
+            pass
+        return np.concatenate([_part(*item, size) for item, size in zip(inputs.items(), self._sizes, strict=True)])
+
+
+def _part(key: Any, value: Any, size: int) -> Floats:
+    """The ``size`` numbers of one key."""
+    name = ", ".join(map(str, names_in(key)))
+    try:
+        numbers = np.ravel(np.asarray(value, dtype=float))
+    except (TypeError, ValueError):
+        raise LoadError(f"the input {name} = {value!r} is no number") from None
+    if len(numbers) != size:
+        wanted = "one number" if size == 1 else f"{size} numbers"
+        raise LoadError(f"the input '{name}' has {len(numbers)} numbers; give {wanted}")
+    if not np.isfinite(numbers).all():
+        raise LoadError(f"the input {name} = {value!r} is not finite; check what computes it")
+    return numbers

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
+from lag2fmu.deadline import LIMIT, OutOfTimeError, within
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.verify.agreement import SAFETY, has_rows
 from lag2fmu.verify.instances import description_of
@@ -47,17 +48,34 @@ def law_checks(task: Task) -> Iterator[Check]:
         outputs=names,
         warned=lambda sentence: None,
     )
-    run = None if missing else located(task.path, options, watched(task.mechanism))
-    if run is None:
-        why = f"the FMU does not show {', '.join(missing)}" if missing else "the FMU cannot go back to earlier states"
+    system = None if missing else _system(task)
+    run = None if system is None else located(task.path, options, watched(task.mechanism))
+    if system is None or run is None:
+        unseen = f"the FMU does not show {', '.join(missing)}"
+        slow = f"the equations are not derived in {_limit(task):g} s of CPU time; give a longer --limit"
+        why = unseen if missing else slow if system is None else "the FMU cannot go back to earlier states"
         yield check("laws along the run", 1.0, 0.0, why, extent=True)
         return
     signals = task.driving(step)
     inputs = {} if signals is None else signals.sampled(run.time)
     units = {v.name: v.unit for v in description_of(task.path).modelVariables if getattr(v, "unit", None)}
-    along = Along(HybridSystem(task.mechanism), run, inputs, units)
+    along = Along(system, run, inputs, units)
     for item in judged(along, accuracy_of(task.tolerance), smooth=not task.holds):
         yield check(item.law, item.value, item.bar, item.where, unit=item.unit)
+
+
+def _limit(task: Task) -> float:
+    """The CPU time (s) for the equations, also where that of the direct integration is over."""
+    return max(LIMIT, task.limit)
+
+
+def _system(task: Task) -> HybridSystem | None:
+    """The equations of the mechanism on their own path; None where they cannot be derived in time."""
+    try:
+        with within(_limit(task)):
+            return HybridSystem(task.mechanism)
+    except OutOfTimeError:
+        return None
 
 
 def judged(a: Along, accuracy: Accuracy, *, smooth: bool = True) -> Iterator[Residual]:

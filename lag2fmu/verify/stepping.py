@@ -15,14 +15,11 @@ from weakref import WeakSet, finalize
 import numpy as np
 
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.verify.channels import Channel, direct, is_direct
+from lag2fmu.verify.channels import Channel, Commands, Settables, direct, is_direct, names_in
 from lag2fmu.verify.co_simulation import step_to
 from lag2fmu.verify.instances import Instance, is_fmi3
 from lag2fmu.verify.plan import check_known
 from lag2fmu.verify.run import Feedback, Floats, Plan, Scalar
-
-Commands = Mapping[str, Any]
-"""{input: number}, or {array: numbers}, in SI units."""
 
 
 class SavedState:
@@ -45,8 +42,8 @@ class Simulation:
         self._third = is_fmi3(instance.description)
         self._saves = bool(instance.description.coSimulation.canGetAndSetFMUstate)
         self._do_step = _stepper(instance.fmu)
-        self._channels: dict[tuple[str, ...], Channel] = {}
-        self._inputs: dict[tuple[str, ...], tuple[Channel, tuple[int, ...]]] = {}
+        self._readers: dict[tuple[str, ...], Callable[[], Floats]] = {}
+        self._settables: dict[tuple[Any, ...], Settables] = {}
         self._states: WeakSet[SavedState] = WeakSet()
         self._open: ExitStack | None = ExitStack()
         self.inputs = tuple(_of_causality(scalars, "input"))
@@ -60,12 +57,13 @@ class Simulation:
     def step(self, h: float, inputs: Commands | None = None) -> None:
         """Go on by ``h`` (s), with ``inputs`` {name: SI value} that are constant until they are set anew.
 
-        Parameters that may change during a run can be set too. An array takes all its values, in C order.
+        Parameters that may change during a run can be set too. An array takes all its values, in C order. A tuple of
+        names takes an array of their values, which is the fastest way.
         Raises LoadError for a step or values that cannot be, SimulationError if the FMU cannot make the step, or if it
         is closed. After such a failure ``restore`` goes back, if the FMU allows it.
         """
         self._check_open()
-        if not (isinstance(h, Real) and math.isfinite(h) and h > 0):
+        if not ((type(h) is float or isinstance(h, Real)) and math.isfinite(h) and h > 0):
             raise LoadError(f"the step h = {h!r} s is not positive and finite; give its length in s, such as 1e-3")
         if inputs:
             self.set(inputs)
@@ -90,26 +88,27 @@ class Simulation:
         Raises LoadError for names that are no inputs, and for values that are no finite numbers.
         """
         self._check_open()
-        if not isinstance(inputs, Mapping):
+        if not isinstance(inputs, (dict, Mapping)):  # the usual type comes first, as below
             raise LoadError(f"the inputs are {inputs!r}; give a mapping {{name: value}}")
-        names = tuple(inputs)
-        if names not in self._inputs:
-            self._inputs[names] = self._settable(names)
-        channel, sizes = self._inputs[names]
-        numbers = _numbers(inputs, sizes)
+        keys = tuple(inputs)
+        found = self._settables.get(keys)
+        if found is None:
+            found = self._settables[keys] = self._settable(keys)
         try:
-            channel.write(numbers)
+            found.write(inputs)
+        except LoadError:
+            raise
         except Exception as error:  # fmpy raises bare exceptions
             raise LoadError(f"the FMU refuses inputs: {error}; {self._instance.log.tail()}") from error
 
-    def _settable(self, names: Sequence[str]) -> tuple[Channel, tuple[int, ...]]:
-        """How the inputs or tunable parameters ``names`` are set, and how many numbers each has."""
+    def _settable(self, keys: Sequence[Any]) -> Settables:
+        """How the inputs or tunable parameters that ``keys`` name are set."""
         known = [s for s in self._scalars.values() if _is_settable(s)]
         allowed = [*dict.fromkeys([*(s.name for s in known), *(s.variable.name for s in known)])]
-        check_known(names, allowed, "input")
-        groups = [self._elements(name) for name in names]
+        check_known([name for key in keys for name in names_in(key)], allowed, "input")
+        groups = [[s for name in names_in(key) for s in self._elements(name)] for key in keys]
         channel = Channel(self._instance.fmu, [s for group in groups for s in group], third=self._third)
-        return channel, tuple(map(len, groups))
+        return Settables(channel, [*map(len, groups)])
 
     @overload
     def __getitem__(self, name: str) -> Any: ...
@@ -122,12 +121,13 @@ class Simulation:
         Raises LoadError for an unknown name, SimulationError after closing.
         """
         self._check_open()
-        names = tuple(name) if isinstance(name, Iterable) and not isinstance(name, str) else (name,)
-        if names not in self._channels:
+        names = tuple(name) if isinstance(name, (tuple, list, Iterable)) and not isinstance(name, str) else (name,)
+        read = self._readers.get(names)
+        if read is None:
             found = [s for x in names for s in self._elements(x)]
-            self._channels[names] = Channel(self._instance.fmu, found, third=self._third)
+            read = self._readers[names] = Channel(self._instance.fmu, found, third=self._third).reading
         try:
-            values = self._channels[names].read()
+            values = read()
         except Exception as error:  # fmpy raises bare exceptions
             raise self._failed(f"give {', '.join(names)}", error) from error
         if not isinstance(name, str):
@@ -269,29 +269,3 @@ def _is_settable(scalar: Scalar) -> bool:
     """Whether a number may be set between steps: an input, or a tunable parameter."""
     v = scalar.variable
     return bool(v.causality == "input" or (v.causality == "parameter" and v.variability == "tunable"))
-
-
-def _numbers(inputs: Commands, sizes: Sequence[int]) -> Floats:
-    """The values of ``inputs``, whose numbers are ``sizes`` each, one after another; raises LoadError for others."""
-    try:
-        found = np.array([*inputs.values()], dtype=float)
-        if found.shape == (len(sizes),) == (sum(sizes),) and math.isfinite(found.dot(np.zeros(len(found)))):
-            return found
-    except (TypeError, ValueError):  # arrays among them, or no numbers
-        pass
-    parts = [_part(name, value, size) for (name, value), size in zip(inputs.items(), sizes, strict=True)]
-    return np.concatenate(parts)
-
-
-def _part(name: str, value: Any, size: int) -> Floats:
-    """The ``size`` numbers of the input ``name``."""
-    try:
-        numbers = np.ravel(np.asarray(value, dtype=float))
-    except (TypeError, ValueError):
-        raise LoadError(f"the input {name} = {value!r} is no number") from None
-    if len(numbers) != size:
-        wanted = "one number" if size == 1 else f"{size} numbers"
-        raise LoadError(f"the input '{name}' has {len(numbers)} numbers; give {wanted}")
-    if not np.isfinite(numbers).all():
-        raise LoadError(f"the input {name} = {value!r} is not finite; check what computes it")
-    return numbers

@@ -178,7 +178,7 @@ def _not_compared(task: Task, checks: list[Check]) -> Report:
     warned: list[str] = []
     run = _run(task, kind, step, events, warned.append)
     detail = (
-        f"the direct integration did not get to t = {step:.3g} s in its {task.limit:g} s of CPU time; give a longer "
+        f"the direct integration does not get to t = {step:.3g} s in {task.limit:g} s of CPU time; give a longer "
         "--limit"
     )
     extent = Check("trajectories, share not compared", 1.0, LEFT_OUT, detail, extent=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from click.testing import CliRunner
 from lag2fmu.analysis.equilibria import equilibria
 from lag2fmu.analysis.report import analysis_sections
 from lag2fmu.cli import main
-from lag2fmu.deadline import Budget, OutOfTimeError, check_time, within
+from lag2fmu.deadline import Budget, OutOfTimeError, check_time, paced, within
 from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.formats.loading import load
@@ -118,8 +119,27 @@ def test_a_validation_without_any_time_still_runs_the_fmu(exported, model: str) 
     (run,) = report.trajectories.values()
     assert run.time[-1] == pytest.approx(load(model).experiment.stop_time)
     assert any(check.evidence == "laws" for check in report.checks) == (model == "bouncing_ball")
-    assert any("did not get to" in check.detail for check in report.checks)
+    assert any("does not get to" in check.detail for check in report.checks)
     report.plot()
+
+
+@pytest.mark.parametrize(("limit", "fits"), [(0.2, False), (20.0, True)])
+def test_work_that_is_too_long_ends_after_a_tenth_of_its_time(limit: float, fits: bool) -> None:
+    done, begin = 0, time.thread_time()
+    with within(limit):
+        try:
+            for _ in paced(range(1000)):
+                until = time.thread_time() + 1e-3
+                while time.thread_time() < until:
+                    pass
+                done += 1
+        except OutOfTimeError:
+            assert not fits
+            assert 0.1 * limit <= time.thread_time() - begin < 0.5 * limit
+        else:
+            assert fits
+            assert done == 1000
+    assert list(paced("without any bound")) == list("without any bound")
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, float("nan")])

@@ -15,7 +15,7 @@ import pytest
 
 import lag2fmu
 from lag2fmu.errors import LoadError, SimulationError
-from lag2fmu.verify.channels import Channel, direct
+from lag2fmu.verify.channels import direct
 
 pytestmark = pytest.mark.fmu
 
@@ -74,6 +74,28 @@ def test_states_that_nobody_holds_are_freed(exported, monkeypatch) -> None:
     assert len(freed) == 6  # those that are held are freed when the simulation is closed
     with pytest.raises(SimulationError, match="closed"):
         sim.restore(kept)
+
+
+def test_names_together_take_an_array(exported) -> None:
+    """The same bits as one by one, alone and beside others, in any order of the variables."""
+    forces, angles = ("Q_theta2", "Q_theta1"), ("theta1", "theta2")
+    runs = []
+    for command in (
+        {forces: np.array([0.5, 2.0]), "m1": 1.5},
+        {forces: [0.5, 2.0], ("m1",): 1.5},
+        {"Q_theta1": 2.0, "Q_theta2": 0.5, "m1": 1.5},
+    ):
+        with lag2fmu.start(exported("double_pendulum")) as sim:
+            sim.step(0.1, command)
+            sim.step(0.1, {forces: (0.1, 0.2)})
+            runs.append(tuple(sim[angles]))
+    assert len(set(runs)) == 1
+    with lag2fmu.start(exported("double_pendulum")) as sim:
+        for numbers, said in (([1.0], "has 1 numbers; give 2"), ([1.0, math.nan], "not finite"), ("ab", "no number")):
+            with pytest.raises(LoadError, match=f"the input '?Q_theta2, Q_theta1.*{said}"):
+                sim.step(0.1, {forces: numbers})
+        with pytest.raises(LoadError, match="Q_nothing"):
+            sim.step(0.1, {("Q_theta1", "Q_nothing"): [1.0, 2.0]})
 
 
 def test_arrays_are_set_and_read_as_a_whole(exported) -> None:
@@ -193,7 +215,7 @@ def test_what_an_fmu_refuses_is_a_sentence_with_the_time(exported, monkeypatch) 
     with lag2fmu.start(exported("pendulum")) as sim:
         saved = sim.save()
         sim.step(0.5)
-        monkeypatch.setattr(Channel, "read", refusing)
+        monkeypatch.setattr("lag2fmu.verify.channels._Doubles.read", refusing)
         for call in ("getFMUState", "setFMUState"):
             monkeypatch.setattr(sim._instance.fmu, call, refusing)
         with pytest.raises(SimulationError, match=r"cannot give l at t = 0\.5 s: status 3; "):

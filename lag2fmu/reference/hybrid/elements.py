@@ -14,6 +14,7 @@ from itertools import accumulate, pairwise, zip_longest
 import numpy as np
 import sympy as sp
 
+from lag2fmu.deadline import paced
 from lag2fmu.description import names
 from lag2fmu.language.vocabulary import TIME, symbol
 from lag2fmu.reference.constraints import accelerations_without_qdd, gradients
@@ -86,8 +87,10 @@ class Elements:
         s, m, written = composition.symbols, composition.mechanism, composition.written
         arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
         laws = [written(x) for c in m.unilaterals for x in (c.restitution, c.friction, c.static_friction)]
-        gamma = accelerations_without_qdd(composition, velocities)
-        slopes = gradients(s.qd, velocities)
+        gamma, slopes = [], []
+        for velocity in paced(velocities):  # minutes for some hundreds
+            gamma += accelerations_without_qdd(composition, [velocity])
+            slopes += gradients(s.qd, [velocity])
         self._function = compiled(arguments, [*rows.gaps, *rows.positions(), *velocities, *gamma, *slopes, *laws])
         margins = [*composition.kinks.margins, *(written(latch.while_) for latch in m.latches)]
         known = {TIME, *s.parameters} - set(composition.kinks.sides)

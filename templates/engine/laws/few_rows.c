@@ -168,7 +168,7 @@ static bool choose_state(Few *few, int k) {
         few->state[k + i] = few->state[k];
         few->along[k + i] = few->state[k] == STATE_SLIDING ? trial[i] / length : 0.0;
     }
-    return few->state[k] != before || rows == 2 || few->along[k] != was;
+    return few->state[k] != before || few->along[k] != was || (rows == 2 && few->state[k] == STATE_SLIDING);
 }
 
 static void put_right(Few *few, int k) {

@@ -97,22 +97,35 @@ static bool constraints_open(const SteppedRows *at) {
     return open;
 }
 
-bool step_middle(Instance *instance, double time, double states[]) {
+/* Moves q[n] by what the permanent constraints need where the rows were measured. */
+static void correct_middle(Instance *instance, double q[]) {
     SolverScratch *scratch = &instance->scratch.solver;
     memset(scratch->active, 0, sizeof scratch->active);
     memset(scratch->active, true, HELD * sizeof(bool));
     scratch->nominal = true;
-    for (int i = 0; i < MOST_MIDDLE_CORRECTIONS && HELD > 0; i++) {
-        stepped_place(instance, time, states, &scratch->at);
-        if (!constraints_open(&scratch->at)) {
-            break;
-        }
-        stepped_meet(instance);
-        choose_positions(scratch, &scratch->at, scratch->active);
-        correct_positions(instance, states);
-    }
+    stepped_meet(instance);
+    choose_positions(scratch, &scratch->at, scratch->active);
+    correct_positions(instance, q);
     scratch->nominal = false;
-    return stepped_measure(instance, time, states, &scratch->at);
+}
+
+/* What is measured tells whether the constraints are met; before the first correction, which is the usual one, their
+   places alone do. */
+bool step_middle(Instance *instance, double time, double states[]) {
+    SteppedRows *at = &instance->scratch.solver.at;
+    if (HELD > 0) {
+        stepped_place(instance, time, states, at);
+    }
+    bool regular = true;
+    int corrections = 0;
+    do {
+        if (constraints_open(at)) {
+            correct_middle(instance, states);
+            corrections++;
+        }
+        regular = stepped_measure(instance, time, states, at);
+    } while (regular && corrections < MOST_MIDDLE_CORRECTIONS && constraints_open(at));
+    return regular;
 }
 
 static bool fail_positions(Instance *instance, double time, int row, double residual) {
