@@ -130,11 +130,17 @@ def test_compensated_weights_move_as_in_mujoco(robot: Robot) -> None:
 
 
 def test_tendons_have_an_armature(robot: Robot) -> None:
-    """Of two joints, between two sites, and over three, at a state that moves: its inertia turns with the sites."""
+    """Of two joints, between two sites, and over three, at a state that moves: its inertia turns with the sites.
+
+    The springs of three more are too long, too short, and slack.
+    """
     tendons = """<tendon><fixed name="two" armature="3"><joint joint="a" coef="1"/><joint joint="b" coef="-2"/></fixed>
         <spatial name="short" armature="2"><site site="wall"/><site site="toe"/></spatial>
         <spatial name="long" armature="4" stiffness="5">
         <site site="wall"/><site site="knee"/><site site="toe"/></spatial>
+        <spatial name="rope" stiffness="7" springlength="0 0.3"><site site="wall"/><site site="knee"/></spatial>
+        <fixed name="strut" stiffness="9" springlength="-0.2 0.6"><joint joint="b" coef="1"/></fixed>
+        <spatial name="slack" stiffness="1e4" springlength="0 9"><site site="wall"/><site site="toe"/></spatial>
         </tendon></mujoco>"""
     text = LIFTED.replace("</mujoco>", tendons)
     mechanism, model = robot(text), mujoco.MjModel.from_xml_string(text)

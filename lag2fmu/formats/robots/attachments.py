@@ -75,30 +75,40 @@ def _stretch(tendon: Tendon, parts: Parts) -> None:
     if isinstance(along, Span) and (reason := idle(along, parts)):
         parts.ignored.append(f"the tendon {tendon.name}: {reason}")
         return
-    at = rate = length = None
+    at = rate = elongation = length = None
     units: tuple[str | None, ...] = (None, None, None, None)
     if isinstance(along, Span):
         units = (STIFFNESSES["m"], "m", DAMPINGS["m"], INERTIAS["m"])
-    if isinstance(along, Span) and len(along.spots) == _ENDS:
+    (low, high), of = tendon.rest, f"of the tendon {tendon.name}"
+    if isinstance(along, Span) and len(along.spots) == _ENDS and low == high and not tendon.armature:
         between = spots_of(along, name, parts)
     else:
         at, rate = length_of(along, name, parts)
-    of = f"of the tendon {tendon.name}"
     if tendon.stiffness:
-        k, length = (
-            parts.parameter(f"{what}_{name}", value, unit, f"{what} {of}")
-            for what, value, unit in zip(("stiffness", "length"), (tendon.stiffness, tendon.rest), units, strict=False)
-        )
+        k = parts.parameter(f"stiffness_{name}", tendon.stiffness, units[0], f"stiffness {of}")
+        length = parts.parameter(f"length_{name}", high, units[1], f"length {of}")
         if at is not None:
-            at, length = at - length, None
+            elongation, length = at - _free_length(tendon, at, length, name, parts), None
         spring = parts.names.entry("springs", name)
-        parts.springs.append(Spring(spring, k, elongation=at, between=between, length=length))
+        parts.springs.append(Spring(spring, k, elongation=elongation, between=between, length=length))
     if tendon.armature:
         inertia = parts.parameter(f"armature_{name}", tendon.armature, units[3], f"armature {of}")
-        parts.armatures.append(inertia * (length_of(along, name, parts)[1] if rate is None else rate) ** 2 / 2)
+        parts.armatures.append(inertia * sp.S(rate) ** 2 / 2)
     if tendon.damping:
         c = parts.parameter(f"damping_{name}", tendon.damping, units[2], f"damping {of}")
         parts.dampers.append(Damper(parts.names.entry("dampers", name), c, rate=rate, between=between))
+
+
+def _free_length(tendon: Tendon, at: sp.Expr, longest: sp.Expr, name: str, parts: Parts) -> sp.Expr:
+    """The length at which a spring that is ``at`` a length would be free: that length, where it is slack."""
+    low, high = tendon.rest
+    if low == high:
+        return longest
+    if not low and isinstance(tendon.length, Span):  # no way is shorter than 0
+        return sp.Min(longest, at)
+    unit = "m" if isinstance(tendon.length, Span) else None
+    doc = f"shortest free length of the tendon {tendon.name}"
+    return sp.Max(parts.parameter(f"shortest_{name}", low, unit, doc), sp.Min(longest, at))
 
 
 def _close(closure: Closure, name: str, parts: Parts) -> None:

@@ -92,6 +92,7 @@ class _MjcfReader:
         closures, couplings = self._equalities()
         measured = tuple(sensors(self._compiled))
         touching = () if ground is None else touches(self._compiled, ground, str(self._path))
+        self._check_lifts()
         self._list_ignored(contacts=ground is None)
         x, y, z = m.opt.gravity
         name = m.names.split(b"\0", 1)[0].decode()
@@ -152,8 +153,6 @@ class _MjcfReader:
             },
             {"jnt": k, "dof": dof},
         )
-        if m.jnt_actgravcomp[k] and (m.jnt_actfrclimited[k] or self._compiled.senses("JOINTACTFRC", k)):
-            self._ignored.append(f"that compensation of gravity counts to the actuators' force on the joint {name}")
         axis = m.jnt_axis[k] / np.linalg.norm(m.jnt_axis[k])
         if kind in (_FREE, _BALL):
             if m.dof_frictionloss[dof]:
@@ -222,6 +221,16 @@ class _MjcfReader:
         if length is None or isinstance(length, Span) or not any(factor for _, factor in length):
             return None
         return length, float(self._m.tendon_length0[index])
+
+    def _check_lifts(self) -> None:
+        """Note where it matters that compensation of gravity counts to what actuators do: by limits and by sensors."""
+        m = self._m
+        for k in range(m.njnt):
+            if m.jnt_actgravcomp[k] and (m.jnt_actfrclimited[k] or self._compiled.senses("JOINTACTFRC", k)):
+                joint = self._name("joint", k)
+                self._ignored.append(
+                    f"that compensation of gravity counts to the actuators' force on the joint {joint}"
+                )
 
     def _list_ignored(self, *, contacts: bool) -> None:
         """Note everything else in the model that would act on the motion, with all ``contacts`` if none is taken."""

@@ -204,12 +204,11 @@ def tendons(compiled: Compiled) -> Iterator[Tendon]:
         stiffness, damping = float(np.ravel(m.tendon_stiffness[k])[0]), float(np.ravel(m.tendon_damping[k])[0])
         armature = float(m.tendon_armature[k]) if hasattr(m, "tendon_armature") else 0.0
         low, high = map(float, m.tendon_lengthspring[k])
-        slack = bool(stiffness) and low != high  # between two lengths
-        if length is None or slack:
+        if length is None:
             if stiffness or damping or armature:
                 compiled.ignored.append(f"the tendon {name}")
         elif stiffness or damping or armature:
-            yield Tendon(name, length, stiffness, low, damping, armature)
+            yield Tendon(name, length, stiffness, (low, high), damping, armature)
         compiled.note(
             {
                 f"limits and friction loss of the tendon {name}": (

@@ -152,12 +152,15 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Tendon:
-    """A spring of ``stiffness`` with the ``rest`` length, a damper and the ``armature`` along the ``length``."""
+    """A spring of ``stiffness``, a damper and the ``armature`` along the ``length``.
+
+    The spring is slack between the two lengths of ``rest``.
+    """
 
     name: str
     length: Sum | Span
     stiffness: float
-    rest: float
+    rest: tuple[float, float]
     damping: float
     armature: float
 
