@@ -152,6 +152,33 @@ def test_tendons_have_an_armature(robot: Robot) -> None:
     assert [found["a"], found["b"]] == pytest.approx(state.qacc.tolist(), rel=1e-12)
 
 
+@pytest.mark.fmu
+def test_tendons_rub_and_have_limits(robot: Robot) -> None:
+    """5.5 N push 2 kg against 2 times 1.5 N of one tendon and 0.5 N of another: x = t^2/2 until 2 x = 0.3.
+
+    The rope is 0.5 m long at the start and may be 0.7 m.
+    """
+    slide = (
+        '<site name="a" pos="-0.5 0 0"/><body name="rod"><joint name="x" type="slide" axis="1 0 0"/><site name="b"/>'
+    )
+    text = body("").replace('<body name="rod">', slide).replace(
+        "</mujoco>",
+        """<default><tendon limited="true"/></default><tendon>
+        <fixed name="two" frictionloss="1.5" range="-1 0.3"><joint joint="x" coef="2"/></fixed>
+        <spatial name="rope" range="0.1 0.7" frictionloss="0.5"><site site="a"/><site site="b"/></spatial>
+        </tendon><actuator><motor name="push" joint="x"/></actuator></mujoco>""",
+    )  # fmt: skip
+    assert robot(text).not_taken == (
+        "limits of the tendon two (stops take them)",
+        "limits of the tendon rope (stops take them)",
+    )
+    stopped = robot(text, stops=True)
+    assert stopped.not_taken == ()
+    run = simulate(stopped, stop_time=1.0, step=0.1, values={"u_push": 5.5}, outputs=["x"])
+    assert run["x"][5] == pytest.approx(0.125, rel=1e-9)
+    assert run["x"][-1] == pytest.approx(0.15, rel=1e-9)
+
+
 def test_sensors_give_way_to_the_wrench_of_what_floats(robot: Robot) -> None:
     """The force at a site has three outputs that would be called as inputs of the body."""
     text = body('<freejoint/><body><joint/><site name="s"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body>')

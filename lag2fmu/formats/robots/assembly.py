@@ -102,7 +102,7 @@ class _Assembly:
             self._carry(joint)
         if not parts.coordinates:
             raise LoadError(f"{self._source}: nothing moves in this robot; give base = floating, or a joint that moves")
-        attach(robot, parts)
+        attach(robot, parts, stops=self._stops)
         if ground is not None:
             touch(robot, parts, ground)
         measure(robot, parts)

@@ -8,9 +8,10 @@ from itertools import product
 
 import sympy as sp
 
+from lag2fmu.description.events import Friction
 from lag2fmu.description.joints import JOINTS
 from lag2fmu.description.joints import Joint as Closing
-from lag2fmu.description.names import of_constraint
+from lag2fmu.description.names import of_constraint, of_friction
 from lag2fmu.description.parts import Constraint, Damper, Load, Spring
 from lag2fmu.description.places import AXES, WORLD, Frame, Point
 from lag2fmu.formats.identifiers import identifier, identifiers
@@ -25,8 +26,8 @@ _ENDS = 2
 """The places between which springs and dampers act by themselves."""
 
 
-def attach(robot: Robot, parts: Parts) -> None:
-    """Add the attachments of ``robot`` to ``parts``, which has all links already.
+def attach(robot: Robot, parts: Parts, *, stops: bool) -> None:
+    """Add the attachments of ``robot`` to ``parts``, which has all links already; with ``stops`` tendons' limits too.
 
     Numbers of actuators, tendons and couplings become parameters without a unit, because files give none: their use
     determines it.
@@ -36,7 +37,7 @@ def attach(robot: Robot, parts: Parts) -> None:
     for joint in robot.joints:
         limit_force(joint, robot, parts)
     for tendon in robot.tendons:
-        _stretch(tendon, parts)
+        _stretch(tendon, parts, stops=stops)
     names = [*(c.name for c in robot.closures), *(c.name for c in robot.couplings)]
     closures = identifiers(names, "equalities")
     for closure in robot.closures:
@@ -69,18 +70,18 @@ def _of_joint(kind: str, name: str) -> list[str]:
     return [x for suffix in suffixes for x in (f"constraints.{name}_{suffix}", *of_constraint(f"{name}_{suffix}"))]
 
 
-def _stretch(tendon: Tendon, parts: Parts) -> None:
-    """A spring, a damper and an inertia along a length."""
+def _stretch(tendon: Tendon, parts: Parts, *, stops: bool) -> None:
+    """A spring, a damper and an inertia along a length, its dry friction and its limits."""
     name, along, between = identifier(tendon.name), tendon.length, None
     if isinstance(along, Span) and (reason := idle(along, parts)):
         parts.ignored.append(f"the tendon {tendon.name}: {reason}")
         return
     at = rate = elongation = length = None
-    units: tuple[str | None, ...] = (None, None, None, None)
+    units: tuple[str | None, ...] = (None, None, None, None, None)
     if isinstance(along, Span):
-        units = (STIFFNESSES["m"], "m", DAMPINGS["m"], INERTIAS["m"])
+        units = (STIFFNESSES["m"], "m", DAMPINGS["m"], INERTIAS["m"], "N")
     (low, high), of = tendon.rest, f"of the tendon {tendon.name}"
-    if isinstance(along, Span) and len(along.spots) == _ENDS and low == high and not tendon.armature:
+    if isinstance(along, Span) and len(along.spots) == _ENDS and low == high and not tendon.bends:
         between = spots_of(along, name, parts)
     else:
         at, rate = length_of(along, name, parts)
@@ -97,6 +98,12 @@ def _stretch(tendon: Tendon, parts: Parts) -> None:
     if tendon.damping:
         c = parts.parameter(f"damping_{name}", tendon.damping, units[2], f"damping {of}")
         parts.dampers.append(Damper(parts.names.entry("dampers", name), c, rate=rate, between=between))
+    if tendon.friction:
+        force = parts.parameter(f"friction_{name}", tendon.friction, units[4], f"dry friction {of}")
+        friction = parts.names.entry("frictions", f"friction_of_{name}", of_friction)
+        parts.frictions.append(Friction(friction, on=rate, force=force))
+    if tendon.limits:
+        parts.limit(f"stop_of_{name}", at, tendon.limits, f"limits {of}", stops=stops)
 
 
 def _free_length(tendon: Tendon, at: sp.Expr, longest: sp.Expr, name: str, parts: Parts) -> sp.Expr:

@@ -197,25 +197,24 @@ def tendon_of(compiled: Compiled, index: int) -> Sum | Span | None:
 
 
 def tendons(compiled: Compiled) -> Iterator[Tendon]:
-    """Those that are springs, dampers and inertias; what else they are is noted as ignored."""
+    """Those along which something acts by itself; what nothing is made of is noted as ignored."""
     m = compiled.model
     for k in range(m.ntendon):
         name, length = compiled.name("tendon", k), tendon_of(compiled, k)
-        stiffness, damping = float(np.ravel(m.tendon_stiffness[k])[0]), float(np.ravel(m.tendon_damping[k])[0])
-        armature = float(m.tendon_armature[k]) if hasattr(m, "tendon_armature") else 0.0
         low, high = map(float, m.tendon_lengthspring[k])
-        if length is None:
-            if stiffness or damping or armature:
-                compiled.ignored.append(f"the tendon {name}")
-        elif stiffness or damping or armature:
-            yield Tendon(name, length, stiffness, (low, high), damping, armature)
+        stiffness, damping, armature, friction = (
+            float(np.ravel(getattr(m, f"tendon_{what}")[k])[0]) if hasattr(m, f"tendon_{what}") else 0.0
+            for what in ("stiffness", "damping", "armature", "frictionloss")
+        )
+        limits = limits_of(m.tendon_range[k]) if m.tendon_limited[k] else None
+        tendon = Tendon(name, length or (), stiffness, (low, high), damping, armature, friction, limits)
+        if length is None and tendon.acts:
+            compiled.ignored.append(f"the tendon {name}")
+        elif tendon.acts:
+            yield tendon
         compiled.note(
             {
-                f"limits and friction loss of the tendon {name}": (
-                    "tendon_limited",
-                    "tendon_frictionloss",
-                    "tendon_actfrclimited",
-                ),
+                f"limits of the actuators' force on the tendon {name}": ("tendon_actfrclimited",),
                 f"polynomials of the tendon {name}": ("tendon_stiffnesspoly", "tendon_dampingpoly"),
             },
             {"tendon": k},

@@ -118,8 +118,17 @@ class Parts:
         if joint.armature:
             self.armatures.append(self.parameter(f"armature_{name}", joint.armature, INERTIAS[unit]) * rate**2 / 2)
         if stops and (joint.lower, joint.upper) != (None, None):
-            stop = self.names.entry("stops", f"stop_of_{name}", _of_stop)
-            self.stops.append(Stop(stop, of=path, lower=joint.lower, upper=joint.upper))
+            self.limit(f"stop_of_{name}", path, (joint.lower, joint.upper), "", stops=True)
+
+    def limit(
+        self, name: str, path: sp.Expr, limits: tuple[float | None, float | None], told: str, *, stops: bool
+    ) -> None:
+        """Add a stop at the ``limits`` of a ``path``; without ``stops`` they are ``told`` as ignored."""
+        if not stops:
+            self.ignored.append(f"{told} (stops take them)")
+            return
+        low, high = limits
+        self.stops.append(Stop(self.names.entry("stops", name, _of_stop), of=path, lower=low, upper=high))
 
 
 def _of_stop(name: str) -> list[str]:

@@ -152,7 +152,7 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Tendon:
-    """A spring of ``stiffness``, a damper and the ``armature`` along the ``length``.
+    """A spring of ``stiffness``, a damper, the ``armature``, dry friction and ``limits`` along the ``length``.
 
     The spring is slack between the two lengths of ``rest``.
     """
@@ -163,6 +163,18 @@ class Tendon:
     rest: tuple[float, float]
     damping: float
     armature: float
+    friction: float
+    limits: Limits | None
+
+    @property
+    def bends(self) -> bool:
+        """Whether more acts than a spring and a damper."""
+        return bool(self.armature or self.friction or self.limits)
+
+    @property
+    def acts(self) -> bool:
+        """Whether anything acts along it."""
+        return self.bends or bool(self.stiffness or self.damping)
 
 
 @dataclass(frozen=True)
