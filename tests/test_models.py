@@ -74,7 +74,7 @@ def test_the_fmu_agrees_at_a_sharp_tolerance(model: str, exported) -> None:
     """One of each kind, and those whose motion is not regular: tests/fmu/test_accuracy.py has all others at 1e-10."""
     if load(model).hybrid:
         pytest.skip("importers locate events to the hysteresis of the indicators; tests/gallery has sharp bars")
-    report = lag2fmu.validate(exported(model, optimised=True), tolerance=1e-10)
+    report = lag2fmu.validate(exported(model), tolerance=1e-10)
     assert report.passed, str(report)
 
 

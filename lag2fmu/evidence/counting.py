@@ -32,6 +32,8 @@ _OPERATION = re.compile(
     r"|f(?:add|sub|mul|div|rem) )"
 )
 """A line of LLVM's intermediate code that adds, subtracts, multiplies, divides, takes a root, or calls a function."""
+_AS_IT_IS = ("-Xclang", "-disable-llvm-passes")
+"""The options by which the compiler takes intermediate code as it is: it has been optimised before the counts."""
 _LANES = re.compile(r"<(\d+) x (?:double|float)>")
 _BLOCK = re.compile(r"^(?:define .*\{|[\w.$-]+:.*|\"[^\"]+\":.*)$")
 _FIRST = re.compile(r"^(?:define|[\w.$\"-]+:|  %\S+ = phi )")
@@ -60,7 +62,8 @@ def counted(made: Firmware, *, instructions: bool = True) -> Counted:
     target = (host_target(),)
     code = counting(compile_unit(files, f"{name}.c", target, "-S", "-emit-llvm").decode())
     files[f"{name}.ll"] = code
-    values, operations = _rows(_printed(compile_unit(files, f"{name}.ll", target, "-DCOUNTED", "probe.c", "-lm")))
+    program = compile_unit(files, f"{name}.ll", target, "-DCOUNTED", *_AS_IT_IS, "probe.c", "-lm")
+    values, operations = _rows(_printed(program))
     taken = _by_callgrind(compile_unit(files, f"{name}.c", target, "probe.c", "-lm"), name) if instructions else None
     return Counted(values, operations, taken)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.verify.apart import run_apart, runs_apart
+from lag2fmu.verify.apart import came_through, run_apart, runs_apart
 from lag2fmu.verify.co_simulation import Inputs, Reader
 from lag2fmu.verify.instances import Instance, description_of, instance_of, is_fmi3
 from lag2fmu.verify.plan import planned
@@ -58,7 +58,11 @@ def located(path: Path, run: Run, watched: list[str]) -> Trajectory | None:
     def here(path: Path, run: Run) -> Trajectory:
         return _located(path, run, watched)
 
-    return run_apart(path, run, here) if runs_apart(path) else here(path, run)
+    if not runs_apart(path):
+        return here(path, run)
+    found = run_apart(path, run, here)
+    came_through(path)
+    return found
 
 
 def _located(path: Path, run: Run, watched: list[str]) -> Trajectory:

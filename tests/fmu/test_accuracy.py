@@ -14,7 +14,7 @@ import lag2fmu
 from lag2fmu.codegen import METHODS
 from lag2fmu.description.names import velocity
 from lag2fmu.fmu import Fmu
-from lag2fmu.formats.loading import load
+from lag2fmu.formats.loading import bundled, load
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter
 from lag2fmu.reference import Reference
@@ -59,7 +59,7 @@ def regular(reference: Reference) -> Reference:
     return reference
 
 
-@pytest.mark.parametrize("model", models(QUICK))
+@pytest.mark.parametrize("model", models(QUICK, bundled()))
 def test_error_against_direct_integration(model: str, exported, directly) -> None:
     """Below its bar for three communication steps, and proportional to the tolerance from 1e-3 to 1e-10."""
     if load(model).hybrid:

@@ -230,7 +230,8 @@ def on_a_hard_spring() -> Mechanism:
     return Mechanism("hard_spring", coordinates=[x, y], parameters=[m, k, K], bodies=bodies, springs=springs)
 
 
-def test_what_is_damped_is_said_at_the_export_and_once_in_the_log(tmp_path: Path) -> None:
+def test_what_is_damped_is_said_at_the_export_and_once_in_the_log(exported) -> None:
+    mechanism = on_a_hard_spring()
     for solver, said, values in [
         ("radau5", True, {}),
         ("radau5", False, {"solver_max_step": 2e-4}),
@@ -240,7 +241,7 @@ def test_what_is_damped_is_said_at_the_export_and_once_in_the_log(tmp_path: Path
         ("ros2", False, {"solver_max_step": 2e-4}),
         ("dopri5", False, {}),
     ]:
-        fmu = export(on_a_hard_spring(), tmp_path / f"{solver}.fmu", solver=solver, compiler="host")
+        fmu = exported(mechanism, solver=solver)
         assert ("damps the vibrations of 1e+03 rad/s (y)" in fmu.solver_choice) == (solver != "dopri5")
         sentences = told(fmu.path, [0.1] * 5, **values)
         assert len(sentences) == said, (solver, values, sentences)

@@ -42,18 +42,19 @@ def test_a_motor_runs_up_against_a_table(motion) -> None:
         matrix = np.array([[-R / L, -K / L], [K / J, -slope / J]])
         return matrix, -np.linalg.solve(matrix, [u / L, -(torques[k] - slope * speeds[k]) / J])
 
-    def after(t: float, state: np.ndarray, k: int) -> np.ndarray:
+    def after(t: np.ndarray | float, state: np.ndarray, k: int) -> np.ndarray:
+        """The states (*times, 2) so long after ``state``."""
         matrix, rest = piece(k)
-        return rest + expm(matrix * t) @ (state - rest)
+        return rest + expm(matrix * np.asarray(t)[..., None, None]) @ (state - rest)
 
     run = motion("dc_motor", 0.3, 100, 1e-10, ("i", "phi_dot"))
     start, state, known = 0.0, np.zeros(2), np.empty((101, 2))
     for k in range(4):
         later = run.time >= start - 1e-12
-        known[later] = [after(t - start, state, k) for t in run.time[later]]
+        known[later] = after(run.time[later] - start, state, k)
         fine = np.linspace(1e-9, 0.3, 3000)
-        beyond = [t for t in fine if after(t, state, k)[1] > speeds[k + 1]]
-        if not beyond:
+        beyond = fine[after(fine, state, k)[:, 1] > speeds[k + 1]]
+        if not len(beyond):
             break
         length = brentq(lambda t, s=state, k=k: after(t, s, k)[1] - speeds[k + 1], 1e-9, beyond[0], xtol=1e-15)
         start, state = start + length, after(length, state, k)

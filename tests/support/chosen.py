@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import Any
 
 import pytest
@@ -31,10 +32,11 @@ QUICK = REPRESENTATIVE - {"free_body", "furuta_pendulum", "heavy_top", "humanoid
 """Those that are integrated directly, to 1e-12, in seconds."""
 
 
-def models(chosen: frozenset[str] = REPRESENTATIVE) -> list[Any]:
-    """All bundled models as parameters; those that are not chosen only in 'make test-all'."""
+def models(chosen: frozenset[str] = REPRESENTATIVE, among: Container[str] = KINDS) -> list[Any]:
+    """The chosen models as parameters, and those ``among`` all bundled ones, these only in 'make test-all'."""
     others = pytest.mark.all_models
-    return [name if name in chosen else pytest.param(name, marks=others) for name in bundled()]
+    taken = [name for name in bundled() if name in chosen or name in among]
+    return [name if name in chosen else pytest.param(name, marks=others) for name in taken]
 
 
 def kind_of(model: str) -> frozenset[str]:

@@ -92,7 +92,8 @@ def with_host3(fmu: Fmu, folder: Path, command: Sequence[str]) -> Path:
 
 
 def zig(target: str) -> list[str]:
-    return [sys.executable, "-m", "ziglang", "cc", "-target", target, "-O1"]
+    """The command for a ``target``. With -s, as for libraries of FMUs, zig has the parts of the C library already."""
+    return [sys.executable, "-m", "ziglang", "cc", "-target", target, "-O1", "-s"]
 
 
 KINDS = {"independent": "t", "input": "u", "calculatedParameter": "c"}

@@ -10,8 +10,11 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +27,8 @@ pytestmark = [pytest.mark.toolchain, pytest.mark.fmu, pytest.mark.slow]
 HERE = Path(__file__).parent / "cortex"
 MODELS = ("cart_pole", "six_axis_arm", "four_bar_linkage", "woodpecker", "sliding_sphere")
 STEPS = 500
-ZIG = (sys.executable, "-m", "ziglang", "cc")
+ZIG = (sys.executable, "-m", "ziglang", "cc", "-s")
+"""With -s, as for libraries of FMUs, zig has the parts of the C library already."""
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-DMAIN_SILENT", f"-DMAIN_STEPS={STEPS}")
 BARE = (
     "-mthumb",
@@ -48,29 +52,33 @@ USER = {
 """QEMU's processor -> Debian's name of the C library, zig's target with musl, flags"""
 WINDOWS = {"win64": (64, "x86_64-windows-gnu"), "win32": (32, "x86-windows-gnu", "-msse2", "-mfpmath=sse")}
 """Platform -> the bits of its programs, zig's target and flags"""
-CASES = [(model, real) for model in MODELS for real in ("double", "float")]
+REALS = ("float", "double")
 
 
-@pytest.fixture(scope="module", params=CASES, ids="_".join)
-def files(request: pytest.FixtureRequest) -> Mapping[str, str]:
-    model, real = request.param
+def crossed(targets: Iterable[str]) -> list[Any]:
+    """(model, real, target): each model on each of the ``targets``, in float and double by turns."""
+    cases = [(model, REALS[(i + j) % 2], x) for i, model in enumerate(MODELS) for j, x in enumerate(targets)]
+    return [pytest.param(*case, id=f"{case[0]}_{case[1]}-{case[2]}") for case in cases]
+
+
+@cache
+def files(model: str, real: str) -> Mapping[str, str]:
+    """{name: text} of the mechanism and its main program."""
     return firmware(model, real=real, own_math=True).files
 
 
-@pytest.fixture(scope="module")
-def here(files: Mapping[str, str], tmp_path_factory: pytest.TempPathFactory) -> str:
+@cache
+def here(model: str, real: str) -> str:
     """What this machine prints."""
-    folder = tmp_path_factory.mktemp("here")
-    for name, text in files.items():
+    with TemporaryDirectory() as folder:
+        return run(written(Path(folder), model, real), (*ZIG, *FLAGS))
+
+
+def written(folder: Path, model: str, real: str) -> Path:
+    """The ``folder`` with the files in it."""
+    for name, text in files(model, real).items():
         (folder / name).write_text(text, "utf-8")
-    return run(folder, (*ZIG, *FLAGS))
-
-
-@pytest.fixture
-def folder(files: Mapping[str, str], tmp_path: Path) -> Path:
-    for name, text in files.items():
-        (tmp_path / name).write_text(text, "utf-8")
-    return tmp_path
+    return folder
 
 
 def run(folder: Path, command: tuple[str, ...], *start: str, environment: Mapping[str, str] | None = None) -> str:
@@ -95,19 +103,19 @@ AGREEMENT = 1e-9
 """Of such runs, relative to 1."""
 
 
-@pytest.mark.parametrize("board", CORTEX)
-def test_bits_on_a_bare_processor(board: str, request: pytest.FixtureRequest, folder: Path, here: str) -> None:
+@pytest.mark.parametrize(("model", "real", "board"), crossed(CORTEX))
+def test_bits_on_a_bare_processor(model: str, real: str, board: str, tmp_path: Path) -> None:
     if not (shutil.which("arm-none-eabi-gcc") and shutil.which("qemu-system-arm")):
         pytest.skip("no qemu-system-arm with gcc-arm-none-eabi on this machine")
-    shutil.copy(HERE / "startup.c", folder)
+    shutil.copy(HERE / "startup.c", tmp_path)
     command = ("arm-none-eabi-gcc", *FLAGS, *CORTEX[board], *BARE, "-Wl,--gc-sections", "-T", str(HERE / "cortex.ld"))
     options = ("-M", board, "-nographic", "-semihosting-config", "enable=on,target=native", "-kernel")
-    found = run(folder, command, "qemu-system-arm", *options)
-    if any(board == b and f"{m}_{real}" in request.node.name for b, real, m in ROUNDED_WRONG):
-        assert _numbers(found) == pytest.approx(_numbers(here), rel=AGREEMENT, abs=AGREEMENT)
+    found, expected = run(written(tmp_path, model, real), command, "qemu-system-arm", *options), here(model, real)
+    if (board, real, model) in ROUNDED_WRONG:
+        assert _numbers(found) == pytest.approx(_numbers(expected), rel=AGREEMENT, abs=AGREEMENT)
     else:
-        assert found == here
-    assert np.isfinite(np.array(here.splitlines()[-1].split(","), float)).all()
+        assert found == expected
+    assert np.isfinite(np.array(expected.splitlines()[-1].split(","), float)).all()
 
 
 def _numbers(printed: str) -> list[float]:
@@ -115,20 +123,22 @@ def _numbers(printed: str) -> list[float]:
     return [float(word) for word in printed.splitlines()[-1].split(",")]
 
 
-@pytest.mark.parametrize("processor", USER)
-def test_bits_on_other_processors(processor: str, folder: Path, here: str) -> None:
+@pytest.mark.parametrize(("model", "real", "processor"), crossed(USER))
+def test_bits_on_other_processors(model: str, real: str, processor: str, tmp_path: Path) -> None:
     if shutil.which(f"qemu-{processor}") is None:
         pytest.skip(f"no qemu-{processor} on this machine")
     library, target, *flags = USER[processor]
     root, start = Path("/usr", library), [f"qemu-{processor}"]
     if root.is_dir():
         target, start = library.replace("i686", "x86"), [*start, "-L", str(root)]
-    assert run(folder, (*ZIG, "-target", target, *FLAGS, *flags), *start) == here
+    command = (*ZIG, "-target", target, *FLAGS, *flags)
+    assert run(written(tmp_path, model, real), command, *start) == here(model, real)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows needs no Wine")
-@pytest.mark.parametrize("platform", WINDOWS)
-def test_bits_on_windows(platform: str, folder: Path, here: str) -> None:
+@pytest.mark.parametrize(("model", "real", "platform"), crossed(WINDOWS))
+def test_bits_on_windows(model: str, real: str, platform: str, tmp_path: Path) -> None:
     bits, target, *flags = WINDOWS[platform]
     loader, environment = wine(bits)
-    assert run(folder, (*ZIG, "-target", target, *FLAGS, *flags), loader, environment=environment) == here
+    command = (*ZIG, "-target", target, *FLAGS, *flags)
+    assert run(written(tmp_path, model, real), command, loader, environment=environment) == here(model, real)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browsing import Browser, keys
+from chosen import KINDS
 from numpy.typing import NDArray
 
 import lag2fmu
@@ -23,7 +24,7 @@ from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.documentation import PAGE
 from lag2fmu.fmu.live.document import script
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.resources import bundled, resource_folder
+from lag2fmu.resources import resource_folder
 from lag2fmu.verify.page_samples import page_samples
 from lag2fmu.verify.reference_files import reference_of
 
@@ -85,8 +86,9 @@ def _run(fmu: Fmu, names: Sequence[str], values: Mapping[str, float] | None = No
     return lag2fmu.simulate(fmu, **arguments).columns(list(names))
 
 
-@pytest.mark.parametrize("name", bundled())
+@pytest.mark.parametrize("name", sorted(KINDS | {"bricard"}))
 def test_a_page_computes_what_its_fmu_does(name: str, browser: Browser, live: Callable[[str], Fmu]) -> None:
+    """One of each kind of code, and of each kind of part of a picture: bricard has the joints."""
     fmu = live(name)
     browser.open(_page(fmu), PAUSED)
     assert browser.ask("page.run.error") == ""

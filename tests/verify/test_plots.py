@@ -238,11 +238,11 @@ def test_energy_that_inputs_change_is_not_called_a_drift() -> None:
 
 
 def test_many_coordinates_stay_legible() -> None:
-    mechanism = load("n_pendulum", {"n": 40})
+    mechanism = load("n_pendulum", {"n": 12})
     figure = motion_figure("x", motion(mechanism, 0.01), mechanism)
     assert max(len(axes.lines) for axes in figure.axes if axes.get_title() in ("coordinates", "velocities")) == 8
-    assert "Of 40 coordinates in rad the first 8 are drawn." in foot(figure)
-    assert "Of 40 bodies' paths the first 8 are drawn." in foot(figure)
+    assert "Of 12 coordinates in rad the first 8 are drawn." in foot(figure)
+    assert "Of 12 bodies' paths the first 8 are drawn." in foot(figure)
 
 
 def test_one_coordinate_has_no_configuration_path() -> None:
