@@ -17,7 +17,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from lag2fmu.analysis.evaluation import at, operating_inputs
-from lag2fmu.analysis.linearization import Linearizer
+from lag2fmu.analysis.linearization import linearizer
 from lag2fmu.deadline import check_time
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError
@@ -79,11 +79,11 @@ def floquet(
     """
     T = drive_period(equations) if period is None else period
     base = at(equations, operating_inputs(equations), q, np.zeros_like(q), further)
-    linearizer = Linearizer(equations)
-    first = linearizer(base | {"t": 0.0})
+    about = linearizer(equations)
+    first = about(base | {"t": 0.0})
 
     def matrix(t: float) -> Floats:
-        found = linearizer(base | {"t": t})
+        found = about(base | {"t": t})
         if found.states != first.states:
             raise DerivationError(
                 f"mechanism '{equations.mechanism.name}': the independent coordinates change with time"

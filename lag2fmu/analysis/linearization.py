@@ -14,6 +14,8 @@ Systems, 1994, section 5.3, for independent coordinates of a null space.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
+from functools import lru_cache
 
 import numpy as np
 
@@ -33,24 +35,29 @@ from lag2fmu.language.identifiers import suggestion
 class Linearizer:
     """The tangent program of ``equations``, derived once for many states; a call linearizes at one of them.
 
-    ``outputs`` are the names of the entries of y, see ``linearize``. Raises DerivationError for an unknown name.
     Source: J. G. de Jalon, E. Bayo, Kinematic and Dynamic Simulation of Multibody Systems, 1994, section 5.3.
     """
 
-    def __init__(self, equations: EquationsOfMotion, outputs: Sequence[str] | None = None) -> None:
+    def __init__(self, equations: EquationsOfMotion) -> None:
         self.equations = equations = equations.apart()
         self.tangent: Tangent = differentiate(equations)
         v, g = equations.variables, equations.graph
         self.inputs = tuple(str(g.leaf[node]) for node in v.inputs)
         self.size = len(v.states)
-        self.outputs = tuple(equations.outputs) if outputs is None else tuple(outputs)
+        self.outputs = tuple(equations.outputs)
         self.nodes = dict(equations.locals())
         self.tangents = dict(zip(self.nodes, self.tangent.locals, strict=True))
         self.variables = [str(g.leaf[node]) for node in (*v.states, *v.unknowns)]
-        for name in self.outputs:
+
+    def telling(self, outputs: Sequence[str]) -> Linearizer:
+        """The same with ``outputs``, the names of the entries of y; raises DerivationError for an unknown name."""
+        for name in outputs:
             if name not in self.nodes and name not in self.variables:
                 remedy = suggestion(name, [*self.variables, *self.nodes])
-                raise DerivationError(f"mechanism '{equations.mechanism.name}': '{name}' is no output; {remedy}")
+                raise DerivationError(f"mechanism '{self.equations.mechanism.name}': '{name}' is no output; {remedy}")
+        other = copy(self)
+        other.outputs = tuple(outputs)
+        return other
 
     def at_rest(self, q: Floats, further: Floats) -> Linearization:
         """The linearization about rest at q (n,) with ``further`` states (f,), inputs having their start values."""
@@ -209,6 +216,12 @@ class Linearizer:
         return chosen, shape, push - shape @ push[chosen]
 
 
+@lru_cache(maxsize=1)
+def linearizer(equations: EquationsOfMotion) -> Linearizer:
+    """The linearizer of ``equations``, kept until others are asked for: an export needs it for several analyses."""
+    return Linearizer(equations)
+
+
 def linearize(
     equations: EquationsOfMotion,
     q: Floats | None = None,
@@ -231,7 +244,8 @@ def linearize(
     values = _state(equations, q, qd, t, inputs, further)
     if within and equations.mechanism.hybrid:
         equations = within_modes(equations, values)
-    return Linearizer(equations, outputs)(values)
+    found = linearizer(equations)
+    return (found if outputs is None else found.telling(outputs))(values)
 
 
 def _state(

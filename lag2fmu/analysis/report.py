@@ -16,7 +16,7 @@ from lag2fmu.analysis.conserved import conserved, while_smooth, why_energy_chang
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.evaluation import attempted, driven_by_time
 from lag2fmu.analysis.floquet import floquet
-from lag2fmu.analysis.linearization import Linearizer, linearize
+from lag2fmu.analysis.linearization import linearize, linearizer
 from lag2fmu.analysis.modes import NaturalMode, normal_modes
 from lag2fmu.analysis.sections import Line, Section
 from lag2fmu.analysis.state_space import Linearization
@@ -56,11 +56,10 @@ def analysis_sections(
     With ``coupled`` there are the communication steps that go with other FMUs. All may take ``limit`` (s) of CPU time.
     """
     found = attempted(lambda: equilibria(equations, limit=limit / 3), ())
-    linearizer = cache(lambda: Linearizer(equations))
-    first = cache(lambda: linearizer().at_rest(found[0].q, found[0].further))
+    first = cache(lambda: linearizer(equations).at_rest(found[0].q, found[0].further))
     sections: list[tuple[str, Callable[[], Iterator[Line]]]] = [
         ("Conserved quantities", lambda: _conserved(equations)),
-        ("Equilibria", lambda: _equilibria(equations, found, linearizer)),
+        ("Equilibria", lambda: _equilibria(equations, found)),
         ("Small motions about the equilibrium", lambda: _small_motions(equations, found, first)),
     ]
     if coupled:
@@ -117,9 +116,7 @@ def with_inputs(equations: EquationsOfMotion) -> str:
     return f" with the inputs at their start values, {', '.join([*values, *more])}" if inputs else ""
 
 
-def _equilibria(
-    equations: EquationsOfMotion, found: Sequence[Equilibrium], linearizer: Callable[[], Linearizer]
-) -> Iterator[Line]:
+def _equilibria(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Iterator[Line]:
     if with_inputs(equations):
         yield Line(f"Rest{with_inputs(equations)}:")
     if equations.mechanism.hybrid:
@@ -131,12 +128,12 @@ def _equilibria(
         yield Line("None was found, neither from the start nor from places around it.")
     driven = driven_by_time(equations)
     for item in found:
-        yield Line(f"{_place(equations, item)}{'' if driven else _stability(linearizer, item)}.")
+        yield Line(f"{_place(equations, item)}{'' if driven else _stability(equations, item)}.")
 
 
-def _stability(linearizer: Callable[[], Linearizer], item: Equilibrium) -> str:
+def _stability(equations: EquationsOfMotion, item: Equilibrium) -> str:
     """The end of a sentence that says whether small motions are stable; "" where that is not known."""
-    about = attempted(lambda: linearizer().at_rest(item.q, item.further), None)
+    about = attempted(lambda: linearizer(equations).at_rest(item.q, item.further), None)
     if about is None:
         return ""
     if not about.states:
@@ -169,8 +166,9 @@ def _quantity(x: float, unit: Unit | None, size: float = 0.0) -> str:
 def _with_drives(equations: EquationsOfMotion, found: Sequence[Equilibrium]) -> Linearization:
     """The linearization about the equilibrium or the start, with the forces that carry motions as outputs."""
     outputs = [names.drive(motion.name) for motion in equations.mechanism.motions]
-    linearizer = Linearizer(equations, outputs)
-    return linearizer.at_rest(found[0].q, found[0].further) if found else linearize(equations, outputs=outputs)
+    if not found:
+        return linearize(equations, outputs=outputs)
+    return linearizer(equations).telling(outputs).at_rest(found[0].q, found[0].further)
 
 
 def _small_motions(

@@ -16,9 +16,11 @@ from lag2fmu.mechanism.record import Mechanism
 _Equations = TypeVar("_Equations", bound="EquationsOfMotion")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EquationsOfMotion:
     """M qdd = forcing + G^T multiplier and what follows from it; all entries are nodes of ``graph``, in SI units.
+
+    Equations equal themselves alone, so that what is derived from them can be kept by them.
 
     ``completed`` is the given mechanism with what derivation adds: nominal values, and equilibria of coordinates
     without mass. ``mechanism`` is the same with start values that meet its constraints.
