@@ -137,12 +137,10 @@ def _ends(m: Description, contact: Contact, poses: Poses) -> tuple[Pose, Pose, s
 
 def _pose(poses: Poses, frame: str, place: tuple[sp.Expr, ...], base: str) -> Pose:
     pose, own = poses.pose(frame, base), poses.column(place)
-    arm = times(pose.rotation, own)
-    velocity = pose.velocity + crossed(pose.angular, arm)
-    own_velocity = own.applyfunc(poses.rate)
+    velocity, own_velocity = pose.moved(own), own.applyfunc(poses.rate)
     if any(own_velocity):
         velocity += times(pose.rotation, own_velocity)
-    return pose._replace(origin=pose.origin + arm, velocity=velocity)
+    return pose._replace(origin=pose.at(own), velocity=velocity)
 
 
 def _check_angles(m: Description, contact: Contact, where: str) -> None:

@@ -39,6 +39,10 @@ class Pose(NamedTuple):
         """The point ``place`` (3, 1) of the frame, in the axes of the base, (3, 1), in m."""
         return self.origin + times(self.rotation, place)
 
+    def moved(self, place: sp.Matrix) -> sp.Matrix:
+        """The velocity of the point ``place`` (3, 1) of the frame, in the axes of the base, (3, 1), in m/s."""
+        return self.velocity + crossed(self.angular, times(self.rotation, place))
+
 
 def times(a: sp.Matrix, b: sp.Matrix) -> sp.Matrix:
     """The product of ``a`` (n, m) and ``b`` (m, k), (n, k), without the products of zeros.

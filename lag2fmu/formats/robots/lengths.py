@@ -33,18 +33,21 @@ def _way_along(span: Span, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]:
     metre = parts.metre()
     frames = tuple(replace(x, origin=tuple(_with_unit(o, metre) for o in x.origin)) for x in parts.frames)
     poses = Poses(Description("way", coordinates=tuple(parts.coordinates), frames=frames))
-    way = sp.S.Zero
+    way = rate = sp.S.Zero
     for ends in pairwise(span.spots):
         carriers = [parts.carriers[link] for link, _ in ends]
         base = poses.common(carriers[0][0], carriers[1][0])
-        places = [
-            poses.pose(frame, base).at(sp.Matrix(numbers(pose.origin + matrix @ place)) * metre)
+        spots = [
+            (poses.pose(frame, base), sp.Matrix(numbers(pose.origin + matrix @ place)) * metre)
             for (frame, matrix, pose), (_, place) in zip(carriers, ends, strict=True)
         ]
-        apart = places[1] - places[0]
-        way += sp.sqrt(sp.Add(*(x**2 for x in apart)))
+        (start, begin), (end, stop) = spots
+        apart, moved = end.at(stop) - start.at(begin), end.moved(stop) - start.moved(begin)
+        distance = sp.sqrt(sp.Add(*(x**2 for x in apart)))
+        way += distance
+        rate += sp.Add(*(x * v for x, v in zip(apart, moved, strict=True))) / distance
     gear = gear_of(name, span.gear, parts)
-    return gear * way, gear * poses.rate(way)
+    return gear * way, gear * rate
 
 
 def _with_unit(entry: object, metre: sp.Expr) -> sp.Expr:
