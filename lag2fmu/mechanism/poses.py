@@ -74,7 +74,7 @@ class Poses:
         moving = [*(q.name for q in m.coordinates), *m.driven]
         self._rates = {symbol(name): symbol(names.velocity(name)) for name in moving}
         self._rates[TIME] = sp.S.One
-        self._poses: dict[tuple[str, str], Pose] = {}
+        self._reached: dict[tuple[str, str], _Reached] = {}
 
     def resolved(self, expression: Expression) -> sp.Expr:
         """``expression`` with its definitions written out."""
@@ -110,29 +110,31 @@ class Poses:
 
         Source: Wittenburg, Dynamics of Multibody Systems, 2nd edition, chapter 2.
         """
-        if (name, base) not in self._poses:
-            self._poses[name, base] = self._composed(name, base)
-        return self._poses[name, base]
-
-    def _composed(self, name: str, base: str) -> Pose:
-        origin, velocity, angular, before, last = *(sp.zeros(3, 1) for _ in range(3)), sp.eye(3), _Turn()
+        zero = sp.zeros(3, 1)
+        reached = _Reached(Pose(zero, sp.eye(3), zero, zero), sp.eye(3), _Turn())
         for frame in self._chain(name, base):
-            turned, own = times(before, last.matrix()), sp.Matrix([self.resolved(x) for x in frame.origin])
-            way = times(turned, own)
-            origin += way
-            velocity += crossed(angular, way) + times(turned, own.applyfunc(self.rate))
-            if frame.quaternion is not None:
-                e = sp.Matrix([self.resolved(x) for x in frame.quaternion])
-                before, last = times(before, last.matrix()), _Turn()
-                angular += times(before, _quaternion_rate(e, e.applyfunc(self.rate)))
-                before = times(before, _quaternion_matrix(e))
-            for axis, angle in frame.rotations:
-                whole = self.resolved(angle)
-                if axis != last.axis:
-                    before, last = times(before, last.matrix()), _Turn(axis)
-                last = _Turn(axis, last.angle + whole)
-                angular += times(before, direction(axis)) * self.rate(whole)
-        return Pose(origin, times(before, last.matrix()), angular, velocity)
+            if (frame.name, base) not in self._reached:  # SymPy takes minutes to compare long expressions made twice
+                self._reached[frame.name, base] = self._onward(reached, frame)
+            reached = self._reached[frame.name, base]
+        return reached.pose
+
+    def _onward(self, reached: _Reached, frame: Frame) -> _Reached:
+        """From the parent of ``frame``, which is ``reached``, to the frame."""
+        (origin, rotation, angular, velocity), before, last = reached
+        own = sp.Matrix([self.resolved(x) for x in frame.origin])
+        way = times(rotation, own)
+        velocity += crossed(angular, way) + times(rotation, own.applyfunc(self.rate))
+        if frame.quaternion is not None:
+            e = sp.Matrix([self.resolved(x) for x in frame.quaternion])
+            angular += times(rotation, _quaternion_rate(e, e.applyfunc(self.rate)))
+            before, last = times(rotation, _quaternion_matrix(e)), _Turn()
+        for axis, angle in frame.rotations:
+            whole = self.resolved(angle)
+            if axis != last.axis:
+                before, last = times(before, last.matrix()), _Turn(axis)
+            last = _Turn(axis, last.angle + whole)
+            angular += times(before, direction(axis)) * self.rate(whole)
+        return _Reached(Pose(origin + way, times(before, last.matrix()), angular, velocity), before, last)
 
     def planar(self, place: sp.Matrix, angle: Expression) -> Pose:
         """The pose in the world of what stands in the plane at ``place`` (3, 1), in m, turned by ``angle`` (rad)."""
@@ -170,6 +172,14 @@ class _Turn(NamedTuple):
         """The rotation matrix, (3, 3), by Rodrigues' formula."""
         u, c, s = direction(self.axis), sp.cos(self.angle), sp.sin(self.angle)  # type: ignore[arg-type]
         return c * sp.eye(3) + s * _crossing(u) + (1 - c) * u * u.T
+
+
+class _Reached(NamedTuple):
+    """A frame on a chain: its ``pose``, whose rotation is ``before``, (3, 3), and then the ``last`` turn."""
+
+    pose: Pose
+    before: sp.Matrix
+    last: _Turn
 
 
 def _quaternion_matrix(e: sp.Matrix) -> sp.Matrix:
