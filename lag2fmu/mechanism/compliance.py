@@ -22,7 +22,7 @@ from lag2fmu.description.parts import Damper, Definition
 from lag2fmu.language.units import JOULE, METRE
 from lag2fmu.language.vocabulary import Choice, Smooth, symbol
 from lag2fmu.mechanism.contact_places import geometry_of
-from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.poses import Poses, poses_of
 from lag2fmu.mechanism.unit_check import units_in
 
 
@@ -42,7 +42,7 @@ def compliant_contacts(m: Description) -> Iterator[Compliant]:
     """
     contacts = [contact for contact in m.contacts if contact.law == "compliant"]
     if contacts:
-        poses = Poses(m)
+        poses = poses_of(m)
         for contact in contacts:
             yield _written_out(m, contact, poses)
 

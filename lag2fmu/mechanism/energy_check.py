@@ -21,7 +21,7 @@ from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.vocabulary import Choice, TableCall, symbol
 from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.geometry import values_of
-from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.poses import Poses, poses_of
 from lag2fmu.mechanism.starts import value_at
 
 _JUMPING = (Choice, sp.sign, sp.Heaviside)
@@ -70,7 +70,7 @@ def _jumps(
     m: Description, borders: Callable[[sp.Expr], Borders]
 ) -> Iterator[tuple[str, sp.Expr, tuple[str, float, float]]]:
     """(place of an energy, part of it that jumps, (what moves, where, height of the jump)), in SI units."""
-    poses, known = Poses(m), values_of(m)
+    poses, known = poses_of(m), values_of(m)
     sizes = _sizes(m)
     for where, expression in _energies(m, poses):
         for part, margin in borders(expression):

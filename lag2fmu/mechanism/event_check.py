@@ -19,7 +19,7 @@ from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.vocabulary import TableCall, value_of
 from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.geometry import values_of
-from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.poses import Poses, poses_of
 from lag2fmu.mechanism.scope import Scope
 from lag2fmu.mechanism.starts import start_values, value_at
 from lag2fmu.mechanism.velocities import slips
@@ -156,7 +156,7 @@ def check_meaning(m: Description, scope: Scope) -> None:
 
     ``m`` has everything written out, and its names have been checked.
     """
-    poses, values = Poses(m), values_of(m)
+    poses, values = poses_of(m), values_of(m)
     for where, expression in slips(m):
         _check_affine(where, expression, poses, scope)
     for where, expression, low, high, what in _bounded(m):

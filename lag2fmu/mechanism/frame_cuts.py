@@ -17,7 +17,7 @@ from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import DIMENSIONLESS, METRE
 from lag2fmu.language.vocabulary import symbol, value_of
 from lag2fmu.mechanism.cut import Axis, Cut, Part
-from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.poses import poses_of
 
 _WHY = "which no joint between FMUs does; cut at a frame that turns about one axis, slides along one, or turns freely"
 
@@ -70,7 +70,7 @@ class _Mount:
 
     def __init__(self, d: Description, frame: Frame, values: Mapping[str, float]) -> None:
         """Raises MechanismError where time is in them, or something besides coordinates in a quaternion."""
-        poses, self.d, self.frame, self.values = Poses(d), d, frame, values
+        poses, self.d, self.frame, self.values = poses_of(d), d, frame, values
         self.moving = {symbol(q.name) for q in d.coordinates}
         self.origin = sp.Matrix([poses.resolved(x) for x in frame.origin])
         self.turns = tuple(Rotation(turn.axis, poses.resolved(turn.angle)) for turn in _turns(frame))
@@ -140,7 +140,7 @@ class _Mount:
         along = self.origin.diff(q)
         if along.free_symbols & self.moving:
             self._refuse("slides along a curve")
-        turned = Poses(self.d).pose(self.frame.name, str(self.frame.parent)).rotation.T * along
+        turned = poses_of(self.d).pose(self.frame.name, str(self.frame.parent)).rotation.T * along
         entries = [value_of(x, self.values) for x in turned]
         scale = math.hypot(*entries)
         axis = self._unit(sp.Matrix(entries) / scale)

@@ -28,7 +28,7 @@ from lag2fmu.language.vocabulary import symbol, value_of
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.norms import vanishes
 from lag2fmu.mechanism.planar_joints import angle_of, groups_of, turn_alike
-from lag2fmu.mechanism.poses import Pose, Poses, location_of
+from lag2fmu.mechanism.poses import Pose, Poses, location_of, poses_of
 
 _NOTHING = sp.zeros(3, 1)
 
@@ -70,7 +70,7 @@ def written_out(m: Description) -> Iterator[tuple[Joint, list[Constraint], list[
     closing = [joint for joint in m.joints if joint.between is not None]
     if not closing:
         return
-    poses, values = Poses(m), values_of(m)
+    poses, values = poses_of(m), values_of(m)
     for joint in closing:
         _check_values(joint, values)
         if joint.kind == "gear":

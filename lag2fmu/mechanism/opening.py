@@ -14,7 +14,7 @@ from lag2fmu.mechanism.cut import Cut
 from lag2fmu.mechanism.frame_cuts import frame_cut_at
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.plane_cuts import plane_cut_at
-from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.poses import poses_of
 from lag2fmu.mechanism.record import Mechanism
 
 
@@ -43,7 +43,7 @@ def _without_definitions(d: Description) -> Description:
         angle = None if place.angle is None else poses.resolved(place.angle)
         return replace(place, position=position, angle=angle)
 
-    poses = Poses(d)
+    poses = poses_of(d)
     return replace(d, bodies=tuple(map(resolved, d.bodies)), points=tuple(map(resolved, d.points)))
 
 

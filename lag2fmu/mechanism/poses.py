@@ -9,7 +9,8 @@ Analysis of Mechanical Systems, sections 6.1 and 6.2.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import sympy as sp
@@ -17,6 +18,7 @@ import sympy as sp
 from lag2fmu.description import names
 from lag2fmu.description.description import Description
 from lag2fmu.description.joints import direction
+from lag2fmu.description.parts import Definition
 from lag2fmu.description.places import WORLD, Expression, Frame, remedy_for
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.definitions import written_out
@@ -65,13 +67,17 @@ def crossed(a: sp.Matrix, b: sp.Matrix) -> sp.Matrix:
     return sp.Matrix([product(i, j) - product(j, i) for i, j in ((1, 2), (2, 0), (0, 1))])
 
 
-class Poses:
-    """The poses of the frames of a mechanism; definitions are written out."""
+def poses_of(m: Description) -> Poses:
+    """The poses of the frames of ``m``, kept for those that were asked for last."""
+    return _kept_poses(tuple(m.frames), tuple(m.definitions), (*(q.name for q in m.coordinates), *m.driven))
 
-    def __init__(self, m: Description) -> None:
-        self.frames = {frame.name: frame for frame in m.frames}
-        self._meaning = written_out({d.name: d.expression for d in in_order(m.definitions, "definitions")})
-        moving = [*(q.name for q in m.coordinates), *m.driven]
+
+class Poses:
+    """The poses of ``frames``; definitions are written out, and ``moving`` are the names of what has a velocity."""
+
+    def __init__(self, frames: Sequence[Frame], definitions: Sequence[Definition], moving: Sequence[str]) -> None:
+        self.frames = {frame.name: frame for frame in frames}
+        self._meaning = written_out({d.name: d.expression for d in in_order(definitions, "definitions")})
         self._rates = {symbol(name): symbol(names.velocity(name)) for name in moving}
         self._rates[TIME] = sp.S.One
         self._reached: dict[tuple[str, str], _Reached] = {}
@@ -113,7 +119,7 @@ class Poses:
         zero = sp.zeros(3, 1)
         reached = _Reached(Pose(zero, sp.eye(3), zero, zero), sp.eye(3), _Turn())
         for frame in self._chain(name, base):
-            if (frame.name, base) not in self._reached:  # SymPy takes minutes to compare long expressions made twice
+            if (frame.name, base) not in self._reached:
                 self._reached[frame.name, base] = self._onward(reached, frame)
             reached = self._reached[frame.name, base]
         return reached.pose
@@ -142,6 +148,12 @@ class Poses:
         c, s = sp.cos(turned), sp.sin(turned)
         turn, angular = sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]]), sp.Matrix([0, 0, self.rate(turned)])
         return Pose(place, turn, angular, place.applyfunc(self.rate))
+
+
+@lru_cache(maxsize=8)
+def _kept_poses(frames: tuple[Frame, ...], definitions: tuple[Definition, ...], moving: tuple[str, ...]) -> Poses:
+    """What was composed once is found again: SymPy takes minutes to compare long expressions that are made twice."""
+    return Poses(frames, definitions, moving)
 
 
 def location_of(m: Description, name: str, where: str) -> tuple[str, tuple[sp.Expr, ...]]:

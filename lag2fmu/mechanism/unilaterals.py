@@ -16,7 +16,7 @@ from lag2fmu.language.vocabulary import Choice, TableCall
 from lag2fmu.language.writer import to_text
 from lag2fmu.mechanism.completed import Unilateral
 from lag2fmu.mechanism.contact_places import Geometry, geometry_of
-from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.poses import poses_of
 from lag2fmu.mechanism.starts import start_values, value_at
 from lag2fmu.mechanism.unit_check import units_in
 
@@ -31,7 +31,7 @@ def unilaterals(m: Description) -> Iterator[Unilateral]:
     """Every ideal contact of ``m``, then the sides of each stop, NAME_lower and NAME_upper, if it has them."""
     if not (m.contacts or m.stops):
         return
-    unit_of, poses = units_in(m), Poses(m)
+    unit_of, poses = units_in(m), poses_of(m)
     for contact in m.contacts:
         if contact.law == "ideal":
             yield _of_contact(contact, geometry_of(m, contact, poses), unit_of)
@@ -63,7 +63,7 @@ def _of_stop(stop: Stop, unit_of: UnitOf) -> Iterator[Unilateral]:
 
 def check_gaps(m: Description, found: Iterable[Unilateral]) -> None:
     """Raise MechanismError for a gap without a coordinate, and for one without a value at the start."""
-    poses, start, coordinates = Poses(m), start_values(m), {q.name for q in m.coordinates}
+    poses, start, coordinates = poses_of(m), start_values(m), {q.name for q in m.coordinates}
     for unilateral in found:
         gap = poses.resolved(unilateral.gap)
         used = free_names([gap])
@@ -95,7 +95,7 @@ def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = Fa
     Without ``solved``, gaps with coordinates that constraints may still determine are left out. With ``solved``, the
     starts of ``m`` meet the constraints already.
     """
-    poses, start, rounding = Poses(m), start_values(m, guesses=solved), _SOLVED if solved else _ROUNDING
+    poses, start, rounding = poses_of(m), start_values(m, guesses=solved), _SOLVED if solved else _ROUNDING
     for unilateral in found:
         gap = poses.resolved(unilateral.gap)
         value, terms = value_at(gap, start), [value_at(term, start) or 0.0 for term in sp.Add.make_args(gap)]

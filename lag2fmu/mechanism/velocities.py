@@ -11,13 +11,13 @@ from lag2fmu.description.description import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.writer import to_text
-from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.poses import poses_of
 from lag2fmu.mechanism.scope import Scope
 
 
 def check_velocities(m: Description, scope: Scope) -> None:
     """Raise MechanismError for a slip of a contact, a friction's ``on`` or a damper's rate that is no velocity."""
-    poses = Poses(m)
+    poses = poses_of(m)
     rates = [(f"dampers.{d.name}.rate", sp.sympify(d.rate)) for d in m.dampers if d.rate is not None]
     for where, expression in (*slips(m), *rates):
         whole = poses.resolved(expression)

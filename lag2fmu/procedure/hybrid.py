@@ -17,7 +17,7 @@ from lag2fmu.description.tables import Table
 from lag2fmu.language.units import SECOND, Unit
 from lag2fmu.language.writer import to_read
 from lag2fmu.mechanism.completed import Unilateral
-from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.poses import poses_of
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.starts import start_values, value_at
 
@@ -35,7 +35,7 @@ class Hybrid:
     """The laws of the hybrid elements in the mechanism ``m``, whose start values meet its constraints."""
 
     def __init__(self, m: Mechanism) -> None:
-        self.m, self.poses = m, Poses(m)
+        self.m, self.poses = m, poses_of(m)
         self.start = start_values(m, guesses=True)
 
     def contacts(self) -> Iterator[Law]:

@@ -16,7 +16,7 @@ from lag2fmu.formats.text import read
 from lag2fmu.language.letters import latex, latex_name, unicode_name, without_dots
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.language.writer import to_read, to_text
-from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.poses import poses_of
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.procedure.steps import procedure
 
@@ -52,7 +52,7 @@ upper = 0.2
 
 def rates(m: Mechanism) -> dict[str, sp.Expr]:
     """{force: the rate along which it acts} by what was written, without the graph of the equations."""
-    poses = Poses(m)
+    poses = poses_of(m)
     found = {names.force(u.name): poses.rate(poses.resolved(u.gap)) for u in m.unilaterals}
     for u in m.unilaterals:
         found |= dict(zip(names.frictions(u.name, len(u.slips)), map(poses.resolved, u.slips), strict=True))

@@ -14,7 +14,7 @@ from lag2fmu.formats.robots.parts import Parts
 from lag2fmu.formats.robots.tree import Span, Sum, Transmission, Wrench
 from lag2fmu.formats.robots.writing import numbers
 from lag2fmu.language.vocabulary import symbol
-from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.poses import poses_of
 
 
 def length_of(length: Sum | Span, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]:
@@ -32,7 +32,7 @@ def _way_along(span: Span, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]:
     """The sum of the distances from place to place, times the gear, and its rate."""
     metre = parts.metre()
     frames = tuple(replace(x, origin=tuple(_with_unit(o, metre) for o in x.origin)) for x in parts.frames)
-    poses = Poses(Description("way", coordinates=tuple(parts.coordinates), frames=frames))
+    poses = poses_of(Description("way", coordinates=tuple(parts.coordinates), frames=frames))
     way = rate = sp.S.Zero
     for ends in pairwise(span.spots):
         carriers = [parts.carriers[link] for link, _ in ends]

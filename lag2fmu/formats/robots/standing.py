@@ -14,7 +14,7 @@ from lag2fmu.description.names import force
 from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.contact_places import geometry_of
-from lag2fmu.mechanism.poses import Poses
+from lag2fmu.mechanism.poses import poses_of
 from lag2fmu.mechanism.starts import start_values, value_at
 
 _ROUNDS = 10
@@ -29,7 +29,7 @@ def standing(d: Description, floating: Sequence[tuple[str, ...]], *, placed: boo
     not ``placed``. A contact that overlaps after that is left out and told by ``not_taken``. One whose gap nothing
     changes is left out, too, and told if it touches. Raises MechanismError for a contact that cannot be described.
     """
-    poses = Poses(d)
+    poses = poses_of(d)
     rigid = [c for c in d.contacts if c.law == "ideal" or not placed]
     gaps = {c.name: poses.resolved(geometry_of(d, _smooth(c), poses).gap) for c in rigid}
     return _that_can_touch(_raised(d, floating, list(gaps.values()), placed), gaps)
