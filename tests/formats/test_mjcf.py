@@ -172,6 +172,8 @@ def test_tendons_rub_and_have_limits(robot: Robot) -> None:
         "limits of the tendon two (stops take them)",
         "limits of the tendon rope (stops take them)",
     )
+    only = robot(text.replace(' frictionloss="1.5"', "").replace(' frictionloss="0.5"', ""))
+    assert not [p.name for p in only.parameters if p.name.startswith("gear_two")]  # nothing uses it
     stopped = robot(text, stops=True)
     assert stopped.not_taken == ()
     run = simulate(stopped, stop_time=1.0, step=0.1, values={"u_push": 5.5}, outputs=["x"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial, reduce
 from itertools import product
 
@@ -37,7 +38,8 @@ def attach(robot: Robot, parts: Parts, *, stops: bool) -> None:
     for joint in robot.joints:
         limit_force(joint, robot, parts)
     for tendon in robot.tendons:
-        _stretch(tendon, parts, stops=stops)
+        if acting := _acting(tendon, parts, stops=stops):
+            _stretch(acting, parts)
     names = [*(c.name for c in robot.closures), *(c.name for c in robot.couplings)]
     closures = identifiers(names, "equalities")
     for closure in robot.closures:
@@ -70,18 +72,26 @@ def _of_joint(kind: str, name: str) -> list[str]:
     return [x for suffix in suffixes for x in (f"constraints.{name}_{suffix}", *of_constraint(f"{name}_{suffix}"))]
 
 
-def _stretch(tendon: Tendon, parts: Parts, *, stops: bool) -> None:
+def _acting(tendon: Tendon, parts: Parts, *, stops: bool) -> Tendon | None:
+    """What acts of a ``tendon``, None if nothing does; the rest is told. Limits act with ``stops`` alone."""
+    if isinstance(tendon.length, Span) and (reason := idle(tendon.length, parts)):
+        parts.ignored.append(f"the tendon {tendon.name}: {reason}")
+        return None
+    if tendon.limits and not stops:
+        parts.ignored.append(f"limits of the tendon {tendon.name} (stops take them)")
+        tendon = replace(tendon, limits=None)
+    return tendon if tendon.acts else None
+
+
+def _stretch(tendon: Tendon, parts: Parts) -> None:
     """A spring, a damper and an inertia along a length, its dry friction and its limits."""
     name, along, between = identifier(tendon.name), tendon.length, None
-    if isinstance(along, Span) and (reason := idle(along, parts)):
-        parts.ignored.append(f"the tendon {tendon.name}: {reason}")
-        return
     at = rate = elongation = length = None
     units: tuple[str | None, ...] = (None, None, None, None, None)
     if isinstance(along, Span):
         units = (STIFFNESSES["m"], "m", DAMPINGS["m"], INERTIAS["m"], "N")
     (low, high), of = tendon.rest, f"of the tendon {tendon.name}"
-    if isinstance(along, Span) and len(along.spots) == _ENDS and low == high and not tendon.bends:
+    if isinstance(along, Span) and len(along.spots) == _ENDS and low == high and not tendon.has_more:
         between = spots_of(along, name, parts)
     else:
         at, rate = length_of(along, name, parts)
@@ -103,7 +113,7 @@ def _stretch(tendon: Tendon, parts: Parts, *, stops: bool) -> None:
         friction = parts.names.entry("frictions", f"friction_of_{name}", of_friction)
         parts.frictions.append(Friction(friction, on=rate, force=force))
     if tendon.limits:
-        parts.limit(f"stop_of_{name}", at, tendon.limits, f"limits {of}", stops=stops)
+        parts.limit(f"stop_of_{name}", at, tendon.limits)
 
 
 def _free_length(tendon: Tendon, at: sp.Expr, longest: sp.Expr, name: str, parts: Parts) -> sp.Expr:

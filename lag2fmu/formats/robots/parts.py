@@ -118,15 +118,10 @@ class Parts:
         if joint.armature:
             self.armatures.append(self.parameter(f"armature_{name}", joint.armature, INERTIAS[unit]) * rate**2 / 2)
         if stops and (joint.lower, joint.upper) != (None, None):
-            self.limit(f"stop_of_{name}", path, (joint.lower, joint.upper), "", stops=True)
+            self.limit(f"stop_of_{name}", path, (joint.lower, joint.upper))
 
-    def limit(
-        self, name: str, path: sp.Expr, limits: tuple[float | None, float | None], told: str, *, stops: bool
-    ) -> None:
-        """Add a stop at the ``limits`` of a ``path``; without ``stops`` they are ``told`` as ignored."""
-        if not stops:
-            self.ignored.append(f"{told} (stops take them)")
-            return
+    def limit(self, name: str, path: sp.Expr, limits: tuple[float | None, float | None]) -> None:
+        """Add a stop at the ``limits`` of a ``path``, in its unit."""
         low, high = limits
         self.stops.append(Stop(self.names.entry("stops", name, _of_stop), of=path, lower=low, upper=high))
 

@@ -167,14 +167,14 @@ class Tendon:
     limits: Limits | None
 
     @property
-    def bends(self) -> bool:
+    def has_more(self) -> bool:
         """Whether more acts than a spring and a damper."""
         return bool(self.armature or self.friction or self.limits)
 
     @property
     def acts(self) -> bool:
         """Whether anything acts along it."""
-        return self.bends or bool(self.stiffness or self.damping)
+        return self.has_more or bool(self.stiffness or self.damping)
 
 
 @dataclass(frozen=True)
