@@ -236,19 +236,19 @@ def _drifts(equations: EquationsOfMotion, nodes: list[Node]) -> list[float]:
     """The largest derivatives of ``nodes`` along the motion at random states, relative to their terms, (k,)."""
     g, v = equations.graph, equations.variables
     direction = v.direction(g, accelerating=True)
-    variables, rates = list(direction), list(direction.values())
-    gradients = [reverse(g, {node: g.one}, variables) for node in nodes]
+    seeds = [f"d {i}" for i in range(len(direction))]
+    changes = forward(g, nodes, dict(zip(direction, map(g.symbol, seeds), strict=True)))
     equations = replace(equations, forcing=tuple(_silent(equations, node) for node in equations.forcing))
-    freed, gradients, free = freed_of_flat_functions(equations, gradients)
-    moving, slopes = Evaluator(g, rates), Evaluator(g, [x for row in gradients for x in row])
-    accelerations = Unknowns(freed)
+    freed, (changes,), free = freed_of_flat_functions(equations, [changes])
+    moving, slopes = Evaluator(g, list(direction.values())), Evaluator(g, changes)
+    each = dict(zip(seeds, np.eye(len(seeds)), strict=True))
+    accelerations, labels = Unknowns(freed), [str(g.leaf[node]) for node in v.unknowns]
     generator = np.random.default_rng(43)
     worst, states = np.zeros(len(nodes)), 0
     for state in random_states(equations, _STATES):
         state |= {name: float(generator.uniform(-1, 1)) for name in free}
-        labels = [str(g.leaf[node]) for node in v.unknowns]
-        values = {**state, **dict(zip(labels, np.concatenate(accelerations(state)), strict=True))}
-        terms = slopes(values).reshape(len(nodes), len(rates)) * moving(values)
+        values = state | dict(zip(labels, np.concatenate(accelerations(state)), strict=True))
+        terms = slopes(values | each) * moving(values)
         if not np.isfinite(terms).all():
             continue
         size = np.abs(terms).sum(axis=1)
