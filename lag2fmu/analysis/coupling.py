@@ -30,6 +30,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from math import pi
 
 import numpy as np
@@ -51,7 +52,7 @@ _SEEN, _NOTHING = 0.1, 1e-9
 """Modes belong to a port if a spring there moves them by this share of the mode that it moves most; and the share below
 which a change is rounding."""
 _MOST = 4
-"""A report describes at most so many ports; the others are counted."""
+"""A report looks for at most so many ports, for each of which it needs the eigenvalues of a matrix."""
 
 
 @dataclass(frozen=True)
@@ -114,9 +115,14 @@ def ports(about: Linearization, stiffness: float | None = None) -> Iterator[Coup
     are left out, because they follow a force at once. Ports that do not swing with the spring are left out too. Source:
     M. Arnold, C. Clauss, T. Schierz, Archive of Mechanical Engineering 60 (2013), pp. 75-94.
     """
+    own = Spectrum(about.A)
+    yield from filter(None, (_port(about, own, *pair, stiffness) for pair in _pairs(about)))
+
+
+def _pairs(about: Linearization) -> Iterator[tuple[tuple[str, ...], str]]:
+    """The forces that act along a coordinate alone, and the coordinate."""
     by_row: dict[tuple[float, ...], tuple[str, list[str]]] = {}
-    n = len(about.mass)
-    rows = {q.name: row for q, row in zip(about.mechanism.coordinates, np.eye(n), strict=True)}
+    rows = dict(zip((q.name for q in about.mechanism.coordinates), np.eye(len(about.mass)), strict=True))
     for name, column in zip(reversed(about.inputs), reversed(about.action.T), strict=True):
         found = next((q for q, row in rows.items() if np.array_equal(row, column)), None)
         if found is not None:
@@ -124,21 +130,21 @@ def ports(about: Linearization, stiffness: float | None = None) -> Iterator[Coup
     for q in rows:
         for output, inputs in by_row.values():
             if output == q:
-                port = _port(about, tuple(sorted(inputs, key=lambda x: x.startswith("Q_"))), output, stiffness)
-                if port is not None:
-                    yield port
+                yield tuple(sorted(inputs, key=lambda x: x.startswith("Q_"))), output
 
 
-def _port(about: Linearization, inputs: tuple[str, ...], output: str, stiffness: float | None) -> CouplingPort | None:
+def _port(
+    about: Linearization, own: Spectrum, inputs: tuple[str, ...], output: str, stiffness: float | None
+) -> CouplingPort | None:
     row = about.shape[[q.name for q in about.mechanism.coordinates].index(output)]
     column = about.B[:, about.inputs.index(inputs[0])]
     mobility = float(row @ about.A @ column)
     if not np.isfinite(mobility) or mobility <= _NOTHING * float(np.abs(about.B).max(initial=1e-300)):
         return None
     if stiffness is None:
-        own = abs(_mode(about.A, row, column)[0])
-        stiffness = _STIFFER * (own if own > _SLOW else 2 * pi) ** 2 / mobility
-    swinging, moved = _mode(about.A - stiffness * np.outer(column, row), row, column)
+        rate = abs(own.fastest(row, column)[0])
+        stiffness = _STIFFER * (rate if rate > _SLOW else 2 * pi) ** 2 / mobility
+    swinging, moved = Spectrum(about.A - stiffness * np.outer(column, row)).fastest(row, column)
     size = abs(swinging)
     if swinging.imag <= _NOTHING * size:
         return None
@@ -188,31 +194,41 @@ def _swing(A: Floats, B: Floats, C: Floats, D: Floats, mass: float) -> Swing | N
     whole, column = np.zeros((k + 2, k + 2)), np.concatenate([B[:, 2], [0.0, 1.0]])
     whole[:k, :k], whole[:k, k:], whole[k, k + 1] = A, B[:, :2], 1.0
     row = -np.concatenate([C, D[:2]]) / (mass + D[2])
-    swinging, moved = _mode(whole + np.outer(column, row), row, column)
+    swinging, moved = Spectrum(whole + np.outer(column, row)).fastest(row, column)
     size = abs(swinging)
     if swinging.imag <= max(_SLOW, _NOTHING * size) or moved <= _NOTHING * size:
         return None
     return Swing(size, _damping(swinging), 2 * moved / size)
 
 
-def _mode(A: Floats, row: Floats, column: Floats) -> tuple[complex, float]:
-    """The fastest eigenvalue of A that a spring at the port moves, and by how much; Im >= 0.
+class Spectrum:
+    """The eigenvalues of a matrix A (k, k), and which of them a spring moves."""
 
-    A spring dk moves the eigenvalue of the vectors v and w by -dk (w column)(row v)/(w v).
-    """
-    values, right = np.linalg.eig(A)
-    try:
-        moved = np.abs((row @ right) * np.linalg.solve(right, column.astype(complex)))
-    except np.linalg.LinAlgError:  # a double eigenvalue of one vector, as of what nothing holds
-        moved = np.ones(len(values))
-    own = [(x, float(m)) for x, m in zip(values, moved, strict=True) if m >= _SEEN * moved.max(initial=0.0)]
-    fastest, by = max(own, key=lambda pair: (round(abs(pair[0].imag), 9), pair[0].imag), default=(0j, 0.0))
-    return complex(fastest.real, abs(fastest.imag)), by
+    def __init__(self, A: Floats) -> None:
+        self.values, self.right = np.linalg.eig(A)
+
+    def fastest(self, row: Floats, column: Floats) -> tuple[complex, float]:
+        """The fastest eigenvalue that a spring at the port of ``row`` and ``column`` (k,) moves, and by how much.
+
+        Its imaginary part is not negative.
+
+        A spring dk moves the eigenvalue of the vectors v and w by -dk (w column)(row v)/(w v).
+        """
+        try:
+            moved = np.abs((row @ self.right) * np.linalg.solve(self.right, column.astype(complex)))
+        except np.linalg.LinAlgError:  # a double eigenvalue of one vector, as of what nothing holds
+            moved = np.ones(len(self.values))
+        least = _SEEN * moved.max(initial=0.0)
+        own = [(x, float(m)) for x, m in zip(self.values, moved, strict=True) if m >= least]
+        found, by = max(own, key=lambda pair: (round(abs(pair[0].imag), 9), pair[0].imag), default=(0j, 0.0))
+        return complex(found.real, abs(found.imag)), by
 
 
 def sentences(about: Linearization) -> Iterator[str]:
     """Sentences on a coupling through the ports of ``about``; none if it has no port."""
-    found, carried, units = list(ports(about)), list(bonds(about)), display_units(about.mechanism)
+    pairs, own = _pairs(about), Spectrum(about.A)
+    found = list(islice(filter(None, (_port(about, own, *pair, None) for pair in pairs)), _MOST))
+    carried, units = list(bonds(about)), display_units(about.mechanism)
     if not found and not carried:
         return
     assumed = (
@@ -223,7 +239,7 @@ def sentences(about: Linearization) -> Iterator[str]:
         "What another FMU computes from the motion here acts on it late: the error is of order 1 in the communication "
         f"step with held inputs, 2 and 3 with first and second input derivatives.{assumed if found else ''}"
     )
-    for port in found[:_MOST]:
+    for port in found:
         unit = _ratio(units.get(port.inputs[0]), units.get(port.output))
         yield (
             f"{', '.join(port.inputs)} and {port.output}: with {f'{port.stiffness:.3g} {unit}'.rstrip()} it swings at "
@@ -233,8 +249,9 @@ def sentences(about: Linearization) -> Iterator[str]:
         told = _told(bond, _ratio(units.get(bond.force), units.get(names.acceleration(bond.motion))))
         if told:
             yield f"{bond.motion} and {bond.force}. {told}"
-    if len(found) > _MOST:
-        yield f"There are {len(found) - _MOST} further ports."
+    further = sum(1 for _ in pairs)
+    if further:
+        yield f"Up to {further} further ports were not looked at."
 
 
 def _told(bond: Bond, unit: str) -> str:
