@@ -10,7 +10,7 @@ Source: Landau, Lifshitz, Mechanics, sections 6, 7, 9 and 40; E. Noether, Invari
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -129,10 +129,10 @@ def why_energy_changes(equations: EquationsOfMotion) -> str:
         return "contacts, stops, dry friction or latches act"
     equations = equations.apart()
     g, v = equations.graph, equations.variables
-    rate = _silent(equations, energy_rate(equations))
+    (rate,) = _silent(equations, [energy_rate(equations)])
     if rate == g.zero:
         return ""
-    (work,) = [g.dot([_silent(equations, x) for x in _nonpotential(equations)], v.qd)]
+    work = g.dot(_silent(equations, _nonpotential(equations)), v.qd)
     reasons = []
     if work != g.zero and _forced(equations.mechanism):
         reasons.append("forces that have no potential, or friction, do work")
@@ -167,10 +167,10 @@ def _nonpotential(equations: EquationsOfMotion) -> list[Node]:
     return [g.subtract(g.subtract(rate, slope), reaction) for rate, slope, reaction in triples]
 
 
-def _silent(equations: EquationsOfMotion, node: Node) -> Node:
-    """``node`` with all external forces set to zero."""
+def _silent(equations: EquationsOfMotion, nodes: Sequence[Node]) -> list[Node]:
+    """The ``nodes`` (k,) with all external forces set to zero, (k,)."""
     v = equations.variables
-    return without_inputs(equations.graph, [node], (*v.Q, *v.plain, *v.rates))[0]
+    return without_inputs(equations.graph, nodes, (*v.Q, *v.plain, *v.rates))
 
 
 Candidate = tuple[str, str, Node]
@@ -183,12 +183,11 @@ def _by_symmetry(equations: EquationsOfMotion) -> Iterator[Candidate]:
     Under constraints all of them are candidates, because their rates need to vanish on the constraint manifold only.
     """
     zero, bound = equations.graph.zero, bool(len(equations.constraints))
-    for q, momentum, rate in zip(
-        equations.mechanism.coordinates, equations.momenta, momentum_rates(equations), strict=True
-    ):
-        if (bound or _silent(equations, rate) == zero) and momentum != zero:
+    rates = [zero for _ in equations.momenta] if bound else _silent(equations, momentum_rates(equations))
+    for q, momentum, rate in zip(equations.mechanism.coordinates, equations.momenta, rates, strict=True):
+        if rate == zero and momentum != zero:
             yield names.momentum(q.name), f"momentum of the cyclic coordinate {q.name}", momentum
-    if bound or _silent(equations, energy_rate(equations)) == zero:
+    if bound or _silent(equations, [energy_rate(equations)]) == [zero]:
         yield "generalized_energy", _energy_meaning(equations), equations.energies["generalized_energy"]
 
 
@@ -238,7 +237,7 @@ def _drifts(equations: EquationsOfMotion, nodes: list[Node]) -> list[float]:
     direction = v.direction(g, accelerating=True)
     seeds = [f"d {i}" for i in range(len(direction))]
     changes = forward(g, nodes, dict(zip(direction, map(g.symbol, seeds), strict=True)))
-    equations = replace(equations, forcing=tuple(_silent(equations, node) for node in equations.forcing))
+    equations = replace(equations, forcing=tuple(_silent(equations, equations.forcing)))
     freed, (changes,), free = freed_of_flat_functions(equations, [changes])
     moving, slopes = Evaluator(g, list(direction.values())), Evaluator(g, changes)
     each = dict(zip(seeds, np.eye(len(seeds)), strict=True))
