@@ -101,8 +101,8 @@ class EquationsOfMotion:
         """The names of the variables each acceleration and multiplier depends on, (n + m,): those of its block."""
         g, c, n = self.graph, self.constraints, len(self.forcing)
         matrix = [*([*row] for row in self.mass_matrix), *([*row] for row in c.jacobian)]
-        rows = [g.symbols([self.forcing[i], *self.mass_matrix[i]]) for i in range(n)]
-        rows += [g.symbols([*c.equation(k), *c.jacobian[k]]) for k in range(len(c))]
+        entries = [[self.forcing[i], *self.mass_matrix[i]] for i in range(n)]
+        rows = g.symbols_of_each([*entries, *([*c.equation(k), *c.jacobian[k]] for k in range(len(c)))])
         blocks = united({i, *(j for j in range(n) if row[j] != g.zero)} for i, row in enumerate(matrix))
         rates = {str(g.leaf[node]) for node in self.variables.rates}
         names_of = {i: frozenset().union(*(rows[j] for j in block)) - rates for block in blocks for i in block}

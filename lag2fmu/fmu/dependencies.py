@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.massless import continuous_states
 from lag2fmu.dynamics.variables import integrated_states
+from lag2fmu.graph.graph import Graph, Node
 
 
 def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
@@ -22,14 +23,20 @@ def dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:
     states, following = _states(equations)
     blocks, everything = _blocks(equations)
     known = {name: _without(found, following) for name, found in blocks.items()} | following
-    found = {name: _without(graph.symbols([node]), known) for name, node in equations.locals()}
-    found |= {name: frozenset(graph.symbols([node])) for name, node in equations.dependent.items()}
+    found = {name: _without(used, known) for name, used in _symbols(graph, equations.locals())}
+    found |= {name: frozenset(used) for name, used in _symbols(graph, equations.dependent.items())}
     found |= known
     found |= _derivatives(equations, known)
     if len(equations.rows):
         found[names.derivative(names.DISSIPATED_ENERGY)] = everything
     found |= {state: frozenset([state]) for state in states}
     return _named(equations, found)
+
+
+def _symbols(graph: Graph, named: Iterable[tuple[str, Node]]) -> Iterator[tuple[str, set[str]]]:
+    """(name, variables that its node depends on) of ``named`` nodes."""
+    found = tuple(named)
+    return zip((name for name, _ in found), graph.symbols_of_each([[node] for _, node in found]), strict=True)
 
 
 def start_dependencies(equations: EquationsOfMotion) -> dict[str, frozenset[str]]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import reduce
+from operator import or_
 from typing import NewType
 
 from numpy.typing import ArrayLike
@@ -68,6 +70,19 @@ class Nodes:
     def symbols(self, outputs: Iterable[Node]) -> set[str]:
         """The names of all variables that ``outputs``, (k,) nodes, depend on"""
         return {str(self.leaf[node]) for node in self.cone(outputs) if self.code[node] == SYMBOL}
+
+    def symbols_of_each(self, groups: Sequence[Sequence[Node]]) -> list[set[str]]:
+        """The names of all variables that each of the ``groups``, (k,) lists of nodes, depends on, in one pass."""
+        variables: list[str] = []
+        used: dict[Node, int] = {}  # the variables of a node as bits
+        for node in self.cone([node for group in groups for node in group]):
+            if self.code[node] == SYMBOL:
+                used[node] = 1 << len(variables)
+                variables.append(str(self.leaf[node]))
+            else:
+                used[node] = reduce(or_, (used[operand] for operand in self.operands[node]), 0)
+        together = [reduce(or_, (used[node] for node in group), 0) for group in groups]
+        return [{name for i, name in enumerate(variables) if bits >> i & 1} for bits in together]
 
     def schedule(self, outputs: Iterable[Node], given: Collection[Node] = ()) -> list[Node]:
         """The nodes that ``outputs`` need beside ``given`` ones, in depth-first order: operands shortly before use"""
