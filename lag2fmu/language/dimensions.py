@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import lru_cache
 
 import sympy as sp
 
@@ -22,6 +23,7 @@ ONE: Dimension = (Fraction(0),) * (len(BASE_UNITS) - 1)
 _SAME = (sp.Min, sp.Max, sp.Abs, Smooth)
 
 
+@lru_cache(maxsize=256)
 def dimension(exponents: Exponents) -> Dimension:
     """The dimension of a unit with the ``exponents`` of BASE_UNITS."""
     return tuple(Fraction(e) for e in exponents[: len(ONE)])

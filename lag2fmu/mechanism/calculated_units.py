@@ -6,7 +6,8 @@ times constraint is an energy, or a power if the constraint is nonholonomic.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
 
 from lag2fmu.description import names
 from lag2fmu.description.events import State
@@ -18,7 +19,8 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.unit_check import constraint_units, units_in
 
 
-def calculated_units(mechanism: Mechanism) -> dict[str, Unit | None]:
+@lru_cache(maxsize=4)
+def calculated_units(mechanism: Mechanism) -> Mapping[str, Unit | None]:
     """{name: SI unit} of momenta, residuals, multipliers, drives, and of results of contacts, stops and frictions."""
     found = {names.momentum(q.name): per(JOULE * SECOND, q.unit) for q in mechanism.coordinates}
     units = constraint_units(mechanism) if mechanism.constraints else {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from functools import lru_cache
 
 import sympy as sp
 
@@ -28,13 +29,14 @@ Known = dict[str, Dimension | None]
 Columns = Mapping[str, tuple[Dimension | None, ...]]
 
 
-def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
+@lru_cache(maxsize=64)
+def _per_second(d: Dimension | None, times: int) -> Dimension | None:
     second = dimension(SECOND.exponents)
+    return None if d is None else tuple(a - times * b for a, b in zip(d, second, strict=True))
 
-    def per_second(d: Dimension | None, times: int) -> Dimension | None:
-        return None if d is None else tuple(a - times * b for a, b in zip(d, second, strict=True))
 
-    known: dict[str, Dimension | None] = {"t": second}
+def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
+    known: dict[str, Dimension | None] = {"t": dimension(SECOND.exponents)}
     parts: list[Coordinate | Parameter | Input] = [*m.coordinates, *m.parameters, *m.inputs]
     known |= {z.name: _dimension_of(z.unit) for z in m.states}
     known |= {
@@ -49,8 +51,8 @@ def _known_dimensions(m: Description) -> dict[str, Dimension | None]:
         known[names.generalized_force(q.name)] = None if d is None else _quotient(_dimension_of(JOULE), d)
     for part in parts:
         d = _dimension_of(part.unit)
-        known[names.velocity(part.name)] = per_second(d, 1)
-        known[names.acceleration(part.name)] = per_second(d, 2)
+        known[names.velocity(part.name)] = _per_second(d, 1)
+        known[names.acceleration(part.name)] = _per_second(d, 2)
     return known | {part.name: _dimension_of(part.unit) for part in parts}  # a parameter may be called damping_j_dot
 
 
