@@ -18,6 +18,7 @@ from lag2fmu.studies.library import INPUT, PARAMETERS, StudyLibrary, compiled
 from lag2fmu.studies.requests import (
     check_over,
     continuous_outputs,
+    numbers_of,
     references_of,
     scale_of,
     signals_of,
@@ -63,9 +64,10 @@ def gradient(  # noqa: PLR0913 (those of sensitivities)
     """The ``cost`` of a run of ``model``, and its derivatives by the names ``over``, however many there are.
 
     ``cost`` is an expression of variables at the end of the run, such as "x_tip**2", or a mapping of places to
-    expressions, which add up: "end"; "sum", over all ``times``; "integral", over the time of the run. In the first two
-    any variable may stand, and time t; in an integral what a mechanism may contain: coordinates, velocities, inputs,
-    parameters. ``data`` {name: values (m,) at the times, SI} are further names in a sum, as measurements are.
+    expressions, which add up: "end"; "sum", over all ``times``; "integral", over the time of the run. In the first
+    two any variable may stand, and time t; in an integral what a mechanism may contain: coordinates, velocities,
+    inputs, parameters, and outputs that are expressions of those. ``data`` {name: values (m,) at the times, SI} are
+    further names in a sum, as measurements are.
 
     All else is as for ``sensitivities``. The run is taken once, and followed backwards step by step: the derivatives
     are those of the very numbers that the solver gave, and cost a few runs, not one for each name. At impacts, stops
@@ -127,7 +129,7 @@ class _Sum:
 
 def _column(library: StudyLibrary, name: str, given: ArrayLike, count: int) -> Floats:
     """A column (m,) of data; raises LoadError for a name that is taken, another length, and gaps."""
-    found = np.asarray(given, dtype=float)
+    found = numbers_of(f"data '{name}'", given)
     if name in library.variables:
         raise LoadError(f"data '{name}' has the name of a variable of '{library.name}'; give it another one")
     if found.shape != (count,):
