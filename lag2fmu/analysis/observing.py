@@ -95,8 +95,15 @@ def check_process(process: Mapping[str, float], known: Sequence[str]) -> None:
             raise LoadError(f"process '{name}': {size!r} is no density of noise; give a positive one")
 
 
-def check_estimated(estimate: Sequence[str], parameters: Sequence[str]) -> None:
-    """Raise LoadError for names that are no ``parameters`` or stand twice, and for a text in place of names."""
+def check_estimated(estimate: Sequence[str], parameters: Sequence[str], states: Sequence[str]) -> None:
+    """Raise LoadError for names that are no ``parameters`` or stand twice, and for a text in place of names.
+
+    Raises it too where there are no ``states``, and nothing else to ``estimate``.
+    """
+    if not (states or estimate):
+        raise LoadError(
+            "no state moves by itself, so there is nothing to estimate; name parameters to estimate, or prescribe less"
+        )
     if isinstance(estimate, str):
         raise LoadError(f"estimate: {estimate!r} is one text; give a list of parameters, such as [{estimate!r}]")
     for name in estimate:
