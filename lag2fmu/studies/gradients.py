@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.language.given import check_mapping
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Floats
@@ -82,6 +83,7 @@ def gradient(  # noqa: PLR0913 (those of sensitivities)
     library = compiled(with_integral(as_mechanism(model), parts.get("integral")), solver=solver, adjoints=True)
     check_over(library, over)
     taken = times_of(library, times, stop_time, step)
+    check_mapping("data", data or {})
     summed = _Sum(library, parts, taken, data or {})
     run = _CostedRun(library, over, summed, taken, check_tolerance(tolerance), values or {}, inputs, hold)
     total, derivatives = run.differentiated()

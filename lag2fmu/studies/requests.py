@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lag2fmu.analysis.observing import within
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError
+from lag2fmu.language.given import check_mapping, check_names, within
 from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, USUAL, KnotSignals, StudyLibrary
 from lag2fmu.verify.inputs import Inputs, trajectory_of
@@ -20,6 +20,7 @@ _SAMPLES = 100
 
 def references_of(library: StudyLibrary, values: Mapping[str, float]) -> dict[int, float]:
     """{value reference: SI value} of ``values``; raises LoadError for a name, number or bound that does not fit."""
+    check_mapping("values", values)
     found = {}
     for name, value in values.items():
         reference = library.settable(name)
@@ -122,8 +123,7 @@ def continuous_outputs(library: StudyLibrary, outputs: Sequence[str] | None) -> 
     smooth = {name for name, kind in library.kinds.items() if kind not in _JUMPING}
     if outputs is None:
         return [n for n, v in library.variables.items() if v.causality == "output" and n in smooth]
-    if isinstance(outputs, str):
-        raise LoadError(f"'{outputs}' stands where a list of outputs is expected; give ['{outputs}']")
+    check_names("outputs", outputs)
     for name in outputs:
         library.variable(name)
         if name not in smooth:
@@ -138,8 +138,7 @@ def check_over(library: StudyLibrary, over: Sequence[str]) -> None:
     """Raise LoadError for names in ``over`` that are no given starts, parameters or inputs, or stand twice."""
     if not over:
         raise LoadError("there is nothing to vary; name starts, parameters or inputs")
-    if isinstance(over, str):
-        raise LoadError(f"'{over}' stands where a list of names is expected; give ['{over}']")
+    check_names("over", over)
     for i, name in enumerate(over):
         library.variable(name)
         if library.kinds[name] not in (*STATES, *PARAMETERS, INPUT) or name in over[:i]:

@@ -118,6 +118,10 @@ def test_inputs_over_time_go_back_through_their_stretches() -> None:
         ("x", {"stop_time": "long"}, LoadError, "stop time 'long' s is not positive and finite"),
         ("x", {"step": "short"}, LoadError, "step 'short' s is not positive and finite"),
         ("x", {"values": {"k": "stiff"}}, LoadError, "'k' cannot be set to 'stiff'; give a finite number"),
+        ("x", {"values": ["k"]}, LoadError, r"values: \['k'\] is no mapping"),
+        ("x", {"data": [0.0]}, LoadError, r"data: \[0.0\] is no mapping"),
+        ("x", {"over": [5]}, LoadError, "no variable '5'"),
+        ("x", {"tolerance": "small"}, LoadError, "the tolerance 'small' is no relative tolerance"),
         ({"sum": "x - y"}, {"data": {"y": ["a"]}, "times": [1.0]}, LoadError, "data 'y': no array of numbers"),
     ],
 )
