@@ -18,7 +18,6 @@ import numpy as np
 
 from lag2fmu.analysis.evaluation import operating_inputs
 from lag2fmu.analysis.guiding import guidable, guides
-from lag2fmu.analysis.observing import within
 from lag2fmu.analysis.subspaces import RANK
 from lag2fmu.description import names
 from lag2fmu.description.description import Description
@@ -29,6 +28,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.errors import DerivationError, MechanismError
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.graph.batches import Floats, matrix
+from lag2fmu.language.given import check_names, within
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import SECOND
 from lag2fmu.language.vocabulary import symbol
@@ -67,7 +67,9 @@ def inverse(
     Source: J. J. Craig, Introduction to Robotics, 3rd edition, section 6.5.
     """
     mechanism = _with_filter(as_mechanism(model), time_constant)
-    asked = (motions,) if isinstance(motions, str) else tuple(dict.fromkeys(motions))
+    motions = (motions,) if isinstance(motions, str) else motions
+    check_names("inverse", motions)
+    asked = tuple(dict.fromkeys(motions))
     chosen = asked
     try:
         guided, rest = _guided(mechanism, asked, filtered=time_constant is not None)

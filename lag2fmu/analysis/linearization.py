@@ -29,6 +29,7 @@ from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
 from lag2fmu.graph.nodes import Node
+from lag2fmu.language.given import check_names
 from lag2fmu.language.identifiers import suggestion
 
 
@@ -50,7 +51,11 @@ class Linearizer:
         self.variables = [str(g.leaf[node]) for node in (*v.states, *v.unknowns)]
 
     def telling(self, outputs: Sequence[str]) -> Linearizer:
-        """The same with ``outputs``, the names of the entries of y; raises DerivationError for an unknown name."""
+        """The same with ``outputs``, the names of the entries of y; raises DerivationError for an unknown name.
+
+        Raises LoadError for what is no list.
+        """
+        check_names("outputs", outputs)
         for name in outputs:
             if name not in self.nodes and name not in self.variables:
                 remedy = suggestion(name, [*self.variables, *self.nodes])

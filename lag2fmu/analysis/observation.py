@@ -74,7 +74,7 @@ def observation(equations: EquationsOfMotion, asked: Observing) -> Observation:
     """
     m = equations.mechanism
     parameters = [p.name for p in m.parameters if p.value is not None]
-    _check(asked, parameters)
+    _check(asked, parameters, _state_names(m))
     functions = plain_functions(equations, outputs=(*asked.measure, *residuals_of(m)))
     names, inputs = (*_state_names(m), *asked.estimate), functions.program.inputs
     check_process(asked.process, (*names, *inputs))
@@ -107,13 +107,13 @@ def observation(equations: EquationsOfMotion, asked: Observing) -> Observation:
     )
 
 
-def _check(asked: Observing, parameters: Sequence[str]) -> None:
-    """Raise LoadError for what cannot be asked of an observer of a mechanism with these ``parameters``."""
+def _check(asked: Observing, parameters: Sequence[str], states: Sequence[str]) -> None:
+    """Raise LoadError for what cannot be asked of an observer of a mechanism with these names."""
     if asked.method not in METHODS_OF_OBSERVERS:
         raise LoadError(f"there is no observer '{asked.method}'; known are {', '.join(METHODS_OF_OBSERVERS)}")
     check_noise(asked.measure, asked.sample_times, "sample time")
     check_noise(asked.measure, asked.delays)
-    check_estimated(asked.estimate, parameters)
+    check_estimated(asked.estimate, parameters, states)
 
 
 def _state_names(mechanism: Mechanism) -> tuple[str, ...]:

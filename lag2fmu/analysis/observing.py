@@ -15,6 +15,7 @@ from lag2fmu.analysis.subspaces import SHARE, complement, reached
 from lag2fmu.description.names import rate, residual, velocity
 from lag2fmu.errors import LoadError
 from lag2fmu.graph.batches import Floats
+from lag2fmu.language.given import check_mapping, check_names, within
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.record import Mechanism
 
@@ -64,11 +65,6 @@ def modes_refused(mechanism: Mechanism) -> str:
     )
 
 
-def within(size: object, *, least: float = -np.inf, above: float = -np.inf) -> bool:
-    """Whether ``size`` is a finite number of at ``least`` that, greater than that ``above``."""
-    return isinstance(size, (int, float, np.number)) and bool(least <= size < np.inf and above < size)
-
-
 def check_noise(
     measure: Mapping[str, float], times: Mapping[str, float], what: str = "delay", *, least: float = 0.0
 ) -> None:
@@ -81,6 +77,7 @@ def check_noise(
     for name, size in measure.items():
         if not within(size, above=0):
             raise LoadError(f"measure '{name}': {size!r} is no standard deviation; give a positive one")
+    check_mapping(what, times)
     for name, time in times.items():
         if name not in measure or not within(time, least=least):
             raise LoadError(f"{what} of '{name}': {time!r} s; give a measured name and a time that is not negative")
@@ -88,6 +85,7 @@ def check_noise(
 
 def check_process(process: Mapping[str, float], known: Sequence[str]) -> None:
     """Raise LoadError for densities that cannot be, and for names that are not ``known``."""
+    check_mapping("process", process)
     for name, size in process.items():
         if name not in known:
             raise LoadError(f"process '{name}' is no input, state or estimated parameter; {suggestion(name, known)}")
@@ -95,10 +93,16 @@ def check_process(process: Mapping[str, float], known: Sequence[str]) -> None:
             raise LoadError(f"process '{name}': {size!r} is no density of noise; give a positive one")
 
 
-def check_estimated(estimate: Sequence[str], parameters: Sequence[str]) -> None:
-    """Raise LoadError for names that are no ``parameters`` or stand twice, and for a text in place of names."""
-    if isinstance(estimate, str):
-        raise LoadError(f"estimate: {estimate!r} is one text; give a list of parameters, such as [{estimate!r}]")
+def check_estimated(estimate: Sequence[str], parameters: Sequence[str], states: Sequence[str]) -> None:
+    """Raise LoadError for names that are no ``parameters`` or stand twice, and for a text in place of names.
+
+    Raises it too where there are no ``states``, and nothing else to ``estimate``.
+    """
+    check_names("estimate", estimate, "parameters")
+    if not (states or estimate):
+        raise LoadError(
+            "no state moves by itself, so there is nothing to estimate; name parameters to estimate, or prescribe less"
+        )
     for name in estimate:
         if name not in parameters:
             raise LoadError(f"'{name}' is no parameter that can be estimated; {suggestion(name, parameters)}")

@@ -17,6 +17,7 @@ from lag2fmu.analysis.state_files import write_matrices
 from lag2fmu.analysis.subspaces import SHARE, complement, reached
 from lag2fmu.errors import DerivationError, ExportError
 from lag2fmu.graph.batches import Floats, Values
+from lag2fmu.language.given import within
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
@@ -142,7 +143,7 @@ class StateSpace:
 
         if self.step is not None:
             raise DerivationError(f"'{self.name}' is sampled already, every {self.step:g} s; sample the original")
-        if not 0 < step < np.inf:
+        if not within(step, above=0):
             raise DerivationError(f"the sample time {step!r} s is not positive; give one in s, such as 0.01")
         k, r = self.B.shape
         whole = np.zeros((k + r + 1, k + r + 1))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 
 import click
@@ -12,7 +11,7 @@ import click
 from lag2fmu.analysis.at_rest import resting
 from lag2fmu.analysis.inverse import INVERSE, inverse, needed
 from lag2fmu.analysis.observing import Observing
-from lag2fmu.cli.noise import noise_of, size_of
+from lag2fmu.cli.noise import items_of, noise_of, size_of
 from lag2fmu.cli.porting import with_choices
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
@@ -144,22 +143,17 @@ def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
     units = display_units(mechanism)
 
     def times(texts: Iterable[str]) -> dict[str, float]:
-        pairs = pairs_of(_items(texts)).items()
+        pairs = pairs_of(items_of(texts)).items()
         return {name: size_of("time", text, {"time": SECOND}) for name, text in pairs}
 
     return Observing(
         asked.observer,
-        noise_of(_items(asked.measure), mechanism, units),
-        {name: size_of(name, text, units) for name, text in pairs_of(_items(asked.process)).items()},
+        noise_of(items_of(asked.measure), mechanism, units),
+        {name: size_of(name, text, units) for name, text in pairs_of(items_of(asked.process)).items()},
         tuple(filter(None, map(str.strip, asked.estimate.split(",")))),
         times(asked.sample_times),
         times(asked.delays),
     )
-
-
-def _items(texts: Iterable[str]) -> Iterator[str]:
-    """The items of all ``texts``, which have commas between."""
-    return chain.from_iterable(text.split(",") for text in texts)
 
 
 def _integrated(mechanism: Mechanism, asked: ExportOptions) -> tuple[dict[str, bytes], Samples | None]:

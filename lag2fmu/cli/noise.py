@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
 
 import click
 
@@ -12,6 +13,11 @@ from lag2fmu.formats.loading import pairs_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import value_in_si
 from lag2fmu.mechanism.record import Mechanism
+
+
+def items_of(texts: Iterable[str]) -> Iterator[str]:
+    """The items of all ``texts``, which have commas between."""
+    return chain.from_iterable(text.split(",") for text in texts)
 
 
 def size_of(name: str, text: str, units: Mapping[str, Unit]) -> float:

@@ -9,7 +9,7 @@ import click
 from rich.markup import escape
 from rich.table import Table
 
-from lag2fmu.cli.noise import in_unit, noise_of, size_of
+from lag2fmu.cli.noise import in_unit, items_of, noise_of, size_of
 from lag2fmu.cli.options import CSV, check_ending, check_picture, refuse_to_overwrite
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import console
@@ -50,16 +50,16 @@ def observe_data(  # noqa: PLR0913, PLR0917 (an option each)
     units = display_units(mechanism)
 
     def sizes(pairs: tuple[str, ...]) -> dict[str, float]:
-        return {name: size_of(name, text, units) for name, text in pairs_of(pairs).items()}
+        return {name: size_of(name, text, units) for name, text in pairs_of(items_of(pairs)).items()}
 
     found = observe(
         mechanism,
         data,
-        measure=noise_of(measure, mechanism, units),
+        measure=noise_of(items_of(measure), mechanism, units),
         process=sizes(process),
         start=sizes(known),
         estimate=[name.strip() for name in estimate.split(",") if name.strip()],
-        delays={name: float(size_of("time", text, {})) for name, text in pairs_of(delay).items()},
+        delays={name: float(size_of("time", text, {})) for name, text in pairs_of(items_of(delay)).items()},
         method=method,
         horizon=_horizon(method, horizon),
         smooth=smooth,

@@ -45,18 +45,18 @@ def calibrate(**choices: Any) -> None:
     "--measure",
     multiple=True,
     required=True,
-    metavar="NAME[=STD]",
+    metavar="NAME[=STD],...",
     help="A measured column and its noise, by default 1 % of the nominal value; repeatable.",
 )
 @click.option(
     "--process",
     multiple=True,
-    metavar="NAME=DENSITY",
+    metavar="NAME=DENSITY,...",
     help="White noise of an input, state or parameter, in its unit by the root of Hz; repeatable.",
 )
-@click.option("--known", multiple=True, metavar="NAME=STD", help="How well the start of a state is known; repeatable.")
+@click.option("--known", multiple=True, metavar="NAME=STD,...", help="How well the start of a state is known.")
 @click.option("--estimate", default="", metavar="NAME,...", help="Parameters that are estimated too.")
-@click.option("--delay", multiple=True, metavar="NAME=S", help="Samples of it are so many s late; repeatable.")
+@click.option("--delay", multiple=True, metavar="NAME=S,...", help="Samples of it are so many s late; repeatable.")
 @click.option("--method", type=click.Choice(["ekf", "ukf", "ukf-simplex", "mhe"]), default="ekf", show_default=True)
 @click.option(
     "--horizon", type=click.IntRange(min=1), metavar="N", help="mhe looks at the last N samples.  [default: 10]"

@@ -36,9 +36,9 @@ def _one_apart(a: str, b: str) -> bool:
     return a[same + (len(a) >= len(b)) :] == b[same + (len(b) >= len(a)) :]
 
 
-def suggestion(word: str, known: Iterable[str]) -> str:
+def suggestion(word: object, known: Iterable[str]) -> str:
     """The remedy for an unknown ``word``: similar names in ``known``, or else all of ``known``."""
-    known = list(known)
+    word, known = str(word), list(known)
     near = [name for name in known if name.lower() == word.lower()][:2]
     near = near or get_close_matches(word[:MAX_NAME], known, n=2)
     near = near or [name for name in known if _one_apart(word, name)][:2]

@@ -38,13 +38,15 @@ def parts_of(cost: Cost) -> dict[str, str]:
 def with_integral(mechanism: Mechanism, rate: str | None) -> Mechanism:
     """``mechanism`` with a further state that integrates the expression ``rate``; the same if there is none.
 
-    A cost may add what has different units, so they are no error.
+    Outputs that are expressions may stand in it. A cost may add what has different units, so they are no error.
     Raises MechanismError and ExpressionError for a rate that cannot be.
     """
     if rate is None:
         return mechanism
-    state = State(INTEGRAL, derivative=parse(rate, where="the integral of the cost"))
-    written = mechanism.description
+    written, expression = mechanism.description, parse(rate, where="the integral of the cost")
+    outputs = {output.name: output.expression for output in mechanism.outputs if output.expression is not None}
+    expression = expression.xreplace({x: outputs[x.name] for x in expression.free_symbols if x.name in outputs})
+    state = State(INTEGRAL, derivative=expression)
     return complete(replace(written, states=(*written.states, state), strict_units=False))
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.language.given import check_mapping
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.progress import telling
 from lag2fmu.reference.trajectory import Floats
@@ -18,6 +19,7 @@ from lag2fmu.studies.library import INPUT, PARAMETERS, StudyLibrary, compiled
 from lag2fmu.studies.requests import (
     check_over,
     continuous_outputs,
+    numbers_of,
     references_of,
     scale_of,
     signals_of,
@@ -63,9 +65,10 @@ def gradient(  # noqa: PLR0913 (those of sensitivities)
     """The ``cost`` of a run of ``model``, and its derivatives by the names ``over``, however many there are.
 
     ``cost`` is an expression of variables at the end of the run, such as "x_tip**2", or a mapping of places to
-    expressions, which add up: "end"; "sum", over all ``times``; "integral", over the time of the run. In the first two
-    any variable may stand, and time t; in an integral what a mechanism may contain: coordinates, velocities, inputs,
-    parameters. ``data`` {name: values (m,) at the times, SI} are further names in a sum, as measurements are.
+    expressions, which add up: "end"; "sum", over all ``times``; "integral", over the time of the run. In the first
+    two any variable may stand, and time t; in an integral what a mechanism may contain: coordinates, velocities,
+    inputs, parameters, and outputs that are expressions of those. ``data`` {name: values (m,) at the times, SI} are
+    further names in a sum, as measurements are.
 
     All else is as for ``sensitivities``. The run is taken once, and followed backwards step by step: the derivatives
     are those of the very numbers that the solver gave, and cost a few runs, not one for each name. At impacts, stops
@@ -80,6 +83,7 @@ def gradient(  # noqa: PLR0913 (those of sensitivities)
     library = compiled(with_integral(as_mechanism(model), parts.get("integral")), solver=solver, adjoints=True)
     check_over(library, over)
     taken = times_of(library, times, stop_time, step)
+    check_mapping("data", data or {})
     summed = _Sum(library, parts, taken, data or {})
     run = _CostedRun(library, over, summed, taken, check_tolerance(tolerance), values or {}, inputs, hold)
     total, derivatives = run.differentiated()
@@ -127,7 +131,7 @@ class _Sum:
 
 def _column(library: StudyLibrary, name: str, given: ArrayLike, count: int) -> Floats:
     """A column (m,) of data; raises LoadError for a name that is taken, another length, and gaps."""
-    found = np.asarray(given, dtype=float)
+    found = numbers_of(f"data '{name}'", given)
     if name in library.variables:
         raise LoadError(f"data '{name}' has the name of a variable of '{library.name}'; give it another one")
     if found.shape != (count,):

@@ -85,7 +85,7 @@ def compiled(model: object, *, solver: str | None = None, adjoints: bool = False
     """The library of ``model``, a mechanism or what ``load`` takes, with one of SOLVERS, by default the USUAL one.
 
     With ``adjoints`` it records runs for gradients, and takes longer to compile. Libraries that this process has
-    compiled before are reused. Raises LoadError for another solver, and for friction with a variational one;
+    compiled before are reused. Raises LoadError for another solver;
     Lag2FmuError if the model cannot be loaded, derived or compiled.
     """
     if solver in _WITHOUT:
@@ -113,11 +113,6 @@ def _compiled(source: _MechanismText, solver: str, adjoints: bool) -> StudyLibra
     equations, method = derive(source.mechanism), METHODS[solver]
     check_solver(equations.mechanism, method)
     program = with_balance(lower(equations, variational=method.variational))
-    if method.variational and (program.frictions or any(program.slips)):
-        raise LoadError(
-            f"'{source.mechanism.name}' has dry friction, which '{solver}' takes at the stages of its steps without "
-            f"derivatives; take {USUAL}, or leave friction out"
-        )
     mechanism = with_derived(source.mechanism, equations)
     table = build_table(equations, program)
     program = with_adjoints(program) if adjoints else program

@@ -67,7 +67,7 @@ class Observed:
         residuals = residuals_of(mechanism)
         self.function = StateFunction(mechanism, outputs=(*measured, *residuals))
         names = self.function.names
-        check_estimated(estimated, names["p"])
+        check_estimated(estimated, names["p"], names["x"])
         self.names, self.measured = (*names["x"], *estimated), tuple(measured)
         self.start: Floats = np.concatenate(
             [self.function.start["x"], self.function.start["p"][[names["p"].index(name) for name in estimated]]]

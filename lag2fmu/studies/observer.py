@@ -13,11 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.analysis.observing import check_noise, doubt_of, hidden_states, known_starts, modes_refused, within
+from lag2fmu.analysis.observing import check_noise, doubt_of, hidden_states, known_starts, modes_refused
 from lag2fmu.description import names
 from lag2fmu.description.symbols import names_of
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.formats.loading import as_mechanism
+from lag2fmu.language.given import check_mapping, within
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
@@ -87,6 +88,7 @@ def observe(  # noqa: PLR0913 (choices of the user)
     if refusal := modes_refused(mechanism):
         raise DerivationError(refusal)
     check_noise(measure, delays or {})
+    check_mapping("start", start or {})
     samples = _samples(data, mechanism, measure, delays or {})
     observed = Observed(mechanism, tuple(measure), process or {}, estimate, samples.signals, hold=hold, step=step)
     begin = _begin(observed, mechanism, samples, start or {})

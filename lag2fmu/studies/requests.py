@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.errors import LoadError
+from lag2fmu.language.given import check_mapping, check_names, within
 from lag2fmu.reference.trajectory import Floats, Trajectory
 from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, USUAL, KnotSignals, StudyLibrary
 from lag2fmu.verify.inputs import Inputs, trajectory_of
@@ -19,6 +20,7 @@ _SAMPLES = 100
 
 def references_of(library: StudyLibrary, values: Mapping[str, float]) -> dict[int, float]:
     """{value reference: SI value} of ``values``; raises LoadError for a name, number or bound that does not fit."""
+    check_mapping("values", values)
     found = {}
     for name, value in values.items():
         reference = library.settable(name)
@@ -29,7 +31,7 @@ def references_of(library: StudyLibrary, values: Mapping[str, float]) -> dict[in
 
 def check_value(library: StudyLibrary, name: str, value: float) -> None:
     """Raise LoadError for a value (SI) of ``name`` that is no finite number within the bounds of the variable."""
-    if isinstance(value, bool) or not math.isfinite(value):
+    if isinstance(value, bool) or not within(value):
         raise LoadError(f"'{name}' cannot be set to {value!r}; give a finite number")
     variable = library.variables[name]
     least = -np.inf if variable.minimum is None else variable.minimum
@@ -56,16 +58,24 @@ def times_of(
     """
     if times is None:
         stop = library.experiment.stop_time if stop_time is None else stop_time
-        if not (stop > 0 and math.isfinite(stop)):
+        if not within(stop, above=0):
             raise LoadError(f"the stop time {stop!r} s is not positive and finite")
-        count = _SAMPLES if step is None else max(1, round(stop / step)) if step > 0 else 0
-        if not count:
-            raise LoadError(f"the step {step!r} s is not positive")
+        if step is not None and not within(step, above=0):
+            raise LoadError(f"the step {step!r} s is not positive and finite")
+        count = _SAMPLES if step is None else max(1, round(stop / step))
         return np.linspace(0.0, stop, count + 1)
-    found = np.atleast_1d(np.asarray(times, dtype=float))
+    found = np.atleast_1d(numbers_of("the times of a study", times))
     if found.ndim != 1 or not len(found) or not np.isfinite(found).all() or found[0] < 0 or (np.diff(found) <= 0).any():
         raise LoadError("the times of a study must be finite, at least one, none before 0 s, and ascend")
     return found
+
+
+def numbers_of(what: str, given: ArrayLike) -> Floats:
+    """``given`` as an array of its shape (...); raises LoadError, about ``what``, where it contains no numbers."""
+    try:
+        return np.asarray(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise LoadError(f"{what}: no array of numbers, {error}") from error
 
 
 def signals_of(
@@ -113,8 +123,7 @@ def continuous_outputs(library: StudyLibrary, outputs: Sequence[str] | None) -> 
     smooth = {name for name, kind in library.kinds.items() if kind not in _JUMPING}
     if outputs is None:
         return [n for n, v in library.variables.items() if v.causality == "output" and n in smooth]
-    if isinstance(outputs, str):
-        raise LoadError(f"'{outputs}' stands where a list of outputs is expected; give ['{outputs}']")
+    check_names("outputs", outputs)
     for name in outputs:
         library.variable(name)
         if name not in smooth:
@@ -129,8 +138,7 @@ def check_over(library: StudyLibrary, over: Sequence[str]) -> None:
     """Raise LoadError for names in ``over`` that are no given starts, parameters or inputs, or stand twice."""
     if not over:
         raise LoadError("there is nothing to vary; name starts, parameters or inputs")
-    if isinstance(over, str):
-        raise LoadError(f"'{over}' stands where a list of names is expected; give ['{over}']")
+    check_names("over", over)
     for i, name in enumerate(over):
         library.variable(name)
         if library.kinds[name] not in (*STATES, *PARAMETERS, INPUT) or name in over[:i]:

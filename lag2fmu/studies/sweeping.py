@@ -9,6 +9,7 @@ from typing import Any
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.exported import is_fmu
+from lag2fmu.language.given import check_names
 from lag2fmu.progress import reached, telling
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.datasets import check_path, dataset, save
@@ -72,8 +73,8 @@ def sweep(  # noqa: PLR0913 (choices of the user)
     check_path(target)
     if tolerance is not None:
         check_tolerance(tolerance)
-    if isinstance(outputs, str):
-        raise LoadError(f"'{outputs}' stands where a list of outputs is expected; give ['{outputs}']")
+    if outputs is not None:
+        check_names("outputs", outputs)
     axes = axes_of(vary)
     run = Run(stop_time, None, tolerance, values, hold=hold, outputs=outputs)
     wanted = Wanted(run, inputs, at_end, times, solver)

@@ -12,6 +12,7 @@ import numpy as np
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.description.outputs import Experiment
 from lag2fmu.errors import LoadError
+from lag2fmu.language.given import within
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.reference.signals import interpolated
 from lag2fmu.reference.trajectory import Trajectory
@@ -117,7 +118,7 @@ def check_times(stop_time: float, step: float) -> None:
 
 def check_tolerance(tolerance: float) -> float:
     """The relative ``tolerance``; raises LoadError for what no solver can meet, and for what asks nothing of it."""
-    if not LEAST_TOLERANCE <= tolerance < 1.0:
+    if not (within(tolerance, least=LEAST_TOLERANCE) and tolerance < 1.0):
         least = f"at least {LEAST_TOLERANCE:g} and below 1, such as 1e-6"
         raise LoadError(f"the tolerance {tolerance!r} is no relative tolerance; give one of {least}")
     return float(tolerance)

@@ -21,7 +21,7 @@ from lag2fmu.cli import main
 from lag2fmu.description import names
 from lag2fmu.dynamics import derive
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.errors import DerivationError, ExportError, MechanismError
+from lag2fmu.errors import DerivationError, ExportError, LoadError, MechanismError
 from lag2fmu.graph.batches import matrix
 from lag2fmu.mechanism import Mechanism, Ports, complete
 from lag2fmu.mechanism.drives import carried
@@ -345,6 +345,13 @@ def test_friction_needs_a_motion_that_it_can_change() -> None:
 def test_a_time_constant_is_positive(constant: Any) -> None:
     with pytest.raises(MechanismError, match=f"time_constant: {constant!r} s; give a positive time"):
         inverse("pendulum", time_constant=constant)
+
+
+def test_motions_are_names() -> None:
+    with pytest.raises(LoadError, match="inverse: 5 is no list; give a list of names"):
+        inverse("pendulum", 5)  # type: ignore[arg-type]
+    with pytest.raises(DerivationError, match="'5' is no coordinate or place that can be prescribed"):
+        inverse("pendulum", [5])  # type: ignore[list-item]
 
 
 def test_a_filter_needs_motions(tmp_path: Path) -> None:

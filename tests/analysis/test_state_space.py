@@ -18,7 +18,7 @@ import lag2fmu
 from lag2fmu.analysis import linearize
 from lag2fmu.analysis.at_rest import resting
 from lag2fmu.dynamics import derive
-from lag2fmu.errors import DerivationError, ExportError
+from lag2fmu.errors import DerivationError, ExportError, LoadError
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.language.vocabulary import symbol
@@ -206,6 +206,10 @@ def test_names_and_places_that_are_none() -> None:
     equations = derive(cart())
     with pytest.raises(DerivationError, match="'thta' is no output; did you mean 'theta'"):
         linearize(equations, outputs=["thta"])
+    with pytest.raises(LoadError, match=r"outputs: 'theta' is one text; give a list of names, such as \['theta'\]"):
+        linearize(equations, outputs="theta")
+    with pytest.raises(DerivationError, match="the sample time 'a' s is not positive"):
+        linearize(equations).state_space(["F"]).sampled("a")  # type: ignore[arg-type]
     with pytest.raises(DerivationError, match="'G' is no input; known are Q_x, Q_theta, F"):
         linearize(equations).state_space(["G"])
     with pytest.raises(DerivationError, match="give 'start', 'equilibrium' or a time"):

@@ -135,7 +135,7 @@ def test_bad_data_get_sentences(tmp_path: Path) -> None:
         lag2fmu.calibrate("pendulum", data, free=["l"], bounds={"l": (2.0, 3.0)})
     with pytest.raises(LoadError, match="the bounds of 'l', nan to 3, are no numbers"):
         lag2fmu.calibrate("pendulum", data, free=["l"], bounds={"l": (np.nan, 3.0)})
-    with pytest.raises(LoadError, match=r"'l' stands where a list of names is expected; give \['l'\]"):
+    with pytest.raises(LoadError, match=r"over: 'l' is one text; give a list of names, such as \['l'\]"):
         lag2fmu.calibrate("pendulum", data, free="l")
     with pytest.raises(LoadError, match=r"'theta' is infinite at 0\.5 s; a missing value is NaN"):
         lag2fmu.calibrate("pendulum", {**data, "theta": np.where(TIMES == 0.5, np.inf, 0.0)}, free=["l"])

@@ -80,6 +80,15 @@ def test_every_solver_under_error_control_gives_both(solver: str) -> None:
         np.testing.assert_allclose(found.derivatives, forward.derivatives.sum(axis=(0, 1)), rtol=1e-8, atol=1e-11)
 
 
+def test_an_output_in_an_integral_is_its_expression() -> None:
+    found, expected = (
+        lag2fmu.gradient("cart_pole", {"integral": text}, over=["l", "theta"], stop_time=0.5)
+        for text in ("x_tip*y_tip", "-(x + l*sin(theta))*l*cos(theta)")
+    )
+    assert found.value == pytest.approx(expected.value, rel=1e-12)
+    np.testing.assert_allclose(found.derivatives, expected.derivatives, rtol=1e-11)
+
+
 def test_inputs_over_time_go_back_through_their_stretches() -> None:
     """The derivative of x by a constant added to a ramp, whatever the knots: (1 - cos wt)/k."""
     ramp = {"time": [0.0, 0.7, 1.3, 3.0], "Q_x": [0.0, 0.7, 1.3, 3.0]}
@@ -105,6 +114,15 @@ def test_inputs_over_time_go_back_through_their_stretches() -> None:
         ({"sum": "x"}, {"data": {"x": [0.0]}, "times": [1.0]}, LoadError, "has the name of a variable"),
         ("x", {"over": ["nothing"]}, LoadError, "no variable 'nothing'"),
         ("x", {"times": [1.0, 0.5]}, LoadError, "ascend"),
+        ("x", {"times": [0.5, "end"]}, LoadError, "the times of a study: no array of numbers"),
+        ("x", {"stop_time": "long"}, LoadError, "stop time 'long' s is not positive and finite"),
+        ("x", {"step": "short"}, LoadError, "step 'short' s is not positive and finite"),
+        ("x", {"values": {"k": "stiff"}}, LoadError, "'k' cannot be set to 'stiff'; give a finite number"),
+        ("x", {"values": ["k"]}, LoadError, r"values: \['k'\] is no mapping"),
+        ("x", {"data": [0.0]}, LoadError, r"data: \[0.0\] is no mapping"),
+        ("x", {"over": [5]}, LoadError, "no variable '5'"),
+        ("x", {"tolerance": "small"}, LoadError, "the tolerance 'small' is no relative tolerance"),
+        ({"sum": "x - y"}, {"data": {"y": ["a"]}, "times": [1.0]}, LoadError, "data 'y': no array of numbers"),
     ],
 )
 def test_what_is_no_cost_is_refused(cost: Any, options: dict[str, Any], error: type[Exception], what: str) -> None:

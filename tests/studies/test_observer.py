@@ -12,6 +12,7 @@ from kalman_by_hand import bob, by_hand, exponential
 from numpy.typing import NDArray
 
 import lag2fmu
+from lag2fmu.analysis.inverse import inverse
 from lag2fmu.cli import main
 from lag2fmu.errors import DerivationError, LoadError
 from lag2fmu.mechanism import Body, Mechanism, Spring, coordinate, signal
@@ -236,6 +237,10 @@ def slope(run: Trajectory, push: dict[str, Floats]) -> Floats:
         ({"start": {"a": "b"}}, "start 'a': 'b' is no standard deviation"),
         ({"process": {"a": "b"}}, "process 'a': 'b' is no density of noise"),
         ({"delays": {"a": "b"}}, "delay of 'a': 'b' s"),
+        ({"start": ["a"]}, r"start: \['a'\] is no mapping; give {name: value}"),
+        ({"process": ["a"]}, r"process: \['a'\] is no mapping"),
+        ({"delays": ["a"]}, r"delay: \['a'\] is no mapping"),
+        ({"estimate": 5}, "estimate: 5 is no list; give a list of parameters"),
         ({"measure": ["a"]}, "nothing is measured; give measure = {variable: standard deviation}"),
         ({"measure": {"a": "x"}}, "measure 'a': 'x' is no standard deviation"),
         ({"data": {"time": [0, np.nan], "a": [1, 1]}}, "the time is nan in row 2; leave that row out"),
@@ -268,6 +273,11 @@ def test_what_is_not_shown_is_said() -> None:
     assert found("ekf").warnings == ()
 
 
+def test_a_model_without_states_of_its_own_is_refused() -> None:
+    with pytest.raises(LoadError, match="no state moves by itself, so there is nothing to estimate; name parameters"):
+        observe(inverse("pendulum", "all"), {"time": [0, 1], "F_theta": [0, 0]}, measure={"F_theta": 0.1})
+
+
 def test_a_model_with_events_is_refused() -> None:
     with pytest.raises(DerivationError, match="their modes have no covariance, so no observer; leave out what may be"):
         observe("coulomb_oscillator", {"time": [0, 1], "x": [0, 0]}, measure={"x": 0.1})
@@ -280,7 +290,7 @@ def test_the_verb_prints_and_writes_the_estimates(tmp_path: Path) -> None:
     lines = ["time,x [mm],theta", *(",".join(f"{value:.6f}" for value in row) for row in table)]
     (tmp_path / "track.csv").write_text("\n".join(lines))
     out, plot = tmp_path / "estimates.csv", tmp_path / "estimates.png"
-    asked = ["observe", "cart_pole", str(tmp_path / "track.csv"), "--measure", "x=5 mm", "--measure", "theta=0.02"]
+    asked = ["observe", "cart_pole", str(tmp_path / "track.csv"), "--measure", "x=5 mm,theta=0.02"]
     done = CliRunner().invoke(main, [*asked, "--process", "F=0.1", "-o", str(out), "--plot", str(plot)])
     assert done.exit_code == 0, done.output
     assert "mean innovation squared by degree: " in done.output

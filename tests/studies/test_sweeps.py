@@ -208,7 +208,7 @@ def test_bad_arguments_get_sentences() -> None:
         lag2fmu.sweep("pendulum", {"l": [1.0]}, at_end=True, times=[1.0])
     with pytest.raises(LoadError, match="the tolerance 0 is no relative tolerance"):
         lag2fmu.sweep("pendulum", {"l": [1.0]}, tolerance=0)
-    with pytest.raises(LoadError, match=r"give \['theta'\]"):
+    with pytest.raises(LoadError, match=r"such as \['theta'\]"):
         lag2fmu.sweep("pendulum", {"l": [1.0]}, outputs="theta")
 
 

@@ -2,13 +2,15 @@
 #include <string.h>
 
 #include "adjoint.h"
+#include "adjoint_parts.h"
+#include "equations.h"
 #include "inputs.h"
 #include "seeds.h"
 #include "tape.h"
 #include "values.h"
 
 bool tape_slope_back(Tape *tape, double time, const double point[], const double slope[], const double weights[],
-                       double found[]) {
+                     const double rubbing[], double found[]) {
     Instance *instance = &tape->variations->study.instance, *probe = &tape->variations->probe;
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, Seed, sensitivity);
@@ -30,6 +32,9 @@ bool tape_slope_back(Tape *tape, double time, const double point[], const double
     memcpy(sensitivity->states + N_COORDINATES, weights, N_COORDINATES * sizeof(double));
     memcpy(tangent->accelerations, weights + N_COORDINATES, N_COORDINATES * sizeof(double));
     memcpy(tangent->further, weights + 2 * N_COORDINATES, N_FURTHER * sizeof(double));
+    if (rubbing != NULL && equations_accelerations(probe)) {
+        contacts_rub_adjoint(probe, rubbing, tangent->accelerations, sensitivity);
+    }
     if (!motion_adjoint(probe, tangent, sensitivity)) {
         instance->failure = probe->failure;
         return arena_leave(mark, false);

@@ -84,9 +84,10 @@ static inline void tape_add_weighted(double sum[], double factor, const double t
 }
 
 /* Adds to found[N_STATES] the derivatives by the states of the slope at a time (s) and point, weighed; inputs and
-   parameters get theirs in the total. The slope is known. */
+   parameters get theirs in the total. The slope is known. rubbing[n] are weights of what contacts_rub gives there, NULL
+   for none. */
 bool tape_slope_back(Tape *tape, double time, const double point[], const double slope[], const double weights[],
-                     double found[]);
+                     const double rubbing[], double found[]);
 
 /* One step backwards: total.states are the derivatives by the states behind it, and then by those before it. */
 bool tape_step_back(Tape *tape, const Entry *entry, const Checkpoint *checkpoint);

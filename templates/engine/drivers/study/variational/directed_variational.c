@@ -2,11 +2,28 @@
 #include <string.h>
 
 #include "collocation.h"
+#include "contacts.h"
 #include "directed_steps.h"
 #include "lu.h"
 #include "step_points.h"
 
-/* Further rates at all stages for unknowns that do not change. */
+/* Adds what slides at a stage to the places of accelerations, which no further rate needs. */
+static bool rub_stage(Variations *variations, const StepPoint *point) {
+    Instance *instance = &variations->study.instance;
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    if (!step_unknowns(instance, point, unknowns)) {
+        return arena_leave(mark, false);
+    }
+    for (int d = 0; d < variations->count; d++) {
+        Direction *direction = &variations->directions[d];
+        step_rub(instance, point, unknowns, &direction->seed, direction->stages[point->place] + N);
+    }
+    return arena_leave(mark, true);
+}
+
+/* Further rates, and in the places of accelerations forces of what slides, at all stages for unknowns that do not
+   change. */
 static bool rate_stages(Variations *variations, Step step) {
     for (int i = 0; i < S && N_FURTHER > 0; i++) {
         const StepPoint point = step_point(&variations->study.instance, step, 1 + i);
@@ -19,6 +36,10 @@ static bool rate_stages(Variations *variations, Step step) {
         }
         for (int d = 0; d < variations->count; d++) {
             memcpy(variations->directions[d].stages[i], variations->directions[d].rates, N_STATES * sizeof(double));
+            memset(variations->directions[d].stages[i] + N, 0, N * sizeof(double));
+        }
+        if (contacts_sliding(&variations->study.instance) && !rub_stage(variations, &point)) {
+            return false;
         }
     }
     return true;
@@ -38,6 +59,9 @@ static void vary_step(Variations *variations, Step step, Direction *direction) {
         step_tangent(instance, &point, &direction->seed, balance);
         if (point.kind == POINT_STAGE) {
             memcpy(balance->rates, direction->stages[point.place] + 2 * N, N_FURTHER * sizeof(double));
+            for (int k = 0; k < N && N_FURTHER > 0; k++) {
+                balance->forces[k] += direction->stages[point.place][N + k];
+            }
         }
         step_couple(&point, balance, right, false);
     }

@@ -2,7 +2,9 @@
 
 #include <string.h>
 
+#include "accelerations.h"
 #include "collocation.h"
+#include "contacts.h"
 #include "inputs.h"
 #include "jacobian.h"
 #include "lu.h"
@@ -138,6 +140,27 @@ void step_tangent(Instance *instance, const StepPoint *point, const Seed *seed, 
                               balance->velocities);
 }
 
+bool step_unknowns(Instance *instance, const StepPoint *stage, double unknowns[]) {
+    const double *inputs = inputs_at(instance, stage->time);
+    return accelerations_at(instance, stage->time, stage->states, inputs, unknowns) &&
+           system_factorize(instance, stage->time, stage->states, inputs, N_CONSTRAINTS, 0.0,
+                            &instance->scratch.system);
+}
+
+void step_rub(Instance *instance, const StepPoint *stage, const double unknowns[], const Seed *seed, double change[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, residuals, N_RESIDUALS);
+    WORK(mark, double, answer, N_UNKNOWNS);
+    const System *system = &instance->scratch.system;
+    const double *inputs = inputs_at(instance, stage->time);
+    mechanism_residual_tangent(stage->time, stage->states, inputs, instance->state.parameters, unknowns, seed->time,
+                               seed->states, seed->inputs, seed->parameters, residuals);
+    system_answer(system, residuals, answer);
+    contacts_answer(instance, system, stage->time, stage->states, inputs, unknowns, seed, answer);
+    contacts_rub_tangent(instance, stage->time, stage->states, inputs, unknowns, seed, answer, change);
+    arena_release(mark);
+}
+
 void step_seed(const StepPoint *point, const double before[], double states[]) {
     memcpy(states, before, N_STATES * sizeof(double));
     if (point->kind != POINT_START) {
@@ -184,15 +207,23 @@ static bool add_point(Variations *variations, const StepPoint *point, bool trans
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, Seed, seed);
     WORK_OF(mark, Balance, balance);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
     const bool stage = point->kind == POINT_STAGE;
+    const bool rubs = stage && contacts_sliding(instance);
     memset(seed, 0, sizeof *seed);
     memset(balance, 0, sizeof *balance);
     if (stage && N_FURTHER > 0 && !equations_jacobian(instance, point->time, point->states, method->jacobian)) {
         return arena_leave(mark, false);
     }
+    if (rubs && !step_unknowns(instance, point, unknowns)) {
+        return arena_leave(mark, false);
+    }
     for (int state = 0; state < N_STATES; state++) {
         seed->states[state] = 1.0;
         step_tangent(instance, point, seed, balance);
+        if (rubs) {
+            step_rub(instance, point, unknowns, seed, balance->forces);
+        }
         seed->states[state] = 0.0;
         if (stage) {
             memcpy(balance->rates, method->jacobian + state * R + N, N_FURTHER * sizeof(double));

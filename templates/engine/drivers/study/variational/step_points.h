@@ -43,6 +43,14 @@ void step_couple(const StepPoint *point, Balance *balance, double rows[], bool b
 /* The derivatives of the balance at a point along a seed, its rates untouched. */
 void step_tangent(Instance *instance, const StepPoint *point, const Seed *seed, Balance *balance);
 
+/* The unknowns[n + m] at a stage, where the system in scratch is then factorised. Returns false, with
+   instance->failure, if there are none. */
+bool step_unknowns(Instance *instance, const StepPoint *stage, double unknowns[]);
+
+/* Adds to change[n] that of the forces of what slides at a stage along a seed; the unknowns are those of
+   step_unknowns. */
+void step_rub(Instance *instance, const StepPoint *stage, const double unknowns[], const Seed *seed, double change[]);
+
 /* The changes of states at a point as the states before the step change: for the rest the unknowns do. */
 void step_seed(const StepPoint *point, const double before[], double states[]);
 

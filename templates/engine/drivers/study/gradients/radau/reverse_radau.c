@@ -30,7 +30,7 @@ static bool stage_back(Tape *tape, Step step, int i, const double accelerations[
     radau_stage(instance->state.states, step.length, i, accelerations, states);
     memcpy(of_slope + N, weights + i * R, R * sizeof(double));
     if (!derivative_at(instance, time, states, slope) ||
-        !tape_slope_back(tape, time, states, slope, of_slope, found)) {
+        !tape_slope_back(tape, time, states, slope, of_slope, NULL, found)) {
         return arena_leave(mark, false);
     }
     tape_add_weighted(before, 1.0, found);

@@ -93,7 +93,7 @@ static bool samples_back(Tape *tape, const Entry *entry, double before[], double
     memset(found, 0, N_STATES * sizeof(double));
     tape_add_weighted(found, -h, terms[2]);
     return arena_leave(mark, tape_slope_back(tape, entry->step.end, instance->scratch.new_states,
-                                             instance->scratch.new_derivatives, found, after));
+                                             instance->scratch.new_derivatives, found, NULL, after));
 }
 
 /* The stages backwards, from one behind the last one to the first. */
@@ -108,7 +108,7 @@ static bool stages_back(Tape *tape, const Entry *entry, int end, int first, doub
         }
         memset(found, 0, N_STATES * sizeof(double));
         if (any && !tape_slope_back(tape, stage_time(entry, i), tape->method.states[i], slopes[i],
-                                    tape->method.stages[i], found)) {
+                                    tape->method.stages[i], NULL, found)) {
             return arena_leave(mark, false);
         }
         for (int j = 0; any && j < i; j++) {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "collocation.h"
+#include "contacts.h"
 #include "derivative.h"
 #include "inputs.h"
 #include "lu.h"
@@ -24,7 +25,7 @@ static void add_states(const StepPoint *point, const double found[], double befo
     }
 }
 
-/* Further rates at a stage backwards. */
+/* Further rates and what slides at a stage backwards. */
 static bool rates_back(Tape *tape, const StepPoint *point, const Balance *weights, double before[]) {
     Instance *instance = &tape->variations->study.instance;
     const ArenaMark mark = arena_mark(instance->arena);
@@ -33,7 +34,8 @@ static bool rates_back(Tape *tape, const StepPoint *point, const Balance *weight
     WORK_ZEROS(mark, double, found, N_STATES);
     memcpy(of_slope + 2 * N, weights->rates, N_FURTHER * sizeof(double));
     if (!derivative_at(instance, point->time, point->states, slope) ||
-        !tape_slope_back(tape, point->time, point->states, slope, of_slope, found)) {
+        !tape_slope_back(tape, point->time, point->states, slope, of_slope,
+                         contacts_sliding(instance) ? weights->forces : NULL, found)) {
         return arena_leave(mark, false);
     }
     add_states(point, found, before);
