@@ -21,6 +21,9 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.systems.joints import NUMBERS, Ends, groups_of, is_planar
 from lag2fmu.verify.run import Floats
 
+_POINT = 1e-9
+"""A rod that is shorter (m) at the start joins two places at one point, but for rounding."""
+
 
 class PlaceMotion(NamedTuple):
     """How a place lies and moves, in world axes: p (3,) in m, R (3, 3), v (3,) in m/s, omega (3,) in rad/s."""
@@ -101,7 +104,7 @@ class JointLaw:
     def _along(self, e: Floats, e_dot: Floats) -> JointShape:
         """The rod that reaches over ``e`` (3,) in m, with its rate (3,): it keeps the length that it has first."""
         length = float(np.linalg.norm(e))
-        if not length:
+        if length < _POINT and not self._length:
             raise SimulationError(f"the joint {self._joint}: both places are at one point; a rod joins two")
         self._length = self._length or length
         u = e / length
