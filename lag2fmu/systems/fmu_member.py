@@ -46,6 +46,7 @@ class _Told:
             except Exception as error:  # fmpy raises bare exceptions
                 raise member.failure(f"called by {name}", error) from error
 
+        setattr(self, name, told)  # which is found at once from now on
         return told
 
 
