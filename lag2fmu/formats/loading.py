@@ -92,7 +92,9 @@ def _converted(source: _ModelSource, given: Mapping[str, object]) -> dict[str, o
         raise LoadError(f"{place}: {words} simulate(..., values={{'{unknown}': {given[unknown]!r}}})")
     converted = {name: convert(value, taken[name], f"{place}: {name}") for name, value in given.items()}
     if missing := ", ".join(x for x, p in taken.items() if p.default is p.empty and x not in converted):
-        raise LoadError(f"{place}: {function.__name__} needs the structural argument(s) {missing}; give NAME=VALUE")
+        name, of_controller = function.__name__, missing == "t, inputs"
+        also = of_controller * f", or of a controller the sample time: {place}:{name}@0.001"
+        raise LoadError(f"{place}: {name} needs the structural argument(s) {missing}; give NAME=VALUE{also}")
     return converted
 
 

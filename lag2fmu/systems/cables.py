@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
 
 from lag2fmu.systems.member import Member
+from lag2fmu.systems.wires import SAME, Transformation, ValueTable
 from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.run import Floats
 
@@ -14,24 +18,44 @@ from lag2fmu.verify.run import Floats
 class Cable:
     """The wires from one component to another: the source's ``outputs``, and which of the target's inputs hear them.
 
-    ``at_once``: whether one of the outputs follows inputs of its own component without delay; ``smooth``: 1 for outputs
-    that change continuously, else 0.
+    ``maps`` make of each output what its input hears. ``at_once``: whether one of the outputs follows inputs of its own
+    component without delay; ``smooth``: 1 for what changes continuously, else 0.
     """
 
     source: Member
     outputs: Channel
     target: str
     places: Sequence[int]
-    factor: Floats
-    offset: Floats
+    maps: Sequence[Transformation]
     at_once: bool
-    plain: bool
     smooth: Floats
+
+    @cached_property
+    def factor(self) -> Floats:
+        """The derivatives of the ``maps``, (places,)."""
+        return np.array([map_.factor for map_ in self.maps])
+
+    @cached_property
+    def _offset(self) -> Floats:
+        return np.array([map_.offset for map_ in self.maps])
+
+    @cached_property
+    def _tables(self) -> dict[int, ValueTable]:
+        return {row: map_ for row, map_ in enumerate(self.maps) if isinstance(map_, ValueTable)}
+
+    @cached_property
+    def _plain(self) -> bool:
+        return all(map_ == SAME for map_ in self.maps)
 
     def heard(self) -> Floats:
         """What the inputs hear now, (places,)."""
         values = self.outputs.read()
-        return values if self.plain else self.factor * values + self.offset
+        if self._plain:
+            return values
+        heard = self.factor * values + self._offset
+        for row, table in self._tables.items():
+            heard[row] = table(float(values[row]))
+        return heard
 
 
 @dataclass

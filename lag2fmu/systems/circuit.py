@@ -15,7 +15,7 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.systems.cables import Cable, ConnectedInputs, order_of
 from lag2fmu.systems.connections import End
 from lag2fmu.systems.member import Member
-from lag2fmu.systems.wires import Wire
+from lag2fmu.systems.wires import Affine, Wire
 from lag2fmu.verify.run import Floats
 
 _AGREE = 1e-12
@@ -61,11 +61,10 @@ class Circuit:
         places = [self.inputs[target].names.index(t) for _, _, t in found]
         member, inputs = self.members[source], self.inputs.get(source)
         outputs = member.channel([s for _, s, _ in found])
-        factor, offset = (np.array(list(column)) for column in zip(*(w.map for w, _, _ in found), strict=True))
+        maps = [wire.map for wire, _, _ in found]
         at_once = inputs is not None and (initial or member.depends(outputs, inputs.channel))
         smooth = np.array([getattr(s.variable, "variability", "") != "discrete" for s in outputs.scalars], dtype=float)
-        plain = bool((factor == 1.0).all() and (offset == 0.0).all())
-        return [Cable(member, outputs, target, places, factor, offset, at_once, plain, smooth)]
+        return [Cable(member, outputs, target, places, maps, at_once, smooth * [isinstance(x, Affine) for x in maps])]
 
     def _ordered(self) -> tuple[list[str], bool]:
         """(the components with inputs, each behind those on whose inputs its own depend at once, whether some loop)."""

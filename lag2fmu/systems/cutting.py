@@ -6,7 +6,9 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from lag2fmu.errors import MechanismError
+from lag2fmu.description.description import Description
+from lag2fmu.errors import DerivationError, MechanismError
+from lag2fmu.fmu.exported import Fmu
 from lag2fmu.fmu.exporting import export
 from lag2fmu.mechanism.cutting import CutJoint, CutMechanism, in_pieces
 from lag2fmu.mechanism.opening import cuts_of, opened, with_probes
@@ -24,7 +26,8 @@ def cut(
     """Cut ``mechanism`` at frames or coordinates ``at``, and write the system of its pieces to ``path``, an .ssp.
 
     ``fmi`` and ``solver`` are those of the pieces, see ``lag2fmu.export``. Returns the pieces. Raises MechanismError
-    for a place that cannot be cut, and for what works across it; ExportError as ``export`` and ``ssp``.
+    for a place that cannot be cut, for what works across it, and for a piece that has no motion of its own; ExportError
+    as ``export`` and ``ssp``.
     """
     whole = opened(mechanism)
     cuts = cuts_of(whole, at)
@@ -34,7 +37,7 @@ def cut(
     pieces = in_pieces(whole, cuts, dict(zip(first.names, first.values[0].tolist(), strict=True)))
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
         fmus = {
-            name: export(complete(description), Path(folder) / f"{name}.fmu", fmi=fmi, solver=solver)
+            name: _exported(name, description, Path(folder), fmi, solver)
             for name, description in pieces.descriptions.items()
         }
         ssp(
@@ -45,6 +48,16 @@ def cut(
             version="1.0" if fmi == "2.0" else "2.0",
         )
     return pieces
+
+
+def _exported(name: str, description: Description, folder: Path, fmi: str, solver: str | None) -> Fmu:
+    """The piece ``name`` as an FMU in the ``folder``. Raises MechanismError if its forces do not tell how it moves."""
+    try:
+        return export(complete(description), folder / f"{name}.fmu", fmi=fmi, solver=solver)
+    except DerivationError as error:
+        raise MechanismError(
+            f"the piece '{name}' does not move by itself: {error}; or cut where both sides of the joint have mass"
+        ) from error
 
 
 def _word(joint: CutJoint) -> str:

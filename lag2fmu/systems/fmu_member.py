@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any, cast
 
 import numpy as np
 
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.systems.components import Component
-from lag2fmu.systems.fmu_process import Apart, called_as_one, instance_apart
+from lag2fmu.systems.fmu_process import Apart, RemoteInstance, called_as_one, instance_apart, patience_of
+from lag2fmu.systems.fmu_worker import instance_on
 from lag2fmu.systems.member import ORDERS, Member, StepDiscardedError
 from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.instances import Instance, description_of, is_fmi3
@@ -44,6 +46,7 @@ class _Told:
             except Exception as error:  # fmpy raises bare exceptions
                 raise member.failure(f"called by {name}", error) from error
 
+        setattr(self, name, told)  # which is found at once from now on
         return told
 
 
@@ -200,9 +203,7 @@ def fmu_member_of(
     begin()
     events, asks = bool(component.clocks), tuple(sorted(followed))
     if apart:
-        patience = None if apart is True else apart
-        remotely = instance_apart(component.path, component.kind, events=events, followed=asks, patience=patience)
-        with remotely as remote:
+        with _remotely(component, apart, events=events, followed=asks) as remote:
             yield kind(component, cast("Instance", remote), scalars, begin)
         return
     with called_as_one(component.path, component.kind, events=events, followed=asks) as instance:
@@ -210,6 +211,16 @@ def fmu_member_of(
             yield kind(component, instance, scalars, begin)
         finally:
             begin()  # an FMU that is freed may not come back either
+
+
+def _remotely(
+    component: Component, apart: Apart, *, events: bool, followed: tuple[int, ...]
+) -> AbstractContextManager[RemoteInstance]:
+    """An instance of the FMU of the ``component`` in another process."""
+    if isinstance(apart, Executor):
+        return instance_on(apart, component.path, component.kind, events=events, followed=followed)
+    patience = patience_of(apart)
+    return instance_apart(component.path, component.kind, events=events, followed=followed, patience=patience)
 
 
 def _followed(description: Any) -> dict[int, frozenset[int] | None]:

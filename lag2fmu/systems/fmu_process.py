@@ -8,21 +8,27 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from lag2fmu.checking.process import end_of
 from lag2fmu.errors import SimulationError
-from lag2fmu.verify.apart import FORKS, begin_process, end_process
+from lag2fmu.verify.apart import FORKS, begin_process, end_process, start_process
 from lag2fmu.verify.hosted import hosted
 from lag2fmu.verify.instances import Instance, Log, description_of, instance_of
 
-Apart = bool | float
-"""Whether each FMU has a process of its own; a number is the longest time (s) that a call may take there."""
-_PATIENCE = 5.0
+Apart = bool | float | Executor
+"""Whether each FMU has a process of its own, on an executor a worker; a number is the longest time (s) of a call."""
+PATIENCE = 5.0
 """Seconds that a process has to end by itself."""
+
+
+def patience_of(apart: Apart) -> float | None:
+    """The longest time (s) of a call; None: it may take any time."""
+    return None if isinstance(apart, bool | Executor) else apart
 
 
 class RemoteCallError(Exception):
@@ -43,15 +49,46 @@ class _Remote:
         return lambda *args, **kwargs: self._call(name, args, kwargs)
 
 
-class RemoteInstance:
-    """What an ``Instance`` is, in another ``process`` at the end of a ``connection``."""
+class Host(Protocol):
+    """The process of an FMU, as this one knows it."""
 
-    def __init__(self, path: Path, process: Any, connection: Any, patience: float | None) -> None:
-        """A call that takes longer than ``patience`` (s) ends the process; None: it may take any time."""
+    def end(self) -> None:
+        """End it, and what it has started, if it still runs."""
+
+    def ended(self) -> str:
+        """A phrase that tells how it has ended."""
+
+
+class _Child:
+    """A ``process`` of this one."""
+
+    def __init__(self, process: Any) -> None:
+        self._process = process
+
+    def end(self) -> None:
+        end_process(self._process)
+
+    def ended(self) -> str:
+        self._process.join(PATIENCE)
+        return end_of(self._process.exitcode or 0) or "it ends"
+
+
+class RemoteInstance:
+    """What an ``Instance`` is, in another process at the end of a ``connection``, the ``host``."""
+
+    def __init__(self, path: Path, host: Host, connection: Any, patience: float | None) -> None:
+        """Instantiate the FMU ``path``. Raises SimulationError if it cannot be instantiated.
+
+        A call that takes longer than ``patience`` (s) ends the process; None: it may take any time.
+        """
         self.description, self.log = description_of(path), Log()
         self.fmu = _Remote(self._call)
         self.asked: Callable[[float], None] | None = None
-        self._process, self._connection, self._patience = process, connection, patience
+        self._host, self._connection, self._patience = host, connection, patience
+        try:
+            self.fmu.instantiate()  # what the process does first, whatever it is called
+        except RemoteCallError as error:
+            raise SimulationError(str(error)) from error
 
     def _call(self, name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         """The result of a call. Raises RemoteCallError if it fails, or if the process ends."""
@@ -59,15 +96,13 @@ class RemoteInstance:
             self._connection.send((name, args, kwargs))
             return self.answer()
         except (EOFError, OSError) as error:
-            self._process.join(_PATIENCE)
-            ended = end_of(self._process.exitcode or 0) or "it ends"
-            raise RemoteCallError(f"the process of the FMU is lost: {ended}") from error
+            raise RemoteCallError(f"the process of the FMU is lost: {self._host.ended()}") from error
 
     def answer(self) -> Any:
         """What the process answers; on the way it may ask for inputs. Raises RemoteCallError if a call fails."""
         while True:
             if not self._connection.poll(self._patience):
-                end_process(self._process)
+                self._host.end()
                 raise RemoteCallError(
                     f"the FMU does not come back from a call within {self._patience:g} s and is ended"
                 )
@@ -109,28 +144,26 @@ def instance_apart(
     context: Any = get_context("fork" if FORKS else "spawn")
     here, there = context.Pipe()
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
-        process = context.Process(target=_serve, args=(there, here, path, kind, folder, events, followed))
-        process.start()
+        process = context.Process(target=serve, args=(there, here, path, kind, folder, events, followed))
+        start_process(process)
         there.close()
         try:
-            instance = RemoteInstance(path, process, here, patience)
-            try:
-                instance.fmu.instantiate()  # what the process does first, whatever it is called
-            except RemoteCallError as error:
-                raise SimulationError(str(error)) from error
-            yield instance
+            yield RemoteInstance(path, _Child(process), here, patience)
         finally:
             with suppress(OSError):
                 here.send(None)
-            process.join(patience or _PATIENCE)
+            process.join(patience or PATIENCE)
             end_process(process)
             here.close()
 
 
-def _serve(
+def serve(
     connection: Any, other: Any, path: Path, kind: str, folder: str, events: bool, followed: tuple[int, ...]
 ) -> None:
-    """What the process does: instantiate, then call by call, until nobody calls any more."""
+    """What the process does: instantiate the FMU ``path``, then call by call, until nobody calls any more.
+
+    Calls come by the ``connection``; the ``other`` one is not its own. Temporary files are in ``folder``.
+    """
     other.close()
     begin_process(folder)
     try:

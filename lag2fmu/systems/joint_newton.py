@@ -115,26 +115,38 @@ def correction(
     forces have to be what the motion there makes them. The second value (2, k) is what the change is to close: speeds
     of joints, and gaps by ``h``; of own forces the speeds that they miss.
     """
-    own = ~joints.held
+    own, excess = ~joints.held, np.zeros_like(forces)
     speeds = [joints.effect(end, x.turned, x.directions) * h / 2 for x in before]
     gaps = [LATE * speeds[0], EARLY * speeds[1]]
     missed = np.array([end.speed, end.gap / h]) * joints.held
-    passed = map(after.at, GAUSS * h)
-    excess = np.array([f - joints.own_forces(x.places, x.rates) for f, x in zip(forces, passed, strict=True)]) * own
     rows = np.array([speeds, gaps])
-    for n, c in enumerate(GAUSS):
-        place, rate = after.slopes(c * h)
-        for i in (0, 1):
-            by_place, by_rate = (a * h * gaps[i] + b * speeds[i] for a, b in (place, rate))
-            change = joints.damping[:, None] * by_rate + joints.stiffness[:, None] * by_place
-            rows[n, i][own] = (change + (n == i) * np.eye(len(own)))[own]
+    if own.any():
+        passed = map(after.at, GAUSS * h)
+        told = [f - joints.own_forces(x.places, x.rates) for f, x in zip(forces, passed, strict=True)]
+        excess = np.array(told) * own
+        rows[:, :, own] = _own_rows(joints, speeds, gaps, after, h)[:, :, own]
     basis = joints.basis
-    matrix = np.block([[basis.T @ rows[n, i] @ basis for i in (0, 1)] for n in (0, 1)])
+    matrix = np.swapaxes(basis.T @ rows @ basis, 1, 2).reshape(2 * len(basis.T), -1)
     right = -(missed + excess) @ basis
     found = learned.change(matrix, right.ravel(), h).reshape(2, -1) @ basis.T
     reached = missed @ joints.shared
     reached[0] += sum(change @ force for change, force in zip(speeds, excess, strict=True)) * own
     return found, reached
+
+
+def _own_rows(joints: JointSystem, speeds: Sequence[Floats], gaps: Sequence[Floats], after: Course, h: float) -> Floats:
+    """What the excess (2, k) of the ``joints``' own forces is of the forces (2, k) in a step ``h`` (s), (2, 2, k, k).
+
+    ``speeds`` and ``gaps`` (2, k, k) at the end, by ``h``, are those that the forces change, ``after`` is the course.
+    """
+    found = []
+    for n, c in enumerate(GAUSS):
+        place, rate = after.slopes(c * h)
+        for i in (0, 1):
+            by_place, by_rate = (a * h * gaps[i] + b * speeds[i] for a, b in (place, rate))
+            change = joints.damping[:, None] * by_rate + joints.stiffness[:, None] * by_place
+            found.append(change + (n == i) * np.eye(len(change)))
+    return np.array(found).reshape(2, 2, *found[0].shape)
 
 
 def wrenches_of(directions: Sequence[Floats], forces: Floats, bend: Floats, h: float) -> Floats:

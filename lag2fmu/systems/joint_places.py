@@ -31,6 +31,9 @@ _ABOUT_Z = {name: f"{name}_z" for name in ("angle", "angular_velocity", "torque"
 """{member of a place in the plane: that of a place in space}."""
 
 
+_EMPTY: Floats = np.zeros(0)
+
+
 class Places:
     """The places of the ``member`` that are joined: ``terminals`` by their names.
 
@@ -90,9 +93,10 @@ class _Reading:
         self._channel, at = member.channel([spatial[i][m] for i, m in read]), {key: row for row, key in enumerate(read)}
         # what a place does not have is empty, or 0 in the plane
         self._rows = [
-            [[at.get((i, m), -1) for m in group] if any(m in known for m in group) else [] for group in groups]
+            [np.array([at.get((i, m), -1) for m in g]) if any(m in known for m in g) else None for g in groups]
             for i, known in enumerate(spatial)
         ]
+        self._padded = np.zeros(len(read) + 1)
 
     def values(self) -> list[list[Floats]]:
         """The present values of each place, by groups."""
@@ -103,8 +107,8 @@ class _Reading:
         return self._sorted(self._member.derivatives(self._channel)[0])
 
     def _sorted(self, numbers: Floats) -> list[list[Floats]]:
-        padded = np.append(numbers, 0.0)
-        return [[padded[rows] for rows in groups] for groups in self._rows]
+        self._padded[:-1] = numbers
+        return [[_EMPTY if rows is None else self._padded[rows] for rows in groups] for groups in self._rows]
 
 
 def _lacks_speed(members: Mapping[str, str]) -> bool:

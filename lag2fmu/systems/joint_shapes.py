@@ -21,6 +21,9 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.systems.joints import NUMBERS, Ends, groups_of, is_planar
 from lag2fmu.verify.run import Floats
 
+_POINT = 1e-9
+"""A rod that is shorter (m) at the start joins two places at one point, but for rounding."""
+
 
 class PlaceMotion(NamedTuple):
     """How a place lies and moves, in world axes: p (3,) in m, R (3, 3), v (3,) in m/s, omega (3,) in rad/s."""
@@ -71,7 +74,7 @@ class JointLaw:
         self.own = np.array([getattr(ends.joint, name) for name in NUMBERS])
         self._normals, self._last = _across(columns[-1][1] + columns[-1][0]), 0.0
         self._forces, self._torques = (np.array([column[i] for column in columns]).T for i in (0, 1))
-        self._still = np.array([column[2] for column in columns])
+        self._still = self._forces * [column[2] for column in columns]
         self.lengths = self._forces.any(axis=0)
         self._axis, self._turns, self._tilts = axis, "turn" in groups, "axis" in groups
         self._joint, self._rod, self._length = ends.joint, "rod" in groups, 0.0
@@ -83,14 +86,14 @@ class JointLaw:
         """
         if self._rod:
             return self._along(second.p - first.p, second.v - first.v)
-        F, T = (np.where(self._still, x, first.R @ x) for x in (self._forces, self._torques))
+        carried, T = first.R @ (self._forces - self._still), first.R @ self._torques
+        F = self._still + carried
         e, e_dot = second.p - first.p, second.v - first.v
         turning, over, passing = map(skew, (first.omega, e, e_dot))
-        F_dot = np.where(self._still, 0.0, turning @ F)
-        T_dot = turning @ T
+        F_dot, T_dot = turning @ carried, turning @ T
         arm, arm_dot = over @ F, passing @ F + over @ F_dot
-        directions = np.array([-np.vstack([F, T + arm]), np.vstack([F, T])])
-        rates = np.array([-np.vstack([F_dot, T_dot + arm_dot]), np.vstack([F_dot, T_dot])])
+        directions = np.array([[-F, -T - arm], [F, T]]).reshape(2, 6, -1)
+        rates = np.array([[-F_dot, -T_dot - arm_dot], [F_dot, T_dot]]).reshape(2, 6, -1)
         gap = F.T @ e + T.T @ self._angle(first.R, second.R)
         twists = [np.concatenate([motion.v, motion.omega]) for motion in (first, second)]
         if self.acts and self._torques[:, -1].any():
@@ -101,7 +104,7 @@ class JointLaw:
     def _along(self, e: Floats, e_dot: Floats) -> JointShape:
         """The rod that reaches over ``e`` (3,) in m, with its rate (3,): it keeps the length that it has first."""
         length = float(np.linalg.norm(e))
-        if not length:
+        if length < _POINT and not self._length:
             raise SimulationError(f"the joint {self._joint}: both places are at one point; a rod joins two")
         self._length = self._length or length
         u = e / length

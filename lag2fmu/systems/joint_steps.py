@@ -51,6 +51,9 @@ _SLOW = 0.3
 """Newton's matrix is measured anew where a repetition leaves more than this part of the error."""
 _ENOUGH = 2
 """It is also measured before a step where the last one took more runs, but not so often that it costs a run a step."""
+_CLOSE_BY = 0.1
+"""Where steps are shorter than this part of the one asked for, it is measured as often as the last step took more runs.
+A pose is near then in which forces move little, and the matrix tells them apart by what changes most of all."""
 _FIRST = (0.25, 0.5)
 """The steps that tell the forces at the start, as parts of a step: four values of each force."""
 _DIVIDED = 0.9
@@ -165,7 +168,8 @@ class JoinedSteps(FixedSteps):
         """What the next step is told by the one that was ``made``."""
         self._last, self._before_last = (made.course, made.h), (made.start, made.h)
         self._past = [*self._past[1 - _HISTORY :], (made.times, made.forces)]
-        self._due = made.runs > _ENOUGH and self._age >= self._joints.driven
+        changes = made.h < _CLOSE_BY * self._step
+        self._due = made.runs > _ENOUGH and (changes or self._age >= self._joints.driven)
         self._gap = max(self._gap, float(np.abs(made.end.gap[self._joints.held]).max(initial=0.0)))
         self.runs.append(made.runs)
 

@@ -17,10 +17,11 @@ from lag2fmu.systems.joints import NUMBERS, Ends
 from lag2fmu.systems.member import Member
 from lag2fmu.verify.run import Floats
 
-_REDUNDANT = 1e-6
-"""Equations are redundant below this part of the greatest eigenvalue: more than the error of differences, which is
-1e-7 at the FMUs' default tolerance. Two hinges of a door may be a thousandth of its width apart. A force is idle where
-it moves less than this part of what it moved elsewhere."""
+_REDUNDANT = 1e-7
+"""Equations are redundant below this part of the greatest eigenvalue: more than what differences make of 0, which is
+5e-10 for the loop of Bricard. Two hinges of a door may be a thousandth of its width apart. A force is idle where it
+moves less than this part of what it moved elsewhere: near a dead centre the mechanism is free as long, and loses energy
+when it is caught again."""
 _STIFF = 1e-6
 """A wrench that moves places less than this part of what another one does moves none."""
 _SMALLEST = 1e-3

@@ -17,7 +17,7 @@ from lag2fmu.systems.bonds import Pair
 from lag2fmu.systems.cables import ConnectedInputs
 from lag2fmu.systems.coupling import BondEnergy
 from lag2fmu.systems.member import Member
-from lag2fmu.systems.wires import Affine, Wire
+from lag2fmu.systems.wires import Transformation, Wire
 from lag2fmu.verify.channels import Channel
 
 
@@ -32,7 +32,7 @@ class _BondSide:
     output: Channel
     inputs: ConnectedInputs
     place: int
-    map: Affine
+    map: Transformation
     mean: float
     start: float = 0.0
     ahead: float = 0.0

@@ -9,7 +9,7 @@ from functools import partial
 from lag2fmu.errors import SimulationError
 from lag2fmu.systems.clocked import ClockedFmu
 from lag2fmu.systems.fmu_member import FmuMember, fmu_member_of
-from lag2fmu.systems.fmu_process import Apart
+from lag2fmu.systems.fmu_process import Apart, patience_of
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.network import Network
 from lag2fmu.systems.sampled_function import SampledFunction
@@ -28,8 +28,8 @@ def members_of(
         members: dict[str, Member] = {}
         for name, component in network.components.items():
             if component.controller is not None:
-                patience = None if isinstance(apart, bool) else apart
-                members[name] = SampledFunction(component, component.controller, partial(begin, name), patience)
+                called = partial(begin, name)
+                members[name] = SampledFunction(component, component.controller, called, patience_of(apart))
                 continue
             driven = [*_driven(network, name, hold=hold)]
             kind = ClockedFmu if component.clocks else FmuMember

@@ -18,7 +18,7 @@ from lag2fmu.systems.joints import Ends, ends_of
 from lag2fmu.systems.parameters import number, units_of
 from lag2fmu.systems.reading import Node, Reading, root_of, said, whole_of
 from lag2fmu.systems.source import source_of
-from lag2fmu.systems.wires import SAME, Affine, Wire, conversion
+from lag2fmu.systems.wires import SAME, Affine, Transformation, Wire, conversion
 from lag2fmu.xml_tree import XmlElement
 
 _STEPS = {"FixedStepMaster": "stepSize", "FixedStepAlgorithm": "baseStepSize"}
@@ -41,7 +41,7 @@ class Network:
     name: str
     components: Mapping[str, Component]
     wires: tuple[Wire, ...]
-    outputs: Mapping[str, tuple[End, Affine]]
+    outputs: Mapping[str, tuple[End, Transformation]]
     inputs: tuple[str, ...]
     values: Mapping[End, float | str]
     start_time: float
@@ -115,7 +115,7 @@ class _Follower:
             self._check_ends(origin, node)
             wires.append(Wire(_end(origin), target, inner.after(map_.after(self._outward(origin)))))
 
-    def _outputs(self) -> dict[str, tuple[End, Affine]]:
+    def _outputs(self) -> dict[str, tuple[End, Transformation]]:
         """{output of the system: (variable of an FMU, what becomes of it)}."""
         found = {}
         for place, connector in self.reader.kinds:
@@ -128,12 +128,13 @@ class _Follower:
         """From the unit of the FMU's variable to that of its connector."""
         return conversion(f"{self.label}: {said(node)}", self.reader.unit_inside(node), self.reader.unit(node))
 
-    def _origin(self, node: Node) -> tuple[Node, Affine]:
+    def _origin(self, node: Node) -> tuple[Node, Transformation]:
         """(where the value of ``node`` comes from, what becomes of it on its way).
 
         Raises LoadError for two connections to one connector, and for a circle of connections that passes no FMU.
         """
-        map_, passed = SAME, {node}
+        map_: Transformation = SAME
+        passed = {node}
         while heard := self.reader.heard.get(node):
             if len(heard) > 1:
                 raise LoadError(f"{self.label}: {said(node)} is connected with {len(heard)} sources; it hears one")

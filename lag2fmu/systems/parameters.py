@@ -5,17 +5,19 @@ Source: System Structure and Parameterization 2.0, Modelica Association 2024, se
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from lag2fmu.errors import LoadError
 from lag2fmu.systems.components import EnumeratedType, LinearUnit, linear_unit
 from lag2fmu.systems.source import Source
-from lag2fmu.systems.wires import SAME, Affine, conversion
+from lag2fmu.systems.wires import SAME, Affine, Transformation, ValueTable, conversion
 from lag2fmu.xml_tree import XmlElement
 
 Units = Mapping[str, LinearUnit]
 _FLAGS = {"true": 1.0, "1": 1.0, "false": 0.0, "0": 0.0}
+_ENDS = ("source", "target")
+"""The attributes of an entry in a table."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Given:
     where: str
     value: float | str
     unit: LinearUnit | None
-    map: Affine = SAME
+    map: Transformation = SAME
     keeps: bool = False
 
     def item_of(self, enumerated: EnumeratedType) -> float | str:
@@ -54,18 +56,34 @@ def units_of(root: XmlElement) -> dict[str, LinearUnit]:
     return {unit.get("name"): linear_unit(unit) for unit in root.all("Units", "Unit")}
 
 
-def linear_map(element: XmlElement, where: str) -> Affine:
+def transformation(
+    element: XmlElement, where: str, items: Sequence[EnumeratedType | None] = (None, None)
+) -> Transformation:
     """The transformation that ``element``, a connection or an entry of a mapping, has.
 
-    Raises LoadError, which begins with ``where``, for one that is not linear.
+    ``items`` are the enumerations of what gives and of what hears. Raises LoadError, which begins with ``where``, for
+    entries that are none. Source: System Structure and Parameterization 2.0, section 5.1.4.
     """
     for child in element.children:
         if child.tag == "LinearTransformation":
             factor, offset = (child.get(name, default) for name, default in (("factor", "1"), ("offset", "0")))
             return Affine(number(factor, where), number(offset, where))
-        if child.tag.endswith("Transformation"):
-            raise LoadError(f"{where}: a {child.tag} is not run here; a LinearTransformation is")
+        if child.tag.endswith("MappingTransformation"):
+            kind, entries = child.tag.removesuffix("MappingTransformation"), list(child.all("MapEntry"))
+            ends = [[_whole(e.get(x), kind, where, y) for e in entries] for x, y in zip(_ENDS, items, strict=True)]
+            return ValueTable(where, tuple(zip(*ends, strict=True)))
     return SAME
+
+
+def _whole(text: str, kind: str, where: str, items: EnumeratedType | None) -> int:
+    """The number that a ``text`` in a table of this ``kind`` stands for: a whole number, a truth value or an item."""
+    if kind == "Integer" and _is_whole(text):
+        return int(text)
+    known: Mapping[str, float] = _FLAGS if kind == "Boolean" else dict(items.items) if items else {}
+    if kind == "Integer" or text not in known:
+        listed = "whole numbers" if kind == "Integer" else ", ".join(known) or "known of variables of FMUs alone"
+        raise LoadError(f"{where}: '{text}' is no value in a {kind}MappingTransformation; these are {listed}")
+    return int(known[text])
 
 
 def given_by(binding: XmlElement, source: Source) -> Iterator[tuple[str, Given]]:
@@ -90,7 +108,7 @@ def given_by(binding: XmlElement, source: Source) -> Iterator[tuple[str, Given]]
         for entry in entries or ():
             if entry.get("source") == name:
                 keeps = entry.get("suppressUnitConversion") in ("true", "1")
-                yield entry.get("target"), Given(where, value, units.get(unit), linear_map(entry, where), keeps)
+                yield entry.get("target"), Given(where, value, units.get(unit), transformation(entry, where), keeps)
 
 
 def _mapping(binding: XmlElement, source: Source) -> list[XmlElement] | None:

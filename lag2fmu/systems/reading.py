@@ -11,13 +11,21 @@ from dataclasses import dataclass, field, replace
 
 from lag2fmu.errors import LoadError
 from lag2fmu.language.identifiers import suggestion
-from lag2fmu.systems.components import ANY, Component, Connector, LinearUnit, component_with, read_component
+from lag2fmu.systems.components import (
+    ANY,
+    Component,
+    Connector,
+    EnumeratedType,
+    LinearUnit,
+    component_with,
+    read_component,
+)
 from lag2fmu.systems.controller import FUNCTION, PYTHON, Controller
 from lag2fmu.systems.joints import ANNOTATION, IdealJoint, read_joint
-from lag2fmu.systems.parameters import Given, given_by, linear_map, number, units_of
+from lag2fmu.systems.parameters import Given, given_by, number, transformation, units_of
 from lag2fmu.systems.source import Source, source_of
 from lag2fmu.systems.structure import FMU, VERSIONS
-from lag2fmu.systems.wires import SAME, Affine, conversion
+from lag2fmu.systems.wires import SAME, Transformation, conversion
 from lag2fmu.xml_tree import XmlElement
 
 _SYSTEMS = ("application/x-ssp-definition", "application/x-ssp-package")
@@ -61,7 +69,7 @@ class Reading:
     systems: set[Place] = field(default_factory=set)
     kinds: dict[Node, str] = field(default_factory=dict)
     units: dict[Node, LinearUnit | None] = field(default_factory=dict)
-    heard: dict[Node, list[tuple[Node, Affine]]] = field(default_factory=dict)
+    heard: dict[Node, list[tuple[Node, Transformation]]] = field(default_factory=dict)
     dictionaries: dict[Place, Place] = field(default_factory=dict)
     given: dict[Node, Given] = field(default_factory=dict)
     joints: list[IdealJoint] = field(default_factory=list)
@@ -194,7 +202,7 @@ class Reading:
         if connection.get("startIndices") or connection.get("endIndices"):
             raise LoadError(f"{where} has indices; whole connectors are connected here: leave the indices out")
         ends = self._in_flow(ends, place, where)
-        own = linear_map(connection, where)
+        own = transformation(connection, where, [self._items(node) for node in ends])
         keeps = connection.get("suppressUnitConversion") in ("true", "1")
         converted = SAME if keeps else conversion(where, self.unit(ends[0]), self.unit(ends[1]))
         self.heard.setdefault(ends[1], []).append((ends[0], own.after(converted)))
@@ -218,6 +226,11 @@ class Reading:
         """The kind of a connector: the causality of the FMU's variable, else what the description says."""
         component = self.components.get(node[0])
         return component.connectors[node[1]].causality if component else self.kinds[node]
+
+    def _items(self, node: Node) -> EnumeratedType | None:
+        """What the numbers of an FMU's variable stand for; None for a connector of a system."""
+        component = self.components.get(node[0])
+        return component.connectors[node[1]].enumerated if component else None
 
     def unit(self, node: Node) -> LinearUnit | None:
         """The unit of a connector: the one that the description says, else that of the FMU's variable."""

@@ -11,7 +11,7 @@ from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.systems.connections import End
 from lag2fmu.systems.member import Member
 from lag2fmu.systems.network import Network
-from lag2fmu.systems.wires import SAME, Affine
+from lag2fmu.systems.wires import SAME, Transformation
 from lag2fmu.verify.channels import Channel
 from lag2fmu.verify.run import Floats, Run
 
@@ -35,7 +35,7 @@ class Recorder:
     def __init__(self, network: Network, members: Mapping[str, Member], run: Run) -> None:
         chosen = [*(outputs_of(network) if run.outputs is None else run.outputs), *run.beside]
         self.names: list[str] = []
-        self._reads: list[tuple[str, Channel, Affine]] = []
+        self._reads: list[tuple[str, Channel, Transformation]] = []
         for word in dict.fromkeys(chosen):
             end, map_ = network.outputs.get(word) or (end_of(word, network), SAME)
             for scalar in members[end.component].elements(end.connector):

@@ -11,6 +11,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import replace
 from multiprocessing.sharedctypes import RawValue
 from pathlib import Path
@@ -25,7 +26,7 @@ from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.systems.bonds import bonds_of
 from lag2fmu.systems.circuit import Circuit
 from lag2fmu.systems.coupling import Coupling, SystemRun
-from lag2fmu.systems.fmu_process import Apart
+from lag2fmu.systems.fmu_process import Apart, patience_of
 from lag2fmu.systems.joint_steps import JoinedSteps
 from lag2fmu.systems.joint_system import JointSystem
 from lag2fmu.systems.ledger import Ledger
@@ -63,12 +64,13 @@ def simulate_system(
     the system. Without stop time and step the default experiments of the system and of its FMUs tell them. Raises
     LoadError for what does not fit, SimulationError with the name of the component that fails. ``share`` is told the
     part of the run that is done, 0 to 1; ``apart``: each FMU has a process of its own, a number is the longest time (s)
-    of a call there. ``coupling``: how the components make a step.
+    of a call there, an executor gives each a worker. ``coupling``: how the components make a step.
     """
     if coupling not in get_args(Coupling):
         raise LoadError(f"'{network.name}': coupling {coupling!r} is none; write jacobi, gauss-seidel or iterated")
-    if apart is not False and not 0.0 < apart < math.inf:
-        raise LoadError(f"'{network.name}': the patience of {apart!r} s with a call is none; give a positive time")
+    patience = patience_of(apart)
+    if patience is not None and not 0.0 < patience < math.inf:
+        raise LoadError(f"'{network.name}': the patience of {patience!r} s with a call is none; give a positive time")
     if run.kind != "co-simulation":
         raise LoadError(f"'{network.name}': a system runs by co-simulation alone; leave the kind out")
     start, stop, step = times_of_network(network, run.stop_time, run.step)
@@ -90,9 +92,9 @@ def simulate_system(
     def last() -> str:
         return f"the component '{names[called.value]}'" if called.value >= 0 else ""
 
-    label = Path(network.name)
     try:
-        return cast("SystemRun", run_apart(label, asked, here, last)) if FORKS else here(label, asked)
+        forks = FORKS and not isinstance(apart, Executor)  # whose threads are in this process
+        return cast("SystemRun", run_apart(Path(network.name), asked, here, last)) if forks else here(Path(), asked)
     except SimulationError as error:
         kept.add_to(error)
         raise

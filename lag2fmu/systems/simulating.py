@@ -46,7 +46,8 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     function, "FILE.py:NAME@SAMPLE_TIME" or a Controller of ``lag2fmu.systems.controller``. What is returned is then a
     SystemRun, whose ``coupling`` tells steps, errors and the energy that the coupling made in each bond.
     With ``apart`` each FMU of it has a process of its own; a number is the longest time (s) that a call may take there,
-    after which the process is ended. ``coupling`` tells how components make a step: side by side
+    after which the process is ended. An executor of concurrent.futures gives each a worker, as the clusters that
+    ``sweep`` takes. ``coupling`` tells how components make a step: side by side
     ('jacobi'), one after the other along their connections ('gauss-seidel'), or again until no input misses what it
     hears ('iterated').
 

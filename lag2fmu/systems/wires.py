@@ -1,11 +1,11 @@
-"""Wires between FMUs, and the affine map that each makes of a value: conversions of units among them."""
+"""Wires between FMUs, and the map that each makes of a value: conversions of units, and tables of whole numbers."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from lag2fmu.errors import LoadError
+from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.systems.components import LinearUnit
 from lag2fmu.systems.connections import End
 
@@ -20,12 +20,44 @@ class Affine(NamedTuple):
         """The value for ``x``."""
         return self.factor * x + self.offset
 
-    def after(self, first: Affine) -> Affine:
+    def after(self, first: Transformation) -> Transformation:
         """The map that applies ``first``, then this one."""
+        if isinstance(first, ValueTable):
+            return replace(first, pairs=tuple((x, self(y)) for x, y in first.pairs))
         return Affine(self.factor * first.factor, self.factor * first.offset + self.offset)
 
 
 SAME = Affine()
+
+
+@dataclass(frozen=True)
+class ValueTable:
+    """The map from the whole number ``before``(x) to its ``pairs``; ``where`` it stands. Nothing follows x smoothly."""
+
+    where: str
+    pairs: tuple[tuple[int, float], ...]
+    before: Affine = SAME
+    factor: float = 0.0
+    offset: float = 0.0
+
+    def __call__(self, x: float) -> float:
+        """The value for ``x``. Raises SimulationError for one that is not in the table."""
+        key = self.before(x)
+        for known, value in self.pairs:
+            if known == key:
+                return value
+        listed = ", ".join(str(known) for known, _ in self.pairs)
+        raise SimulationError(f"{self.where}: the value is {key:g}, which its table does not map; it maps {listed}")
+
+    def after(self, first: Transformation) -> Transformation:
+        """The map that applies ``first``, then this one. Raises SimulationError if this one lacks what it gives."""
+        if isinstance(first, ValueTable):
+            return replace(first, pairs=tuple((x, self(y)) for x, y in first.pairs))
+        b = self.before
+        return replace(self, before=Affine(b.factor * first.factor, b.factor * first.offset + b.offset))
+
+
+Transformation = Affine | ValueTable
 
 
 def conversion(where: str, given: LinearUnit | None, wanted: LinearUnit | None) -> Affine:
@@ -49,4 +81,4 @@ class Wire:
 
     source: End
     target: End
-    map: Affine
+    map: Transformation

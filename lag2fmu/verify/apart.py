@@ -60,9 +60,7 @@ def run_apart(
     receiver, sender = fork.Pipe(duplex=False)
     with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
         process = fork.Process(target=_child, args=(sender, folder, path, run, here))
-        with warnings.catch_warnings():  # the child starts no threads and waits for no lock of others
-            warnings.simplefilter("ignore", DeprecationWarning)
-            process.start()
+        start_process(process)
         sender.close()
         try:
             found = _heard(receiver, run)
@@ -104,6 +102,21 @@ def _child(sender: Any, folder: str, path: Path, run: Run, here: Callable[[Path,
     sys.stderr.flush()
     del kept
     os._exit(0)  # what else is to be done at an end is the other process's
+
+
+def start_process(process: Any) -> None:
+    """Start a ``process`` that does ``begin_process`` first, also from a daemon, as a worker of dask is one.
+
+    Daemons are refused children because nobody ends these with them, but this one ends with its parent.
+    """
+    from multiprocessing import current_process
+
+    parent = current_process()
+    if parent.daemon:
+        parent.daemon = False
+    with warnings.catch_warnings():  # the child starts no threads and waits for no lock of others
+        warnings.simplefilter("ignore", DeprecationWarning)
+        process.start()
 
 
 def begin_process(folder: str) -> None:

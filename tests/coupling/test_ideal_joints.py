@@ -307,6 +307,14 @@ def test_joints_that_are_open_at_the_start(exported, tmp_path: Path) -> None:
         lag2fmu.simulate(path, stop_time=1.0)
 
 
+def test_a_rod_without_length(exported, tmp_path: Path) -> None:
+    """Both places start at one point, but for rounding."""
+    fmus = {"up": exported(HUNG), "low": exported(loose())}
+    path = lag2fmu.ssp(fmus, tmp_path / "pair.ssp", join=["up.tip:low.base=rod"])
+    with pytest.raises(SimulationError, match="=rod: both places are at one point; a rod joins two"):
+        lag2fmu.simulate(path, stop_time=0.1)
+
+
 def test_a_warning_of_a_repeated_step_is_told_once(exported, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """Each step is run two or three times, and the lower rod leaves the range of its angle in one of them."""
     ranged = replace(

@@ -166,15 +166,16 @@ EXPORT fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[],
 """
 
 
-def with_gear(path: Path, causality: str) -> Path:
-    """x' = gear, an enumeration that is the parameter, input or output of an FMU."""
+def with_gear(path: Path, causality: str, shown: int = 2) -> Path:
+    """x' = gear, an enumeration that is the parameter, input or output of an FMU, which is ``shown`` there."""
     start = 'start="1"' if causality != "output" else ""
     gear = SWITCH.format(r=2, c=causality, v='variability="tunable"' if causality == "parameter" else "", s=start)
     old = XML[XML.index('<ScalarVariable name="k"') : XML.index("  </ModelVariables>")]
     text = XML.replace(old, gear).replace("  <LogCategories>", f"  {TYPES}\n  <LogCategories>")
     if causality == "output":
         text = text.replace('<Outputs><Unknown index="1"/>', '<Outputs><Unknown index="1"/><Unknown index="3"/>')
-    return by_hand(path, SOURCE.replace("NO_VARIABLES(Integer)", INTEGERS), text)
+    source = SOURCE.replace("value[2] = 2.0;", f"value[2] = {shown};").replace("NO_VARIABLES(Integer)", INTEGERS)
+    return by_hand(path, source, text)
 
 
 def test_enumerations_are_set_and_connected(tmp_path) -> None:
@@ -199,6 +200,47 @@ def test_enumerations_are_set_and_connected(tmp_path) -> None:
             out.writestr(name, whole.read(name).replace(b'value="drive"', b'value="fly"'))
     with pytest.raises(LoadError, match="'fly' is no item of 'Gear': park, drive"):
         lag2fmu.simulate(tmp_path / "wrong.ssp")
+
+
+def mapped(folder: Path, table: str, shown: int) -> Path:
+    """The gear ``shown`` by an FMU c goes to another one, b, through a ``table``."""
+    gives, hears = with_gear(folder / "gives.fmu", "output", shown), with_gear(folder / "hears.fmu", "input")
+    path = lag2fmu.ssp({"b": hears, "c": gives}, folder / "plain.ssp", connect=["c.gear:b.gear"])
+    connection = 'startElement="c" startConnector="gear" endElement="b" endConnector="gear" />'
+    return rewritten(path, folder / "mapped.ssp", (connection, f"{connection[:-2]}>{table}</ssd:Connection>"))
+
+
+def table_of(kind: str, **pairs: str) -> str:
+    entries = "".join(f'<ssc:MapEntry source="{x.strip("_")}" target="{y}"/>' for x, y in pairs.items())
+    return f"<ssc:{kind}MappingTransformation>{entries}</ssc:{kind}MappingTransformation>"
+
+
+@pytest.mark.parametrize(
+    ("table", "shown", "heard"),
+    [
+        (table_of("Enumeration", park="drive", drive="park"), 4, 1),
+        (table_of("Enumeration", park="drive", drive="park"), 1, 4),
+        (table_of("Integer", _4="7", _3="-2"), 3, -2),
+        (table_of("Boolean", true="false", false="true"), 1, 0),
+    ],
+)
+def test_tables_map_what_is_connected(table: str, shown: int, heard: int, tmp_path) -> None:
+    run = lag2fmu.simulate(mapped(tmp_path, table, shown), stop_time=1.0, step=0.125)
+    assert run["b.x"][-1] == pytest.approx(1 + heard)
+
+
+@pytest.mark.parametrize(
+    ("table", "shown", "error", "message"),
+    [
+        (table_of("Integer", _4="7", _3="1"), 1, SimulationError, "'c.gear' with 'b.gear': the value is 1, which its "
+         "table does not map; it maps 4, 3"),
+        (table_of("Integer", _4="high"), 4, LoadError, "'high' is no value in a IntegerMapping.* are whole numbers"),
+        (table_of("Enumeration", park="fly"), 4, LoadError, "'fly' is no value in a .*; these are park, drive"),
+    ],
+)  # fmt: skip
+def test_tables_that_do_not_fit(table: str, shown: int, error: type, message: str, tmp_path) -> None:
+    with pytest.raises(error, match=message):
+        lag2fmu.simulate(mapped(tmp_path, table, shown), stop_time=1.0, step=0.125)
 
 
 def test_a_component_whose_values_become_nan_is_named(tmp_path) -> None:

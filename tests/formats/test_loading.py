@@ -159,6 +159,7 @@ def test_a_text_is_loaded(tmp_path: Path) -> None:
         ("from math import sin\n_x = 3\n", r"m\.py: expected a function 'm' .* public functions there: none"),
         ("def m(*args):\n    pass\n", r"m\.py: m takes '\*args'; structural arguments are plain"),
         ("def m(n):\n    pass\n", r"m\.py: m needs the structural argument.s. n"),
+        ("def m(t, inputs):\n    pass\n", r"or of a controller the sample time: .*m\.py:m@0\.001"),
         (
             "from lag2fmu.mechanism import Mechanism\n\ndef m():\n    return Mechanism('m', coordinates=[])\n",
             r"m\.py, line 4: MechanismError: coordinates: mechanism 'm' has none",
