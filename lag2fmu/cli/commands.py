@@ -109,8 +109,9 @@ def show(**choices: Any) -> None:
     "--port",
     "ports",
     multiple=True,
-    metavar="KEY=NAMES",
-    help="Forces, torques in, poses, velocities, accelerations of places out: forces=tip,hand:frame; repeatable.",
+    metavar="KEY=NAMES,...",
+    help="Forces, torques in, poses, velocities, accelerations of places out: forces=tip,hand:frame,poses=tip; "
+    "repeatable.",
 )
 @click.option(
     "--backend",

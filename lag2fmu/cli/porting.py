@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -15,12 +16,13 @@ from lag2fmu.mechanism.record import Mechanism, complete
 
 
 def with_choices(mechanism: Mechanism, inputs: str | None, items: Sequence[str]) -> Mechanism:
-    """``mechanism`` with ``inputs`` ('F,Q_x', 'all', 'none') and ``items`` KEY=NAME,... in its ports.
+    """``mechanism`` with ``inputs`` ('F,Q_x', 'all', 'none') and ``items`` KEY=NAME,...,KEY=NAME,... in its ports.
 
     A key that is given replaces that of the mechanism. A force or torque NAME:frame is along the axes of the frame.
     Raises ExportError for an item of another form, MechanismError for unknown names.
     """
-    given = ([] if inputs is None else [f"inputs={inputs}"]) + list(items)
+    given = [] if inputs is None else [f"inputs={inputs}"]
+    given += [part for item in items for part in re.split(r",(?=[^,]*=)", item)]
     if not given:
         return mechanism
     choices: dict[str, Any] = {}

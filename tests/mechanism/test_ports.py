@@ -165,7 +165,7 @@ def test_parts_bring_their_ports_under_new_names() -> None:
 
 def test_options_of_the_command_line() -> None:
     m = planar('poses = ["rod"]\n')
-    found = with_choices(m, "F,push_x", ["forces=rod,cart:world", "drives=y0", "poses=cart"])
+    found = with_choices(m, "F,push_x", ["forces=rod,cart:world,poses=cart", "drives=y0"])
     assert found.description.ports == Ports(["F", "push_x"], forces=["rod", "cart"], drives=["y0"], poses=["cart"])
     assert with_choices(m, "none", []).description.ports == replace(m.description.ports, inputs=())
     assert with_choices(found, "all", []).description.ports.inputs is None
