@@ -29,11 +29,6 @@ bool contacts_slide(Instance *instance, const System *system, double time, const
    accelerations there. The system in scratch is then another. */
 bool contacts_rub(Instance *instance, double time, const double states[], double forces[]);
 
-/* Adds to change[n] that of these forces along a seed at the point, where the unknowns[n + m] have this answer[n + m].
-   */
-void contacts_rub_tangent(const Instance *instance, double time, const double states[], const double inputs[],
-                          const double unknowns[], const Seed *seed, const double answer[], double change[]);
-
 /* Adds to the answer[n + m] of the unknowns to a seed at the point, which holds for constant forces of sliding, how
    these forces answer; unknowns[n + m] are those at the point, where the system is factorised. */
 void contacts_answer(Instance *instance, const System *system, double time, const double states[],

@@ -30,10 +30,6 @@ void multipliers_spread_knowns(const Instance *instance, const Spread *spread, c
 /* contacts_answer at the present point: changes the weights unknowns[n + m]. */
 void contacts_answer_adjoint(Instance *instance, double unknowns[], Seed *sensitivity);
 
-/* contacts_rub at the present point, where the accelerations are known, for weights[n] of its forces: adds to the
-   weights unknowns[n + m] and to the sensitivity. */
-void contacts_rub_adjoint(const Instance *instance, const double weights[], double unknowns[], Seed *sensitivity);
-
 /* constraints_settle_seed and massless_settle_seed. */
 void constraints_settle_adjoint(Instance *instance, Seed *sensitivity);
 bool massless_settle_adjoint(Instance *instance, Seed *sensitivity);

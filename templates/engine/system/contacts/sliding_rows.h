@@ -13,8 +13,9 @@ typedef struct {
 /* rows[N_FRICTIONAL]: those that slide in the present modes; returns how many there are. */
 int sliding_find(const State *state, int rows[]);
 
-/* alone[n + m]: of the unknowns the forces of these rows, and 0 elsewhere. */
-void sliding_alone(const Instance *instance, const double unknowns[], double alone[]);
+/* Adds to forces[n] those along these rows that are in unknowns[n + m]. */
+void sliding_push(const Instance *instance, double time, const double states[], const double inputs[],
+                  const double unknowns[], double forces[]);
 
 /* Where rows are redundant, makes the multipliers in unknowns[n + m] those of least norm: friction follows the loads
    that are shown. */

@@ -45,18 +45,6 @@ bool contacts_rub(Instance *instance, double time, const double states[], double
     return true;
 }
 
-void contacts_rub_tangent(const Instance *instance, double time, const double states[], const double inputs[],
-                          const double unknowns[], const Seed *seed, const double answer[], double change[]) {
-    (void)instance;
-    (void)time;
-    (void)states;
-    (void)inputs;
-    (void)unknowns;
-    (void)seed;
-    (void)answer;
-    (void)change;
-}
-
 void contacts_answer(Instance *instance, const System *system, double time, const double states[],
                      const double inputs[], const double unknowns[], const Seed *seed, double answer[]) {
     (void)instance;

@@ -6,10 +6,3 @@ void contacts_answer_adjoint(Instance *instance, double unknowns[], Seed *sensit
     (void)unknowns;
     (void)sensitivity;
 }
-
-void contacts_rub_adjoint(const Instance *instance, const double weights[], double unknowns[], Seed *sensitivity) {
-    (void)instance;
-    (void)weights;
-    (void)unknowns;
-    (void)sensitivity;
-}

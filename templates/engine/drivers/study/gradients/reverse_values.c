@@ -5,6 +5,7 @@
 #include "adjoint_parts.h"
 #include "equations.h"
 #include "inputs.h"
+#include "reverse_rubbing.h"
 #include "seeds.h"
 #include "tape.h"
 #include "values.h"
@@ -33,7 +34,7 @@ bool tape_slope_back(Tape *tape, double time, const double point[], const double
     memcpy(tangent->accelerations, weights + N_COORDINATES, N_COORDINATES * sizeof(double));
     memcpy(tangent->further, weights + 2 * N_COORDINATES, N_FURTHER * sizeof(double));
     if (rubbing != NULL && equations_accelerations(probe)) {
-        contacts_rub_adjoint(probe, rubbing, tangent->accelerations, sensitivity);
+        reverse_rubbing(probe, rubbing, tangent->accelerations, sensitivity);
     }
     if (!motion_adjoint(probe, tangent, sensitivity)) {
         instance->failure = probe->failure;

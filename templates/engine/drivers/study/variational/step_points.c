@@ -8,6 +8,7 @@
 #include "inputs.h"
 #include "jacobian.h"
 #include "lu.h"
+#include "rubbing.h"
 #include "step_failure.h"
 #include "system.h"
 #include "variational.h"
@@ -157,7 +158,7 @@ void step_rub(Instance *instance, const StepPoint *stage, const double unknowns[
                                seed->states, seed->inputs, seed->parameters, residuals);
     system_answer(system, residuals, answer);
     contacts_answer(instance, system, stage->time, stage->states, inputs, unknowns, seed, answer);
-    contacts_rub_tangent(instance, stage->time, stage->states, inputs, unknowns, seed, answer, change);
+    rubbing_tangent(instance, stage->time, stage->states, inputs, unknowns, seed, answer, change);
     arena_release(mark);
 }
 
