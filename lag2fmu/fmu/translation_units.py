@@ -4,6 +4,8 @@ Files are joined by inclusion, as they are: what one of them keeps to itself has
 calls each other at each stage of a solver stands in one unit, where the compiler sees both sides of the calls. What is
 generated for a mechanism stands apart from the engine, and so does each room of what knows no sizes: other mechanisms
 have the same units, which the compiler finds again.
+
+What does not run in the steps of a solver is compiled for size, which takes half of the time.
 """
 
 from __future__ import annotations
@@ -17,6 +19,15 @@ MOST = 100_000
 """No file joins a unit with more characters, so that several units are compiled side by side."""
 HOT = ("integrate", "system")
 """The rooms of the engine that work at each stage of a solver."""
+SELDOM = ("drivers/fmi2", "drivers/fmi3", "drivers/gate")
+"""The folders of the engine whose files run once a communication step."""
+SELDOM_FILES = frozenset(
+    {
+        *("constraint_start.c", "diagnosis.c", "step_failure.c", "failure_sentence.c", "notice_sentence.c"),
+        *("central_path.c", "choices.c", "complementarity.c", "elimination.c", "laws.c", "least_norm.c"),
+    }
+)
+"""Files of other folders that run at starts, at failures, or where Newton's method finds no modes."""
 OF_STAGES = "tableau.c"
 """The generated file that does so as well; it depends on the solver and on sizes alone."""
 
@@ -29,7 +40,7 @@ def translation_units(sources: Mapping[str, str]) -> dict[str, str]:
     for name in names:
         groups.setdefault((0, "") if few else _group(name, sources), []).append(name)
     units = [unit for _, group in sorted(groups.items()) for unit in _packed(group, sources)]
-    return {f"unit_{i}.c": including(unit) for i, unit in enumerate(units, start=1)}
+    return {f"unit_{i}.c": _unit(unit) for i, unit in enumerate(units, start=1)}
 
 
 def shared_files(unit: str, sources: Mapping[str, str]) -> dict[str, str] | None:
@@ -38,7 +49,7 @@ def shared_files(unit: str, sources: Mapping[str, str]) -> dict[str, str] | None
     Other mechanisms of the same kind and size have the same.
     """
     found = _reached(unit, sources)
-    known = {unit, OF_STAGES, *_rooms()}
+    known = {unit, OF_STAGES, *_folders()}
     return None if any(name not in known for name in c_files(found)) else found
 
 
@@ -76,18 +87,32 @@ def including(files: Iterable[str]) -> str:
     return "".join(f'#include "{name}"\n' for name in files)
 
 
+def _unit(files: Iterable[str]) -> str:
+    """The text of a unit of ``files``; functions that run seldom are cold, which clang optimises for size."""
+    return "".join(_COLD.format(including([name])) if _seldom(name) else including([name]) for name in files)
+
+
+_COLD = """#pragma clang attribute push(__attribute__((cold)), apply_to = function)
+{}#pragma clang attribute pop
+"""
+
+
+def _seldom(name: str) -> bool:
+    return name in SELDOM_FILES or _folders().get(name, "").startswith(SELDOM)
+
+
 def _group(name: str, sources: Mapping[str, str]) -> tuple[int, str]:
     """What the C file ``name`` of ``sources`` may stand in one unit with; units come in the order of their groups."""
-    room = _rooms().get(name)
+    room = _folders().get(name, "").split("/")[0]
     if room in HOT or name == OF_STAGES:
         return (0, "stages of solvers")
-    if room is None:
+    if not room:
         return (3, "generated")
-    return (2, "the mechanism's sizes") if _reached(name, sources).keys() - _rooms().keys() else (1, room)
+    return (2, "the mechanism's sizes") if _reached(name, sources).keys() - _folders().keys() else (1, room)
 
 
 @cache
-def _rooms() -> dict[str, str]:
-    """{file: room} of the engine's files."""
+def _folders() -> dict[str, str]:
+    """{file: folder} of the engine's files; a folder's first part is its room."""
     engine = resource_folder("templates") / "engine"
-    return {path.name: path.relative_to(engine).parts[0] for path in engine.rglob("*.[ch]")}
+    return {path.name: path.parent.relative_to(engine).as_posix() for path in engine.rglob("*.[ch]")}
