@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.linalg import norm
 
 from lag2fmu.analysis.evaluation import at, operating_inputs
 from lag2fmu.deadline import LIMIT, OutOfTimeError, check_time, within
@@ -22,6 +23,8 @@ from lag2fmu.graph.batches import Evaluator, Floats, Values, evaluate
 _SEEDS, _ITERATIONS, _HALVINGS, _RETURNS = 12, 40, 6, 4
 _MANY = 6
 _CONVERGED, _BALANCED, _FAR, _ROUNDING = 1e-12, 1e-9, 1e4, 1e-9
+_FALLS = 0.99
+"""What Newton's method has to promise that remains of a residual; else it stands where the residual is smallest."""
 TURN = 2 * np.pi
 _CLOSED = 1e-6
 """A gap counts as 0 down to this one (m or rad) below it."""
@@ -150,10 +153,12 @@ class _EquilibriumSearch:
                 return None
             size = max(size, float(np.abs(slopes[:, :n] * self.nominal).max(initial=0.0)))
             step = self._step(slopes, r)
+            if np.abs(r).max(initial=0.0) > _BALANCED * size and norm(r + slopes @ step) > _FALLS * norm(r):
+                return None  # nothing near balances these forces, as the weight of what floats
             for halving in range(_HALVINGS):
                 trial = x + 0.5**halving * step
                 found = self._residual(trial)
-                if np.linalg.norm(found) < np.linalg.norm(r):
+                if norm(found) < norm(r):
                     break
             else:
                 if np.abs(r).max() > _BALANCED * size:
