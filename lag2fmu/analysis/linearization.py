@@ -253,6 +253,12 @@ def linearize(
     return (found if outputs is None else found.telling(outputs))(values)
 
 
+@lru_cache(maxsize=1)
+def about_start(equations: EquationsOfMotion) -> Linearization:
+    """``linearize(equations)``, kept until others are asked for; raises DerivationError where there is none."""
+    return linearize(equations)
+
+
 def _state(
     equations: EquationsOfMotion,
     q: Floats | None,

@@ -16,7 +16,7 @@ from lag2fmu.analysis.conserved import conserved, while_smooth, why_energy_chang
 from lag2fmu.analysis.equilibria import Equilibrium, equilibria
 from lag2fmu.analysis.evaluation import attempted, driven_by_time
 from lag2fmu.analysis.floquet import floquet
-from lag2fmu.analysis.linearization import linearize, linearizer
+from lag2fmu.analysis.linearization import about_start, linearize, linearizer
 from lag2fmu.analysis.modes import NaturalMode, normal_modes
 from lag2fmu.analysis.sections import Line, Section
 from lag2fmu.analysis.state_space import Linearization
@@ -234,7 +234,7 @@ def _matrices(
     equations: EquationsOfMotion, found: Sequence[Equilibrium], first: Callable[[], Linearization]
 ) -> Iterator[Line]:
     """A, B, C, D about the first equilibrium, at the start without one."""
-    about = first() if found else linearize(equations)
+    about = first() if found else about_start(equations)
     if found:
         time = ", at the time 0" if driven_by_time(equations) else ""
         yield Line(f"About {_place(equations, found[0])}{time}{with_inputs(equations)}:")

@@ -11,14 +11,12 @@ G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, sections IV.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from lag2fmu.analysis.evaluation import attempted
-from lag2fmu.analysis.linearization import linearize
+from lag2fmu.analysis.linearization import about_start
 from lag2fmu.analysis.modes import normal_modes
-from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.dynamics.equations import EquationsOfMotion
 
 RATIO = 1000.0
@@ -44,18 +42,12 @@ class Stiffness:
         return self.rate > RATIO * self.pace
 
 
-@lru_cache(maxsize=1)
-def _at_start(equations: EquationsOfMotion) -> Linearization:
-    """The linearization about the start; raises DerivationError where there is none."""
-    return linearize(equations)
-
-
 def stiffness(equations: EquationsOfMotion) -> Stiffness | None:
     """The rates (1/s) that the eigenvalues of the motion linearized about the start show; None without linearization.
 
     Source: Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2, for stability.
     """
-    eigenvalues = attempted(lambda: _at_start(equations).eigenvalues, None)
+    eigenvalues = attempted(lambda: about_start(equations).eigenvalues, None)
     if eigenvalues is None:
         return None
     size = np.abs(eigenvalues)
@@ -82,7 +74,7 @@ def undamped_vibrations(equations: EquationsOfMotion) -> tuple[Vibration, ...]:
     Fast means more than FAST periods in the experiment; undamped means |Re| < UNDAMPED |eigenvalue|. There are none if
     ``stiffness`` is None.
     """
-    modes = attempted(lambda: normal_modes(_at_start(equations)), ())
+    modes = attempted(lambda: normal_modes(about_start(equations)), ())
     coordinates = equations.mechanism.coordinates
     nominal = np.array([c.nominal for c in coordinates])
     slowest = 2 * np.pi * FAST / equations.mechanism.experiment.stop_time

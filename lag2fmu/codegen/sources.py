@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -43,8 +43,10 @@ TIMED = ("timed_bounds.h", "timed_bounds.c")
 OBSERVED = ("observed.h", "observed.c")
 """The generated files of an FMU that observes."""
 
-_ASKED_FOR = ("mechanism_residual_tangent",)
-"""Functions that importers ask for, and steps of solvers with Jacobians, of observers and of studies."""
+_SHOWN = "mechanism_locals"
+"""What importers ask for once a communication step, observers and studies more often."""
+_JACOBIAN = "mechanism_residual_tangent"
+"""What importers ask for, and steps of solvers with Jacobians, of observers and of studies."""
 
 _LISTING = ("listing.c", "listing.h")
 _LOOKUP = ("lookup.c", "lookup.h")
@@ -103,8 +105,9 @@ def render_sources(
     if tables.observer:
         printed = context | _printed(tables.observer.program, tables.observer.program.functions)
         files |= {name: render(f"mechanism/{name}.jinja", printed) for name in OBSERVED}
-    stepping = context["coloured"] or tables.observer or not gate.startswith("fmi")
-    context["program"] = program = _called(program, "".join(files.values()), stepping)
+    studied = tables.observer or not gate.startswith("fmi")
+    seldom = () if studied else (_SHOWN,) if context["coloured"] else (_SHOWN, _JACOBIAN)
+    context["program"] = program = _called(program, "".join(files.values()), seldom)
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     for name, functions in _by_file(program).items():
         printed = context | {"subject": FUNCTIONS[name][1]} | _printed(program, functions)
@@ -113,9 +116,8 @@ def render_sources(
     return dict(sorted(files.items()))
 
 
-def _called(program: Program, text: str, stepping: object) -> Program:
-    """``program`` with those of its functions that C ``text`` calls; unless ``stepping``, _ASKED_FOR are rare."""
-    seldom = () if stepping else _ASKED_FOR
+def _called(program: Program, text: str, seldom: Collection[str]) -> Program:
+    """``program`` with those of its functions that C ``text`` calls; those named in ``seldom`` are rare."""
     used = (f for f in program.functions if f"{f.name}(" in text)
     return replace(program, functions=tuple(replace(f, rare=f.rare or f.name in seldom) for f in used))
 
