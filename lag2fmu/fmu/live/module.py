@@ -94,7 +94,7 @@ def live(
             picture = None
     references = {v.name: v.value_reference for v in variables if v.derivative_of is None}
     texts = page_sources(sources, program, {"picture": spots, "work": work(equations, references)})
-    module = compile_module(texts, public_names(["page.c"]))
+    module = compile_module(texts, public_names(["page.c"]), "-fno-inline-functions")  # a tenth less to compile
     if picture is None:
         return Live(None, module)
     for note in picture.notes:
