@@ -23,8 +23,8 @@ ROOMS = {
     "description": ({"errors", "language"}, {"sympy"}),
     "mechanism": ({"errors", "lazy", "language", "description"}, {"sympy", "typing_extensions"}),
     "formats": (
-        {"errors", "resources", "xml_tree", "language", "description", "mechanism"},
-        {"sympy", "numpy", "tomli", "mujoco", "trimesh", "collada"},
+        {"errors", "mesh_files", "resources", "xml_tree", "language", "description", "mechanism"},
+        {"sympy", "numpy", "tomli", "mujoco"},
     ),
     "building": ({"errors", "progress", "version"}, {"platformdirs"}),
     "reference": (
@@ -41,7 +41,7 @@ ROOMS = {
         {"sympy", "numpy", "scipy", "control"},
     ),
     "picture": (
-        {"errors", "language", "description", "mechanism", "graph", "dynamics"},
+        {"errors", "mesh_files", "language", "description", "mechanism", "graph", "dynamics"},
         {"sympy", "numpy", "trimesh", "fast_simplification"},
     ),
     "procedure": (
@@ -138,7 +138,7 @@ ROOMS = {
 }
 """room -> (rooms it may import beside itself, third-party packages); each room stands below those that it may import"""
 
-SINGLE = ("archives", "deadline", "errors", "lazy", "progress", "resources", "version", "xml_tree")
+SINGLE = ("archives", "deadline", "errors", "lazy", "mesh_files", "progress", "resources", "version", "xml_tree")
 """The modules beside the rooms, for every room."""
 
 USERS = {
@@ -162,7 +162,8 @@ USERS = {
     "matplotlib": {"verify/plots", "studies/calibration_figure.py", "studies/estimates_figure.py"},
     "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
-    "trimesh": {"formats/robots/meshes.py", "picture/surfaces.py"},
+    "collada": {"mesh_files.py"},
+    "trimesh": {"picture/surfaces.py"},
     "fast_simplification": {"picture/surfaces.py"},
 }
 """package -> the modules or rooms that use it: one each, but compilers and strangers' FMUs are different programs"""

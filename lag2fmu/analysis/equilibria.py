@@ -24,7 +24,7 @@ _SEEDS, _ITERATIONS, _HALVINGS, _RETURNS = 12, 40, 6, 4
 _MANY = 6
 _CONVERGED, _BALANCED, _FAR, _ROUNDING = 1e-12, 1e-9, 1e4, 1e-9
 _FALLS = 0.99
-"""What Newton's method has to promise that remains of a residual; else it stands where the residual is smallest."""
+"""Where Newton's method promises that more of a residual remains, it stands where the residual is smallest."""
 TURN = 2 * np.pi
 _CLOSED = 1e-6
 """A gap counts as 0 down to this one (m or rad) below it."""
@@ -149,12 +149,10 @@ class _EquilibriumSearch:
         r, size = self._residual(x), 0.0
         for _ in range(_ITERATIONS):
             slopes = self._slopes(x)
-            if not (np.isfinite(r).all() and np.isfinite(slopes).all()):
-                return None
             size = max(size, float(np.abs(slopes[:, :n] * self.nominal).max(initial=0.0)))
-            step = self._step(slopes, r)
-            if np.abs(r).max(initial=0.0) > _BALANCED * size and norm(r + slopes @ step) > _FALLS * norm(r):
-                return None  # nothing near balances these forces, as the weight of what floats
+            step = self._step(slopes, r, size)
+            if step is None:
+                return None
             for halving in range(_HALVINGS):
                 trial = x + 0.5**halving * step
                 found = self._residual(trial)
@@ -244,14 +242,20 @@ class _EquilibriumSearch:
         values = at(self.equations, {**self.values, "t": t}, x[:own], np.zeros(own), x[own:n])
         return {**values, **{str(leaf[node]): value for node, value in zip(self.variables[n:], x[n:], strict=True)}}
 
-    def _step(self, slopes: Floats, r: Floats) -> Floats:
-        """Newton's step of least norm, in nominal values, with rows of one size."""
+    def _step(self, slopes: Floats, r: Floats, size: float) -> Floats | None:
+        """Newton's step of least norm, in nominal values, with rows of one size.
+
+        None without numbers, and where it promises nothing: no place nearby balances the weight of what floats.
+        """
+        if not (np.isfinite(r).all() and np.isfinite(slopes).all()):
+            return None
         columns = np.concatenate([self.nominal, np.ones(slopes.shape[1] - len(self.nominal))])
         scaled = slopes * columns
-        size = np.abs(scaled).max(axis=1)
-        scaled, right = scaled / np.where(size > 0, size, 1.0)[:, None], r / np.where(size > 0, size, 1.0)
+        largest = np.abs(scaled).max(axis=1)
+        scaled, right = scaled / np.where(largest > 0, largest, 1.0)[:, None], r / np.where(largest > 0, largest, 1.0)
         step: Floats = columns * np.linalg.lstsq(scaled, -right, rcond=1e-10)[0]
-        return step
+        stuck = np.abs(r).max(initial=0.0) > _BALANCED * size and norm(r + slopes @ step) > _FALLS * norm(r)
+        return None if stuck else step
 
     def _lasts(self, x: Floats, size: float) -> bool:
         """Whether the forces balance at other times too, not only at the start."""

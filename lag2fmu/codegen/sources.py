@@ -43,11 +43,6 @@ TIMED = ("timed_bounds.h", "timed_bounds.c")
 OBSERVED = ("observed.h", "observed.c")
 """The generated files of an FMU that observes."""
 
-_SHOWN = "mechanism_locals"
-"""What importers ask for once a communication step, observers and studies more often."""
-_JACOBIAN = "mechanism_residual_tangent"
-"""What importers ask for, and steps of solvers with Jacobians, of observers and of studies."""
-
 _LISTING = ("listing.c", "listing.h")
 _LOOKUP = ("lookup.c", "lookup.h")
 _INTERVAL_LOOKUP = ("interval_lookup.c", "interval_lookup.h")
@@ -105,9 +100,7 @@ def render_sources(
     if tables.observer:
         printed = context | _printed(tables.observer.program, tables.observer.program.functions)
         files |= {name: render(f"mechanism/{name}.jinja", printed) for name in OBSERVED}
-    studied = tables.observer or not gate.startswith("fmi")
-    seldom = () if studied else (_SHOWN,) if context["coloured"] else (_SHOWN, _JACOBIAN)
-    context["program"] = program = _called(program, "".join(files.values()), seldom)
+    context["program"] = program = _called(program, "".join(files.values()), _asked_for(method, gate, kind["observer"]))
     files |= {name: render(f"mechanism/{name}.jinja", context) for name in generated}
     for name, functions in _by_file(program).items():
         printed = context | {"subject": FUNCTIONS[name][1]} | _printed(program, functions)
@@ -120,6 +113,14 @@ def _called(program: Program, text: str, seldom: Collection[str]) -> Program:
     """``program`` with those of its functions that C ``text`` calls; those named in ``seldom`` are rare."""
     used = (f for f in program.functions if f"{f.name}(" in text)
     return replace(program, functions=tuple(replace(f, rare=f.rare or f.name in seldom) for f in used))
+
+
+def _asked_for(method: Method, gate: str, observes: bool) -> tuple[str, ...]:
+    """The functions that importers ask for between the steps of a ``method``; observers and studies ask within them."""
+    if observes or not gate.startswith("fmi"):
+        return ()
+    jacobian = () if _takes_jacobians(method, gate) else ("mechanism_residual_tangent",)
+    return ("mechanism_locals", *jacobian)
 
 
 def _takes_jacobians(method: Method, gate: str) -> bool:

@@ -1,6 +1,7 @@
 """What is seen of a mechanism as triangles: solids, and meshes of files, simplified until a page can carry them.
 
-Meshes are read by trimesh and simplified by fast-simplification, which are optional.
+Meshes of other kinds than STL and DAE are read by trimesh, which takes half a second to be imported; all are
+simplified by fast-simplification. Both are optional.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.language.definitions import written_out
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.mesh_files import FileMesh, collada_meshes, stl_count, stl_mesh
 
 Triangles = NDArray[np.int64]
 
@@ -29,6 +31,8 @@ MOST_TRIANGLES = 40_000
 _LEAST, _MOST_VERTICES = 100, 65_535
 """A mesh keeps so many triangles, however many others there are; and has no more vertices than 16 bits count."""
 _MOST_BYTES = 256 << 20
+_CLOSE = 1e-8
+"""Corners that are so close, in the unit of a file, are one."""
 _ROUND = 32
 """The corners of a circle."""
 _NEEDED = "pip install 'lag2fmu[meshes]'"
@@ -142,18 +146,14 @@ def _read(visual: Visual, meshes: Callable[[Path], list[Surface] | str]) -> list
 
 def _meshes(path: Path) -> list[Surface] | str:
     """The meshes in the file at ``path``, in its own axes and colors, or why there are none."""
-    try:
-        import fast_simplification  # noqa: F401
-        import trimesh
-    except ImportError:
-        return f"meshes need the packages trimesh, pycollada and fast-simplification; {_NEEDED}"
     if path.stat().st_size > _MOST_BYTES:
         return f"'{path.name}' has more than {_MOST_BYTES} bytes"
     try:
-        scene: Any = trimesh.load_scene(str(path))
-        places = [scene.graph[node] for node in scene.graph.nodes_geometry]
-        shapes = [(scene.geometry[name], place) for place, name in places]
-        meshes = [_mesh(shape, place) for shape, place in shapes if len(getattr(shape, "faces", ()))]
+        import fast_simplification  # noqa: F401
+
+        meshes = [_merged(mesh) for mesh in _in_file(path) if len(mesh.corners)]
+    except ImportError:
+        return f"meshes need the packages trimesh, pycollada and fast-simplification; {_NEEDED}"
     except Exception as error:  # what readers of strangers' files raise is theirs
         return f"'{path.name}' cannot be read: {error}"
     if not meshes or not all(np.isfinite(mesh.vertices).all() for mesh in meshes):
@@ -161,17 +161,39 @@ def _meshes(path: Path) -> list[Surface] | str:
     return meshes
 
 
-def _mesh(shape: Any, place: Floats) -> Surface:
-    """A mesh of trimesh that stands at a ``place`` (4, 4) of its scene.
+def _in_file(path: Path) -> Iterator[FileMesh]:
+    kind = path.suffix.lower()
+    if kind == ".dae":
+        yield from collada_meshes(path)
+    elif kind == ".stl" and stl_count(path):
+        yield stl_mesh(path)
+    else:
+        yield from _of_others(path)
 
-    Trimesh's own copy takes longer than all else, as it reads the pictures that are glued on.
-    """
-    rgba = getattr(getattr(shape.visual, "material", None), "main_color", None)
-    color = "" if rgba is None else "#" + "".join(f"{int(x):02x}" for x in rgba[:3])
-    mesh = type(shape)(shape.vertices, shape.faces, process=False)
-    mesh.apply_transform(place)
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    return Surface("", np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64), color)
+
+def _of_others(path: Path) -> Iterator[FileMesh]:
+    """The meshes in the file at ``path``, read by trimesh."""
+    import trimesh
+
+    scene: Any = trimesh.load_scene(str(path))
+    for place, name in (scene.graph[node] for node in scene.graph.nodes_geometry):
+        shape = scene.geometry[name]
+        if len(getattr(shape, "faces", ())):
+            rgba = getattr(getattr(shape.visual, "material", None), "main_color", None)
+            color = "" if rgba is None else "#" + "".join(f"{int(x):02x}" for x in rgba[:3])
+            corners = (shape.vertices @ place[:3, :3].T + place[:3, 3])[shape.faces].astype(np.float32)
+            yield FileMesh(corners[:, ::-1] if np.linalg.det(place[:3, :3]) < 0.0 else corners, color)
+
+
+def _merged(mesh: FileMesh) -> Surface:
+    """The surface of ``mesh``, whose corners that are close are one vertex."""
+    corners = mesh.corners.reshape(-1, 3).astype(np.float64)
+    close = np.rint(corners / _CLOSE)
+    order = np.lexsort(close.T)
+    first = np.concatenate([[True], (np.diff(close[order], axis=0) != 0.0).any(axis=1)])
+    places = np.empty(len(corners), dtype=np.int64)
+    places[order] = np.cumsum(first) - 1
+    return Surface("", corners[order[first]], places.reshape(-1, 3), mesh.color)
 
 
 def _simplified(mesh: Surface, share: float) -> Surface:

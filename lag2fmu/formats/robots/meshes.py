@@ -1,6 +1,6 @@
 """The corners of a mesh: what of it touches a plane first, from STL, OBJ and DAE files or from vertices.
 
-STL and OBJ are read here, DAE by trimesh and pycollada, which are optional.
+DAE files need pycollada, which is optional.
 """
 
 from __future__ import annotations
@@ -8,16 +8,15 @@ from __future__ import annotations
 import re
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.robots.poses import Floats
+from lag2fmu.mesh_files import collada_meshes, stl_count, stl_mesh
 
 MOST_TRIANGLES = 1_000_000
 _MOST_BYTES = 256 << 20
-_STL_HEAD, _STL_TRIANGLE = 84, 50
 _DIRECTIONS = np.array([d for d in product((-1.0, 0.0, 1.0), repeat=3) if any(d)])
 """(26, 3): towards the faces, edges and corners of a cube. A box has a corner in each, however it is turned."""
 _VERTEX = re.compile(rb"^\s*(?:vertex|v)\s+(\S+)\s+(\S+)\s+(\S+)", re.MULTILINE)
@@ -42,12 +41,12 @@ def read_mesh(path: Path) -> Floats:
         )
     try:
         triangles = check_mesh(path)
-        content = path.read_bytes()
+        content = b"" if triangles else path.read_bytes()
     except OSError as error:
         raise LoadError(
             f"{path}: the mesh cannot be read: {error.strerror}; correct its name, or give a box"
         ) from error
-    vertices = _collada(path) if kind == ".dae" else _binary(content) if triangles else _text(content, path)
+    vertices = _collada(path) if kind == ".dae" else _stl(path) if triangles else _text(content, path)
     if not len(vertices) or not np.isfinite(vertices).all():
         raise LoadError(f"{path}: the mesh has no vertices, or one that is not finite; export it anew")
     return vertices
@@ -59,7 +58,7 @@ def check_mesh(path: Path) -> int:
     Raises LoadError for a mesh that is too large to be read, OSError for a file that is not there.
     """
     size = path.stat().st_size
-    triangles = _count(path, size) if path.suffix.lower() == ".stl" else 0
+    triangles = stl_count(path) if path.suffix.lower() == ".stl" else 0
     if triangles > MOST_TRIANGLES or size > _MOST_BYTES:
         has = f"{triangles} triangles" if triangles else f"{size} bytes"
         raise LoadError(
@@ -69,31 +68,18 @@ def check_mesh(path: Path) -> int:
     return triangles
 
 
-def _count(path: Path, size: int) -> int:
-    """How many triangles a binary STL file has by its head, 0 where this does not go with its ``size`` (bytes)."""
-    with path.open("rb") as file:
-        head = file.read(_STL_HEAD)
-    count = int.from_bytes(head[80:], "little")
-    return count if size == _STL_HEAD + _STL_TRIANGLE * count else 0
-
-
-def _binary(content: bytes) -> Floats:
+def _stl(path: Path) -> Floats:
     """The vertices (m, 3) of a binary STL file."""
-    rows = np.frombuffer(content, "V50", offset=_STL_HEAD).view("u1").reshape(-1, _STL_TRIANGLE)
-    return np.ascontiguousarray(rows[:, 12:48]).view("<f4").reshape(-1, 3).astype(float)
+    return stl_mesh(path).corners.reshape(-1, 3).astype(float)
 
 
 def _collada(path: Path) -> Floats:
     """The vertices (m, 3) of all meshes of a DAE file where its scene puts them, in m."""
     try:
-        import collada  # noqa: F401 (trimesh needs it for these files)
-        import trimesh
+        parts = [mesh.corners.reshape(-1, 3).astype(float) for mesh in collada_meshes(path)]
     except ImportError as error:
         raise LoadError(f"{path}: reading .dae needs more packages; pip install 'lag2fmu[meshes]'") from error
-    try:
-        scene: Any = trimesh.load_scene(str(path))
-        parts = [np.asarray(part.vertices, dtype=np.float64) for part in scene.dump() if hasattr(part, "vertices")]
-    except Exception as error:
+    except Exception as error:  # what readers of strangers' files raise is theirs
         raise LoadError(f"{path}: the mesh cannot be read: {error}; export it anew") from error
     return np.vstack(parts) if parts else np.zeros((0, 3))
 
