@@ -8,6 +8,7 @@ stand side by side, because a processor that cannot tell which one comes next ta
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 
 from lag2fmu.codegen.c import c_function, c_number, c_prototype
 from lag2fmu.dynamics.functions import Array, Function, Program
@@ -47,18 +48,26 @@ def c_definition(program: Program, function: Function, *, patient: bool = False)
     """
     if not (patient or function.rare):
         return c_function(program, function)
-    scheduled = program.schedule(function)
-    found = _listed(program.graph, function, scheduled) if len(scheduled) > LONGEST else None
-    return found or c_function(program, function, scheduled=scheduled)
+    scheduled, listing = _listed(program.graph, function)
+    return listing or c_function(program, function, scheduled=scheduled)
 
 
 def is_long(program: Program, function: Function) -> bool:
     """Whether a patient caller may have a listing of ``function``."""
-    return len(program.schedule(function)) > LONGEST
+    return len(_listed(program.graph, function)[0]) > LONGEST
 
 
-def _listed(graph: Graph, function: Function, scheduled: Sequence[Node]) -> str | None:
-    """The definition with a listing; None for operations that have no sign, and too many values."""
+@lru_cache(maxsize=16)
+def _listed(graph: Graph, function: Function) -> tuple[list[Node], str | None]:
+    """The schedule of ``function``, and if it is long its definition with a listing, which FMUs and pages have alike.
+
+    There is none for operations that have no sign, and for too many values.
+    """
+    scheduled = graph.schedule((node for *_, node in function.results), function.given)
+    return scheduled, _listing(graph, function, scheduled) if len(scheduled) > LONGEST else None
+
+
+def _listing(graph: Graph, function: Function, scheduled: Sequence[Node]) -> str | None:
     code = graph.code
     constants = [node for node in scheduled if code[node] == CONSTANT]
     order = [node for node in scheduled if code[node] != CONSTANT]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import accumulate
 
 from lag2fmu.dynamics.row_tables import SparseRows
@@ -26,7 +26,7 @@ class Function:
     """array[index] = node for each (array, index, node) in ``results``; other entries of the arrays stay untouched.
 
     ``name`` and ``doc`` stand in the printed code. ``arrays`` are the names of the arrays that it fills, in order.
-    ``rare``: runs call it so rarely that its time does not matter.
+    ``rare``: runs call it so rarely that its time does not matter; it is the same function in a run that does not.
     """
 
     name: str
@@ -34,7 +34,7 @@ class Function:
     arguments: tuple[Array, ...]
     arrays: tuple[str, ...]
     results: tuple[tuple[str, int, Node], ...]
-    rare: bool = False
+    rare: bool = field(default=False, compare=False)
 
     @property
     def given(self) -> frozenset[Node]:

@@ -85,9 +85,10 @@ def test_constants_and_arguments_are_results_too(tmp_path: Path, monkeypatch: py
 
 
 def test_what_is_short_often_called_or_without_a_sign_has_statements(monkeypatch: pytest.MonkeyPatch) -> None:
-    (program, root), (other, tangent) = small("sqrt"), small("tanh")
+    program, root = small("sqrt")
     assert RUN not in c_definition(program, root, patient=True)
     monkeypatch.setattr(listing, "LONGEST", 0)
+    (program, root), (other, tangent) = small("sqrt"), small("tanh")
     assert RUN in c_definition(program, root, patient=True)
     assert RUN not in c_definition(program, root)
     assert RUN not in c_definition(other, tangent, patient=True)
