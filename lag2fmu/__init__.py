@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from lag2fmu.studies.sweeping import sweep as sweep
     from lag2fmu.systems.simulating import simulate as simulate
     from lag2fmu.systems.ssp import ssp as ssp
-    from lag2fmu.verify import linearize as linearize
-    from lag2fmu.verify import start as start
-    from lag2fmu.verify import validate as validate
+    from lag2fmu.verify.entry_points import linearize as linearize
+    from lag2fmu.verify.entry_points import start as start
+    from lag2fmu.verify.validate import validate as validate
 
 _MOVED = {
     **dict.fromkeys(("Contact", "Friction", "State", "Stop", "Table"), "lag2fmu.mechanism"),

@@ -75,6 +75,7 @@ ROOMS = {
         {
             "deadline",
             "errors",
+            "lazy",
             "progress",
             "xml_tree",
             "language",

@@ -1,7 +1,11 @@
 """Verification: simulation by fmpy, comparison with the direct integration, reports."""
 
-from lag2fmu.verify.entry_points import linearize, simulate, start
-from lag2fmu.verify.report import Check, Report
-from lag2fmu.verify.validate import validate
+from typing import TYPE_CHECKING
 
-__all__ = ["Check", "Report", "linearize", "simulate", "start", "validate"]
+from lag2fmu.lazy import offered
+
+if TYPE_CHECKING:
+    from lag2fmu.verify.report import Check as Check
+    from lag2fmu.verify.report import Report as Report
+
+__getattr__, __all__ = offered(__name__, __file__)

@@ -23,7 +23,7 @@ from lag2fmu.fmu import Fmu
 from lag2fmu.formats.loading import load
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, Output, Ports, Spring, State, coordinate, signal
-from lag2fmu.verify import simulate
+from lag2fmu.verify.entry_points import simulate
 
 G = 9.81
 

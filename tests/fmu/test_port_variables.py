@@ -21,8 +21,8 @@ from lag2fmu.fmu.terminals import Terminal, terminals_of
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Mechanism
-from lag2fmu.verify import validate
 from lag2fmu.verify.simulate import Run, simulate_fmu
+from lag2fmu.verify.validate import validate
 
 pytestmark = pytest.mark.fmu
 

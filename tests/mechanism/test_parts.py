@@ -39,7 +39,7 @@ from lag2fmu.mechanism import (
     signal,
 )
 from lag2fmu.resources import bundled
-from lag2fmu.verify import validate
+from lag2fmu.verify.validate import validate
 
 GUID = re.compile(r"const char MODEL_GUID.*")
 
