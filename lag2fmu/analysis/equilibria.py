@@ -107,17 +107,23 @@ class _EquilibriumSearch:
         self.unloaded = np.zeros(len(equations.constraints))
         turning = [q.unit is not None and q.unit.si_name == "rad" for q in coordinates]
         self.angle = np.array([*turning, *(False for _ in further)])
+        place = {q.name: i for i, q in enumerate(coordinates)}
+        turns = (tuple(map(str, frame.quaternion or ())) for frame in equations.mechanism.frames)
+        self.quaternions = [[place[name] for name in turn] for turn in turns if turn and place.keys() >= {*turn}]
 
     def seeds(self) -> Iterator[Floats]:
         """Places (n,) to begin at: the start, zero, and random ones.
 
-        At random places angles have any value, other coordinates are within 3 nominal values of the start.
+        At random places angles have any value, quaternions are those of turns, and other coordinates are within 3
+        nominal values of the start.
         """
         generator = np.random.default_rng(11)
         yield self.start
         yield np.zeros_like(self.start)
         for _ in range(_SEEDS if len(self.start) <= _MANY else _SEEDS // 3):
             around = self.start + 3 * self.nominal * generator.uniform(-1, 1, len(self.start))
+            for turn in self.quaternions:
+                around[turn] /= norm(around[turn])
             yield np.where(self.angle, generator.uniform(-np.pi, np.pi, len(self.start)), around)
 
     def nearest(self, seed: Floats) -> Equilibrium | None:
