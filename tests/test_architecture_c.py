@@ -41,6 +41,7 @@ STEERING = {
     "instance.c": {"1e-4"},
     "adaptive_steps.c": {"1e-5"},
     "ros2.c": {"3e-6"},
+    "directed_ros2.c": {"3e-4"},
     "jumps.c": {"1e-3", "1e-4", "1e-5"},
     "event_steps.c": {"1e-3"},
     "settings.c": {"1e-6"},
