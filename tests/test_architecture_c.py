@@ -42,7 +42,7 @@ STEERING = {
     "adaptive_steps.c": {"1e-5"},
     "ros2.c": {"3e-6"},
     "directed_ros2.c": {"3e-4"},
-    "jumps.c": {"1e-3", "1e-4", "1e-5"},
+    "jumps.c": {"1e-3", "1e-4", "1e-5", "5e-7"},
     "event_steps.c": {"1e-3"},
     "settings.c": {"1e-6"},
     "constraint_start.c": {"1e-3"},
