@@ -31,13 +31,10 @@ from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import METHODS
 
-SOLVERS = tuple(name for name, method in METHODS.items() if method.family in {"runge_kutta", "radau", "variational"})
+_WITHOUT = {"moreau": "its steps contain impacts, whose times they do not tell"}
+"""{solver: why it carries no derivatives along}."""
+SOLVERS = tuple(name for name in METHODS if name not in _WITHOUT)
 """The solvers that carry derivatives along."""
-_WITHOUT = {
-    "ros2": "its steps contain Jacobians, whose derivatives are second ones of the equations",
-    "moreau": "its steps contain impacts, whose times they do not tell",
-}
-"""{solver: why it carries none}."""
 USUAL = "dop853"
 STATES = ("VARIABLE_STATE", "VARIABLE_MASSLESS")
 PARAMETERS = ("VARIABLE_PARAMETER", "VARIABLE_FIXED_PARAMETER")

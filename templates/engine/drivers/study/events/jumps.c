@@ -24,6 +24,9 @@
 #include "step_size.h"
 
 static const double WIDTH = 1e-4;     /* the width of differences, relative to the size of what is moved */
+static const double NARROWEST = 5e-7; /* where an event is another one at WIDTH beside it, as a slow impact is, widths
+                                         down to this one are tried: far from where gaps count as closed, and rounding
+                                         leaves 9 digits */
 static const double DIFFERENT = 1e-5; /* two derivatives by differences of this width differ if they do so by this part;
                                          where modes hold they agree to the square of the width */
 static const double ROUGH = 1e-3;     /* a motion is not smooth if differences of two widths are apart by this part */
@@ -33,6 +36,7 @@ typedef struct {
     double states[N_STATES];
     double time;
     double scale;     /* the length of a usual move along this way */
+    double width;     /* of differences */
     const Seed *seed; /* inputs and parameters; NULL: they stay */
 } Way;
 
@@ -59,7 +63,7 @@ static double width_of(const Instance *instance, const Way *way) {
         const double value = fabs(state->parameters[i]);
         size = larger(size, fabs(way->seed->parameters[i]) / (value > 0.0 ? value : 1.0));
     }
-    return size * way->scale > MET ? WIDTH / size : 0.0;
+    return size * way->scale > MET ? way->width / size : 0.0;
 }
 
 /* The probe becomes the instance before the event, moved by so much along a way. */
@@ -130,7 +134,7 @@ static bool differentiate(Variations *variations, const Way *way, Looked looked,
 /* Are the differences of what jumps along a way those of a smooth function? Both in nominal values. */
 static bool smooth(const Variations *variations, const Way *way, const double slopes[], const double apart[]) {
     const State *state = &variations->before.state;
-    const double part = width_of(&variations->before, way) / WIDTH;
+    const double part = width_of(&variations->before, way) / way->width;
     double greatest = 1.0, furthest = 0.0;
     for (int i = 0; i < N_JUMPING; i++) {
         const double size = i < N_STATES ? fabs(state->states[i]) + NOMINAL_STATES[i] : 1.0;
@@ -147,7 +151,7 @@ static bool find_shifts(Variations *variations) {
     WORK(mark, double, changes, SIZE_EVENTS);
     WORK(mark, double, apart, SIZE_EVENTS);
     const State *state = &variations->before.state;
-    Way along = {.time = 1.0, .scale = experiment_duration(state)};
+    Way along = {.time = 1.0, .scale = experiment_duration(state), .width = WIDTH};
     int first = -1;
     memcpy(along.states, state->first_stage, sizeof along.states);
     for (int k = 0; k < N_EVENTS; k++) {
@@ -165,7 +169,7 @@ static bool find_shifts(Variations *variations) {
     }
     for (int d = 0; d < variations->count; d++) {
         Direction *direction = &variations->directions[d];
-        Way way = {.scale = direction->scale, .seed = &direction->seed};
+        Way way = {.scale = direction->scale, .width = WIDTH, .seed = &direction->seed};
         memcpy(way.states, direction->states, sizeof way.states);
         if (!differentiate(variations, &way, look_along, N_EVENTS, changes, apart)) {
             return arena_leave(mark, no_jump(variations, first, "the functions of events have no values beside it"));
@@ -205,7 +209,8 @@ static bool jump(Variations *variations, Direction *direction, int k) {
     WORK(mark, double, apart, N_JUMPING);
     const double *before = variations->before.state.first_stage;
     const double *after = variations->study.instance.state.first_stage;
-    Way way = {.time = direction->shift, .scale = direction->scale, .seed = &direction->seed};
+    Way way = {.time = direction->shift, .scale = direction->scale, .width = WIDTH, .seed = &direction->seed};
+    bool known = false;
     for (int i = 0; i < N_STATES; i++) {
         way.states[i] = direction->states[i] + before[i] * direction->shift;
         direction->seed.states[i] = way.states[i] - after[i] * direction->shift;
@@ -213,8 +218,11 @@ static bool jump(Variations *variations, Direction *direction, int k) {
     if (continuous(variations)) {
         return arena_leave(mark, true);
     }
-    if (!differentiate(variations, &way, pass_beside, N_JUMPING, jumped, apart) ||
-        !smooth(variations, &way, jumped, apart)) {
+    for (; !known && way.width > NARROWEST; way.width *= 0.1) {
+        known = differentiate(variations, &way, pass_beside, N_JUMPING, jumped, apart) &&
+                smooth(variations, &way, jumped, apart);
+    }
+    if (!known) {
         return arena_leave(mark, no_jump(variations, k, "beside the motion contacts decide otherwise, as where several "
                                  "meet at one time"));
     }
@@ -252,7 +260,7 @@ static bool find_due(Variations *variations, int *first, bool *others) {
     WORK(mark, double, falls, SIZE_EVENTS);
     WORK(mark, double, apart, SIZE_EVENTS);
     State *state = &variations->before.state;
-    Way along = {.time = 1.0, .scale = experiment_duration(state)};
+    Way along = {.time = 1.0, .scale = experiment_duration(state), .width = WIDTH};
     memcpy(along.states, state->first_stage, sizeof along.states);
     *first = -1;
     *others = N_FRICTIONS > 0;

@@ -22,12 +22,11 @@
 #include "derivative.h"
 #include "jacobian.h"
 #include "lu.h"
-#include "solver.h"
+#include "ros2.h"
 #include "step_failure.h"
 
 const Method METHOD = {.name = "ros2", .order = 2, .damps = true};
 
-static const double GAMMA = 0.2928932188134524755991556; /* 1 - 1/sqrt(2) */
 static const double PART = 0.03;  /* the linearization may miss this part of the velocities' change in a step */
 static const double SMALL = 3e-6; /* it may always miss this part of the velocities themselves */
 
@@ -41,16 +40,16 @@ static void assemble(const double jacobian[], double s, double matrix[]) {
     }
 }
 
-/* Overwrites r[N_STATES] by the solution k of (I - s J) k = r. */
-static void solve_stage(Arena *arena, const SolverScratch *work, const int rows[], double s, double r[]) {
+void ros2_solve(Arena *arena, const SolverScratch *work, double h, double r[]) {
     const ArenaMark mark = arena_mark(arena);
     WORK(mark, double, b, R);
+    const double s = GAMMA * h;
     for (int j = 0; j < N; j++) {
         for (int i = 0; i < R; i++) {
             r[N + i] += s * work->jacobian[j * R + i] * r[j];
         }
     }
-    lu_solve(work->matrix, rows, R, r + N, b);
+    lu_solve(work->matrix, work->rows, R, r + N, b);
     memcpy(r + N, b, R * sizeof(double));
     for (int i = 0; i < N; i++) {
         r[i] += s * r[N + i];
@@ -70,7 +69,7 @@ static double beyond_linear(const Scratch *scratch, const double f2[], int i) {
 }
 
 /* Compares what beyond_linear changes the velocities by in a step with their whole change; maxima in nominal units. */
-static void compare_with_linearization(Instance *instance, Step step, const int rows[], const double f2[]) {
+static void compare_with_linearization(Instance *instance, Step step, const double f2[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, rest, R);
     WORK(mark, double, answer, R);
@@ -80,7 +79,7 @@ static void compare_with_linearization(Instance *instance, Step step, const int 
     for (int i = 0; i < R; i++) {
         rest[i] = beyond_linear(scratch, f2, i);
     }
-    lu_solve(scratch->solver.matrix, rows, R, rest, answer);
+    lu_solve(scratch->solver.matrix, scratch->solver.rows, R, rest, answer);
     for (int i = 0; i < R; i++) {
         missed = fmax(missed, fabs(step.length * answer[i]) / NOMINAL_STATES[N + i]);
         change = fmax(change, fabs(x_new[N + i] - x[N + i]) / NOMINAL_STATES[N + i]);
@@ -90,43 +89,48 @@ static void compare_with_linearization(Instance *instance, Step step, const int 
     arena_release(mark);
 }
 
-bool solver_step(Instance *instance, Step step) {
-    const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, f2, R);
-    WORK(mark, int, rows, R);
+bool ros2_stages(Instance *instance, Step step, double f2[]) {
     const State *state = &instance->state;
     Scratch *scratch = &instance->scratch;
     double *k1 = scratch->solver.stages[0], *k2 = scratch->solver.stages[1];
-    const double s = GAMMA * step.length;
-
     if (!equations_jacobian(instance, state->time, state->states, scratch->solver.jacobian)) {
-        return arena_leave(mark, false);
+        return false;
     }
-    assemble(scratch->solver.jacobian, s, scratch->solver.matrix);
-    if (!lu_factorize(scratch->solver.matrix, rows, R)) {
-        return arena_leave(mark, report_iteration(instance, step));
+    assemble(scratch->solver.jacobian, GAMMA * step.length, scratch->solver.matrix);
+    if (!lu_factorize(scratch->solver.matrix, scratch->solver.rows, R)) {
+        return report_iteration(instance, step);
     }
     memcpy(k1, state->first_stage, sizeof state->first_stage);
-    solve_stage(instance->arena, &scratch->solver, rows, s, k1);
+    ros2_solve(instance->arena, &scratch->solver, step.length, k1);
     for (int i = 0; i < N_STATES; i++) {
         scratch->stage_states[i] = state->states[i] + step.length * k1[i];
     }
-    if (!derivative_at(instance, step.end, scratch->stage_states, k2)) {
+    if (!derivative_at(instance, step.end, scratch->stage_states, f2)) {
+        return false;
+    }
+    for (int i = 0; i < N_STATES; i++) {
+        k2[i] = f2[i] - 2.0 * k1[i];
+    }
+    ros2_solve(instance->arena, &scratch->solver, step.length, k2);
+    return true;
+}
+
+bool solver_step(Instance *instance, Step step) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, f2, N_STATES);
+    Scratch *scratch = &instance->scratch;
+    const double *k1 = scratch->solver.stages[0], *k2 = scratch->solver.stages[1];
+    if (!ros2_stages(instance, step, f2)) {
         return arena_leave(mark, false);
     }
-    memcpy(f2, k2 + N, R * sizeof(double));
     for (int i = 0; i < N_STATES; i++) {
-        k2[i] -= 2.0 * k1[i];
-    }
-    solve_stage(instance->arena, &scratch->solver, rows, s, k2);
-    for (int i = 0; i < N_STATES; i++) {
-        scratch->new_states[i] = state->states[i] + 0.5 * step.length * (3.0 * k1[i] + k2[i]);
+        scratch->new_states[i] = instance->state.states[i] + 0.5 * step.length * (3.0 * k1[i] + k2[i]);
     }
     if (!new_states_finite(instance, step) ||
         !derivative_at(instance, step.end, scratch->new_states, scratch->new_derivatives)) {
         return arena_leave(mark, false);
     }
-    compare_with_linearization(instance, step, rows, f2);
+    compare_with_linearization(instance, step, f2 + N);
     return arena_leave(mark, true);
 }
 

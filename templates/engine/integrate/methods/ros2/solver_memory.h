@@ -10,6 +10,7 @@ typedef struct {
     double stages[STAGES][N_STATES]; /* k1 and k2 */
     double jacobian[N_STATES * N_RATES]; /* see jacobian.h */
     double matrix[N_RATES * N_RATES];    /* of the systems of a step, factorised */
+    int rows[N_RATES];                   /* their order in it, see lu.h */
     double missed; /* what the linearization missed of the last step, see solver_stiffness */
 } SolverScratch;
 
