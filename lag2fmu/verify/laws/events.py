@@ -204,7 +204,7 @@ def _coulomb(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Res
             off[:2, i, k] = -pushes[i], tangential - limit
             if event.hits.sum() == 1 and event.hits[i] == 1 and len(event.touching) == 1:
                 off[2, i, k] = abs(a.run[names.impulse(elements[i])][event.left + 1] - pushes[i])
-    exact = accuracy.states + max(map(attrgetter("moved"), events))
+    exact = accuracy.states + np.fromiter(map(attrgetter("moved"), events), float)
     units, bar = [f"{a.force_unit(c)}.s" for c in elements], exact * size
     yield from worst("impulse >= 0", elements, units, times, off[0], bar)
     yield from worst("impulse of friction within its limit", elements, units, times, off[1], bar)
