@@ -24,9 +24,9 @@ EXACT = 100.0
 """What follows from the state alone is exact to this part of the tolerance, or to rounding."""
 
 
-def accuracy_of(tolerance: float) -> Accuracy:
-    """The errors that co-simulation with this relative ``tolerance`` may have."""
-    return Accuracy(max(ROUNDING, tolerance / EXACT), tolerance, SAFETY * tolerance)
+def accuracy_of(tolerance: float, step: float = 0.0) -> Accuracy:
+    """The errors that co-simulation with this relative ``tolerance`` may have; ``step`` is that of ``Accuracy``."""
+    return Accuracy(max(ROUNDING, tolerance / EXACT), tolerance, SAFETY * tolerance, step)
 
 
 def law_checks(task: Task) -> Iterator[Check]:
@@ -45,6 +45,7 @@ def law_checks(task: Task) -> Iterator[Check]:
         tolerance=task.tolerance,
         inputs=task.inputs,
         hold=task.hold,
+        values=task.settings,
         outputs=names,
         warned=lambda sentence: None,
     )
@@ -60,7 +61,7 @@ def law_checks(task: Task) -> Iterator[Check]:
     inputs = {} if signals is None else signals.sampled(run.time)
     units = {v.name: v.unit for v in description_of(task.path).modelVariables if getattr(v, "unit", None)}
     along = Along(system, run, inputs, units)
-    for item in judged(along, accuracy_of(task.tolerance), smooth=not task.holds):
+    for item in judged(along, accuracy_of(task.tolerance, task.solver_step), smooth=not task.holds):
         yield check(item.law, item.value, item.bar, item.where, unit=item.unit)
 
 

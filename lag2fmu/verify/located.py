@@ -7,7 +7,7 @@ what the FMU shows of it: a mode or a count of impacts is another one behind it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -32,10 +32,14 @@ BRACKET = 1e-10
 
 @dataclass(frozen=True)
 class _Stepper:
-    """What is done with an instance: record a row, set the inputs at a time (s), step from a time by a length (s)."""
+    """What is done with an instance: record rows, set the inputs at a time (s), step from a time by a length (s).
+
+    ``watch`` records what tells events, in a fraction of the time of a whole row.
+    """
 
     fmu: Any
     record: Callable[[Floats], None]
+    watch: Callable[[Floats], None]
     set_inputs: Callable[[float], None]
     step: Callable[[float, float], None]
 
@@ -71,31 +75,33 @@ def _located(path: Path, run: Run, watched: list[str]) -> Trajectory:
     asked = followed(plan) if is_fmi3(description) else ()
     with instance_of(path, "CoSimulation", followed=asked) as instance:
         try:
-            stepper = (_of_fmi3 if is_fmi3(description) else _of_fmi2)(instance, run, plan)
+            stepper = (_of_fmi3 if is_fmi3(description) else _of_fmi2)(instance, run, plan, watched)
             time, values = _followed(stepper, plan, [plan.names.index(name) for name in watched])
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
     return Trajectory(np.array(time), tuple(plan.names), np.array(values))
 
 
-def _of_fmi2(instance: Instance, run: Run, plan: Plan) -> _Stepper:
+def _of_fmi2(instance: Instance, run: Run, plan: Plan, watched: list[str]) -> _Stepper:
     initialize(instance, run, plan)
     fmu, references = instance.fmu, {v.name: v.valueReference for v in instance.description.modelVariables}
 
     def step(t: float, length: float) -> None:
         fmu.fmi2DoStep(fmu.component, t, length, 0)
 
-    return _Stepper(fmu, recorder(instance, plan, references), setter(instance, plan, references), step)
+    record, watch = (recorder(instance, part, references) for part in (plan, replace(plan, names=watched)))
+    return _Stepper(fmu, record, watch, setter(instance, plan, references), step)
 
 
-def _of_fmi3(instance: Instance, run: Run, plan: Plan) -> _Stepper:
+def _of_fmi3(instance: Instance, run: Run, plan: Plan, watched: list[str]) -> _Stepper:
     initialize(instance, run, plan)
 
     def step(t: float, length: float) -> None:
         instance.fmu.doStep(t, length, noSetFMUStatePriorToCurrentPoint=False)
 
     inputs = Inputs(instance, run, plan)
-    return _Stepper(instance.fmu, Reader(instance.fmu, plan.scalars, plan.names).read, inputs.begin, step)
+    record, watch = (Reader(instance.fmu, plan.scalars, seen).read for seen in (plan.names, watched))
+    return _Stepper(instance.fmu, record, watch, inputs.begin, step)
 
 
 def _followed(stepper: _Stepper, plan: Plan, watched: list[int]) -> tuple[list[float], list[Floats]]:
@@ -127,27 +133,32 @@ def _passed(stepper: _Stepper, plan: Plan, start: _Side, end: float, watched: li
     The side before an event is ``start`` itself if the event follows at once.
     """
     fmu, width = stepper.fmu, max(BRACKET * float(plan.grid[1] - plan.grid[0]), 4 * float(np.spacing(end)))
+    marks = np.empty(len(watched))
 
-    def at(begin: float, end: float) -> _Side:
+    def passes(begin: float, end: float) -> bool:
+        """Step from ``begin`` to ``end``; whether there is an event between them."""
         if plan.pieces is not None:  # inputs that are held were set where the communication step began
             stepper.set_inputs(begin)
         stepper.step(begin, end - begin)
-        return _Side(end, stepper.row(len(plan.names)))
+        if watched:
+            stepper.watch(marks)
+        return bool((marks != start.row[watched]).any())
 
-    left, state = start, fmu.getFMUState()
+    left, right, state = start.time, end, fmu.getFMUState()
     try:
-        right = at(left.time, end)
-        if (right.row[watched] == start.row[watched]).all():
-            return [right]
-        while right.time - left.time > width:
+        if not passes(left, right):
+            return [_Side(right, stepper.row(len(plan.names)))]
+        while right - left > width:
             fmu.setFMUState(state)
-            middle = at(left.time, (left.time + right.time) / 2)
-            if (middle.row[watched] != start.row[watched]).any():
+            middle = (left + right) / 2
+            if passes(left, middle):
                 right = middle
             else:
                 fmu.freeFMUState(state)
                 left, state = middle, fmu.getFMUState()
         fmu.setFMUState(state)
-        return [*([left] if left is not start else []), at(left.time, right.time)]
+        before = [_Side(left, stepper.row(len(plan.names)))] if left > start.time else []
+        passes(left, right)
+        return [*before, _Side(right, stepper.row(len(plan.names)))]
     finally:
         fmu.freeFMUState(state)

@@ -27,7 +27,8 @@ class Task:
     """The FMU ``path`` of ``mechanism``, to be validated until ``stop_time`` (s) with the relative ``tolerance``.
 
     ``inputs`` (SI units over time in s) drive both sides; None: all inputs keep their start values. With ``hold`` they
-    are constant during a communication step. ``limit`` (s) is the CPU time of the direct integrations.
+    are constant during a communication step. ``limit`` (s) is the CPU time of the direct integrations. ``solver_step``
+    (s) is that of an FMU that steps over impacts and changes of modes, 0 for one that locates them.
     """
 
     mechanism: Mechanism
@@ -37,6 +38,7 @@ class Task:
     inputs: Trajectory | None
     hold: bool = False
     limit: float = LIMIT
+    solver_step: float = 0.0
 
     @property
     def holds(self) -> bool:
@@ -68,6 +70,11 @@ class Task:
         """The names of q, qd and the further states, (2 n + f,)."""
         q = [c.name for c in self.mechanism.coordinates]
         return [*q, *map(names.velocity, q), *(z.name for z in self.mechanism.states)]
+
+    @property
+    def settings(self) -> dict[str, float]:
+        """What is set in the FMU before its runs."""
+        return {"solver_step": self.solver_step} if self.solver_step else {}
 
     @property
     def settable(self) -> list[str]:

@@ -21,7 +21,6 @@ from lag2fmu.fmu.contents import read_mechanism
 from lag2fmu.fmu.deriving import chosen_solver
 from lag2fmu.fmu.exported import Model, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
-from lag2fmu.fmu.materials import solver_inside
 from lag2fmu.formats.loading import as_mechanism, with_values
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
@@ -30,8 +29,8 @@ from lag2fmu.reference.direct_integration import remedy_of_jumps
 from lag2fmu.reference.initial_value_problem import prepare
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
-from lag2fmu.solvers.methods import METHODS, TimeStepping
-from lag2fmu.verify.agreement import LEFT_OUT, SAFETY, has_rows, horizon_of, on_grid
+from lag2fmu.verify import time_stepping
+from lag2fmu.verify.agreement import SAFETY, has_rows, horizon_of, most_left_out, on_grid
 from lag2fmu.verify.balances import constraint_checks, energy_checks
 from lag2fmu.verify.comparison import Windows, compare, extent_check, extent_note, own_check, windows_after
 from lag2fmu.verify.hybrid import extent, row_checks, row_outputs
@@ -117,19 +116,26 @@ def validate_fmu(
     Wanner, Solving Ordinary Differential Equations I, section I.14, for how neighbouring solutions, and hence errors,
     grow apart.
     """
-    mechanism, experiment = with_derived(mechanism), mechanism.experiment
+    step, experiment = time_stepping.own_step(mechanism, path), mechanism.experiment
+    mechanism = with_derived(time_stepping.as_stepped(mechanism) if step else mechanism)
     hold = hold or not input_orders(description_of(path)) or moves_a_target(mechanism, inputs)
     stop_time = checked_stop(experiment, stop_time)
     tolerance = experiment.tolerance if tolerance is None else check_tolerance(tolerance)
-    task = Task(mechanism, path, stop_time, tolerance, inputs, hold, check_limit(limit))
+    task = Task(mechanism, path, stop_time, tolerance, inputs, hold, check_limit(limit), step)
     checks = [_findings(path)]
     references = References(task, progress or (lambda share: None))
-    if not references.make():
+    if time_stepping.beyond_integration(task) or not references.make():
         return _not_compared(task, checks)
+    return _compared(task, references, checks)
+
+
+def _compared(own: Task, references: References, checks: list[Check]) -> Report:
+    """The report on the FMU of the task ``own``, with the ``checks`` made so far, beside its direct integrations."""
+    task = time_stepping.sharpened(own, [*map(references.of, own.steps)])
     runs: dict[str, Trajectory] = {}
     warnings: dict[str, list[str]] = {}
     for label, kind, step, events in _plan(task):
-        reference = references.of(step)
+        reference = time_stepping.as_seen(task, references.of(step), kind)
         run = _run(task, kind, step, events, warnings.setdefault(label, []).append)
         runs[label] = run = run.until(float(reference.trajectory.time[-1]))
         if task.states and step <= horizon_of(task, reference) * (1 + 1e-9):  # else the start alone
@@ -137,7 +143,8 @@ def validate_fmu(
         if (kind, step, events) == ("co-simulation", task.steps[1], False):
             energy = energy_checks(task, run, reference)
             analysis, analysis_notes = _analysis(task, run, reference, references.budget)
-    windows = windows_after(task, references.of(task.steps[1]), references.window)
+    direct = references.of(task.steps[1])
+    reference, windows = time_stepping.as_seen(task, direct), windows_after(task, direct, references.window)
     checks += [
         *extent_check(task, reference, windows),
         *extent(task, reference, horizon_of(task, reference), windows.covered),
@@ -146,15 +153,20 @@ def validate_fmu(
         *constraint_checks(task, runs, reference),
         *_laws_checks(task, runs, references),
         *([] if has_rows(task.mechanism) else pointwise_checks(task, reference)),
-        own_check(task, reference),
+        own_check(task, direct),
     ]
     return Report(
         title=_title(task),
         checks=tuple(checks),
-        notes=(*_notes(task, reference, windows), *analysis_notes, *_solver_notes(task, warnings)),
-        coordinates=tuple(c.name for c in mechanism.coordinates),
+        notes=(
+            *_notes(task, reference, windows),
+            *analysis_notes,
+            *_solver_notes(task, warnings),
+            *time_stepping.own_step_notes(own, direct, _run),
+        ),
+        coordinates=tuple(c.name for c in task.mechanism.coordinates),
         trajectories={DIRECT: reference.trajectory, **runs},
-        units=display_units(mechanism),
+        units=display_units(task.mechanism),
     )
 
 
@@ -177,11 +189,9 @@ def _not_compared(task: Task, checks: list[Check]) -> Report:
     label, kind, step, events = _plan(task)[1]
     warned: list[str] = []
     run = _run(task, kind, step, events, warned.append)
-    detail = (
-        f"the direct integration does not get to t = {step:.3g} s in {task.limit:g} s of CPU time; give a longer "
-        "--limit"
-    )
-    extent = Check("trajectories, share not compared", 1.0, LEFT_OUT, detail, extent=True)
+    slow = f"does not get to t = {step:.3g} s in {task.limit:g} s of CPU time; give a longer --limit"
+    detail = f"the direct integration {time_stepping.beyond_integration(task) or slow}"
+    extent = Check("trajectories, share not compared", 1.0, most_left_out(task), detail, extent=True)
     return Report(
         title=_title(task),
         checks=(*checks, extent, *law_checks(task)),
@@ -219,6 +229,7 @@ def _run(task: Task, kind: Kind, step: float, events: bool, warned: Callable[[st
         tolerance=tolerance,
         inputs=task.inputs,
         hold=task.hold,
+        values=task.settings,
         outputs=outputs,
         kind=kind,
         warned=warned,
@@ -238,7 +249,7 @@ def _laws_checks(task: Task, runs: dict[str, Trajectory], references: References
     """The checks of the laws of contacts and dry friction, of the runs that share one direct integration."""
     if not has_rows(task.mechanism):
         return []
-    reference = references.of(task.steps[1])
+    reference = time_stepping.as_seen(task, references.of(task.steps[1]))
     of_it = {label: run for label, run in runs.items() if not task.holds or label.endswith(f"{task.steps[1]:.3g} s")}
     rows = {label: on_grid(reference, run.time) for label, run in of_it.items()}
     return [*row_checks(task, of_it, reference, rows), *law_checks(task)]
@@ -272,21 +283,15 @@ def _solver_notes(task: Task, warnings: Mapping[str, Sequence[str]]) -> list[str
     """Sentences: which solver is the default of such a mechanism, what the FMU's own does, and the FMU's warnings."""
     solver, choice, _ = chosen_solver(derive(task.mechanism), None)
     suited = [f"Where no solver is asked for, the export takes {solver}: {choice}."] if choice else []
-    if isinstance(METHODS.get(solver_inside(task.path) or ""), TimeStepping):
-        suited.append(
-            "The FMU steps over impacts and over what sticks or slips anew: there its error is of first order in its "
-            "step, which the bars do not allow for. A solver that locates events, as --solver dopri5, meets them."
-        )
-    return suited + [f"The FMU warned, {label}: {text}" for label, texts in warnings.items() for text in texts]
+    warned = [f"The FMU warned, {label}: {text}" for label, texts in warnings.items() for text in texts]
+    return [*suited, *time_stepping.order_notes(task), *warned]
 
 
 def _notes(task: Task, reference: Reference, windows: Windows) -> list[str]:
-    amplification = float(reference.amplification[-1])
     notes = [
         "Errors are relative to max(range, nominal) and divided by the amplification of start perturbations, "
-        f"which reaches {amplification:.3g}.",
+        f"which reaches {float(reference.amplification[-1]):.3g}.",
         f"Direct integration: {reference.method} of SciPy, {reference.evaluations} evaluations.",
     ]
-    if not offers_model_exchange(task.path):
-        notes.append("The FMU offers co-simulation only.")
+    notes += [] if offers_model_exchange(task.path) else ["The FMU offers co-simulation only."]
     return [*notes, *filter(None, [extent_note(task, reference, windows)])]

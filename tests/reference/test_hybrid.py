@@ -316,3 +316,18 @@ def test_gaps_with_a_kink_are_told_on_both_sides_of_it() -> None:
     ball = Mechanism("ball", coordinates=[y], bodies=[Body("ball", 1, (0, y))], contacts=[table])
     times = np.linspace(0, 2, 9)
     assert integrate(ball, times).trajectory["table_gap"] == pytest.approx(3 - np.minimum(times, 1), abs=1e-15)
+
+
+@pytest.mark.parametrize("name", ["woodpecker", "crane", "sliding_sphere"])
+def test_rates_of_many_rows_by_complex_steps_are_those_by_symbols(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hundreds of contacts have their rates by complex steps; these mechanisms have both."""
+    mechanism = load(name)
+    written = HybridSystem(mechanism)
+    x = np.random.default_rng(1).normal(size=(2, 7, written.n))
+    state = written.energies.state(np.zeros(7), *x, None)
+    expected = written.elements.rows(state)
+    monkeypatch.setattr("lag2fmu.reference.hybrid.elements.MANY", 0)
+    found = HybridSystem(mechanism).elements.rows(state)
+    for part in ("gaps", "velocities", "gamma", "jacobian", "restitution", "friction", "static"):
+        scale = 1 + np.abs(getattr(expected, part)).max(initial=0.0)
+        assert getattr(found, part) == pytest.approx(getattr(expected, part), abs=1e-13 * scale)

@@ -131,6 +131,54 @@ FAULTS = (
     ),
 )
 
+_SETTLE, _COEFFICIENTS = "step_modes.c", "step_impulses.c"
+
+STEPPED = (
+    Fault(
+        "steps apply restitution twice",
+        "bouncing_ball",
+        _COEFFICIENTS,
+        "return left * approach > pressed * length ? left : 0.0;",
+        "return left * approach > pressed * length ? left * left : 0.0;",
+    ),
+    Fault(
+        "steps close a gap late",
+        "bouncing_ball",
+        _COEFFICIENTS,
+        "end <= AT_REST * scratch->at.sizes[row]",
+        "end <= -1e-3",
+    ),
+    Fault(
+        "steps rub 10 % too much",
+        "disc",
+        _COEFFICIENTS,
+        "contact_sticks(state, c) ? holding[c] : sliding[c];",
+        "1.1 * (contact_sticks(state, c) ? holding[c] : sliding[c]);",
+    ),
+    Fault(
+        "steps do not dissipate the energy of impacts",
+        "pendulum_with_stop",
+        "moreau.c",
+        "states[DISSIPATED] -= 0.5 * scratch->impulses[row]",
+        "states[DISSIPATED] -= 0.0 * scratch->impulses[row]",
+    ),
+    Fault(
+        "steps show twice the impulse",
+        "bouncing_ball",
+        _SETTLE,
+        "state->impulses[contact] = scratch->impulses[row];",
+        "state->impulses[contact] = 2.0 * scratch->impulses[row];",
+    ),
+    Fault(
+        "steps let contacts adhere",
+        "hopper_leg",
+        _COEFFICIENTS,
+        "chosen->row[normal].law = ROW_UNILATERAL;",
+        "chosen->row[normal].law = ROW_BILATERAL;",
+    ),
+)
+"""Faults in time stepping, in FMUs with the solver moreau."""
+
 
 def planted(fault: Fault, fmu: Path, path: Path) -> Path:
     """The FMU ``path``: that in ``fmu`` with the ``fault``, compiled anew from all of its sources in one unit."""

@@ -14,7 +14,6 @@ from itertools import accumulate, pairwise, zip_longest
 import numpy as np
 import sympy as sp
 
-from lag2fmu.deadline import paced
 from lag2fmu.description import names
 from lag2fmu.language.vocabulary import TIME, symbol
 from lag2fmu.reference.constraints import accelerations_without_qdd, gradients
@@ -23,6 +22,9 @@ from lag2fmu.reference.functions import STEP, compiled
 from lag2fmu.reference.hybrid.kinks import FrozenComposition
 from lag2fmu.reference.hybrid.records import Rows
 from lag2fmu.reference.state import Floats, StateBatch
+
+MANY = 64
+"""Derivatives of more rows are not written out, which takes SymPy minutes for hundreds, but found by complex steps."""
 
 
 @dataclass(frozen=True)
@@ -87,11 +89,15 @@ class Elements:
         s, m, written = composition.symbols, composition.mechanism, composition.written
         arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
         laws = [written(x) for c in m.unilaterals for x in (c.restitution, c.friction, c.static_friction)]
-        gamma, slopes = [], []
-        for velocity in paced(velocities):  # minutes for some hundreds
-            gamma += accelerations_without_qdd(composition, [velocity])
-            slopes += gradients(s.qd, [velocity])
-        self._function = compiled(arguments, [*rows.gaps, *rows.positions(), *velocities, *gamma, *slopes, *laws])
+        few = velocities if self.k <= MANY else []
+        gamma, slopes = accelerations_without_qdd(composition, few), gradients(s.qd, few)
+        self._function = compiled(arguments, [*rows.gaps, *rows.positions(), *velocities, *laws, *gamma, *slopes])
+        moving = dict(zip((*s.motion, *s.motion_dot), (*s.motion_dot, *s.motion_ddot), strict=True))
+        moving |= dict(zip(s.further, composition.further, strict=False))  # the rates of filters stand behind
+        used = set().union(*(x.free_symbols for x in velocities))
+        self._input_rates = compiled(
+            arguments, [moving.get(x, sp.S.Zero) if x in used else sp.S.Zero for x in s.inputs]
+        )
         margins = [*composition.kinks.margins, *(written(latch.while_) for latch in m.latches)]
         known = {TIME, *s.parameters} - set(composition.kinks.sides)
         for margin, side in zip_longest(margins, composition.kinks.sides):
@@ -129,10 +135,30 @@ class Elements:
         """Everything about the rows at ``state``; a batch of states has its axis last."""
         values, batch = self._function(state.rows, self._constants), state.t.shape
         u, k = self.u, self.k
-        ends = [0, *accumulate((u, len(self.latches), k, k, k * self.n)), len(values)]
-        gaps, latched, velocities, gamma, jacobian, laws = (values[a:b] for a, b in pairwise(ends))
-        slopes = jacobian.reshape(k, self.n, *batch)
+        ends = [0, *accumulate((u, len(self.latches), k, 3 * u)), len(values)]
+        gaps, latched, velocities, laws, rates = (values[a:b] for a, b in pairwise(ends))
+        if k <= MANY:
+            gamma, slopes = rates[:k], rates[k:].reshape(k, self.n, *batch)
+        else:
+            gamma, slopes = self._rates_by_steps(state, slice(*ends[2:4]))
         return Rows(gaps, latched, velocities, gamma, slopes, laws[::3], laws[1::3], laws[2::3], self.slip_rows)
+
+    def _rates_by_steps(self, state: StateBatch, velocities: slice) -> tuple[Floats, Floats]:
+        """gamma (k, *batch) and J (k, n, *batch) by complex steps: the values ``velocities`` along time, and by qd."""
+
+        def along(direction: Floats) -> Floats:
+            values = self._function(state.rows + 1j * STEP * direction, self._constants)
+            return np.asarray(values[velocities].imag / STEP)
+
+        n, still = self.n, np.zeros_like(state.qd)
+        inputs = self._input_rates(state.rows, self._constants)
+        gamma = along(np.concatenate([np.ones_like(state.t)[None], state.qd, still, inputs]))
+        slopes = np.empty((self.k, n, *state.t.shape))
+        for i in range(n):
+            direction = np.zeros_like(state.rows)
+            direction[1 + n + i] = 1.0
+            slopes[:, i] = along(direction)
+        return gamma, slopes
 
     def events(self, state: StateBatch) -> tuple[Floats, Floats, Floats, Floats]:
         """Margins of kinks, conditions, gaps, velocities of rows at a batch of states: (count, *batch) each, in SI."""

@@ -22,6 +22,8 @@ SIDED = 1e-9
 """s: two times that are as near are the two sides of an event."""
 SMALL = 1e-3
 """What is below this part of the greatest size, in units of energy, may be the rest of a cancellation."""
+STILL = 3
+"""So many communication points in a row tell that a force breaks a law for longer than a step of time stepping."""
 UNTOLD = 1e-9
 """A margin of this part of its greatest value does not tell its side."""
 
@@ -158,6 +160,40 @@ class Along:
         kept[self.sided] = False
         return np.asarray(kept)
 
+    def lasting(self, off: Floats, step: float, bars: Floats | float = 0.0) -> Floats:
+        """Of violations ``off`` (k, m) the least of STILL communication points in a row; all without a ``step``.
+
+        NaN where a law says nothing at one of these points, and at the sides of events; 0 where one is below its bar.
+        """
+        if step == 0.0:
+            return off
+        points = np.setdiff1d(np.arange(len(self.time)), [*self.sided, *(self.sided + 1)])
+        off, found = np.where(off <= bars, 0.0, off), np.full(off.shape, np.nan)
+        if len(points) >= STILL:
+            windows = np.lib.stride_tricks.sliding_window_view(off[:, points], STILL, axis=1)
+            found[:, points[: 1 - STILL]] = windows.min(axis=-1)
+        return found
+
+    @cached_property
+    def speeds(self) -> Floats:
+        """The greatest speeds of rows since the time before, (k, m), as velocities and accelerations tell them."""
+        speed, since = np.abs(self.velocities), np.diff(self.time, prepend=self.time[0])
+        faster = since * np.abs(self.accelerations)
+        return np.asarray(np.maximum(speed, np.roll(speed, 1, axis=1)) + np.maximum(faster, np.roll(faster, 1, axis=1)))
+
+    @cached_property
+    def turning(self) -> Floats:
+        """The accelerations (k, m) of rows, where their parts do not cancel: what a row turns by in 1 s."""
+        return np.asarray(np.einsum("kim,im->km", np.abs(self.slopes), np.abs(self.qdd)) + np.abs(self.gamma))
+
+    @cached_property
+    def shifts(self) -> Floats:
+        """By how much the velocities (n, m) may have to move where rows that bear turn, for 1 s of it."""
+        nominal, bears = self.system.nominal, self.forces != 0
+        size = np.einsum("kim,i->km", np.abs(self.slopes), nominal)
+        rates = np.where(bears, self.turning / np.maximum(size, 1e-300), 0.0)
+        return np.asarray(nominal[:, None] * rates.max(axis=0, initial=0.0))
+
     def mode(self, element: str) -> Floats:
         """The mode that the run shows, (m,)."""
         return self.run[names.mode(element)]
@@ -188,9 +224,7 @@ class Along:
     @cached_property
     def acceleration_sizes(self) -> Floats:
         """The size of the accelerations of rows, (k, 1): the sum of what cancels in a row that is kept."""
-        size = np.abs(self.slopes) * np.abs(self.qdd)
-        greatest = size.sum(axis=1).max(axis=1) + np.abs(self.gamma).max(axis=1)
-        return np.asarray(np.maximum(greatest, 1e-300)[:, None])
+        return np.asarray(np.maximum(self.turning.max(axis=1), 1e-300)[:, None])
 
     @cached_property
     def force_sizes(self) -> Floats:

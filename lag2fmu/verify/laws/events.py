@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ from lag2fmu.verify.laws.residual import Accuracy, Floats, Residual, worst
 
 RANK = 1e-9
 """Rows whose answers to impulses differ by less than this part have impulses that nothing tells apart."""
+SHORT = 2.0
+"""A run that steps over impacts may end rebounds that are slower than what gravity makes in so many steps."""
 LOW = 10.0
 """A run may end rebounds that rise by at most so many tolerances of the size of a gap."""
 
@@ -43,6 +46,11 @@ class _Event:
         """The change of velocities, (n,), without that of the time between the two sides."""
         a, i = self.a, self.left
         return np.asarray(a.qd[:, i + 1] - a.qd[:, i] - a.qdd[:, i] * (a.time[i + 1] - a.time[i]))
+
+    @property
+    def moved(self) -> float:
+        """By how much positions may jump, in nominal values, where gaps that close up to a step late are opened."""
+        return float(self.accuracy.step * (np.abs(self.change) / self.a.system.nominal).max())
 
     @cached_property
     def touching(self) -> NDArray[np.intp]:
@@ -71,6 +79,19 @@ class _Event:
         found, _, rank, _ = np.linalg.lstsq(along * weight[:, None] / scale, given * weight, rcond=RANK)
         loads = found / scale
         return loads, rank == along.shape[1], np.abs(given - along @ loads)
+
+    @cached_property
+    def unforced(self) -> Floats:
+        """The change of velocities, (n,), but for what steps over events take back of the turning of rows that bear.
+
+        The law that what is closed stays closed tells how fast these rows may be before.
+        """
+        if self.accuracy.step == 0.0:
+            return self.change
+        a, at = self.a, self.left + 1
+        along = np.concatenate([a.slopes[self.rows, :, at], a.G[:, :, at]]).T
+        taken = np.linalg.lstsq(a.mass[:, :, at], along @ self.impulses[0], rcond=None)[0]
+        return np.asarray(self.change - taken)
 
     @cached_property
     def work(self) -> float:
@@ -105,15 +126,17 @@ def _jumps(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Resid
     at = np.array([event.left for event in events])
     size = np.maximum(np.abs(a.q).max(axis=1), a.system.nominal)[:, None]
     off = np.abs(a.q[:, at + 1] - a.q[:, at] - a.qd[:, at] * (a.time[at + 1] - a.time[at]))
-    yield from worst("positions do not jump", q, units, a.time[at], off, accuracy.states * size)
+    late = a.system.nominal[:, None] * [event.moved for event in events]
+    yield from worst("positions do not jump", q, units, a.time[at], off, accuracy.states * size + late)
     caught = (a.conditions[:, at + 1] > 0).any(axis=0)
     plain = np.array([not (a.e.u and event.hits.any()) for event in events]) & ~caught
     size = np.maximum(np.abs(a.qd).max(axis=1), a.system.nominal)[:, None]
-    off = np.where(plain, np.abs(np.transpose([event.change for event in events])), np.nan)
+    off = np.where(plain, np.abs(np.transpose([event.unforced for event in events])), np.nan)
     # a slip in space ends where its direction is lost, and rebounds that end are put to rest near their top
     bears = a.forces[: a.e.u] > 0
     loose = (bears[:, at + 1] & ~bears[:, at]).any(axis=0) | any(len(rows) > 1 for rows in a.e.slip_rows)
     bars = size * np.where(loose, accuracy.motion, accuracy.states)
+    bars = bars + accuracy.step * np.abs(a.qdd[:, at + 1] - a.qdd[:, at])
     rates = [f"{unit}/s" for unit in units]
     yield from worst("velocities jump at impacts only", q, rates, a.time[at], off, bars)
 
@@ -125,9 +148,10 @@ def _impacts(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Res
     at = np.array([event.left for event in events])
     hits = np.transpose([event.hits for event in events]) > 0
     off = np.where(hits, np.abs(a.gaps[:, at]), np.nan)
-    yield from worst("impacts where gaps close", elements, units, times, off, accuracy.states * a.gap_sizes)
+    bars = accuracy.states * a.gap_sizes + accuracy.step * a.speeds[:u, at]
+    yield from worst("impacts where gaps close", elements, units, times, off, bars)
     speeds, speed_units = a.velocities[:u, at + 1], [f"{unit}/s" for unit in units]
-    bars = accuracy.states * a.speed_sizes[:u]
+    bars = accuracy.states * a.speed_sizes[:u] + accuracy.step * a.turning[:u, at + 1]
     involved = hits | (a.forces[:u, at] > 0)  # what is apart may approach
     off = np.where(involved, -speeds, np.nan)
     yield from worst("nothing approaches behind an impact", elements, speed_units, times, off, bars)
@@ -150,7 +174,8 @@ def _newton(a: Along, event: _Event, i: int, accuracy: Accuracy) -> float:
     if behind >= aimed or before >= 0:
         return behind - aimed if before < 0 else np.nan
     pull = abs(float(a.accelerations[i, event.left]))
-    if aimed**2 <= 2 * pull * LOW * accuracy.states * float(a.gap_sizes[i, 0]) or a.forces[i, event.left] > 0:
+    height, short = LOW * accuracy.states * float(a.gap_sizes[i, 0]), SHORT * accuracy.step * pull
+    if aimed**2 <= 2 * pull * height or aimed <= short or a.forces[i, event.left] > 0:
         return abs(min(behind, 0.0))  # it may close for good
     return np.nan if _brings_energy(a, event, i) else aimed - behind
 
@@ -179,14 +204,15 @@ def _coulomb(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Res
             off[:2, i, k] = -pushes[i], tangential - limit
             if event.hits.sum() == 1 and event.hits[i] == 1 and len(event.touching) == 1:
                 off[2, i, k] = abs(a.run[names.impulse(elements[i])][event.left + 1] - pushes[i])
-    units, bar = [f"{a.force_unit(c)}.s" for c in elements], accuracy.states * size
+    exact = accuracy.states + np.fromiter(map(attrgetter("moved"), events), float)
+    units, bar = [f"{a.force_unit(c)}.s" for c in elements], exact * size
     yield from worst("impulse >= 0", elements, units, times, off[0], bar)
     yield from worst("impulse of friction within its limit", elements, units, times, off[1], bar)
     yield from worst("impulse as shown", elements, units, times, off[2], bar)
     coordinates = [c.name for c in a.mechanism.coordinates]
     momenta = [f"{a.units.get(names.generalized_force(c)) or 'N'}.s" for c in coordinates]
     sizes = a.balanced(np.abs(np.einsum("ijm,jm->im", a.mass, a.qd)).max(axis=1))
-    yield from worst("impulses where it touches", coordinates, momenta, times, rest, accuracy.states * sizes)
+    yield from worst("impulses where it touches", coordinates, momenta, times, rest, exact * sizes)
 
 
 def _energies(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
@@ -197,6 +223,8 @@ def _energies(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Re
     yield from worst("no impact brings energy", ["energy"], ["J"], times, work[None], bar)
     lost = a.run[names.DISSIPATED_ENERGY]
     off = np.abs(lost[at + 1] - lost[at] + work)[None]
+    jumps = np.abs(np.transpose([event.change for event in events]))
+    bar = bar + accuracy.step * (np.abs(a.forcing[:, at]) * jumps).sum(axis=0)  # forces work where positions jump
     yield from worst("dissipated energy = loss of impacts", ["energy"], ["J"], times, off, bar)
 
 

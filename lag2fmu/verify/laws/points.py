@@ -62,16 +62,18 @@ def _contacts(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
     u, elements = a.e.u, [c.name for c in a.mechanism.unilaterals]
     units, forces = [a.unit(c) for c in elements], [a.force_unit(c) for c in elements]
     speeds, pushes = [f"{unit}/s" for unit in units], a.forces[:u]
-    gap_bar, force_bar = accuracy.states * a.gap_sizes, accuracy.exact * a.force_sizes[:u]
+    gap_bar = accuracy.states * a.gap_sizes + accuracy.step * a.speeds[:u]
+    force_bar = accuracy.exact * a.force_sizes[:u]
     yield from worst("gap >= 0", elements, units, a.time, -a.gaps, gap_bar)
     shown = np.abs(a.run.columns([names.gap(c) for c in elements]).T - a.gaps)
     yield from worst("gap as shown", elements, units, a.time, shown, accuracy.exact * a.gap_sizes)
-    yield from worst("normal force >= 0", elements, forces, a.time, -pushes, force_bar)
-    over = np.where(a.gaps > gap_bar, np.abs(pushes), np.nan)
+    yield from worst("normal force >= 0", elements, forces, a.time, a.lasting(-pushes, accuracy.step), force_bar)
+    over = a.lasting(np.where(a.gaps > gap_bar, np.abs(pushes), np.nan), accuracy.step)
     yield from worst("no force over a gap", elements, forces, a.time, over, force_bar)
     bears = (pushes > force_bar) & a.behind
     off = np.where(bears, np.abs(a.velocities[:u]), np.nan)
-    yield from worst("closed stays closed", elements, speeds, a.time, off, accuracy.states * a.speed_sizes[:u])
+    bars = accuracy.states * a.speed_sizes[:u] + accuracy.step * a.turning[:u]
+    yield from worst("closed stays closed", elements, speeds, a.time, off, bars)
     off = np.where(bears, np.abs(a.accelerations[:u]), np.nan)
     bars = accuracy.exact * a.acceleration_sizes[:u]
     yield from worst("closed does not accelerate", elements, [f"{x}/s2" for x in units], a.time, off, bars)
@@ -116,9 +118,10 @@ def _frictions(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
     bars = accuracy.exact * np.array([a.force_sizes[item.rows].max() for item in items])[:, None]
     size = np.stack([np.hypot.reduce(a.forces[item.rows]) for item in items])
     holding = np.stack([item.holding for item in items])
-    beyond = np.where(a.told, size - holding, np.nan)
+    beyond = a.lasting(np.where(a.told, size - holding, np.nan), accuracy.step)
     yield from worst("friction within its limit", elements, forces, a.time, beyond, bars)
     off, turned = np.transpose([_against(a, item, accuracy) for item in items], (1, 0, 2))
+    off = a.lasting(off, accuracy.step, bars + turned)
     yield from worst("friction against the slip", elements, forces, a.time, off, bars + turned)
     yield from _sticking(a, items, size, accuracy)
 
@@ -129,7 +132,10 @@ def _sticking(a: Along, items: list[Rubbing], size: Floats, accuracy: Accuracy) 
     units = [a.unit(e) for e in elements]
     sticks = np.stack([a.mode(e) == STICKS for e in elements])
     speeds = np.stack([item.speed for item in items])
-    slow = accuracy.states * np.array([a.speed_sizes[item.rows].max() for item in items])[:, None]
+    slow = [
+        accuracy.states * a.speed_sizes[item.rows].max() + accuracy.step * np.hypot.reduce(a.turning[item.rows])
+        for item in items
+    ]
     speed_units = [f"{unit}/s" for unit in units]
     yield from worst(
         "what sticks does not creep", elements, speed_units, a.time, np.where(sticks, speeds, np.nan), slow
@@ -137,7 +143,7 @@ def _sticking(a: Along, items: list[Rubbing], size: Floats, accuracy: Accuracy) 
     still = (size < (1 - CLEAR) * np.stack([item.sliding for item in items])) & a.behind
     pulled = np.stack([np.hypot.reduce(a.accelerations[item.rows]) for item in items])
     bars = accuracy.exact * np.array([a.acceleration_sizes[item.rows].max() for item in items])[:, None]
-    off = np.where(still, pulled, np.nan)
+    off = a.lasting(np.where(still, pulled, np.nan), accuracy.step)
     for j, at in zip(*np.nonzero(off > bars), strict=True):  # near a dead centre no force can hold
         limit = items[j].holding[at] + size[j, at]
         off[j, at] = min(off[j, at], limit * np.linalg.norm(a.mobility(items[j].rows, at), 2))
@@ -152,7 +158,9 @@ def _against(a: Along, item: Rubbing, accuracy: Accuracy) -> tuple[Floats, Float
     v, f = a.velocities[item.rows], a.forces[item.rows]
     aimed = item.sliding * v / np.maximum(item.speed, 1e-300)
     off = np.where(item.moves & a.behind, np.hypot.reduce(f + aimed), np.nan)
-    error = accuracy.motion * a.speed_sizes[item.rows].max() / np.maximum(item.speed, 1e-300)
+    aside = accuracy.motion * a.speed_sizes[item.rows].max()
+    aside = aside + accuracy.step * np.hypot.reduce(a.turning[item.rows])
+    error = aside / np.maximum(item.speed, 1e-300)
     return off, item.sliding * np.minimum(2.0, error) * (len(item.rows) > 1)
 
 
@@ -161,9 +169,11 @@ def _latches(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
     rows, elements = np.array(a.e.latch_rows), list(a.e.latches)
     clear = np.abs(a.conditions) > 1e-9 * np.abs(a.conditions).max(axis=1, keepdims=True)
     off = np.where((a.conditions > 0) & clear & a.behind, np.abs(a.velocities[rows]), np.nan)
-    speeds = ["1/s"] * len(rows)
-    yield from worst("latches hold", elements, speeds, a.time, off, accuracy.states * a.speed_sizes[rows])
+    speeds, off = ["1/s"] * len(rows), a.lasting(off, accuracy.step)
+    bars = accuracy.states * a.speed_sizes[rows] + accuracy.step * a.turning[rows]
+    yield from worst("latches hold", elements, speeds, a.time, off, bars)
     off = np.where((a.conditions < 0) & clear & a.behind, np.abs(a.forces[rows]), np.nan)
+    off = a.lasting(off, accuracy.step)
     yield from worst(
         "open latches bear nothing", elements, ["N"] * len(rows), a.time, off, accuracy.exact * a.force_sizes[rows]
     )

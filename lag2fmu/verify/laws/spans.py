@@ -7,6 +7,7 @@ difference of the two bounds the error of the better one, also where a rate jump
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,34 +25,58 @@ def between_points(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
     """The worst residual of each law that holds between times at which nothing happens."""
     q = [c.name for c in a.mechanism.coordinates]
     units = ["rad" if a.units.get(c, "m") == "rad" else "m" for c in q]
-    nominal = a.system.nominal
-    size = np.maximum(np.ptp(a.q, axis=1), nominal)[:, None]
-    yield from _integrals(a, "positions follow velocities", q, units, a.q, a.qd, accuracy.states * size)
-    size = np.maximum(np.abs(a.qd).max(axis=1), nominal)[:, None]
+    nominal, step = a.system.nominal, accuracy.step
+    bars = accuracy.states * np.maximum(np.ptp(a.q, axis=1), nominal)[:, None]
+    moved = Integral("positions follow velocities", q, units, a.q, a.qd, step, step * a.shifts)
+    yield from moved.residual(a, bars)
+    bars = accuracy.states * np.maximum(np.abs(a.qd).max(axis=1), nominal)[:, None]
     rates = [f"{unit}/s" for unit in units]
-    yield from _integrals(a, "velocities follow accelerations", q, rates, a.qd, a.qdd, accuracy.states * size)
+    changed = Integral("velocities follow accelerations", q, rates, a.qd, a.qdd, step, shown=step * a.shifts)
+    yield from changed.residual(a, bars)
     lost, whole = a.run[names.DISSIPATED_ENERGY][None], a.run["generalized_energy"][None]
-    bar = accuracy.motion * a.energy_size
-    yield from _integrals(a, "dissipated energy = work of friction", ["energy"], ["J"], lost, a.lost[None], bar)
-    yield from _integrals(a, "change of energy = work", ["energy"], ["J"], whole + lost, a.power[None], bar)
+    unsure = step * (np.abs(a.forces) * a.turning).sum(axis=0)[None]
+    bars = np.full((1, 1), accuracy.motion * a.energy_size)
+    for law, values, rate in (
+        ("dissipated energy = work of friction", lost, a.lost),
+        ("change of energy = work", whole + lost, a.power),
+    ):
+        yield from Integral(law, ["energy"], ["J"], values, rate[None], step, unsure).residual(a, bars)
 
 
-def _integrals(
-    a: Along,
-    law: str,
-    elements: Sequence[str],
-    units: Sequence[str],
-    values: Floats,
-    rates: Floats,
-    bars: Floats | float,
-) -> Iterator[Residual]:
-    """The residual of ``values`` (k, m) as integrals of ``rates`` (k, m)."""
-    h = np.diff(a.time)
-    even = np.isclose(h[:-1], h[1:], rtol=1e-6, atol=0.0)
-    at = np.flatnonzero(a.quiet[:-1] & a.quiet[1:] & even)
-    step, (x, y, z) = h[at], (rates[:, at], rates[:, at + 1], rates[:, at + 2])
-    simpson, trapezoids = step / 3 * (x + 4 * y + z), step / 2 * (x + 2 * y + z)
-    off = np.abs(values[:, at + 2] - values[:, at] - simpson)
-    padded = np.pad(np.abs(simpson - trapezoids), ((0, 0), (NEAR, NEAR)))
-    spread = np.maximum.reduce([padded[:, i : i + len(at)] for i in range(2 * NEAR + 1)])
-    yield from worst(law, elements, units, a.time[at], off, bars + SPREAD * spread)
+@dataclass(frozen=True)
+class Integral:
+    """The ``law`` that ``values`` (k, m) of ``elements`` are integrals of ``rates`` (k, m).
+
+    Changes of rates are up to ``late`` (s) late. Rates are ``unsure`` by so much, values ``shown`` with such errors.
+    """
+
+    law: str
+    elements: Sequence[str]
+    units: Sequence[str]
+    values: Floats
+    rates: Floats
+    late: float
+    unsure: Floats | float = 0.0
+    shown: Floats | float = 0.0
+
+    def residual(self, a: Along, bars: Floats) -> Iterator[Residual]:
+        """By how much the law is broken along ``a``, in units of values; ``bars`` (k, 1)."""
+        h, rates, values = np.diff(a.time), self.rates, self.values
+        even = np.isclose(h[:-1], h[1:], rtol=1e-6, atol=0.0)
+        at = np.flatnonzero(a.quiet[:-1] & a.quiet[1:] & even)
+        step, (x, y, z) = h[at], (rates[:, at], rates[:, at + 1], rates[:, at + 2])
+        simpson, trapezoids = step / 3 * (x + 4 * y + z), step / 2 * (x + 2 * y + z)
+        off = np.abs(values[:, at + 2] - values[:, at] - simpson)
+        near = _near(rates)[:, at]  # a change may show in the span before or behind it
+        spread = SPREAD * np.abs(simpson - trapezoids) + self.late * (near.max(axis=-1) - near.min(axis=-1))
+        if self.late:
+            unsure, shown = (np.broadcast_to(x, values.shape) for x in (self.unsure, self.shown))
+            spread += 2 * step * _near(unsure)[:, at].max(axis=-1) + 2 * _near(shown)[:, at].max(axis=-1)
+        padded = np.pad(spread, ((0, 0), (NEAR, NEAR)))
+        spread = np.maximum.reduce([padded[:, i : i + len(at)] for i in range(2 * NEAR + 1)])
+        yield from worst(self.law, self.elements, self.units, a.time[at], off, bars + spread)
+
+
+def _near(values: Floats) -> Floats:
+    """The ``values`` (k, m) at a time before each time, there, and at three behind it, (k, m, 5)."""
+    return np.lib.stride_tricks.sliding_window_view(np.pad(values, ((0, 0), (1, 3)), "edge"), 5, axis=1)

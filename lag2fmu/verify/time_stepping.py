@@ -1,0 +1,128 @@
+"""What an FMU that steps over impacts and changes of modes may be off by, and at which step it is judged.
+
+What happens in a step happens up to a step h late. Behind it positions are off by h times the change of velocities,
+and velocities by h times that of accelerations. The direct integration tells these changes and how errors grow, so the
+sum of them is a bar of its own. It is no use where it is no longer small. Then the FMU is judged at a shorter step: its
+laws are the same there, and what is wrong with them does not become less. Source: V. Acary, B. Brogliato, Numerical
+Methods for Nonsmooth Dynamical Systems, Springer 2008, chapter 10, for the order of event-capturing schemes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from lag2fmu.description import names
+from lag2fmu.fmu.advice import steps_over_impacts
+from lag2fmu.fmu.materials import solver_inside
+from lag2fmu.fmu.runtime_tables import default_solver_step
+from lag2fmu.mechanism.record import Mechanism, complete
+from lag2fmu.reference.integrated import Reference
+from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.solvers.methods import METHODS, TimeStepping
+from lag2fmu.verify.agreement import CHAOS, SAFETY, horizon_of, on_grid
+from lag2fmu.verify.laws.along import STILL
+from lag2fmu.verify.run import Kind
+from lag2fmu.verify.task import Floats, Task
+
+MOST_STEPS = 2e5
+"""The FMU is judged with at most so many steps; if it needs more, less of the run is compared."""
+MOST_ROWS = 64
+"""A direct integration with more rows that may bear forces takes minutes for a few steps."""
+
+
+def own_step(mechanism: Mechanism, path: Path) -> float:
+    """The step (s) with which the FMU ``path`` steps over events, where nothing else is set; 0 if it locates them."""
+    stepping = isinstance(METHODS.get(solver_inside(path) or ""), TimeStepping)
+    return default_solver_step(mechanism) if stepping else 0.0
+
+
+def as_stepped(mechanism: Mechanism) -> Mechanism:
+    """The ``mechanism`` as time stepping takes it: the impacts of a step are one problem."""
+    differs = any(steps_over_impacts(mechanism, method) for method in METHODS.values())
+    return complete(replace(mechanism.description, impacts="simultaneous")) if differs else mechanism
+
+
+def beyond_integration(task: Task) -> str:
+    """A phrase on why no direct integration is tried beside an FMU that steps over events; "" where it is."""
+    rows = sum(1 + len(c.slips) for c in task.mechanism.unilaterals) + len(task.mechanism.frictions)
+    if not task.solver_step or rows <= MOST_ROWS:
+        return ""
+    return f"does not follow {rows} gaps and slips, {MOST_ROWS} at most: the laws along the run judge alone"
+
+
+def sharpened(task: Task, references: Sequence[Reference]) -> Task:
+    """The ``task`` with the step, its own at most, at which errors of first order stay below half of the bar CHAOS.
+
+    ``references`` are its direct integrations.
+    """
+    if not task.solver_step:
+        return task
+    return replace(task, solver_step=min(_sharp_step(task, reference) for reference in references))
+
+
+def _sharp_step(task: Task, reference: Reference) -> float:
+    late = _late(task, reference)
+    at = int(np.searchsorted(reference.trajectory.time, horizon_of(task, reference) * (1 + 1e-9))) - 1
+    room = CHAOS / float(reference.growth[at]) - SAFETY * task.tolerance
+    least = task.stop_time / MOST_STEPS
+    return float(min(task.solver_step, max(least, 0.5 * room / max(float(late[at]), 1e-300))))
+
+
+def as_seen(task: Task, reference: Reference, kind: Kind = "co-simulation") -> Reference:
+    """The ``reference`` with what steps over events add to the growth of errors; itself for what locates events.
+
+    Model exchange is the latter ``kind``.
+    """
+    if task.solver_step == 0.0 or kind != "co-simulation":
+        return reference
+    added = task.solver_step * _late(task, reference) / (SAFETY * task.tolerance)
+    return replace(reference, amplification=reference.growth * (1.0 + added))
+
+
+def _late(task: Task, reference: Reference) -> Floats:
+    """By how much states are off until each time where all events are late by 1 s, relative to their scales: (m,)."""
+    run, time = reference.trajectory, reference.trajectory.time
+    changes = np.zeros(len(time))
+    happened = np.array(sorted([*(event.time for event in reference.events), *reference.turns]))
+    cells, counts = np.unique(np.clip(np.searchsorted(time, happened), 1, len(time) - 1), return_counts=True)
+    for c in task.mechanism.coordinates:
+        for state, rate in ((c.name, names.velocity), (names.velocity(c.name), names.acceleration)):
+            off = np.abs(np.diff(run[rate(c.name)]))[cells - 1] / reference.scales[state]
+            changes[cells - 1] = np.maximum(changes[cells - 1], counts * off)
+    return np.cumsum(changes)
+
+
+def own_step_notes(own: Task, reference: Reference, run_of: Callable[..., Trajectory]) -> list[str]:
+    """A sentence on what positions are off by at the step of the task ``own``, that of the FMU itself, if it has one.
+
+    ``run_of`` makes a run of a task: of its kind, with a communication step (s), whether by event mode, told warnings.
+    """
+    if not own.solver_step:
+        return []
+    run = run_of(own, "co-simulation", own.steps[1], False, lambda sentence: None)
+    run = run.until(float(reference.trajectory.time[-1]))
+    rows = on_grid(reference, run.time)
+    seen = np.isfinite(reference.growth[rows])
+    worst, told = 0.0, "no position"
+    for c in own.mechanism.coordinates:
+        off = np.where(seen, np.abs(run[c.name] - reference.trajectory[c.name][rows]), 0.0)
+        at = int(np.argmax(off))
+        if off[at] / reference.scales[c.name] >= worst:
+            worst = float(off[at] / reference.scales[c.name])
+            told = f"{c.name} by {off[at]:.2g} (SI), {worst:.1%} of its range, at t = {run.time[at]:.3g} s"
+    return [f"At the FMU's own step of {own.solver_step:.3g} s the greatest error is that of {told}."]
+
+
+def order_notes(task: Task) -> list[str]:
+    """A sentence on the bars of an FMU that steps over events; none for another."""
+    if not task.solver_step:
+        return []
+    return [
+        "The FMU steps over impacts and over what sticks or slips anew: what happens is up to a step late, and bars "
+        f"hold this, at steps of {task.solver_step:.3g} s; forces have to break their laws at {STILL} points in a row. "
+        "A smaller solver_step is as much more exact; a solver that locates events, as --solver dopri5, is exact."
+    ]
