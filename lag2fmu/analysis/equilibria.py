@@ -19,6 +19,7 @@ from lag2fmu.deadline import LIMIT, OutOfTimeError, check_time, within
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Evaluator, Floats, Values, evaluate
+from lag2fmu.mechanism.record import Mechanism
 
 _SEEDS, _ITERATIONS, _HALVINGS, _RETURNS = 12, 40, 6, 4
 _MANY = 6
@@ -83,6 +84,15 @@ def _search(search: _EquilibriumSearch, most: int, found: list[Equilibrium]) -> 
             break
 
 
+def _quaternions(mechanism: Mechanism) -> Iterator[list[int]]:
+    """The places of four coordinates that are the quaternion of a frame."""
+    place = {q.name: i for i, q in enumerate(mechanism.coordinates)}
+    for frame in mechanism.frames:
+        entries = [place.get(str(entry), -1) for entry in frame.quaternion or ()]
+        if entries and -1 not in entries:
+            yield entries
+
+
 class _EquilibriumSearch:
     """The equations at rest, r(q, z, multipliers) = 0 with n + h + m + f rows, and their derivatives.
 
@@ -107,9 +117,7 @@ class _EquilibriumSearch:
         self.unloaded = np.zeros(len(equations.constraints))
         turning = [q.unit is not None and q.unit.si_name == "rad" for q in coordinates]
         self.angle = np.array([*turning, *(False for _ in further)])
-        place = {q.name: i for i, q in enumerate(coordinates)}
-        turns = (tuple(map(str, frame.quaternion or ())) for frame in equations.mechanism.frames)
-        self.quaternions = [[place[name] for name in turn] for turn in turns if turn and place.keys() >= {*turn}]
+        self.quaternions = [*_quaternions(equations.mechanism)]
 
     def seeds(self) -> Iterator[Floats]:
         """Places (n,) to begin at: the start, zero, and random ones.
