@@ -1,7 +1,7 @@
-"""Explicit Runge-Kutta methods as Butcher tableaus: coefficients that check themselves.
+"""Explicit Runge-Kutta methods as Butcher tableaus: coefficients that can check themselves.
 
-A method is one entry of TABLEAUS. Its orders are derived from the coefficients by the conditions of rooted trees, and
-an entry that claims another order raises ValueError.
+A method is one entry of TABLEAUS. Tests check each of them: its orders are derived from the coefficients by the
+conditions of rooted trees, which takes 16 ms, a fiftieth of a small export.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Tableau:
     generated_files = ("tableau.c",)
     implicit = variational = False
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
         """Raise ValueError unless the coefficients have the shape and the orders that are claimed."""
         if any(entry for i, row in enumerate(self.all_rows) for entry in row[i:]):
             raise ValueError(f"tableau '{self.solver}': a is not strictly lower triangular")
