@@ -92,8 +92,12 @@ def _unit(files: Iterable[str]) -> str:
     return "".join(_COLD.format(including([name])) if _seldom(name) else including([name]) for name in files)
 
 
-_COLD = """#pragma clang attribute push(__attribute__((cold)), apply_to = function)
-{}#pragma clang attribute pop
+_COLD = """#if defined(__clang__)
+#pragma clang attribute push(__attribute__((cold)), apply_to = function)
+#endif
+{}#if defined(__clang__)
+#pragma clang attribute pop
+#endif
 """
 
 

@@ -76,7 +76,7 @@ def test_no_failure_of_an_analysis_stops_the_others(monkeypatch: pytest.MonkeyPa
     def fails(*_: object) -> None:
         raise np.linalg.LinAlgError("SVD did not converge")
 
-    for module, name in (("report", "conserved"), ("report", "equilibria"), ("stiffness", "linearize")):
+    for module, name in (("report", "conserved"), ("report", "equilibria"), ("linearization", "linearize")):
         monkeypatch.setattr(import_module(f"lag2fmu.analysis.{module}"), name, fails)
     equations = derive("pendulum")
     first, second, *_ = analysis_sections(equations)

@@ -47,7 +47,7 @@ def test_a_page_that_costs_much_stands_still(
 ) -> None:
     """And says which option makes it live."""
 
-    def costly(_sources: object, _functions: object) -> bytes:
+    def costly(*_: object) -> bytes:
         assert most_text > 1000, "what is too long is not compiled"
         return bytes(module.MOST_BYTES + 1)
 
