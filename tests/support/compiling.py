@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from lag2fmu.fmu.backends.native import fmi_headers
@@ -31,16 +32,19 @@ def compiled(
     compiler: str = "zig",
     units: tuple[str, ...] = (),
     options: tuple[str, ...] = (),
-    apart: bool = False,
+    apart: Collection[str] = (),
 ) -> ctypes.CDLL:
     """The shared library of ``units`` (default: all .c files) of ``sources``, compiled in ``folder``.
 
-    All files are joined as an export joins them; ``apart``: each is compiled alone.
+    All files are joined as an export joins them, but for those ``apart``, each of which is compiled alone.
     """
-    together = {} if units or apart else translation_units(sources)
+    joined = {name: text for name, text in sources.items() if name not in apart}
+    together = {} if units or not any(name.endswith(".c") for name in joined) else translation_units(joined)
+    if compiler != "zig":  # others know no pragmas of clang
+        together = {name: re.sub("^#pragma clang.*$", "", text, flags=re.M) for name, text in together.items()}
     for name, text in {**sources, **together}.items():
         (folder / name).write_text(text, "utf-8")
-    chosen = units or tuple(together or sorted(name for name in sources if name.endswith(".c")))
+    chosen = units or (*together, *sorted(apart))
     library = folder / f"{compiler}.so"
     command = [
         *COMPILERS[compiler],

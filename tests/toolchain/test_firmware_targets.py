@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from compiling import UNOPTIMISED
 from wine import wine
 
 from lag2fmu.fmu.firmware import firmware
@@ -53,12 +54,14 @@ USER = {
 WINDOWS = {"win64": (64, "x86_64-windows-gnu"), "win32": (32, "x86-windows-gnu", "-msse2", "-mfpmath=sse")}
 """Platform -> the bits of its programs, zig's target and flags"""
 REALS = ("float", "double")
+OPTIMISED = (True, False)
 
 
 def crossed(targets: Iterable[str]) -> list[Any]:
-    """(model, real, target): each model on each of the ``targets``, in float and double by turns."""
-    cases = [(model, REALS[(i + j) % 2], x) for i, model in enumerate(MODELS) for j, x in enumerate(targets)]
-    return [pytest.param(*case, id=f"{case[0]}_{case[1]}-{case[2]}") for case in cases]
+    """(model, real, optimised, target): each model on each of the ``targets``, in each way on each of them by turns."""
+    turns = [(i, j, model, target) for i, model in enumerate(MODELS) for j, target in enumerate(targets)]
+    cases = [(model, REALS[(i + j) % 2], OPTIMISED[(i // 2 + j) % 2], target) for i, j, model, target in turns]
+    return [pytest.param(*case, id=f"{case[0]}_{case[1]}-{case[3]}{'-optimised' if case[2] else ''}") for case in cases]
 
 
 @cache
@@ -69,9 +72,14 @@ def files(model: str, real: str) -> Mapping[str, str]:
 
 @cache
 def here(model: str, real: str) -> str:
-    """What this machine prints."""
+    """What this machine prints. Not optimised: bits that an optimisation changed elsewhere would differ from these."""
     with TemporaryDirectory() as folder:
-        return run(written(Path(folder), model, real), (*ZIG, *FLAGS))
+        return run(written(Path(folder), model, real), compiler(False))
+
+
+def compiler(optimised: bool) -> tuple[str, ...]:
+    """The command of zig."""
+    return (*ZIG, *FLAGS, *(() if optimised else UNOPTIMISED["zig"]))
 
 
 def written(folder: Path, model: str, real: str) -> Path:
@@ -103,12 +111,13 @@ AGREEMENT = 1e-9
 """Of such runs, relative to 1."""
 
 
-@pytest.mark.parametrize(("model", "real", "board"), crossed(CORTEX))
-def test_bits_on_a_bare_processor(model: str, real: str, board: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("model", "real", "optimised", "board"), crossed(CORTEX))
+def test_bits_on_a_bare_processor(model: str, real: str, optimised: bool, board: str, tmp_path: Path) -> None:
     if not (shutil.which("arm-none-eabi-gcc") and shutil.which("qemu-system-arm")):
         pytest.skip("no qemu-system-arm with gcc-arm-none-eabi on this machine")
     shutil.copy(HERE / "startup.c", tmp_path)
-    command = ("arm-none-eabi-gcc", *FLAGS, *CORTEX[board], *BARE, "-Wl,--gc-sections", "-T", str(HERE / "cortex.ld"))
+    gcc = ("arm-none-eabi-gcc", *FLAGS, *(() if optimised else UNOPTIMISED["gcc"]))
+    command = (*gcc, *CORTEX[board], *BARE, "-Wl,--gc-sections", "-T", str(HERE / "cortex.ld"))
     options = ("-M", board, "-nographic", "-semihosting-config", "enable=on,target=native", "-kernel")
     found, expected = run(written(tmp_path, model, real), command, "qemu-system-arm", *options), here(model, real)
     if (board, real, model) in ROUNDED_WRONG:
@@ -123,22 +132,22 @@ def _numbers(printed: str) -> list[float]:
     return [float(word) for word in printed.splitlines()[-1].split(",")]
 
 
-@pytest.mark.parametrize(("model", "real", "processor"), crossed(USER))
-def test_bits_on_other_processors(model: str, real: str, processor: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("model", "real", "optimised", "processor"), crossed(USER))
+def test_bits_on_other_processors(model: str, real: str, optimised: bool, processor: str, tmp_path: Path) -> None:
     if shutil.which(f"qemu-{processor}") is None:
         pytest.skip(f"no qemu-{processor} on this machine")
     library, target, *flags = USER[processor]
     root, start = Path("/usr", library), [f"qemu-{processor}"]
     if root.is_dir():
         target, start = library.replace("i686", "x86"), [*start, "-L", str(root)]
-    command = (*ZIG, "-target", target, *FLAGS, *flags)
+    command = (*compiler(optimised), "-target", target, *flags)
     assert run(written(tmp_path, model, real), command, *start) == here(model, real)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows needs no Wine")
-@pytest.mark.parametrize(("model", "real", "platform"), crossed(WINDOWS))
-def test_bits_on_windows(model: str, real: str, platform: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("model", "real", "optimised", "platform"), crossed(WINDOWS))
+def test_bits_on_windows(model: str, real: str, optimised: bool, platform: str, tmp_path: Path) -> None:
     bits, target, *flags = WINDOWS[platform]
     loader, environment = wine(bits)
-    command = (*ZIG, "-target", target, *FLAGS, *flags)
+    command = (*compiler(optimised), "-target", target, *flags)
     assert run(written(tmp_path, model, real), command, loader, environment=environment) == here(model, real)
