@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import re
 import shutil
 import subprocess
 import sys
@@ -40,8 +39,6 @@ def compiled(
     """
     joined = {name: text for name, text in sources.items() if name not in apart}
     together = {} if units or not any(name.endswith(".c") for name in joined) else translation_units(joined)
-    if compiler != "zig":  # others know no pragmas of clang
-        together = {name: re.sub("^#pragma clang.*$", "", text, flags=re.M) for name, text in together.items()}
     for name, text in {**sources, **together}.items():
         (folder / name).write_text(text, "utf-8")
     chosen = units or (*together, *sorted(apart))
