@@ -110,6 +110,8 @@ CASES: list[tuple[str | Mechanism, str, list[str], float]] = [
     ("impact_oscillator", "gauss4", ["k", "d"], 0.005),
     ("bouncing_ball", "rk4", ["y", "e", "g"], 0.01),
     ("double_pendulum", "ros2", ["theta1", "m2", "l1"], 0.01),
+    ("four_bar_linkage", "ros2", ["l2"], 0.005),  # whose projection turns
+    ("whipple_bicycle", "ros2", ["mB", "phi_dot"], 0.01),
     ("brake", "ros2", ["l", "mu"], 0.005),  # what rubs bears on itself
     ("coulomb_oscillator", "gauss4", ["x", "k", "F"], 0.005),  # rubs
     ("brake", "lobatto4", ["l", "mu"], 0.005),  # what rubs bears on itself

@@ -80,6 +80,7 @@ typedef struct {
     System system;                 /* at a stage of the solver */
     double usual[N_COORDINATES];   /* accelerations to go on with where a constraint is about to be lost */
     double stage_states[N_STATES];
+    double unprojected[N_STATES];  /* the result of a trial step, before it is brought onto the constraints */
     double new_states[N_STATES];   /* the result of a trial step */
     double new_derivatives[N_STATES];
     bool derivatives_late; /* those are not at the end of the step, but near it */

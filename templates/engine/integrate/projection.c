@@ -1,6 +1,7 @@
 #include "projection.h"
 
 #include <float.h>
+#include <string.h>
 
 #include "constraints.h"
 #include "derivative.h"
@@ -18,6 +19,7 @@ bool bring_back(Instance *instance, double time, double states[], double derivat
 
 bool bring_back_result(Instance *instance, Step step) {
     Scratch *scratch = &instance->scratch;
+    memcpy(scratch->unprojected, scratch->new_states, sizeof scratch->unprojected);
     const bool waits = REAL_TIME && DBL_DIG > 10 && step.end < scratch->step_end;
     return waits || METHOD.variational || TIME_STEPPING ||
            bring_back(instance, step.end, scratch->new_states, scratch->new_derivatives);

@@ -27,7 +27,7 @@ static bool follow_motion(void *of, Step step, double *error) {
 /* The derivatives at the end of a good step: on the constraints, with their slopes. */
 static bool finish_directions(void *of, Step tried, Step step) {
     Variations *variations = of;
-    const double *states = variations->study.instance.scratch.new_states;
+    const Scratch *scratch = &variations->study.instance.scratch;
     if (step.end != tried.end && !directions_follow(variations, step)) {
         return false;
     }
@@ -38,7 +38,8 @@ static bool finish_directions(void *of, Step tried, Step step) {
         Direction *direction = &variations->directions[d];
         memcpy(direction->seed.states, direction->new_states, sizeof direction->new_states);
     }
-    if (!directions_project(variations, step.end, states) || !directions_evaluate(variations, step.end, states)) {
+    if (!directions_project(variations, step.end, scratch->unprojected, scratch->new_states) ||
+        !directions_evaluate(variations, step.end, scratch->new_states)) {
         return false;
     }
     for (int d = 0; d < variations->count; d++) {

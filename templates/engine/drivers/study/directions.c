@@ -42,44 +42,9 @@ bool directions_evaluate(Variations *variations, double time, const double state
     return arena_leave(mark, true);
 }
 
-/* One level of directions_project: positions by the first rows, the holonomic ones, or velocities by all rows. */
-static bool project_level(Variations *variations, double time, const double states[], bool positions) {
-    const ArenaMark mark = arena_mark(variations->study.instance.arena);
-    WORK(mark, double, inputs, N_SIGNALS);
-    WORK(mark, double, change, N_RESIDUALS);
-    WORK(mark, double, right, SIZE_CONSTRAINTS);
-    WORK(mark, double, answer, N_UNKNOWNS);
-    static const double ZERO[N_UNKNOWNS] = {0.0};
-    const int rows = positions ? N_HOLONOMIC : N_CONSTRAINTS;
-    Instance *instance = &variations->study.instance;
-    System *system = &instance->scratch.system;
-    memcpy(inputs, inputs_at(instance, time), N_SIGNALS * sizeof(double));
-    if (!system_factorize(instance, time, states, inputs, rows, 0.0, system)) {
-        return arena_leave(mark, false);
-    }
-    for (int d = 0; d < variations->count; d++) {
-        Seed *seed = &variations->directions[d].seed;
-        mechanism_residual_tangent(time, states, inputs, instance->state.parameters, ZERO, seed->time, seed->states,
-                                   seed->inputs, seed->parameters, change);
-        for (int k = 0; k < rows; k++) {
-            right[k] = -change[N_UNKNOWNS + (positions ? N_CONSTRAINTS : 0) + k];
-        }
-        system_solve(system, ZERO, right, NULL, answer);
-        for (int i = 0; i < N; i++) {
-            seed->states[(positions ? 0 : N) + i] += answer[i];
-        }
-    }
-    return arena_leave(mark, true);
-}
-
-bool directions_project(Variations *variations, double time, const double states[]) {
-    return N_CONSTRAINTS == 0 || ((N_HOLONOMIC == 0 || project_level(variations, time, states, true)) &&
-                                  project_level(variations, time, states, false));
-}
-
 bool directions_settle(Variations *variations) {
     const State *state = &variations->study.instance.state;
-    if (!directions_project(variations, state->time, state->states) ||
+    if (!directions_project(variations, state->time, state->states, state->states) ||
         !directions_evaluate(variations, state->time, state->states)) {
         return false;
     }
@@ -136,7 +101,8 @@ bool directions_sample(Variations *variations, double time, const double states[
     Instance *instance = &variations->study.instance, *probe = &variations->probe;
     const Request *request = variations->request;
     const size_t place = (size_t)variations->next * (size_t)request->n_outputs;
-    if (!directions_look(variations, time, states) || !directions_project(variations, time, states)) {
+    if (!directions_look(variations, time, states) ||
+        !directions_project(variations, time, states, probe->state.states)) {
         return false;
     }
     if (!study_read(probe, request, request->values + place)) {

@@ -24,6 +24,7 @@ typedef struct {
     double stages[STAGES][N_STATES];
     double new_states[N_STATES]; /* at the end of a trial step */
     double new_slope[N_STATES];
+    double unprojected[N_COORDINATES]; /* of the positions, while they are projected */
     double shift; /* s; by how much the event at the present point moves */
     Dense dense;
 } Direction;
@@ -42,8 +43,8 @@ typedef struct {
 /* The rates of all directions at a time (s) and states, for S in their seeds. */
 bool directions_evaluate(Variations *variations, double time, const double states[]);
 
-/* Moves S in the seeds onto the linearized constraints at a time (s) and states, as states are projected. */
-bool directions_project(Variations *variations, double time, const double states[]);
+/* S in the seeds, of states from where a projection at a time (s) began, becomes that of those to which it led. */
+bool directions_project(Variations *variations, double time, const double from[], const double to[]);
 
 /* S and its slope at the present point become those in the seeds, on the constraints. */
 bool directions_settle(Variations *variations);

@@ -114,6 +114,7 @@ static Entry *add_checked(Tape *tape, EntryKind kind) {
     entry->place = tape->checkpoints.count - 1;
     memcpy(checkpoint->states, instance->state.states, sizeof checkpoint->states);
     memcpy(checkpoint->slope, instance->state.first_stage, sizeof checkpoint->slope);
+    memcpy(checkpoint->unprojected, instance->scratch.unprojected, sizeof checkpoint->unprojected);
     memcpy(checkpoint->end_states, instance->scratch.new_states, sizeof checkpoint->end_states);
     step_record_take(&checkpoint->record, instance);
     return entry;
@@ -227,7 +228,7 @@ static bool record_event(void *of) {
     Variations *variations = tape->variations;
     const State *state = &variations->study.instance.state;
     vary_all(tape);
-    bool passed = directions_project(variations, state->time, state->states);
+    bool passed = directions_project(variations, state->time, state->states, state->states);
     for (int d = 0; d < variations->count; d++) {
         Direction *direction = &variations->directions[d];
         memcpy(direction->states, direction->seed.states, sizeof direction->states);
@@ -377,7 +378,8 @@ static bool entry_back(Tape *tape, const Entry *entry) {
         restore(tape, entry->base);
     }
     switch (entry->kind) {
-    case ENTRY_STRETCH: return tape_project_back(tape, entry->time, kept->state.states, tape->total.states);
+    case ENTRY_STRETCH:
+        return tape_project_back(tape, entry->time, kept->state.states, kept->state.states, tape->total.states);
     case ENTRY_STEP:    return tape_step_back(tape, entry, list_at(&tape->checkpoints, entry->place));
     case ENTRY_SAMPLES: return samples_at_end_back(tape, entry);
     case ENTRY_EVENT:   event_back(tape, list_at(&tape->jacobians, entry->place)); break;

@@ -73,7 +73,7 @@ bool tape_sample_back(Tape *tape, int sample, double time, const double point[],
         variations->study.instance.failure = variations->probe.failure;
         return arena_leave(mark, false);
     }
-    if (!tape_project_back(tape, time, point, sensitivity->states)) {
+    if (!tape_project_back(tape, time, point, variations->probe.state.states, sensitivity->states)) {
         return arena_leave(mark, false);
     }
     tape_add_weighted(states, 1.0, sensitivity->states);

@@ -32,6 +32,7 @@ typedef struct {
 typedef struct {
     double states[N_STATES];
     double slope[N_STATES];
+    double unprojected[N_STATES]; /* as the step ended, before it was projected */
     double end_states[N_STATES];
     StepRecord record;
 } Checkpoint;
@@ -96,8 +97,8 @@ bool tape_step_back(Tape *tape, const Entry *entry, const Checkpoint *checkpoint
    total; those by the states to states[N_STATES]. */
 bool tape_sample_back(Tape *tape, int sample, double time, const double point[], double states[]);
 
-/* states[N_STATES] are derivatives by what directions_project gives at a time (s) and point, and then by what it takes;
-   derivatives by inputs and parameters are added to the total. */
-bool tape_project_back(Tape *tape, double time, const double point[], double states[]);
+/* states[N_STATES] are derivatives by what a projection at a time (s) gives, and then by what it takes; derivatives by
+   inputs and parameters are added to the total. */
+bool tape_project_back(Tape *tape, double time, const double from[], const double to[], double states[]);
 
 #endif

@@ -51,7 +51,7 @@ bool tape_step_back(Tape *tape, const Entry *entry, const Checkpoint *checkpoint
     double *total = tape->total.states;
     instance->state.time = entry->time;
     memcpy(instance->state.states, checkpoint->states, sizeof checkpoint->states);
-    if (!tape_project_back(tape, entry->step.end, checkpoint->end_states, total) ||
+    if (!tape_project_back(tape, entry->step.end, checkpoint->unprojected, checkpoint->end_states, total) ||
         !radau_linearize(variations, entry->step, accelerations, true)) {
         return arena_leave(mark, false);
     }

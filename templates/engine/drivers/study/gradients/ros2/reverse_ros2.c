@@ -114,6 +114,7 @@ bool tape_step_back(Tape *tape, const Entry *entry, const Checkpoint *checkpoint
     state->time = entry->time;
     memcpy(state->states, checkpoint->states, sizeof state->states);
     memcpy(state->first_stage, checkpoint->slope, sizeof state->first_stage);
-    return arena_leave(mark, tape_project_back(tape, entry->step.end, checkpoint->end_states, total) &&
-                                 ros2_stages(instance, entry->step, f2) && both_stages_back(tape, entry->step, total));
+    return arena_leave(
+        mark, tape_project_back(tape, entry->step.end, checkpoint->unprojected, checkpoint->end_states, total) &&
+                  ros2_stages(instance, entry->step, f2) && both_stages_back(tape, entry->step, total));
 }

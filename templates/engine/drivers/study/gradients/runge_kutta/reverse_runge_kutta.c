@@ -141,7 +141,7 @@ bool tape_step_back(Tape *tape, const Entry *entry, const Checkpoint *checkpoint
                     !samples_back(tape, entry, before, after))) {
         return arena_leave(mark, false);
     }
-    if (!tape_project_back(tape, entry->step.end, checkpoint->end_states, after)) {
+    if (!tape_project_back(tape, entry->step.end, checkpoint->unprojected, checkpoint->end_states, after)) {
         return arena_leave(mark, false);
     }
     if (sampled && !stages_back(tape, entry, STAGES, TABLEAU.stages, before)) {

@@ -84,7 +84,7 @@ bool tape_step_back(Tape *tape, const Entry *entry, const Checkpoint *checkpoint
     memcpy(instance->state.states, checkpoint->states, sizeof checkpoint->states);
     memcpy(instance->scratch.new_states, checkpoint->end_states, sizeof checkpoint->end_states);
     instance->scratch.solver = checkpoint->record.stages;
-    if (!tape_project_back(tape, entry->step.end, checkpoint->end_states, total) ||
+    if (!tape_project_back(tape, entry->step.end, checkpoint->unprojected, checkpoint->end_states, total) ||
         !step_linearize(variations, entry->step, true)) {
         return false;
     }
