@@ -187,7 +187,7 @@ HYBRID = (
     "disintegration", "falling_rod", "hopper_leg", "impact_oscillator", "pendulum_with_stop", "rocking_block",
     "sliding_sphere", "stack_of_blocks", "woodpecker",
 )  # fmt: skip
-NOISY = {"gripper": 1e-7}
+NOISY = {"gripper": 1e-8}
 """Models whose derivatives are that far from each other: at events both are differences, and round."""
 
 
