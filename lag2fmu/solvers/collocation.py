@@ -1,8 +1,8 @@
 """Implicit Runge-Kutta methods by collocation: coefficients from their abscissae, by exact integration of polynomials.
 
-A method is one entry of COLLOCATIONS. Its orders are derived from the coefficients, and an entry that claims another
-order raises ValueError. Abscissae with roots are fractions of 50 digits; they are rounded to double precision once,
-when they are printed.
+A method is one entry of COLLOCATIONS. Coefficients are derived when they are asked for, and tests derive orders from
+them (``check``). Abscissae with roots are fractions of 50 digits; they are rounded to double precision once, when they
+are printed.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
+from functools import cached_property
 from typing import TypeVar
 
 from lag2fmu.solvers.order_conditions import order_of
@@ -22,10 +23,10 @@ Number = TypeVar("Number", float, complex)
 
 @dataclass(frozen=True)
 class Collocation:
-    """A method of s stages: ``a`` (s, s), ``b`` (s,), ``c`` (s,), and ``hat`` (s, s), the ``a`` of the velocities.
+    """A method of s stages with the abscissae ``c`` (s,).
 
-    - ``variational``: the method comes from a discrete action; it works on momenta, with steps of fixed length.
-    - ``nodes`` (k,): the times from 0 to 1 in a step at which the constraints of a variational method hold.
+    - ``nodes`` (k,): the times from 0 to 1 in a step at which the constraints of a variational method hold. Such a
+      method comes from a discrete action; it works on momenta, with steps of fixed length.
     - ``error_order``: the order of the error estimate of any other method.
     - ``solver``: the name on the command line; ``source``: the publication of the method.
     """
@@ -34,30 +35,39 @@ class Collocation:
     title: str
     source: str
     order: int
-    a: tuple[Row, ...]
-    hat: tuple[Row, ...]
-    b: Row
     c: Row
     nodes: Row = ()
     error_order: int = 0
     safety = 0.9
     generated_files = ("collocation.c",)
 
-    def __post_init__(self) -> None:
-        """Raise ValueError unless the method is symplectic or collocation, and has the order that is claimed."""
-        if self.variational and not self._symplectic():
-            raise ValueError(f"method '{self.solver}': the pair of a and hat is not symplectic")
+    def check(self) -> None:
+        """Raise ValueError unless the method has the order that is claimed; that of a pair follows from others."""
         if self.a == self.hat and (derived := order_of(self.a, self.b, self.order + 1)) != self.order:
             raise ValueError(f"method '{self.solver}': b has order {derived}, not {self.order}")
 
-    def _symplectic(self) -> bool:
-        """b_i hat_ij + b_j a_ji = b_i b_j; Hairer, Lubich, Wanner, Geometric Numerical Integration, VI.4.6."""
-        size, b = range(len(self.b)), self.b
-        return all(
-            abs(b[i] * self.hat[i][j] + b[j] * self.a[j][i] - b[i] * b[j]) < Fraction(1, 10**40)
-            for i in size
-            for j in size
-        )
+    @cached_property
+    def a(self) -> tuple[Row, ...]:
+        """The matrix (s, s) of the collocation method."""
+        return _integrals(self.c, self.c)
+
+    @cached_property
+    def b(self) -> Row:
+        """The weights (s,) of the collocation method."""
+        return _weights(self.c)
+
+    @cached_property
+    def hat(self) -> tuple[Row, ...]:
+        """The ``a`` of the velocities (s, s): of a variational method the one that is a symplectic pair with ``a``.
+
+        b_i hat_ij + b_j a_ji = b_i b_j: Hairer, Lubich, Wanner, Geometric Numerical Integration, VI.4.6.
+        """
+        a, b, size = self.a, self.b, range(self.stages)
+        if not self.variational:
+            return a
+        hat = tuple(tuple(b[j] - b[j] * a[j][i] / b[i] for j in size) for i in size)
+        own = all(abs(a[i][j] - hat[i][j]) < Fraction(1, 10**40) for i in size for j in size)
+        return a if own else hat
 
     @property
     def variational(self) -> bool:
@@ -67,7 +77,7 @@ class Collocation:
     @property
     def stages(self) -> int:
         """The number of stages."""
-        return len(self.b)
+        return len(self.c)
 
     @property
     def all_stages(self) -> int:
@@ -97,7 +107,7 @@ class Collocation:
     @property
     def node_b(self) -> Row:
         """The weights of forces at the nodes over the whole step, (k,)."""
-        return _collocation(self.nodes)[1]
+        return _weights(self.nodes)
 
     @property
     def node_hat(self) -> tuple[Row, ...]:
@@ -223,35 +233,23 @@ def _integrals(nodes: Sequence[Fraction], ends: Sequence[Fraction]) -> tuple[Row
     return tuple(tuple(_integral(nodes, j, end) for j in range(len(nodes))) for end in ends)
 
 
-def _collocation(nodes: Sequence[Fraction]) -> tuple[tuple[Row, ...], Row]:
-    """a and b of the collocation method with these abscissae."""
-    return _integrals(nodes, nodes), _integrals(nodes, [Fraction(1)])[0]
-
-
-def _conjugate(a: tuple[Row, ...], b: Row) -> tuple[Row, ...]:
-    """The matrix hat_ij = b_j - b_j a_ji / b_i, which forms a symplectic pair with a."""
-    size = range(len(b))
-    return tuple(tuple(b[j] - b[j] * a[j][i] / b[i] for j in size) for i in size)
+def _weights(nodes: Sequence[Fraction]) -> Row:
+    """The weights of the integral from 0 to 1 of a function known at the ``nodes``."""
+    return _integrals(nodes, [Fraction(1)])[0]
 
 
 _ACTION = "J. E. Marsden, M. West, Discrete mechanics and variational integrators, Acta Numerica 2001"
 
 
-def _variational(solver: str, title: str, order: int, nodes: Sequence[Fraction]) -> Collocation:
+def _variational(solver: str, title: str, order: int, nodes: Row) -> Collocation:
     """A method with stages at ``nodes``. Constraints hold there, or at Lobatto's nodes if 0 and 1 are no nodes."""
-    a, b = _collocation(nodes)
-    hat = _conjugate(a, b)
-    ends = tuple(nodes) if nodes[0] == 0 else _LOBATTO[len(nodes) + 1]
-    pairs = ((x, y) for row, other in zip(a, hat, strict=True) for x, y in zip(row, other, strict=True))
-    gauss = all(abs(x - y) < Fraction(1, 10**40) for x, y in pairs)
-    return Collocation(solver, title, _ACTION, order, a, a if gauss else hat, b, tuple(nodes), ends)
+    ends = nodes if nodes[0] == 0 else _LOBATTO[len(nodes) + 1]
+    return Collocation(solver, title, _ACTION, order, nodes, ends)
 
 
-def _radau(solver: str, title: str, nodes: Sequence[Fraction]) -> Collocation:
-    a, b = _collocation(nodes)
+def _radau(solver: str, title: str, nodes: Row) -> Collocation:
     source = "E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.8"
-    order = 2 * len(nodes) - 1
-    return Collocation(solver, title, source, order, a, a, b, tuple(nodes), error_order=3)
+    return Collocation(solver, title, source, 2 * len(nodes) - 1, nodes, error_order=3)
 
 
 _HALF, _THREE, _FIVE, _SIX, _FIFTEEN = Fraction(1, 2), _root(3), _root(5), _root(6), _root(15)

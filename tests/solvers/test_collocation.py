@@ -2,12 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
 from lag2fmu.solvers.collocation import COLLOCATIONS
+
+
+@pytest.mark.parametrize("name", COLLOCATIONS)
+def test_orders_are_as_claimed(name: str) -> None:
+    method = COLLOCATIONS[name]
+    method.check()
+    if method.a == method.hat:
+        with pytest.raises(ValueError, match=f"'{name}': b has order {method.order}, not {method.order + 1}"):
+            replace(method, order=method.order + 1).check()
+
+
+def test_pairs_of_variational_methods() -> None:
+    """Gauss's methods are their own partners, Lobatto's IIIA has IIIB: Hairer, Lubich, Wanner, section II.1.4."""
+    for name in ("midpoint", "gauss4", "gauss6"):
+        assert COLLOCATIONS[name].hat == COLLOCATIONS[name].a
+    half, third, sixth = Fraction(1, 2), Fraction(1, 3), Fraction(1, 6)
+    assert COLLOCATIONS["verlet"].hat == ((half, 0), (half, 0))
+    assert COLLOCATIONS["lobatto4"].hat == ((sixth, -sixth, 0), (sixth, third, 0), (sixth, 5 * sixth, 0))
 
 
 def test_radau5_is_the_method_of_the_book() -> None:
