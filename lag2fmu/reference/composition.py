@@ -44,7 +44,7 @@ def _composition(mechanism: Mechanism, *_derived: object) -> Composition:
     return Composition(mechanism)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Composition:
     """T and V (J), Rayleigh's R (W), the non-potential forces Q (n,), the outputs by name as expressions; L = T - V.
 

@@ -19,11 +19,9 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from lag2fmu.description.parts import Constraint
 from lag2fmu.errors import SimulationError
 from lag2fmu.language.vocabulary import TIME
-from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.composition import Composition, composition_of
+from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.newton import TIGHT, newton, newton_together, relative
 from lag2fmu.reference.state import Floats, StateBatch, batch_first, batch_last
@@ -31,7 +29,7 @@ from lag2fmu.reference.state import Floats, StateBatch, batch_first, batch_last
 RANK = 1e-10
 """Smaller eigenvalues of the scaled KKT matrix count as zero; they are squares of distances between rows of G."""
 
-Values = Sequence[Floats]
+Values = tuple[Floats, Floats, Floats, Floats]
 """phi or A qd + b, velocities, gamma, (m, *batch) each, and G (m, n, *batch)."""
 
 LOOSE = 1e-6
@@ -49,8 +47,7 @@ class ConstraintFunctions:
         self.h, self.m, self.n = len(mechanism.holonomic), len(mechanism.constraints), len(s.q)
         self._constants = constants
         self._full_rank: bool | None = None  # whether G has full rank; None until it is asked
-        own = composition is composition_of(mechanism)
-        expressions = constraint_expressions(mechanism) if own else written_constraints(composition)
+        expressions = constraint_expressions(composition)
         self._function = compiled((TIME, *s.q, *s.qd, *s.inputs, *s.parameters), expressions)
 
     def __call__(self, state: StateBatch) -> tuple[Floats, Floats, Floats, Floats]:
@@ -172,23 +169,9 @@ class ConstraintFunctions:
             raise SimulationError(f"the constraints cannot be met from the start values; residuals: {listed}")
 
 
-def constraint_expressions(mechanism: Mechanism) -> tuple[sp.Expr, ...]:
-    """Values (m,), velocities (m,), gamma (m,) and G (m n,) of the constraints, one after the other."""
-    return _expressions(mechanism, mechanism.constraints)
-
-
 @lru_cache(maxsize=16)
-def _expressions(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> tuple[sp.Expr, ...]:
-    """Values, velocities, gamma and G of the ``constraints``, one after the other.
-
-    The constraints are an argument of their own, because two mechanisms count as equal even if only one of them has the
-    equilibria of coordinates without mass.
-    """
-    return written_constraints(composition_of(mechanism))
-
-
-def written_constraints(composition: Composition) -> tuple[sp.Expr, ...]:
-    """Values, velocities, gamma and G of the constraints of a ``composition``, one after the other."""
+def constraint_expressions(composition: Composition) -> tuple[sp.Expr, ...]:
+    """Values (m,), velocities (m,), gamma (m,) and G (m n,) of the constraints, one after the other."""
     constraints, s = composition.mechanism.constraints, composition.symbols
     h = sum(c.holonomic for c in constraints)
     values = [composition.written(c.expression) for c in constraints]
@@ -226,14 +209,15 @@ def scales(M: Floats, G: Floats, plain: bool) -> Floats:
     Rows of G get unit length in the metric M^-1. Where M is singular, M + G^T W G takes its place, with a W that makes
     both terms of one size. ``plain``: G has full rank, so that the length of its rows does not matter.
     """
-    size = np.abs(np.diagonal(M, axis1=-2, axis2=-1)).max(axis=-1)[..., None] / np.maximum((G**2).sum(-1), 1e-300)
-    full = M + np.swapaxes(G, -1, -2) @ (size[..., None] * G)
-    own = np.abs(np.diagonal(full, axis1=-2, axis2=-1))
+    diagonal, squares = np.diagonal(M, axis1=-2, axis2=-1), G * G
+    size = np.abs(diagonal).max(axis=-1)[..., None] / np.maximum(squares.sum(-1), 1e-300)
+    own = np.abs(diagonal + (size[..., None] * squares).sum(axis=-2))
     columns = 1.0 / np.sqrt(np.where(own > 0, own, 1.0))
     rows = G * columns[..., None, :]
     if plain:
-        square = (rows**2).sum(axis=-1)
+        square = (rows * rows).sum(axis=-1)
     else:
+        full = M + np.swapaxes(G, -1, -2) @ (size[..., None] * G)
         scaled = M * columns[..., :, None] * columns[..., None, :]
         metric = np.where((np.linalg.cond(scaled) < 1e12)[..., None, None], M, full)
         inverse = np.linalg.pinv(metric * columns[..., :, None] * columns[..., None, :], hermitian=True)

@@ -28,7 +28,7 @@ from lag2fmu.reference.state import Floats, InputValues, StateBatch, batch_first
 from lag2fmu.reference.symbols import Symbols
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Freed(Composition):
     """The composition of a mechanism whose k motions are its last coordinates; their accelerations are plain inputs."""
 

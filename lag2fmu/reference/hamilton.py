@@ -72,7 +72,7 @@ class _Canonical:
         self.n, self.nominal = self.equations.n, np.array([c.nominal for c in mechanism.coordinates])
         # the rate (1/s) that pulls the motion back onto the constraints, as in ``initial_value_problem``
         self.damping = PULL_BACK / mechanism.experiment.step if self.equations.energies.constraints.m else 0.0
-        self.single = None if self.equations.small else single_state(self.equations)
+        self.single = None if self.equations.small else single_state(self.equations.energies, self.equations.scale)
         self.terms = self.equations.terms if self.single is None else self.single.terms
 
     def start(self, t: float) -> Floats:

@@ -12,17 +12,16 @@ from numpy.typing import ArrayLike
 from lag2fmu.deadline import OutOfTimeError, check_time
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.native import native_terms
 from lag2fmu.reference.signals import Signals
-from lag2fmu.reference.single import SingleState, single_state
+from lag2fmu.reference.single import CompiledLater
 from lag2fmu.reference.state import Floats, StateBatch
 
 PERTURBATION = 1e-8
 PULL_BACK = 0.1
 SCIPY_METHODS = ("DOP853", "Radau")
-COMPILED_AFTER, COMPILED_SOON = 1000, 100
-"""Up to so many evaluations of a small and of another mechanism NumPy is quicker than a compiler and its library."""
 LONGEST_PART = 0.02
 """The longest step as a part of the run."""
 MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
@@ -33,12 +32,11 @@ of forces stall every method if they hold the motion, as dry friction does."""
 def prepare(mechanism: Mechanism) -> None:
     """Load and compile what a direct integration of ``mechanism`` needs.
 
-    It is meant for a thread beside other work: most of the time is the compiler's. Raises BuildError if the folder of
-    kept libraries cannot be used.
+    It is meant for a thread beside other work: most of the time is the compiler's.
     """
     import scipy.integrate  # noqa: F401
 
-    native_terms(mechanism)
+    native_terms(composition_of(mechanism))
 
 
 class InitialValueProblem:
@@ -57,8 +55,7 @@ class InitialValueProblem:
         self._step: float | None = None  # s, the step that the method proposed at the last break, to go on with
         self.whole = float(times[-1] - times[0])  # s, the length of the whole run that this run is a part of
         self.last = float(times[0]), start
-        self._before_compiling = COMPILED_AFTER if equations.small else COMPILED_SOON
-        self._single: SingleState | None = None
+        self._compiled = CompiledLater(equations.energies, equations.scale, small=equations.small)
         self.progress: Callable[[float], None] | None = None
         self.jumps = equations.energies.composition.jumps()
         self.most: float = MAX_WITH_JUMPS if self.jumps else MAX_EVALUATIONS
@@ -181,10 +178,8 @@ class InitialValueProblem:
         if self.progress is not None and self.evaluations % 100 == 0:
             self.progress(self.share + 0.5 * (t - self.times[0]) / (self.times[-1] - self.times[0]))
         copies, n = z.reshape(-1, self.size + 1), self.n
-        if self._before_compiling == 0:
-            self._single = single_state(self.equations)
-        self._before_compiling -= 1
-        if self._single is None:
+        single = self._compiled.asked()
+        if single is None:
             state = self.state(t, copies)
             qdd, multipliers, power = self.equations.rates(state, self.damping)
             further = self.equations.energies.further(state, (qdd, multipliers))
@@ -194,7 +189,7 @@ class InitialValueProblem:
         slopes[:, :n] = copies[:, n : 2 * n]
         for copy, slope in zip(copies, slopes, strict=True):
             self.equations.energies.with_states(inputs, copy[2 * n : self.size])
-            qdd, multipliers, slope[self.size] = self._single.rates(t, copy, inputs, self.damping)
+            qdd, multipliers, slope[self.size] = single.rates(t, copy, inputs, self.damping)
             slope[n : 2 * n] = qdd
             if self.further:
                 state = StateBatch(np.asarray(t), copy[:n], copy[n : 2 * n], inputs)

@@ -24,9 +24,8 @@ from numpy.typing import NDArray
 from lag2fmu.building.build_cache import kept
 from lag2fmu.building.process import run, zig
 from lag2fmu.errors import BuildError
-from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice, Smooth
-from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.composition import Composition, composition_of
+from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice
+from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.constraints import constraint_expressions
 from lag2fmu.reference.functions import NumericPrinter, number, shared
 from lag2fmu.reference.spatial import Spatial
@@ -154,29 +153,19 @@ def _named(value: object) -> str:
     return value.name if isinstance(value, _Traced) else repr(float(value))  # type: ignore[arg-type]
 
 
-def native_terms(mechanism: Mechanism) -> Function | None:
-    """The function ``terms`` of native.c for ``mechanism``, compiled; values are in SI units.
-
-    None without a compiler, and for a mechanism with tables or choices. Raises BuildError if the folder of kept
-    libraries cannot be used.
-    """
-    return _compiled(mechanism, mechanism.constraints)
-
-
 @lru_cache(maxsize=16)
-def _compiled(mechanism: Mechanism, *_derived: object) -> Function | None:
-    """The compiled function of ``mechanism``, kept for further calls.
+def native_terms(composition: Composition) -> Function | None:
+    """The function ``terms`` of native.c for a ``composition``, compiled and kept; values are in SI units.
 
-    ``_derived`` are its constraints, because two mechanisms count as equal even if their derived constraints differ.
+    None without a compiler, and for a mechanism with tables, which SciPy evaluates.
     """
-    choices = any(entry.expression.has(Choice, Smooth) for entry in mechanism.entries())
-    if find_spec("ziglang") is None or mechanism.tables or choices:  # SciPy and NumPy evaluate these
+    if find_spec("ziglang") is None or composition.mechanism.tables:
         return None
     target = ["-target", f"{machine()}-linux-gnu.2.17"] if sys.platform == "linux" else []
     # complex products ignore infinities, because care for them makes clang ten times as slow
     flags = [*target, "-std=c99", "-O1", "-fcx-limited-range", "-ffp-contract=off", "-fno-math-errno", "-g0"]
     flags += ["-fPIC", "-shared"]
-    texts = {"mechanism.h": _header(mechanism), _SOURCE: Path(__file__).with_name(_SOURCE).read_text("utf-8")}
+    texts = {"mechanism.h": _header(composition), _SOURCE: Path(__file__).with_name(_SOURCE).read_text("utf-8")}
     try:
         library = kept((version("ziglang"), flags, sorted(texts.items())), lambda: _library(flags, texts))
         with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
@@ -198,10 +187,9 @@ def _library(flags: Sequence[str], texts: Mapping[str, str]) -> bytes:
         return Path(folder, "terms").read_bytes()
 
 
-def _header(mechanism: Mechanism) -> str:
+def _header(c: Composition) -> str:
     """What native.c includes: sizes, and the functions of a mechanism."""
-    c = composition_of(mechanism)
-    s, m = c.symbols, len(mechanism.constraints)
+    s, m = c.symbols, len(c.mechanism.constraints)
     spatial = Spatial(c, ())
     rates = [sp.Dummy("rate", real=True) for _ in range(spatial.rated)]
     efforts = spatial.efforts(rates)
@@ -216,7 +204,7 @@ def _header(mechanism: Mechanism) -> str:
             _energies(c, spatial, _renamed(configuration) | constants),
             *_loads(spatial, efforts, _renamed(configuration) | constants, _renamed((*everything, *rates)) | constants),
             _function("forces", "double", c.forces, _renamed(everything) | constants),
-            _function("constraints", "double", constraint_expressions(mechanism), _renamed(everything) | constants),
+            _function("constraints", "double", constraint_expressions(c), _renamed(everything) | constants),
             "",
         ]
     )

@@ -4,32 +4,53 @@ from __future__ import annotations
 
 import numpy as np
 
-from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.constraints import Values
+from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.native import Function, native_terms
 from lag2fmu.reference.state import Floats, StateBatch
 from lag2fmu.reference.terms import Terms
 
+COMPILED_AFTER, COMPILED_SOON = 1000, 100
+"""Up to so many evaluations of a small and of another mechanism NumPy is quicker than a compiler and its library."""
 
-def single_state(equations: Equations) -> SingleState | None:
-    """The equations compiled; None where there is no compiler."""
-    function = native_terms(equations.mechanism)
-    return None if function is None else SingleState(equations, function)
+
+def single_state(energies: EnergyFunctions, scale: Floats) -> SingleState | None:
+    """The equations of these ``energies`` compiled, with the ``scale`` (n,) of polarisation, or None: no compiler."""
+    function = native_terms(energies.composition)
+    return None if function is None else SingleState(energies, scale, function)
+
+
+class CompiledLater:
+    """The equations of ``energies`` compiled, once they were asked for so often that it pays; see ``SingleState``."""
+
+    def __init__(self, energies: EnergyFunctions, scale: Floats, *, small: bool) -> None:
+        self._of = energies, scale
+        self._single: SingleState | None = None
+        self._before = COMPILED_AFTER if small else COMPILED_SOON
+
+    def asked(self) -> SingleState | None:
+        """The compiled equations; None for the first times, and where there is no compiler."""
+        if self._before == 0:
+            self._single = single_state(*self._of)
+        self._before -= 1
+        return self._single
 
 
 class SingleState:
-    """The ``equations`` (n coordinates, m constraints) at single states, by the compiled ``function``.
+    """The equations of ``energies`` (n coordinates, m constraints) at single states, by the compiled ``function``.
 
-    The numbers are those of ``Equations``, up to rounding. One object serves one thread, because it works in its own
-    arrays.
+    The numbers are those of ``Equations``, up to rounding; ``scale`` (n,) is that of its polarisation. One object
+    serves one thread, because it works in its own arrays.
     """
 
-    def __init__(self, equations: Equations, function: Function) -> None:
-        n, m, energies = equations.n, equations.energies.constraints.m, equations.energies
-        self.equations, self.n, self.m, self._function = equations, n, m, function
+    def __init__(self, energies: EnergyFunctions, scale: Floats, function: Function) -> None:
+        n, m = energies.n, energies.constraints.m
+        self.energies, self.n, self.m, self._function = energies, n, m, function
         self._row = np.zeros(1 + 2 * n + len(energies.input_names))
         sizes = (n * n, n, n, n, n, 1, n, m, m, m, m * n)
         self._out = np.zeros(sum(sizes))
-        self._constants = np.array([*energies.parameters.values(), 0.0]), equations.scale.copy()
+        self._constants = np.array([*energies.constants, 0.0]), scale.copy()
+        self._has_sides = len(energies.constants) > len(energies.parameters)  # of kinks: they change at events
         self._pointers = [x.ctypes.data for x in (self._row, *self._constants, self._out)]
         mass, *self._parts, jacobian = np.split(self._out, np.cumsum(sizes)[:-1])
         self._mass, self.jacobian = mass.reshape(n, n), jacobian.reshape(m, n)
@@ -41,6 +62,11 @@ class SingleState:
         self._evaluate(float(state.t), np.concatenate([state.q, state.qd]), state.inputs)
         p, inertial, slope, dissipation, explicit, Q = (x.copy() for x in self._parts[:6])
         return Terms(self._mass.copy(), p, inertial, slope, dissipation, np.array(explicit[0]), Q)
+
+    def constraint_values(self) -> Values:
+        """What ``ConstraintFunctions`` gives, at the state that was evaluated last."""
+        phi, velocities, gamma = self._parts[6:]
+        return phi.copy(), velocities.copy(), gamma.copy(), self.jacobian.copy()
 
     def rates(self, t: float, z: Floats, inputs: Floats, damping: float = 0.0) -> tuple[Floats, Floats, float]:
         """qdd (n,), multipliers (m,), power (W) at t (s), z = (q, qd, ...) and ``inputs`` as of State.
@@ -59,12 +85,15 @@ class SingleState:
 
     def _evaluate(self, t: float, x: Floats, inputs: Floats) -> None:
         row = self._row
+        if self._has_sides:
+            self._constants[0][:-1] = self.energies.constants
         row[0], row[1 : 1 + 2 * self.n], row[1 + 2 * self.n :] = t, x, inputs
         self._function(*self._pointers)
 
     def _constrained(self, forcing: Floats, damping: float) -> tuple[Floats, Floats]:
         """qdd and multipliers: by elimination for independent constraints, else as ``ConstraintFunctions`` does."""
-        n, constraints, values = self.n, self.equations.energies.constraints, (*self._parts[6:], self.jacobian)
+        n, constraints, (phi, velocities, gamma) = self.n, self.energies.constraints, self._parts[6:]
+        values = phi, velocities, gamma, self.jacobian
         if not np.isfinite(self._out).all():
             return np.full(n, np.nan), np.full(self.m, np.nan)
         if self._full_rank is None:

@@ -116,7 +116,7 @@ def test_the_independent_path_agrees(text: str) -> None:
     assert read(write(mechanism), "m.toml") == mechanism
     independent = Equations(mechanism)
     energies = independent.energies
-    single = single_state(independent)
+    single = single_state(independent.energies, independent.scale)
     assert single is not None
     for found, at in zip(accelerations(mechanism), states(mechanism), strict=True):
         q = np.array([at[c.name] for c in mechanism.coordinates])

@@ -39,7 +39,7 @@ def oscillator(potential: str, constant: str = "2.5") -> Mechanism:
 def test_long_fractions_are_the_doubles_next_to_them(potential: str, force) -> None:
     mechanism = oscillator(potential)
     equations, independent = derive(mechanism), Equations(mechanism)
-    single = single_state(independent)
+    single = single_state(independent.energies, independent.scale)
     assert equations.solution is not None
     assert single is not None
     for drawn in samples(mechanism, 3):

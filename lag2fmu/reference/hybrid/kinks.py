@@ -110,7 +110,7 @@ def _rebuilt(expression: sp.Expr, arguments: tuple[sp.Expr, ...]) -> sp.Expr:
     return expression.func(*arguments)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FrozenComposition(Composition):
     """The composition of a mechanism with all kinks that move frozen; their sides are its last parameters."""
 
@@ -141,11 +141,6 @@ class FrozenComposition(Composition):
         if not self.kinks.moving:
             self.kinks.open_for(self.symbols)
         return self.kinks.frozen(cast(sp.Expr, super().written(expression)))
-
-    __hash__ = object.__hash__
-
-    def __eq__(self, other: object) -> bool:
-        return self is other
 
 
 def is_hybrid(mechanism: Mechanism) -> bool:

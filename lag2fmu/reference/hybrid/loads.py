@@ -101,7 +101,7 @@ def _sharing(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Ans
     m, (kept, stuck) = system.constraints.m, system.bound_rows(modes)
     bound = kept + stuck
     G = np.concatenate([point.constraints[3], point.rows.jacobian[bound]])
-    if not len(bound) or not np.isfinite(answer.qdd).all():
+    if answer.unique or not len(bound) or not np.isfinite(answer.qdd).all():
         return None
     mass, permanent = point.terms.mass_matrix, point.constraints[3]
     if np.linalg.matrix_rank(mass) < len(mass):  # quaternions: their norm takes no energy, and a constraint holds it

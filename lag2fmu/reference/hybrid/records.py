@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.reference.constraints import Values
 from lag2fmu.reference.state import Floats, StateBatch
 from lag2fmu.reference.terms import Terms
 
@@ -45,16 +46,20 @@ class MotionPoint:
     state: StateBatch
     terms: Terms
     forcing: Floats
-    constraints: tuple[Floats, Floats, Floats, Floats]
+    constraints: Values
     rows: Rows
     nominal: Floats
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Accelerations (n,), multipliers (m,), forces along all rows (k,), and the largest holding forces (f,)."""
+    """Accelerations (n,), multipliers (m,), forces along all rows (k,), and the largest holding forces (f,).
+
+    ``unique``: no other multipliers and forces have the same motion.
+    """
 
     qdd: Floats
     multipliers: Floats
     forces: Floats
     holding: Floats
+    unique: bool

@@ -11,23 +11,26 @@ unsymmetric. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilatera
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.constraints import scales
+from lag2fmu.reference.constraints import Values, scales
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.hybrid.elements import Elements
 from lag2fmu.reference.hybrid.kinks import FrozenComposition
 from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes, closed_contacts
 from lag2fmu.reference.hybrid.records import Answer, MotionPoint, Rows
 from lag2fmu.reference.newton import newton
+from lag2fmu.reference.single import CompiledLater
 from lag2fmu.reference.state import Floats, StateBatch
 
 RANK = 1e-11
-TIGHT = 1e-13
+WEAK = 1e-8
+"""A matrix whose condition is better than 1 / WEAK has independent rows."""
 
 
 class HybridSystem:
@@ -40,6 +43,8 @@ class HybridSystem:
         self.energies, self.n = self.equations.energies, self.equations.n
         self.elements = Elements(self.energies, composition)
         self.constraints = self.energies.constraints
+        self._compiled = CompiledLater(self.equations.energies, self.equations.scale, small=self.equations.small)
+        self._bound: tuple[Modes, tuple[list[int], list[int]]] | None = None  # the modes asked for last, and their rows
         self.size = 2 * self.n + len(mechanism.states)  # of the states: q, qd, further ones
         self.nominal = np.array([c.nominal for c in mechanism.coordinates])
 
@@ -50,16 +55,27 @@ class HybridSystem:
 
     def point(self, state: StateBatch) -> MotionPoint:
         """Everything at a single ``state``."""
-        terms = self.equations.terms(state)
+        single = self._compiled.asked()
+        if single is None:
+            terms, values = self.equations.terms(state), self._constraint_values(state)
+        else:
+            terms, values = single.terms(state), single.constraint_values()
         forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial
-        empty = np.zeros(0)
-        values = self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
         return MotionPoint(state, terms, forcing, values, self.elements.rows(state), self.nominal)
+
+    def _constraint_values(self, state: StateBatch) -> Values:
+        empty = np.zeros(0)
+        return self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
 
     # ------------------------------------------------------------------------------------------------- under modes
 
     def bound_rows(self, modes: Modes) -> tuple[list[int], list[int]]:
         """The rows whose position is kept, closed contacts first, and the rows whose velocity is kept."""
+        if self._bound is None or self._bound[0] is not modes:
+            self._bound = modes, self._bound_rows(modes)
+        return self._bound[1]
+
+    def _bound_rows(self, modes: Modes) -> tuple[list[int], list[int]]:
         e = self.elements
         closed = closed_contacts(modes)
         stuck = [int(row) for i in closed if modes.contacts[i] is Mode.STICKS for row in e.slip_rows[i]]
@@ -111,12 +127,12 @@ class HybridSystem:
         along = -senses[:, None] * rows.jacobian[e.friction_rows[sliding]] if sliding else np.zeros((0, n))
         right = np.zeros((n + len(G), 1 + len(sliding)))
         right[:n, 0], right[n:, 0], right[:n, 1:] = point.forcing, -aim, along.T
-        found = _solved(point.terms.mass_matrix, G, directions, right)
+        found, unique = _solved(point.terms.mass_matrix, G, directions, right)
 
         def unpacked(x: Floats) -> Answer:
             forces = spread @ x[n + m : n + m + len(closed)]
             forces[kept[len(closed) :] + stuck] += x[n + m + len(closed) :]
-            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f))
+            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), unique)
 
         limit = np.zeros(len(sliding))
         if e.f:
@@ -124,7 +140,7 @@ class HybridSystem:
         whole = unpacked(found[:, 0] + found[:, 1:] @ limit)
         whole.forces[e.friction_rows[sliding]] = -senses * limit
         holding = e.capacities(point.state, whole.multipliers, whole.forces)[1] if e.f else whole.holding
-        return Answer(whole.qdd, whole.multipliers, whole.forces, holding)
+        return replace(whole, holding=holding)
 
     def _sliding_forces(self, point: MotionPoint, found: Floats, unpacked: object, sliding: list[int]) -> Floats:
         """The forces of the s frictions that slide, by Newton's method, for they may depend on what other rows bear.
@@ -182,10 +198,8 @@ class HybridSystem:
                 )
         return at(q, qd)
 
-    def _bound_values(self, state: StateBatch) -> tuple[tuple[Floats, ...], Rows]:
-        empty = np.zeros(0)
-        values = self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
-        return values, self.elements.rows(state)
+    def _bound_values(self, state: StateBatch) -> tuple[Values, Rows]:
+        return self._constraint_values(state), self.elements.rows(state)
 
     def _fixed(self, point: MotionPoint, modes: Modes) -> tuple[Floats, Floats, Floats]:
         """Constraints and latches that hold: G (r, n), velocities and gamma (r,)."""
@@ -204,14 +218,14 @@ class HybridSystem:
         right = np.zeros((n + len(G), 1 + self.elements.k))
         right[:n, 0], right[n:, 0] = point.forcing, -gamma
         right[:n, 1:] = point.rows.jacobian.T
-        found = _solved(point.terms.mass_matrix, G, G, right)
+        found, _ = _solved(point.terms.mass_matrix, G, G, right)
         return found[:n, 0], found[:n, 1:]
 
     def borne(self, point: MotionPoint, modes: Modes, forces: Floats) -> tuple[Floats, Floats]:
         """Multipliers (m,), and forces along all rows (k,), where ``forces`` (k,) are those of all but the latches."""
         n, m, (G, _, gamma) = self.n, self.constraints.m, self._fixed(point, modes)
         right = np.concatenate([point.forcing + point.rows.jacobian.T @ forces, -gamma])
-        found = _solved(point.terms.mass_matrix, G, G, right[:, None])[n:, 0]
+        found = _solved(point.terms.mass_matrix, G, G, right[:, None])[0][n:, 0]
         whole = forces.copy()
         whole[[self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]] = found[m:]
         return found[:m], whole
@@ -223,41 +237,49 @@ class HybridSystem:
         """
         n, m, (G, velocities, _) = self.n, self.constraints.m, self._fixed(point, modes)
         right = np.concatenate([point.rows.jacobian.T @ impulses, -velocities])[:, None]
-        found = _solved(point.terms.mass_matrix, G, G, right)[:, 0]
+        found = _solved(point.terms.mass_matrix, G, G, right)[0][:, 0]
         whole = impulses.copy()
         whole[[self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]] = found[n + m :]
         return found[:n], whole
 
 
-def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> Floats:
-    """[M -B^T; G 0]^-1 right with B = ``directions`` (r, n): unknowns (n + r, columns).
+def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> tuple[Floats, bool]:
+    """[M -B^T; G 0]^-1 right with B = ``directions`` (r, n): unknowns (n + r, columns), and whether they are unique.
 
     Where rows are redundant, the forces are those of least norm among all with the same G^T forces, in units of each
     row's inertia: a combination of the columns of G, as those of a bed of springs.
     """
     n, r = len(M), len(G)
-    shared = np.eye(n + r)
     if not (np.isfinite(M).all() and np.isfinite(G).all() and np.isfinite(right).all()):
-        return np.full_like(right, np.nan)
+        return np.full_like(right, np.nan), False
     if not r:
         try:
-            return np.asarray(np.linalg.solve(M, right))
+            return np.asarray(np.linalg.solve(M, right)), True
         except np.linalg.LinAlgError:
-            return np.full_like(right, np.nan)
-    for independent in (True, False):
-        scale = scales(M, G, independent)
-        matrix = np.zeros((n + r, n + r))
-        matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M, -directions.T, G
-        matrix *= scale[:, None] * scale
-        if not independent:
-            loads, size, _ = np.linalg.svd(matrix[n:, :n], full_matrices=False)
-            shared = block_diag(np.eye(n), loads[:, size > RANK * size[0]])
+            return np.full_like(right, np.nan), False
+    scale, matrix = _scaled(M, G, directions, plain=True)
+    try:
+        inverse = np.linalg.inv(matrix)
+        unique = bool(np.vdot(matrix, matrix) * np.vdot(inverse, inverse) < 1.0 / WEAK**2)
+    except np.linalg.LinAlgError:
+        unique = False
+    if not unique:
+        scale, matrix = _scaled(M, G, directions, plain=False)
+        loads, size, _ = np.linalg.svd(matrix[n:, :n], full_matrices=False)
+        shared = block_diag(np.eye(n), loads[:, size > RANK * size[0]])
         u, s, vt = np.linalg.svd(matrix @ shared, full_matrices=False)
-        if s[-1] > 1e-8 * s[0]:
-            break
-    inverse = shared @ (vt.T / np.where(s > RANK * s[0], s, np.inf)) @ u.T
+        inverse = shared @ (vt.T / np.where(s > RANK * s[0], s, np.inf)) @ u.T
     found = scale[:, None] * (inverse @ (scale[:, None] * right))
     # the bound rows are met to the last bit, so that a motion at rest stays where it is
     missed = scale[n:, None] * (right[n:] - G @ found[:n])
     found[:n] += scale[:n, None] * (inverse[:n, n:] @ missed)
-    return np.asarray(found)
+    return np.asarray(found), unique
+
+
+def _scaled(M: Floats, G: Floats, directions: Floats, *, plain: bool) -> tuple[Floats, Floats]:
+    """Factors of rows and columns (n + r,), see ``scales``, and the matrix of ``_solved`` with them, (n + r, n + r)."""
+    n, r = len(M), len(G)
+    scale, matrix = scales(M, G, plain), np.zeros((n + r, n + r))
+    matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M, -directions.T, G
+    matrix *= scale[:, None] * scale
+    return scale, matrix
