@@ -223,17 +223,17 @@ def _impact_checks(
         gap = reference.trajectory[names.gap(c.name)]
         slope = np.diff(gap) / np.diff(reference.trajectory.time)
         rate = np.append(slope, slope[-1])[rows]  # forward difference: the rate behind an impact
-        fastest = np.abs(slope).max() if task.solver_step else 0.0  # errors of first order are those of all impacts
-        off = np.abs(run[names.gap(c.name)] - gap[rows])
-        flies = (reference.trajectory[names.mode(c.name)][rows] == Mode.OPEN) & (rate > 0)
+        quick, off = np.abs(slope).max(), np.abs(run[names.gap(c.name)] - gap[rows])
+        flies = (reference.trajectory[names.mode(c.name)][rows] == Mode.OPEN) & (rate > task.tolerance * quick)
         for event in reference.events:
             behind = np.flatnonzero(watched & (run.time > event.time))
             if event.element != c.name or event.kind != "impact" or not len(behind):
                 continue
             at, count = int(behind[0]), count + 1
-            if not flies[at]:  # the contact closes at once
+            if not flies[at]:  # the contact closes at once, or both sides stay where they touch
                 continue
-            late = float(off[at] / max(rate[at], fastest)) / width_at(reference, widths, event.time)
+            pace = quick if task.solver_step else rate[at]  # all impacts have errors of first order
+            late = float(off[at] / pace) / width_at(reference, widths, event.time)
             if late >= worst:
                 worst, where = late, f"{c.name} at t = {event.time:.4g} s"
     if where == "no impact" and count:

@@ -28,6 +28,7 @@ class Piece:
         labels += [("slip", i) for i in range(e.u) if self._has_direction(i)]
         labels += [("friction", j) for j, mode in enumerate(modes.frictions) if mode in SENSE]
         self.plain = len(labels)
+        self.turning = bool(modes.directions)
         self.timed = tuple(np.flatnonzero(e.timed).tolist())
         closed = [i for i, mode in enumerate(modes.contacts) if mode is not Mode.OPEN]
         labels += [("force", i) for i in closed]

@@ -32,6 +32,10 @@ RESOLVED = 1e-6
 """The places tell a function whose polynomial differs from it by less than this part of its greatest value."""
 HALVINGS = 10
 """A step is halved at most so often."""
+TOUCHING = 1e5
+"""A gap may begin so many times below its rounding error, where an event was found to the accuracy of a step. If the
+bodies do not part behind it, as balls at rest, it comes to zero once it is below its beginning.
+"""
 SAME = 1e-12
 """Roots nearer to the first one than this part of the time count as one event."""
 
@@ -49,11 +53,12 @@ _WEIGHTS = _weights()
 class Motion(Protocol):
     """A smooth motion y(t) (s,), with event functions by their ``labels``, which are positive while it lasts.
 
-    Those that are ``timed`` depend on nothing but the time.
+    Those that are ``timed`` depend on nothing but the time. ``turning``: another step has other functions.
     """
 
     labels: tuple[tuple[str, int], ...]
     timed: tuple[int, ...]
+    turning: bool
 
     def margin_of_time(self, i: int, times: Floats, y: Floats) -> Floats:
         """The event function ``i``, one of those that are ``timed``, at ``times`` (b,); y (s,) is any."""
@@ -156,7 +161,12 @@ class Watch:
 
     def __init__(self, piece: Motion, t: float, y: Floats) -> None:
         self.piece, self.floors = piece, piece.floors(t, y)
-        self.armed = piece.events(np.array([t]), y[None])[:, 0] > self.floors
+        start = piece.events(np.array([t]), y[None])[:, 0]
+        gaps = np.array([label[0] == "gap" for label in piece.labels], dtype=bool)
+        touching = gaps & (start < 0) & (-start < TOUCHING * self.floors)
+        self.floors[touching] = np.maximum(self.floors, -start)[touching]
+        self.last: tuple[float, Floats] | None = None  # the time (s) looked at last, and the event functions there
+        self.armed = start > self.floors
 
     def first(self, dense: Dense, a: float, b: float, ya: Floats, yb: Floats) -> tuple[float, Due] | None:
         """The time (s) of the first event in (a, b], y there being ``yb`` (s,), and what is due; None without one."""
@@ -189,7 +199,7 @@ class Watch:
         times = a + (b - a) * np.arange(0, POINTS + 1) / POINTS
         times[-1] = b
         y = np.stack([ya, *(dense(t) for t in times[1:-1]), yb])
-        values = self.piece.events(times, y)
+        values = self._values(times, y)
         if halvings > 0 and not self._resolved(dense, times, values):
             middle, half = float(times[POINTS // 2]), y[POINTS // 2]
             found = self._first(dense, (a, middle), (ya, half), halvings - 1)
@@ -205,6 +215,15 @@ class Watch:
                 return at, frozenset(label for label, root in roots.items() if root <= at + SAME * max(1.0, abs(at)))
             self.armed |= values[:, j] > self.floors
         return None
+
+    def _values(self, times: Floats, y: Floats) -> Floats:
+        """The event functions at ``times`` (b,) and y (b, s), (count, b); where the last step ended they are known."""
+        if self.last is not None and not self.piece.turning and self.last[0] == times[0]:
+            values = np.column_stack([self.last[1], self.piece.events(times[1:], y[1:])])
+        else:
+            values = self.piece.events(times, y)
+        self.last = float(times[-1]), values[:, -1]
+        return values
 
     def _resolved(self, dense: Dense, times: Floats, values: Floats) -> bool:
         """Whether the ``values`` (count, places) at ``times`` (places,) tell those between, of what is without forces.
