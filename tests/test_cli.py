@@ -270,6 +270,18 @@ def test_simulate_takes_settings_of_the_solver_for_models_too(run) -> None:
 
 
 @pytest.mark.fmu
+def test_simulate_takes_a_solver_for_what_is_exported_here(run) -> None:
+    coarse = run("simulate", MODEL, "--stop-time", "1", "--step", "0.5", "--solver", "rk4", "-o", "-").stdout
+    chosen = run("simulate", MODEL, "--stop-time", "1", "--step", "0.5", "-o", "-").stdout
+    assert coarse.splitlines()[1] == chosen.splitlines()[1]
+    assert coarse.splitlines()[-1] != chosen.splitlines()[-1]
+    assert "unknown solver 'rk5'" in run("simulate", MODEL, "--solver", "rk5").output
+    run("export", MODEL, "--page", "static", "-o", "own.fmu")
+    assert "its solver was chosen at its export" in run("simulate", "own.fmu", "--solver", "rk4").output
+    assert "a system has none" in run("simulate", "a=own.fmu", "--solver", "rk4").output
+
+
+@pytest.mark.fmu
 def test_demo_prints_what_was_compared(run) -> None:
     result = run("demo", "--plot", "demo.png")
     assert result.exit_code == 0

@@ -210,6 +210,7 @@ def page_command(**choices: Any) -> None:
 @STOP_TIME
 @click.option("--step", type=float, metavar="S", help="Communication step in seconds.")
 @click.option("--tolerance", type=float, help="Relative tolerance of the solver.")
+@SOLVER
 @INPUT
 @HOLD
 @click.option(

@@ -32,6 +32,7 @@ class SimulateOptions:
     stop_time: float | None
     step: float | None
     tolerance: float | None
+    solver: str | None
     inputs: Path | None
     hold: bool
     wanted: tuple[str, ...]

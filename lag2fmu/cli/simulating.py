@@ -43,7 +43,7 @@ def simulate_model(asked: SimulateOptions) -> None:
     mechanism = entry_points.mechanism_of(source, values if isinstance(source, Path) else None)
     drawn = mechanism if asked.plot or asked.animation else None
     with (
-        as_fmu(source) as path,
+        as_fmu(source, asked.solver) as path,
         progress_bar("simulating", _until(source, asked.stop_time)) as progress,
     ):
         outputs = _recorded(path, asked.wanted)

@@ -62,6 +62,8 @@ def run_system(asked: SimulateOptions) -> None:
     check_targets(asked)
     if asked.animation is not None:
         raise LoadError(f"--animate {asked.animation}: a system has no picture; animate its FMUs one by one")
+    if asked.solver is not None:
+        raise LoadError(f"--solver {asked.solver}: a system has none; export its mechanisms, each with its own")
     texts = pairs_of(asked.settings)
     with ExitStack() as opened:
         network = opened.enter_context(network_of(*_system(asked)))

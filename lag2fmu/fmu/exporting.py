@@ -161,9 +161,11 @@ def _files(content: Content, version: Version, drawn: bytes) -> dict[str, bytes]
 def as_fmu(model: Model, solver: str | None = None, fmi: str = "2.0") -> Iterator[Path]:
     """The path of an FMU of ``model``; any other model is exported to a folder that is removed at the end.
 
-    Raises Lag2FmuError if there is no such model, or if it cannot be exported.
+    Raises Lag2FmuError if there is no such model, if it cannot be exported, and for a ``solver`` of what is an FMU.
     """
     if is_fmu(model):
+        if solver is not None:
+            raise ExportError(f"'{fmu_path(model)}' is an FMU: its solver was chosen at its export; give the model")
         yield fmu_path(model)
         return
     mechanism = as_mechanism(model)

@@ -34,6 +34,7 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     outputs: Sequence[str] | None = None,
     beside: Sequence[str] = (),
     kind: Kind = "co-simulation",
+    solver: str | None = None,
     sample_time: float | None = None,
     progress: Callable[[float], None] | None = None,
     apart: Apart = False,
@@ -59,12 +60,15 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     (s) they are a function of t (s) and y, {output: value}, that closes a loop: it is asked at multiples of this time,
     for {input: value}, which hold until the next one. The derivatives of a
     motion that is given by position alone come from a spline. A model that is no FMU yet is exported to a temporary
-    folder first; an FMU that was run before is reset instead of loaded. On Linux, FMUs that lag2fmu did not make run in
-    a process of their own, which takes milliseconds. Raises Lag2FmuError if the model cannot be loaded, exported or
-    run, and SimulationError if it crashes there. What is doubtful in the run, as friction beyond its limit, is told
-    by a warning of the logger "lag2fmu", which goes to standard error.
+    folder first, with this ``solver`` or one that suits its start; an FMU that was run before is reset instead of
+    loaded. On Linux, FMUs that lag2fmu did not make run in a process of their own, which takes milliseconds. Raises
+    Lag2FmuError if the model cannot be loaded, exported or run, and SimulationError if it crashes there. What is
+    doubtful in the run, as friction beyond its limit, is told by a warning of the logger "lag2fmu", which goes to
+    standard error.
     """
     if isinstance(model, Mapping) or is_system(model):
+        if solver is not None:
+            raise LoadError("a system has no solver; export its mechanisms, each with a solver of its own")
         if sample_time is not None:
             raise LoadError("a system has no sample_time; its controllers are components of their own")
         run = Run(stop_time, step, tolerance, values, None, hold, outputs, beside, kind, progress)
@@ -74,5 +78,5 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
         raise LoadError("there is one model and nothing to connect or couple; give {name: component}")
     return entry_points.simulate(
         model, stop_time=stop_time, step=step, tolerance=tolerance, values=values, inputs=inputs, hold=hold,
-        outputs=outputs, beside=beside, kind=kind, sample_time=sample_time, progress=progress,
+        outputs=outputs, beside=beside, kind=kind, solver=solver, sample_time=sample_time, progress=progress,
     )  # fmt: skip

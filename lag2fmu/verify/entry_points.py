@@ -51,6 +51,7 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     outputs: Sequence[str] | None = None,
     beside: Sequence[str] = (),
     kind: Kind = "co-simulation",
+    solver: str | None = None,
     sample_time: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
@@ -59,7 +60,7 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     Raises Lag2FmuError if the model cannot be loaded, exported or run.
     """
     source = model if is_fmu(model) else as_mechanism(model)
-    with as_fmu(source) as path:
+    with as_fmu(source, solver) as path:
         times = times_of(path, stop_time, step)
         loop = _feedback(inputs, sample_time, kind)
         signals = trajectory_of(inputs, *times) if loop is None else None
