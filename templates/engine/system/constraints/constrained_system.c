@@ -75,7 +75,7 @@ bool system_factorize(Instance *instance, double time, const double states[], co
 void system_solve(const System *system, const double right[], const double *below, const double *usual,
                   double unknowns[]) {
     const ArenaMark mark = arena_mark(system->arena);
-    WORK(mark, double, rest, N_CONSTRAINTS);
+    WORK_ZEROS(mark, double, rest, N_CONSTRAINTS);
     WORK_ZEROS(mark, double, kept, N_CONSTRAINTS);
     WORK(mark, double, mended, N_COORDINATES);
     const ConstraintFactorization *constraints = &system->constraints;

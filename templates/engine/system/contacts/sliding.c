@@ -41,7 +41,7 @@ static void add_forces(const Sliding *sliding, const double z[], double unknowns
 static double residual(const Instance *instance, double time, const double states[], const double inputs[],
                        const double unknowns[], const Sliding *sliding, double rest[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, s, SIZE_FRICTIONAL);
+    WORK_ZEROS(mark, double, s, SIZE_FRICTIONAL);
     WORK(mark, double, force, SIZE_FRICTIONS);
     WORK(mark, double, holding, SIZE_FRICTIONS);
     double largest = 0.0, scale = 0.0;
@@ -149,7 +149,7 @@ void contacts_answer(Instance *instance, const System *system, double time, cons
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, Sliding, sliding);
     WORK_OF(mark, Slope, slope);
-    WORK(mark, double, change, SIZE_FRICTIONAL);
+    WORK_ZEROS(mark, double, change, SIZE_FRICTIONAL);
     sliding_evaluate(instance, system, time, states, inputs, sliding);
     if (sliding->count > 0 && factorize_sliding(instance, time, states, inputs, unknowns, sliding, slope)) {
         sliding_share(instance, system, answer);
@@ -164,7 +164,7 @@ void contacts_answer_twice(Instance *instance, const System *system, const doubl
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, Sliding, sliding);
     WORK_OF(mark, Slope, slope);
-    WORK(mark, double, change, SIZE_FRICTIONAL);
+    WORK_ZEROS(mark, double, change, SIZE_FRICTIONAL);
     const State *state = &instance->state;
     const double *unknowns = instance->cache.reported;
     sliding_evaluate(instance, system, state->time, state->states, state->inputs, sliding);

@@ -57,7 +57,7 @@ void sliding_change(const Instance *instance, double time, const double states[]
 void sliding_slope(const Instance *instance, double time, const double states[], const double inputs[],
                    const double unknowns[], const Sliding *sliding, double slope[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, change, SIZE_FRICTIONAL);
+    WORK_ZEROS(mark, double, change, SIZE_FRICTIONAL);
     static const Seed STILL = {.time = 0.0};
     for (int k = 0; k < sliding->count; k++) {
         sliding_change(instance, time, states, inputs, unknowns, &STILL, sliding->answer[k], change);
