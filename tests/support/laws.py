@@ -96,6 +96,7 @@ class _SparseProblem(ctypes.Structure):
         ("free", _Doubles),
         ("row", ctypes.POINTER(Row)),
         ("yielding", ctypes.POINTER(ctypes.c_bool)),
+        ("few", ctypes.c_void_p),
     ]
 
 

@@ -63,14 +63,13 @@ static void choose_positions(SolverScratch *scratch, const SteppedRows *at, cons
 static void correct_positions(Instance *instance, double q[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, pushes, K);
-    WORK_ZEROS(mark, double, start, N);
     WORK(mark, double, changes, N);
     ChosenRows *chosen = &instance->scratch.solver.chosen;
     solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
     for (int i = 0; i < chosen->met.count; i++) {
         pushes[chosen->met.rows[i]] = chosen->lambda[i];
     }
-    stepped_respond(instance, pushes, start, changes);
+    stepped_respond(instance, pushes, changes);
     for (int i = 0; i < N; i++) {
         q[i] += changes[i];
     }
