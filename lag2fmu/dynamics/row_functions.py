@@ -63,6 +63,9 @@ def time_stepping_rows(
     doc = "Of the rows in row_tables.h positions phi, of permanent constraints entries G and velocities v, too."
     results = (*entries[:held], *positions, *velocities[:permanent])
     yield Function("mechanism_placing", doc, state, ("G", "phi", "v"), results)
+    doc = "Of the permanent constraints, the first rows in row_tables.h, positions phi, entries G and velocities v."
+    results = tuple(result for result in results if result[0] != "phi" or result[1] < permanent)
+    yield Function("mechanism_holding", doc, state, ("G", "phi", "v"), results)
     doc = "Forcing f, with k of mechanism_stepping at the same time, positions, inputs and parameters."
     yield Function("mechanism_forcing", doc, (*state, still), ("f",), forcing)
     doc = (

@@ -32,13 +32,8 @@ class _Doubles:
         arguments = [c_void_p(fmu.component), self._named, c_size_t(len(references))]
         arguments += [c_void_p(self.values.ctypes.data), *([c_size_t(size)] if third else [])]
         name = f"fmi{3 if third else 2}{{}}{_DOUBLES[third]}"
-        self._get, self.send = (direct(fmu, name.format(verb), arguments) for verb in ("Get", "Set"))
-        self._copy: Callable[[], Floats] = self.values.copy
-
-    def read(self) -> Floats:
-        """The present values (size,)."""
-        self._get()
-        return self._copy()
+        self.read: Callable[[], Floats] = direct(fmu, name.format("Get"), arguments, self.values.copy)
+        self.send = direct(fmu, name.format("Set"), arguments)
 
     def write(self, values: Floats) -> None:
         """Set them to ``values`` (size,)."""
@@ -46,18 +41,19 @@ class _Doubles:
         self.send()
 
 
-def direct(fmu: Any, name: str, arguments: Sequence[Any]) -> Callable[[], None]:
+def direct(fmu: Any, name: str, arguments: Sequence[Any], given: Callable[[], Any] | None = None) -> Callable[[], Any]:
     """A call of the function ``name`` of the library of ``fmu``, an instance of fmpy, with ``arguments`` of ctypes.
 
-    These are converted once; who keeps them may change their values between calls. The call raises RuntimeError where
-    the FMU refuses.
+    These are converted once; who keeps them may change their values between calls. The call returns what ``given``
+    returns then, and raises RuntimeError where the FMU refuses.
     """
     call, taken = fmu.dll[name], (*arguments,)
 
-    def checked() -> None:
+    def checked() -> Any:
         status = call(*taken)
         if status > _WARNING:
             raise RuntimeError(f"{name} returned status {status}")
+        return None if given is None else given()
 
     return checked
 
@@ -190,19 +186,16 @@ class Settables:
     def write(self, inputs: Commands) -> None:
         """Set what ``inputs`` gives these keys; raises LoadError for values that cannot be, or what the FMU raises."""
         given = [*inputs.values()]
-        if (self._whole and self._taken(given[0])) or self._taken(given[0] if self._whole else given, converted=True):
+        try:
+            self._view[:] = given[0] if self._whole else np.asarray(given, dtype=float)
+            usual = math.isfinite(sum(self._view))
+        except (TypeError, ValueError):  # arrays among them, or other numbers than doubles
+            usual = False
+        if usual:
             self._send()
         else:
             parts = zip(inputs.items(), self._sizes, strict=True)
             self._write(np.concatenate([_part(*item, size) for item, size in parts]))
-
-    def _taken(self, values: Any, *, converted: bool = False) -> bool:
-        """Whether ``values`` are as many doubles as there are, all of them finite, as their sum tells; copies them."""
-        try:
-            self._view[:] = np.asarray(values, dtype=float) if converted else values
-        except (TypeError, ValueError):  # arrays among them, or no numbers
-            return False
-        return math.isfinite(sum(self._view))
 
 
 def _part(key: Any, value: Any, size: int) -> Floats:

@@ -44,6 +44,7 @@ class Simulation:
         self._readers: dict[tuple[str, ...], Callable[[], Floats]] = {}
         self._last: tuple[str | Sequence[str], Callable[[], Floats]] = (), lambda: np.empty(0)
         self._settables: dict[tuple[Any, ...], Settables] = {}
+        self._commanded: tuple[list[Any], Callable[[Commands], None]] = [], lambda inputs: None
         self._states: WeakSet[SavedState] = WeakSet()
         self._open: ExitStack | None = ExitStack()
         self.inputs = tuple(_of_causality(scalars, "input"))
@@ -99,25 +100,25 @@ class Simulation:
         """As ``set``, once it is known that the FMU is open."""
         if type(inputs) is not dict and not isinstance(inputs, Mapping):  # the usual type comes first, as below
             raise LoadError(f"the inputs are {inputs!r}; give a mapping {{name: value}}")
-        keys = tuple(inputs)
-        found = self._settables.get(keys)
-        if found is None:
-            found = self._settables[keys] = self._settable(keys)
+        if [*inputs] != self._commanded[0]:
+            self._commanded = self._writer(tuple(inputs))
         try:
-            found.write(inputs)
+            self._commanded[1](inputs)
         except LoadError:
             raise
         except Exception as error:  # fmpy raises bare exceptions
             raise LoadError(f"the FMU refuses inputs: {error}; {self._instance.log.tail()}") from error
 
-    def _settable(self, keys: Sequence[Any]) -> Settables:
-        """How the inputs or tunable parameters that ``keys`` name are set."""
-        known = [s for s in self._scalars.values() if _is_settable(s)]
-        allowed = [*dict.fromkeys([*(s.name for s in known), *(s.variable.name for s in known)])]
-        check_known([name for key in keys for name in names_in(key)], allowed, "input")
-        groups = [[s for name in names_in(key) for s in self._elements(name)] for key in keys]
-        channel = Channel(self._instance.fmu, [s for group in groups for s in group], third=self._third)
-        return Settables(channel, [*map(len, groups)])
+    def _writer(self, keys: tuple[Any, ...]) -> tuple[list[Any], Callable[[Commands], None]]:
+        """The ``keys``, by which they are known again, and what sets the inputs or tunable parameters they name."""
+        if keys not in self._settables:
+            known = [s for s in self._scalars.values() if _is_settable(s)]
+            allowed = [*dict.fromkeys([*(s.name for s in known), *(s.variable.name for s in known)])]
+            check_known([name for key in keys for name in names_in(key)], allowed, "input")
+            groups = [[s for name in names_in(key) for s in self._elements(name)] for key in keys]
+            channel = Channel(self._instance.fmu, [s for group in groups for s in group], third=self._third)
+            self._settables[keys] = Settables(channel, [*map(len, groups)])
+        return [*keys], self._settables[keys].write
 
     @overload
     def __getitem__(self, name: str) -> Any: ...

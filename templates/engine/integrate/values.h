@@ -2,16 +2,7 @@
 #ifndef VALUES_H
 #define VALUES_H
 
-#include <math.h>
-#include <stddef.h>
-
 #include "instance.h"
-
-/* The value of a variable that is a state; NULL for others, and where it is not finite. */
-static inline const double *value_of_state(const Instance *instance, const Variable *variable) {
-    const double *state = instance->state.states + variable->index;
-    return variable->kind == VARIABLE_STATE && isfinite(*state) ? state : NULL;
-}
 
 /* Is this kind of variable an integer or an enumeration? */
 bool value_is_integer(VariableKind kind);

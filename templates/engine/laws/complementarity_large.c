@@ -223,8 +223,10 @@ bool complementarity_large(const SparseProblem *problem, int most_rounds, double
             solved = solve_places(&large, begin, end, most_rounds, lambda) && solved;
         }
     }
-    sparse_multiply(&problem->delassus, lambda, w);
-    for (int k = 0; k < problem->delassus.rows; k++) {
+    if (w != NULL) {
+        sparse_multiply(&problem->delassus, lambda, w);
+    }
+    for (int k = 0; k < problem->delassus.rows && w != NULL; k++) {
         w[k] += problem->free[k];
     }
     return arena_leave(mark, solved);

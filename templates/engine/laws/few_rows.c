@@ -43,6 +43,7 @@ static void take_law(FewRows *few, const SparseProblem *problem, const int rows[
     few->coulomb = few->coulomb || rubs;
     few->round = few->round || second;
     few->dry = few->dry || row->law == ROW_BOUNDED;
+    few->linear = few->linear && row->law == ROW_BILATERAL;
     if (second) {
         few->width[i - 1] = 2;
     }
@@ -53,7 +54,9 @@ static bool take_matrix(FewRows *few, const SparseProblem *problem, const int ro
     const Sparse *delassus = &problem->delassus;
     const bool whole = delassus->start[delassus->rows] == few->size * few->size && rows_in_order(few->size, rows);
     bool regular = true;
-    memset(few->matrix, 0, sizeof few->matrix);
+    if (!whole) {
+        memset(few->matrix, 0, sizeof few->matrix);
+    }
     for (int i = 0; i < few->size; i++) {
         const int begin = delassus->start[rows[i]], end = delassus->start[rows[i] + 1];
         for (int e = begin; e < end; e++) {
@@ -88,6 +91,7 @@ static bool take_operator(FewRows *few, const SparseProblem *problem, int count,
     few->size = count;
     few->contacts = 0;
     few->coulomb = few->round = few->dry = few->given = false;
+    few->linear = true;
     memset(few->state, 0, sizeof few->state);
     memset(few->along, 0, sizeof few->along);
     if (!take_matrix(few, problem, rows)) {
@@ -142,7 +146,7 @@ static bool take_few(FewRows *few, const SparseProblem *problem, int count, cons
 
 static double few_limit(const FewRows *few, int k) {
     const int normal = few->normal[k];
-    return few->base[k] + (normal >= 0 ? few->slope[k] * fmax(few->x[normal], 0.0) : 0.0);
+    return few->base[k] + (normal >= 0 && few->x[normal] > 0.0 ? few->slope[k] * few->x[normal] : 0.0);
 }
 
 /* --- steps */
@@ -198,13 +202,18 @@ static void put_turn(FewRows *few, int k) {
 
 /* The equations of the states. */
 static void put_equations(FewRows *few) {
-    memset(few->factors, 0, sizeof few->factors);
+    const size_t bytes = (size_t)few->size * sizeof(double);
     for (int k = 0; k < few->size; k++) {
         const int normal = few->normal[k];
-        for (int j = 0; j < few->size && few->state[k] == STATE_HELD; j++) {
-            few->factors[k][j] = few->rate[k] * few->matrix[k][j];
+        const bool held = few->state[k] == STATE_HELD;
+        if (held) {
+            for (int j = 0; j < few->size; j++) {
+                few->factors[k][j] = few->rate[k] * few->matrix[k][j];
+            }
+        } else {
+            memset(few->factors[k], 0, bytes);
         }
-        few->factors[k][k] += few->state[k] == STATE_HELD ? few->damping : 1.0;
+        few->factors[k][k] += held ? few->damping : 1.0;
         if (few->state[k] == STATE_SLIDING && normal >= 0 && few->x[normal] >= 0.0) {
             few->factors[k][normal] -= few->slope[k] * few->along[k];
         }
@@ -213,6 +222,19 @@ static void put_equations(FewRows *few) {
         if (few->state[k] == STATE_SLIDING && few->width[k] == 2) {
             put_turn(few, k);
         }
+    }
+}
+
+/* row[begin] to row[end - 1] -= factor other, two at once: processors have an operation for that. */
+static void subtract_row(double row[], double factor, const double other[], int begin, int end) {
+    int k = begin;
+    for (; k + 1 < end; k += 2) {
+        const double first = row[k] - factor * other[k], second = row[k + 1] - factor * other[k + 1];
+        row[k] = first;
+        row[k + 1] = second;
+    }
+    if (k < end) {
+        row[k] -= factor * other[k];
     }
 }
 
@@ -228,9 +250,7 @@ static int factorize_few(FewRows *few, double least, int *which) {
                 continue;
             }
             row[j] /= other[j];
-            for (int k = j + 1; k < few->size; k++) {
-                row[k] -= row[j] * other[k];
-            }
+            subtract_row(row, row[j], other, j + 1, few->size);
         }
         if (!(fabs(row[i]) >= least)) {
             small++;
@@ -327,7 +347,7 @@ static bool choose_states(FewRows *few) {
     return others;
 }
 
-/* From x on. */
+/* From x on. Equations that are linear are solved by one step. */
 static bool iterate_few(FewRows *few) {
     bool solved = false, regular = true;
     for (int step = 0; step < MOST_FEW_STEPS && regular && !solved; step++) {
@@ -340,6 +360,7 @@ static bool iterate_few(FewRows *few) {
                 regular = few->factored = find_factors(few);
             }
             step_few(few);
+            solved = regular && few->linear && few->damping == 0.0;
         }
     }
     return solved;
@@ -355,12 +376,16 @@ static bool few_at_rest(const FewRows *few, int k) {
     return fabs(few->w[k]) <= ACCEPTED * terms;
 }
 
+static bool rows_rest(const FewRows *few, int k) {
+    return few->state[k] == STATE_HELD || (few_at_rest(few, k) && (few->width[k] == 1 || few_at_rest(few, k + 1)));
+}
+
 /* Does a row of friction move that held at the start, or rub another way than there? */
 static bool few_slip_anew(const FewRows *few, const double start[]) {
     bool anew = false;
     for (int k = 0; k < few->size && !anew; k++) {
         const int width = few->width[k];
-        if (width <= 0 || (few_at_rest(few, k) && (width == 1 || few_at_rest(few, k + 1)))) {
+        if (width <= 0 || rows_rest(few, k)) {
             continue;
         }
         const double along = few->x[k] * start[k] + (width == 2 ? few->x[k + 1] * start[k + 1] : 0.0);

@@ -20,6 +20,7 @@ struct FewRows {
     RowLaw law[MOST_FEW_ROWS];
     int contacts;                 /* rows that are unilateral */
     bool coulomb, round, dry;     /* are there rows of Coulomb's law, of round cones, of dry friction? */
+    bool linear;                  /* are all rows bilateral? */
     double scale[MOST_FEW_ROWS];  /* of the row: lambda = scale x */
     double matrix[MOST_FEW_ROWS][MOST_FEW_ROWS];
     double offset[MOST_FEW_ROWS];

@@ -18,9 +18,6 @@ Status check_arrays(Component *component, const void *references, size_t count, 
 }
 
 Status evaluate(Component *component, const Variable *variable) {
-    if (value_of_state(&component->instance, variable) != NULL) {
-        return STATUS_OK;
-    }
     const bool model_exchange = component->type == MODEL_EXCHANGE;
     const bool before = variable->kind == VARIABLE_BELIEF && component->instance.state.phase == PHASE_SOLVING_START;
     if ((before && !observer_begin(&component->instance)) || !value_update(&component->instance, variable->kind)) {
@@ -64,11 +61,6 @@ static Status check_settable(Component *component, const Variable *variable) {
 }
 
 Status check_value(Component *component, const Variable *variable, double value) {
-    if (variable->kind == VARIABLE_INPUT && isfinite(value) && value >= variable->minimum &&
-        value <= variable->maximum &&
-        legal_set(VARIABLE_INPUT, component->type, (Mode)component->session.mode) == VERDICT_LEGAL) {
-        return STATUS_OK;
-    }
     if (check_settable(component, variable) != STATUS_OK) {
         return STATUS_ERROR;
     }

@@ -28,7 +28,7 @@ static void find_step_velocities(Instance *instance, double length, double qd[])
     for (int i = 0; i < N; i++) {
         const double pushed = length * scratch->accelerations[i];
         const double least = SOLVED * scratch->pace * NOMINAL_STATES[i];
-        const double dust = fmax(MET * (fabs(before[i]) + fabs(pushed)), least);
+        const double terms = MET * (fabs(before[i]) + fabs(pushed)), dust = terms > least ? terms : least;
         qd[i] = before[i] + (pushed + changes[i]);
         qd[i] = fabs(qd[i]) <= dust ? 0.0 : qd[i];
     }
@@ -92,7 +92,7 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
         states[i] = instance->state.states[i] + step.length * middle[N + i];
     }
     memcpy(before, states, N * sizeof(double));
-    if (!new_states_finite(instance, step) || !step_positions(instance, step.end, states)) {
+    if (!new_states_finite(instance, step) || !step_positions(instance, step, states)) {
         return arena_leave(mark, false);
     }
     for (int i = 0; i < N; i++) {

@@ -76,7 +76,7 @@ void choose_rows(SolverScratch *scratch, const bool which[]) {
     chosen->yielding = false;
 }
 
-bool solve_chosen(Arena *arena, ChosenRows *chosen) {
+bool solve_chosen(Arena *arena, ChosenRows *chosen, double w[]) {
     RowsMet *met = &chosen->met;
     const SparseProblem problem = {.arena = arena,
                                    .delassus = {met->count, met->start, met->column, met->value},
@@ -84,7 +84,7 @@ bool solve_chosen(Arena *arena, ChosenRows *chosen) {
                                    .row = chosen->row,
                                    .yielding = &chosen->yielding,
                                    .few = &chosen->few};
-    return complementarity_large(&problem, MOST_ROUNDS, chosen->lambda, chosen->w);
+    return complementarity_large(&problem, MOST_ROUNDS, chosen->lambda, w);
 }
 
 /* The greatest velocity in nominal values, at least 1/s. */
@@ -166,12 +166,13 @@ static void find_reversals(Instance *instance) {
         chosen->free[i] = scratch->at.velocities[chosen->met.rows[i]];
         chosen->lambda[i] = 0.0;
     }
-    solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
+    solve_chosen(instance->arena, chosen, NULL); /* the best that was found is a step forward, too */
     for (int i = 0; i < chosen->met.count; i++) {
         scratch->reversals[chosen->met.rows[i]] = chosen->lambda[i];
     }
     stepped_respond(instance, scratch->reversals, changes);
-    for (int row = 0; row < K; row++) {
+    for (int i = 0; i < scratch->met.count; i++) {
+        const int row = scratch->met.rows[i];
         scratch->at.velocities[row] += stepped_along(&scratch->at, row, changes);
         scratch->reversals[row] *= 2.0;
     }
@@ -245,7 +246,7 @@ static bool solve_step_laws(Instance *instance, double length, double part) {
     ChosenRows *chosen = &scratch->chosen;
     choose_rows(scratch, scratch->active);
     set_laws(instance, length, part);
-    const bool solved = chosen->met.count == 0 || solve_chosen(instance->arena, chosen);
+    const bool solved = chosen->met.count == 0 || solve_chosen(instance->arena, chosen, chosen->w);
     scratch->unsolved = scratch->unsolved || !solved || chosen->yielding;
     if (!solved && !REAL_TIME) {
         return false;

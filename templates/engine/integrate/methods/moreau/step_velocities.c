@@ -32,7 +32,7 @@ static void project_velocities(Instance *instance, double qd[], double *dissipat
         chosen->free[i] = end->velocities[chosen->met.rows[i]];
         chosen->lambda[i] = 0.0;
     }
-    solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
+    solve_chosen(instance->arena, chosen, NULL); /* the best that was found is a step forward, too */
     for (int i = 0; i < chosen->met.count; i++) {
         pushes[chosen->met.rows[i]] = chosen->lambda[i];
     }

@@ -59,6 +59,13 @@ void stepped_place(Instance *instance, double time, const double states[], Stepp
     find_sizes(at, N_PERMANENT);
 }
 
+void stepped_hold(Instance *instance, double time, const double states[], SteppedRows *at) {
+    memset(at->positions, 0, sizeof at->positions);
+    mechanism_holding(time, states, inputs_at(instance, time), instance->state.parameters, at->entries, at->positions,
+                      at->velocities);
+    find_sizes(at, N_PERMANENT);
+}
+
 void stepped_force(Instance *instance, double time, const double states[]) {
     mechanism_forcing(time, states, inputs_at(instance, time), instance->state.parameters,
                       instance->scratch.solver.still, instance->scratch.system.forcing);

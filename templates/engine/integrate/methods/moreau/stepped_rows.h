@@ -16,6 +16,9 @@ bool stepped_measure(Instance *instance, double time, const double states[], Ste
 /* Evaluates the positions of the rows, and all of permanent constraints. */
 void stepped_place(Instance *instance, double time, const double states[], SteppedRows *at);
 
+/* Evaluates permanent constraints alone. */
+void stepped_hold(Instance *instance, double time, const double states[], SteppedRows *at);
+
 /* Evaluates the forces alone, in scratch.system, for other velocities than those of stepped_measure. */
 void stepped_force(Instance *instance, double time, const double states[]);
 
