@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import c_size_t, c_uint, c_void_p
+from ctypes import byref, c_double, c_size_t, c_uint, c_void_p
 from functools import partial
 from typing import Any
 
@@ -28,9 +28,10 @@ class _Doubles:
     def __init__(self, fmu: Any, references: Sequence[int], size: int, *, third: bool) -> None:
         """Prepare calls of ``fmu``, an instance of fmpy, for ``size`` numbers of the variables ``references``."""
         self.values: Floats = np.empty(size)
-        self._named = (c_uint * len(references))(*references)
-        arguments = [c_void_p(fmu.component), self._named, c_size_t(len(references))]
-        arguments += [c_void_p(self.values.ctypes.data), *([c_size_t(size)] if third else [])]
+        named = (c_uint * len(references))(*references)
+        numbers = (c_double * size).from_buffer(self.values)  # type: ignore[arg-type] # an array is a buffer
+        arguments = [c_void_p.from_param(fmu.component), byref(named), c_size_t.from_param(len(references))]
+        arguments += [byref(numbers), *([c_size_t.from_param(size)] if third else [])]  # these references keep arrays
         name = f"fmi{3 if third else 2}{{}}{_DOUBLES[third]}"
         self.read: Callable[[], Floats] = direct(fmu, name.format("Get"), arguments, self.values.copy)
         self.send = direct(fmu, name.format("Set"), arguments)

@@ -260,7 +260,7 @@ def _stepper(fmu: Any, last: int) -> Callable[[float, float], None]:
     if not is_direct(fmu) or not hasattr(fmu, "fmi2DoStep"):
         return lambda time, h: fmu.doStep(time, h, last)
     point, length = c_double(), c_double()
-    call = direct(fmu, "fmi2DoStep", (c_void_p(fmu.component), point, length, c_int(last)))
+    call = direct(fmu, "fmi2DoStep", (c_void_p.from_param(fmu.component), point, length, c_int.from_param(last)))
 
     def stepped(time: float, h: float) -> None:
         point.value, length.value = time, h
