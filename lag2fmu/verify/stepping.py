@@ -40,7 +40,7 @@ class Simulation:
         self._grid = time, math.nan, 0
         self._third = is_fmi3(instance.description)
         self._saves = bool(instance.description.coSimulation.canGetAndSetFMUstate)
-        self._do_step = _stepper(instance.fmu, int(not self._saves))
+        self._go = _stepper(instance.fmu, third=self._third, last=not self._saves)
         self._readers: dict[tuple[str, ...], Callable[[], Floats]] = {}
         self._last: tuple[str | Sequence[str], Callable[[], Floats]] = (), lambda: np.empty(0)
         self._settables: dict[tuple[Any, ...], Settables] = {}
@@ -68,11 +68,12 @@ class Simulation:
         begun, length, count = self._grid if type(h) is float and h == self._grid[1] else self._grid_of(h)
         if inputs:
             self._set(inputs)
+        end = begun + (count + 1) * length
         try:
-            self.advance(begun + (count + 1) * length)
+            self._go(self._time, end)
         except Exception as error:  # fmpy raises bare exceptions
             raise self._failed(f"step by {h:g} s", error) from error
-        self._grid = begun, length, count + 1
+        self._time, self._grid = end, (begun, length, count + 1)
 
     def _grid_of(self, h: float) -> tuple[float, float, int]:
         """Where steps of ``h`` (s) began, their length and their number so far; raises LoadError for another one."""
@@ -82,10 +83,7 @@ class Simulation:
 
     def advance(self, end: float) -> None:
         """Go on until ``end`` (s), with the inputs as they are; raises what fmpy raises."""
-        if self._third:
-            step_to(self._instance.fmu, self._time, end, final=not self._saves)
-        else:
-            self._do_step(self._time, end - self._time)
+        self._go(self._time, end)
         self._time = end
 
     def set(self, inputs: Commands) -> None:
@@ -252,18 +250,21 @@ def sampled(sim: Simulation, feedback: Feedback, plan: Plan, progress: Callable[
     return values
 
 
-def _stepper(fmu: Any, last: int) -> Callable[[float, float], None]:
-    """``doStep`` of an FMU of FMI 2.0 for a time and a length (s), prepared once where it runs in this process.
+def _stepper(fmu: Any, *, third: bool, last: bool) -> Callable[[float, float], None]:
+    """What steps from one time (s) to another: for FMI 2.0 in this process by a call that is prepared once.
 
-    ``last`` is 1 if no earlier state is returned to.
+    ``third``: by FMI 3.0; ``last``: no earlier state is returned to.
     """
+    if third:
+        return lambda time, end: step_to(fmu, time, end, final=last)
     if not is_direct(fmu) or not hasattr(fmu, "fmi2DoStep"):
-        return lambda time, h: fmu.doStep(time, h, last)
+        return lambda time, end: fmu.doStep(time, end - time, int(last))
     point, length = c_double(), c_double()
-    call = direct(fmu, "fmi2DoStep", (c_void_p.from_param(fmu.component), point, length, c_int.from_param(last)))
+    arguments = c_void_p.from_param(fmu.component), point, length, c_int.from_param(int(last))
+    call = direct(fmu, "fmi2DoStep", arguments)
 
-    def stepped(time: float, h: float) -> None:
-        point.value, length.value = time, h
+    def stepped(time: float, end: float) -> None:
+        point.value, length.value = time, end - time
         call()
 
     return stepped
