@@ -225,19 +225,6 @@ static void put_equations(FewRows *few) {
     }
 }
 
-/* row[begin] to row[end - 1] -= factor other, two at once: processors have an operation for that. */
-static void subtract_row(double row[], double factor, const double other[], int begin, int end) {
-    int k = begin;
-    for (; k + 1 < end; k += 2) {
-        const double first = row[k] - factor * other[k], second = row[k + 1] - factor * other[k + 1];
-        row[k] = first;
-        row[k + 1] = second;
-    }
-    if (k < end) {
-        row[k] -= factor * other[k];
-    }
-}
-
 /* Overwrites the equations by L and U; L has a diagonal of 1. Returns how many pivots are less than least: those rows
    are left out. The last of them is *which. */
 static int factorize_few(FewRows *few, double least, int *which) {
@@ -250,7 +237,10 @@ static int factorize_few(FewRows *few, double least, int *which) {
                 continue;
             }
             row[j] /= other[j];
-            subtract_row(row, row[j], other, j + 1, few->size);
+            const double factor = row[j];
+            for (int k = few->size - 1; k > j; k--) {
+                row[k] -= factor * other[k];
+            }
         }
         if (!(fabs(row[i]) >= least)) {
             small++;
