@@ -191,6 +191,11 @@ class Program:
         return len(rates) - max(moving, default=0)
 
     @property
+    def still(self) -> int:
+        """The length of the array that ``mechanism_stepping`` hands to ``mechanism_forcing``."""
+        return sum(len(f.arguments[-1].entries) for f in self.functions if f.name == "mechanism_forcing")
+
+    @property
     def has_adjoints(self) -> bool:
         """Whether there are functions for adjoint derivatives, see ``adjoint.with_adjoints``."""
         return any(f.name == "mechanism_adjoint" for f in self.functions)

@@ -113,7 +113,7 @@ def _functions(
         *(_canonical(equations, state) if variational else ()),
         filling("mechanism_locals", doc, (*state, qdd), y=(node for _, node in equations.locals())),
         *rows_in_all_modes(equations, sliding, state, qdd),
-        *time_stepping_rows(equations, sparse, state, factor),
+        *time_stepping_rows(equations, sparse, state, qdd, factor),
         *_tangents(
             differentiate(equations, sliding), state, qdd, len(equations.constraints) > 0, len(equations.rows) > 0
         ),

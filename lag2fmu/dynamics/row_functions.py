@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Array, EventFunction, Function, filling
 from lag2fmu.dynamics.kinks import nominal_size
 from lag2fmu.dynamics.row_tables import SparseRows
 from lag2fmu.graph.nodes import Node
+from lag2fmu.graph.operations import CONSTANT, SYMBOL
 
 
 def rows_in_all_modes(
@@ -36,27 +37,56 @@ def rows_in_all_modes(
 
 
 def time_stepping_rows(
-    equations: EquationsOfMotion, sparse: SparseRows | None, state: tuple[Array, ...], factor: Function
+    equations: EquationsOfMotion, sparse: SparseRows | None, state: tuple[Array, ...], qdd: Array, factor: Function
 ) -> Iterator[Function]:
     """What a time step needs: forces, and the rows with those entries of their Jacobian that are not 0.
 
-    Positions and forces are wanted alone, too: both cost a fraction of the whole.
+    Positions are wanted alone, too, and forces and rates of further states once more with other velocities: each costs
+    a fraction of the whole. What does not depend on velocities is handed on.
     """
     if sparse is None:
         return
     permanent = sparse.contacts[0]
     forcing = tuple(("f", i, node) for i, node in enumerate(equations.forcing))
+    rates = tuple(("dz", i, node) for i, node in enumerate(equations.variables.further_rates))
     entries = tuple(("G", i, node) for i, (*_, node) in enumerate(sparse.entries))
     held = sum(row < permanent for row, *_ in sparse.entries)
     positions = tuple(("phi", row, node) for row, node in sparse.positions.items())
     velocities = tuple(("v", row, node) for row, node in enumerate(sparse.velocities))
-    doc = "What mechanism_factor gives, forcing f; of the rows in row_tables.h entries G, positions phi, velocities v."
-    arrays, results = (*factor.arrays, "f", "G", "phi", "v"), (*factor.results, *forcing, *entries)
-    yield Function("mechanism_stepping", doc, state, arrays, (*results, *positions, *velocities))
+    still = Array("k", _still(equations, [node for *_, node in (*forcing, *rates)]))
+    handed = tuple(("k", i, node) for i, node in enumerate(still.entries))
+    doc = (
+        "What mechanism_factor gives, forcing f; of the rows in row_tables.h entries G, positions phi, velocities v; k."
+    )
+    arrays, results = (*factor.arrays, "f", "G", "phi", "v", "k"), (*factor.results, *forcing, *entries)
+    yield Function("mechanism_stepping", doc, state, arrays, (*results, *positions, *velocities, *handed))
     doc = "Of the rows in row_tables.h positions phi, of permanent constraints entries G and velocities v, too."
     results = (*entries[:held], *positions, *velocities[:permanent])
     yield Function("mechanism_placing", doc, state, ("G", "phi", "v"), results)
-    yield Function("mechanism_forcing", "Forcing f.", state, ("f",), forcing)
+    doc = "Of the permanent constraints, the first rows in row_tables.h, positions phi, entries G and velocities v."
+    results = tuple(result for result in results if result[0] != "phi" or result[1] < permanent)
+    yield Function("mechanism_holding", doc, state, ("G", "phi", "v"), results)
+    doc = "Forcing f, with k of mechanism_stepping at the same time, positions, inputs and parameters."
+    yield Function("mechanism_forcing", doc, (*state, still), ("f",), forcing)
+    doc = (
+        "What mechanism_further gives, with k of mechanism_stepping at the same time, positions, inputs and parameters."
+    )
+    yield Function("mechanism_stepped_further", doc, (*state, qdd, still), ("dz",), rates)
+
+
+def _still(equations: EquationsOfMotion, results: Sequence[Node]) -> tuple[Node, ...]:
+    """What the ``results`` are made of that does not move with velocities, further states, accelerations and loads."""
+    g, v = equations.graph, equations.variables
+    fixed = {v.t, *v.q, *v.signals, *v.parameters}
+    still, found = dict[Node, bool](), dict[Node, None]()
+    for node in g.cone(results):
+        operands = g.operands[node]
+        leaf = g.code[node] in (CONSTANT, SYMBOL)
+        still[node] = node in fixed or g.code[node] == CONSTANT if leaf else all(still[x] for x in operands)
+        if not still[node]:
+            found |= dict.fromkeys(x for x in operands if still[x])
+    found |= dict.fromkeys(x for x in results if still[x])
+    return tuple(node for node in found if g.code[node] not in (CONSTANT, SYMBOL))
 
 
 def contact_events(equations: EquationsOfMotion) -> Iterator[EventFunction]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import CFUNCTYPE, addressof, c_int, c_size_t, c_uint, c_void_p
+from ctypes import byref, c_double, c_size_t, c_uint, c_void_p
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,36 +28,33 @@ class _Doubles:
     def __init__(self, fmu: Any, references: Sequence[int], size: int, *, third: bool) -> None:
         """Prepare calls of ``fmu``, an instance of fmpy, for ``size`` numbers of the variables ``references``."""
         self.values: Floats = np.empty(size)
-        self._named = (c_uint * len(references))(*references)
-        types = (c_void_p, c_void_p, c_size_t, c_void_p, *([c_size_t] if third else []))
-        numbers = (fmu.component, addressof(self._named), len(references), self.values.ctypes.data, size)
-        self._arguments = [kind(number) for kind, number in zip(types, numbers, strict=False)]  # converted once
-        version, kind = "3" if third else "2", _DOUBLES[third]
-        self._get, self._set = (direct(fmu, f"fmi{version}{verb}{kind}", *types) for verb in ("Get", "Set"))
-
-    def read(self) -> Floats:
-        """The present values (size,)."""
-        self._get(*self._arguments)
-        found: Floats = self.values.copy()
-        return found
+        named = (c_uint * len(references))(*references)
+        numbers = (c_double * size).from_buffer(self.values)  # type: ignore[arg-type] # an array is a buffer
+        arguments = [c_void_p.from_param(fmu.component), byref(named), c_size_t.from_param(len(references))]
+        arguments += [byref(numbers), *([c_size_t.from_param(size)] if third else [])]  # these references keep arrays
+        name = f"fmi{3 if third else 2}{{}}{_DOUBLES[third]}"
+        self.read: Callable[[], Floats] = direct(fmu, name.format("Get"), arguments, self.values.copy)
+        self.send = direct(fmu, name.format("Set"), arguments)
 
     def write(self, values: Floats) -> None:
         """Set them to ``values`` (size,)."""
         self.values[:] = values
-        self._set(*self._arguments)
+        self.send()
 
 
-def direct(fmu: Any, name: str, *types: Any) -> Callable[..., None]:
-    """The function ``name`` of the library of ``fmu``, an instance of fmpy, for arguments of ``types`` of ctypes.
+def direct(fmu: Any, name: str, arguments: Sequence[Any], given: Callable[[], Any] | None = None) -> Callable[[], Any]:
+    """A call of the function ``name`` of the library of ``fmu``, an instance of fmpy, with ``arguments`` of ctypes.
 
-    It takes addresses as integers, and raises RuntimeError where the FMU refuses.
+    These are converted once; who keeps them may change their values between calls. The call returns what ``given``
+    returns then, and raises RuntimeError where the FMU refuses.
     """
-    call = CFUNCTYPE(c_int, *types)((name, fmu.dll))
+    call, taken = fmu.dll[name], (*arguments,)
 
-    def checked(*arguments: Any) -> None:
-        status = call(*arguments)
+    def checked() -> Any:
+        status = call(*taken)
         if status > _WARNING:
             raise RuntimeError(f"{name} returned status {status}")
+        return None if given is None else given()
 
     return checked
 
@@ -149,16 +147,9 @@ class Channel:
             part.write(values[part.columns])
 
     @property
-    def reading(self) -> Callable[[], Floats]:
-        """``read`` by the shortest way."""
-        doubles = self._parts[0].doubles if len(self._parts) == 1 else None
-        return self.read if doubles is None else doubles.read
-
-    @property
-    def writing(self) -> Callable[[Floats], None]:
-        """``write`` by the shortest way."""
-        doubles = self._parts[0].doubles if len(self._parts) == 1 else None
-        return self.write if doubles is None else doubles.write
+    def doubles(self) -> _Doubles | None:
+        """What reads and sets them by the shortest way, if there is one."""
+        return self._parts[0].doubles if len(self._parts) == 1 else None
 
     @property
     def references(self) -> list[int]:
@@ -187,23 +178,25 @@ class Settables:
 
     def __init__(self, channel: Channel, sizes: Sequence[int]) -> None:
         """The ``channel`` sets the numbers of all keys, one after another, ``sizes`` of each."""
-        self._write, self._sizes = channel.writing, sizes
-        self._shape, self._zeros = (sum(sizes),), np.zeros(sum(sizes))
-        self._whole = len(sizes) == 1 and sizes[0] > 1
+        self._write, self._sizes, self._whole = channel.write, sizes, len(sizes) == 1 and sizes[0] > 1
+        doubles = channel.doubles
+        values: Floats = np.empty(sum(sizes)) if doubles is None else doubles.values
+        self._send = partial(channel.write, values) if doubles is None else doubles.send
+        self._view: Any = memoryview(values)  # type: ignore[arg-type] # an array is a buffer
 
     def write(self, inputs: Commands) -> None:
         """Set what ``inputs`` gives these keys; raises LoadError for values that cannot be, or what the FMU raises."""
-        self._write(self._numbers(inputs))
-
-    def _numbers(self, inputs: Commands) -> Floats:
-        values = [*inputs.values()]
+        given = [*inputs.values()]
         try:
-            found: Floats = np.asarray(values[0] if self._whole else values, dtype=float)
-            if found.shape == self._shape and math.isfinite(found.dot(self._zeros)):
-                return found
-        except (TypeError, ValueError):  # arrays among them, or no numbers
-            pass
-        return np.concatenate([_part(*item, size) for item, size in zip(inputs.items(), self._sizes, strict=True)])
+            self._view[:] = given[0] if self._whole else np.asarray(given, dtype=float)
+            usual = math.isfinite(sum(self._view))
+        except (TypeError, ValueError):  # arrays among them, or other numbers than doubles
+            usual = False
+        if usual:
+            self._send()
+        else:
+            parts = zip(inputs.items(), self._sizes, strict=True)
+            self._write(np.concatenate([_part(*item, size) for item, size in parts]))
 
 
 def _part(key: Any, value: Any, size: int) -> Floats:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from ctypes import c_double, c_int, c_void_p
-from functools import partial
 from numbers import Real
 from types import TracebackType
 from typing import Any, Literal, overload
@@ -38,12 +37,14 @@ class Simulation:
         """Step the ``instance``, which has been initialized at ``time`` (s); ``scalars`` are its numbers by name."""
         self._instance, self._scalars, self._time = instance, scalars, time
         # where equal steps began, their length and their number: their times do not add up roundings
-        self._grid = time, 0.0, 0
+        self._grid = time, math.nan, 0
         self._third = is_fmi3(instance.description)
         self._saves = bool(instance.description.coSimulation.canGetAndSetFMUstate)
-        self._do_step = _stepper(instance.fmu)
+        self._go = _stepper(instance.fmu, third=self._third, last=not self._saves)
         self._readers: dict[tuple[str, ...], Callable[[], Floats]] = {}
+        self._last: tuple[str | Sequence[str], Callable[[], Floats]] = (), lambda: np.empty(0)
         self._settables: dict[tuple[Any, ...], Settables] = {}
+        self._commanded: tuple[list[Any], Callable[[Commands], None]] = [], lambda inputs: None
         self._states: WeakSet[SavedState] = WeakSet()
         self._open: ExitStack | None = ExitStack()
         self.inputs = tuple(_of_causality(scalars, "input"))
@@ -62,24 +63,27 @@ class Simulation:
         Raises LoadError for a step or values that cannot be, SimulationError if the FMU cannot make the step, or if it
         is closed. After such a failure ``restore`` goes back, if the FMU allows it.
         """
-        self._check_open()
-        if not ((type(h) is float or isinstance(h, Real)) and math.isfinite(h) and h > 0):
-            raise LoadError(f"the step h = {h!r} s is not positive and finite; give its length in s, such as 1e-3")
+        if self._open is None:
+            self._check_open()
+        begun, length, count = self._grid if type(h) is float and h == self._grid[1] else self._grid_of(h)
         if inputs:
-            self.set(inputs)
-        begun, length, count = self._grid if self._grid[1] == h else (self._time, h, 0)
+            self._set(inputs)
+        end = begun + (count + 1) * length
         try:
-            self.advance(begun + (count + 1) * length)
+            self._go(self._time, end)
         except Exception as error:  # fmpy raises bare exceptions
             raise self._failed(f"step by {h:g} s", error) from error
-        self._grid = begun, length, count + 1
+        self._time, self._grid = end, (begun, length, count + 1)
+
+    def _grid_of(self, h: float) -> tuple[float, float, int]:
+        """Where steps of ``h`` (s) began, their length and their number so far; raises LoadError for another one."""
+        if not (isinstance(h, Real) and math.isfinite(h) and h > 0):
+            raise LoadError(f"the step h = {h!r} s is not positive and finite; give its length in s, such as 1e-3")
+        return self._grid if self._grid[1] == h else (self._time, float(h), 0)
 
     def advance(self, end: float) -> None:
         """Go on until ``end`` (s), with the inputs as they are; raises what fmpy raises."""
-        if self._third:
-            step_to(self._instance.fmu, self._time, end, final=not self._saves)
-        else:
-            self._do_step(self._time, end - self._time, int(not self._saves))
+        self._go(self._time, end)
         self._time = end
 
     def set(self, inputs: Commands) -> None:
@@ -88,27 +92,31 @@ class Simulation:
         Raises LoadError for names that are no inputs, and for values that are no finite numbers.
         """
         self._check_open()
-        if not isinstance(inputs, (dict, Mapping)):  # the usual type comes first, as below
+        self._set(inputs)
+
+    def _set(self, inputs: Commands) -> None:
+        """As ``set``, once it is known that the FMU is open."""
+        if type(inputs) is not dict and not isinstance(inputs, Mapping):  # the usual type comes first, as below
             raise LoadError(f"the inputs are {inputs!r}; give a mapping {{name: value}}")
-        keys = tuple(inputs)
-        found = self._settables.get(keys)
-        if found is None:
-            found = self._settables[keys] = self._settable(keys)
+        if [*inputs] != self._commanded[0]:
+            self._commanded = self._writer(tuple(inputs))
         try:
-            found.write(inputs)
+            self._commanded[1](inputs)
         except LoadError:
             raise
         except Exception as error:  # fmpy raises bare exceptions
             raise LoadError(f"the FMU refuses inputs: {error}; {self._instance.log.tail()}") from error
 
-    def _settable(self, keys: Sequence[Any]) -> Settables:
-        """How the inputs or tunable parameters that ``keys`` name are set."""
-        known = [s for s in self._scalars.values() if _is_settable(s)]
-        allowed = [*dict.fromkeys([*(s.name for s in known), *(s.variable.name for s in known)])]
-        check_known([name for key in keys for name in names_in(key)], allowed, "input")
-        groups = [[s for name in names_in(key) for s in self._elements(name)] for key in keys]
-        channel = Channel(self._instance.fmu, [s for group in groups for s in group], third=self._third)
-        return Settables(channel, [*map(len, groups)])
+    def _writer(self, keys: tuple[Any, ...]) -> tuple[list[Any], Callable[[Commands], None]]:
+        """The ``keys``, by which they are known again, and what sets the inputs or tunable parameters they name."""
+        if keys not in self._settables:
+            known = [s for s in self._scalars.values() if _is_settable(s)]
+            allowed = [*dict.fromkeys([*(s.name for s in known), *(s.variable.name for s in known)])]
+            check_known([name for key in keys for name in names_in(key)], allowed, "input")
+            groups = [[s for name in names_in(key) for s in self._elements(name)] for key in keys]
+            channel = Channel(self._instance.fmu, [s for group in groups for s in group], third=self._third)
+            self._settables[keys] = Settables(channel, [*map(len, groups)])
+        return [*keys], self._settables[keys].write
 
     @overload
     def __getitem__(self, name: str) -> Any: ...
@@ -120,19 +128,26 @@ class Simulation:
         For a sequence of k names it is an array (k,), by one call of the FMU; arrays among them give all their numbers.
         Raises LoadError for an unknown name, SimulationError after closing.
         """
-        self._check_open()
-        names = tuple(name) if isinstance(name, (tuple, list, Iterable)) and not isinstance(name, str) else (name,)
-        read = self._readers.get(names)
-        if read is None:
-            found = [s for x in names for s in self._elements(x)]
-            read = self._readers[names] = Channel(self._instance.fmu, found, third=self._third).reading
+        if self._open is None:
+            self._check_open()
+        if type(name) is not type(self._last[0]) or name != self._last[0]:
+            self._last = self._reader(name)
         try:
-            values = read()
+            values = self._last[1]()
         except Exception as error:  # fmpy raises bare exceptions
-            raise self._failed(f"give {', '.join(names)}", error) from error
+            raise self._failed(f"give {name if isinstance(name, str) else ', '.join(name)}", error) from error
         if not isinstance(name, str):
             return values
         return float(values[0]) if name in self._scalars else values.reshape(self._shape(name))
+
+    def _reader(self, name: str | Sequence[str]) -> tuple[str | Sequence[str], Callable[[], Floats]]:
+        """A copy of ``name``, by which it is known again, and what reads it."""
+        names = (name,) if isinstance(name, str) or not isinstance(name, Iterable) else tuple(name)
+        read = self._readers.get(names)
+        if read is None:
+            channel = Channel(self._instance.fmu, [s for x in names for s in self._elements(x)], third=self._third)
+            read = self._readers[names] = (channel.doubles or channel).read
+        return name[:] if type(name) in (list, tuple, str) else names, read
 
     def _elements(self, name: str) -> list[Scalar]:
         """The scalars of the variable ``name``, or the one of this name."""
@@ -173,7 +188,7 @@ class Simulation:
             self._instance.fmu.setFMUState(state.kept)
         except Exception as error:  # fmpy raises bare exceptions
             raise self._failed(f"go back to t = {state.time:.9g} s", error) from error
-        self._time, self._grid = state.time, (state.time, 0.0, 0)
+        self._time, self._grid = state.time, (state.time, math.nan, 0)
 
     def close(self) -> None:
         """Free the FMU; it cannot be used any longer. To close it once more does nothing."""
@@ -235,12 +250,24 @@ def sampled(sim: Simulation, feedback: Feedback, plan: Plan, progress: Callable[
     return values
 
 
-def _stepper(fmu: Any) -> Callable[[float, float, int], None]:
-    """``doStep`` of an FMU of FMI 2.0, by a call that is prepared once where it runs in this process."""
+def _stepper(fmu: Any, *, third: bool, last: bool) -> Callable[[float, float], None]:
+    """What steps from one time (s) to another: for FMI 2.0 in this process by a call that is prepared once.
+
+    ``third``: by FMI 3.0; ``last``: no earlier state is returned to.
+    """
+    if third:
+        return lambda time, end: step_to(fmu, time, end, final=last)
     if not is_direct(fmu) or not hasattr(fmu, "fmi2DoStep"):
-        ours: Callable[[float, float, int], None] = fmu.doStep
-        return ours
-    return partial(direct(fmu, "fmi2DoStep", c_void_p, c_double, c_double, c_int), fmu.component)
+        return lambda time, end: fmu.doStep(time, end - time, int(last))
+    point, length = c_double(), c_double()
+    arguments = c_void_p.from_param(fmu.component), point, length, c_int.from_param(int(last))
+    call = direct(fmu, "fmi2DoStep", arguments)
+
+    def stepped(time: float, end: float) -> None:
+        point.value, length.value = time, end - time
+        call()
+
+    return stepped
 
 
 def _nearest(grid: Floats, times: Floats) -> Floats:

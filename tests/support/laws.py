@@ -96,6 +96,7 @@ class _SparseProblem(ctypes.Structure):
         ("free", _Doubles),
         ("row", ctypes.POINTER(Row)),
         ("yielding", ctypes.POINTER(ctypes.c_bool)),
+        ("few", ctypes.c_void_p),
     ]
 
 
@@ -229,8 +230,12 @@ class Laws:
         rows: Sequence[Row],
         guess: Array | None = None,
         rounds: int = 12,
+        few: ctypes.Array[ctypes.c_char] | None = None,
     ) -> tuple[bool, Array, Array]:
-        """Whether solved to rounding, and by rigid rows, lambda[rows] and w[rows] of a sparse problem."""
+        """Whether solved to rounding, and by rigid rows, lambda[rows] and w[rows] of a sparse problem.
+
+        ``few`` is memory of zeros, or that of the last problem with the same operator.
+        """
         size = len(free)
         start, column = delassus.indptr.astype(np.int32), delassus.indices.astype(np.int32)
         free, value = np.ascontiguousarray(free, float), np.ascontiguousarray(delassus.data, float)
@@ -238,7 +243,7 @@ class Laws:
         matrix = _Sparse(size, *arrays)
         yielding = ctypes.c_bool(False)
         given = free.ctypes.data_as(_Doubles), (Row * size)(*rows), ctypes.pointer(yielding)
-        problem = _SparseProblem(self._arena, matrix, *given)
+        problem = _SparseProblem(self._arena, matrix, *given, None if few is None else ctypes.addressof(few))
         forces, motions = np.zeros(size) if guess is None else guess.copy(), np.zeros(size)
         solved = self._library.complementarity_large(
             ctypes.byref(problem), rounds, forces.ctypes.data_as(_Doubles), motions.ctypes.data_as(_Doubles)

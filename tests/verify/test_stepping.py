@@ -98,6 +98,26 @@ def test_names_together_take_an_array(exported) -> None:
             sim.step(0.1, {("Q_theta1", "Q_nothing"): [1.0, 2.0]})
 
 
+def test_arrays_of_any_kind_are_taken_and_a_list_of_names_may_grow(exported) -> None:
+    forces, names, found = ("Q_theta1", "Q_theta2"), ["theta1"], set()
+    kinds = (np.array([1.0, 2.0]), np.array([1, 2]), np.array([1, 2], np.float32), np.array([1.0, 0.0, 2.0])[::2])
+    for numbers in (*kinds, kinds[0].astype(">f8"), kinds[0][:, None]):
+        with lag2fmu.start(exported("double_pendulum")) as sim:
+            sim.step(0.1, {forces: numbers})
+            with pytest.raises(LoadError, match="not finite"):
+                sim.step(0.1, {forces: np.array([math.inf, -math.inf])})
+            sim.step(np.float64(0.1))
+            found.add(tuple(sim[["theta1", "theta2"]]))
+            assert len(sim[names]) == len(sim[names]) == 1
+            assert sim.time == 0.2
+    assert len(found) == 1
+    with lag2fmu.start(exported("double_pendulum")) as sim:
+        assert len(sim[names]) == 1
+        names.append("theta2")
+        assert len(sim[names]) == 2
+        assert (sim[np.array(names)] == sim[tuple(names)]).all()
+
+
 def test_arrays_are_set_and_read_as_a_whole(exported) -> None:
     fmu = exported("double_pendulum", fmi="3.0", arrays=True)
     with lag2fmu.start(fmu) as sim, lag2fmu.start(fmu) as other:
@@ -215,7 +235,7 @@ def test_what_an_fmu_refuses_is_a_sentence_with_the_time(exported, monkeypatch) 
     with lag2fmu.start(exported("pendulum")) as sim:
         saved = sim.save()
         sim.step(0.5)
-        monkeypatch.setattr("lag2fmu.verify.channels._Doubles.read", refusing)
+        monkeypatch.setattr("lag2fmu.verify.channels.direct", lambda *_: refusing)
         for call in ("getFMUState", "setFMUState"):
             monkeypatch.setattr(sim._instance.fmu, call, refusing)
         with pytest.raises(SimulationError, match=r"cannot give l at t = 0\.5 s: status 3; "):
@@ -229,10 +249,12 @@ def test_what_an_fmu_refuses_is_a_sentence_with_the_time(exported, monkeypatch) 
 
 def test_a_call_that_the_fmu_refuses_is_told_by_its_status(exported) -> None:
     with lag2fmu.start(exported("pendulum")) as sim:
-        call = direct(sim._instance.fmu, "fmi2DoStep", c_void_p, c_double, c_double, c_int)
-        call(sim._instance.fmu.component, 0.0, 0.1, 1)
+        h = c_double(0.1)
+        call = direct(sim._instance.fmu, "fmi2DoStep", (c_void_p(sim._instance.fmu.component), c_double(), h, c_int(1)))
+        call()
+        h.value = -0.1
         with pytest.raises(RuntimeError, match="fmi2DoStep returned status 3"):
-            call(sim._instance.fmu.component, 0.0, -0.1, 1)
+            call()
 
 
 def test_an_fmu_without_co_simulation_is_told(exported, tmp_path: Path) -> None:

@@ -154,8 +154,11 @@ static bool solve_laws_from(const Large *large, int begin, const Laws *laws, int
     return arena_leave(mark, solved);
 }
 
-static bool solve_few_rows(const SparseProblem *problem, int count, const int rows[], double lambda[]) {
-    return lone_rows(problem, count, rows, lambda) || few_rows(problem, count, rows, lambda);
+static bool solve_few_rows(const SparseProblem *problem, int count, const int rows[], FewRows *few, double lambda[]) {
+    FewRows here;
+    here.known = false;
+    return lone_rows(problem, count, rows, lambda) ||
+           few_rows(problem, count, rows, few == NULL ? &here : few, lambda);
 }
 
 /* lambda of the rows from place begin on to end. */
@@ -164,7 +167,7 @@ static bool solve_places(const Large *large, int begin, int end, int most_rounds
     const ArenaMark mark = arena_mark(arena);
     const size_t bytes = (size_t)(end - begin) * sizeof(double);
     Laws laws;
-    if (solve_few_rows(large->problem, end - begin, large->order.row + begin, lambda)) {
+    if (solve_few_rows(large->problem, end - begin, large->order.row + begin, NULL, lambda)) {
         return true;
     }
     if (!take_laws(large, begin, end, &laws) || !arena_reserve(arena, 2 * arena_bytes(bytes, 1))) {
@@ -204,7 +207,7 @@ static bool solve_whole(const SparseProblem *problem, double lambda[]) {
     static const int FIRST[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     const int rows = problem->delassus.rows;
     return rows <= (int)(sizeof FIRST / sizeof *FIRST) && problem->delassus.start[rows] == rows * rows &&
-           solve_few_rows(problem, rows, FIRST, lambda);
+           solve_few_rows(problem, rows, FIRST, problem->few, lambda);
 }
 
 bool complementarity_large(const SparseProblem *problem, int most_rounds, double lambda[], double w[]) {
@@ -220,8 +223,10 @@ bool complementarity_large(const SparseProblem *problem, int most_rounds, double
             solved = solve_places(&large, begin, end, most_rounds, lambda) && solved;
         }
     }
-    sparse_multiply(&problem->delassus, lambda, w);
-    for (int k = 0; k < problem->delassus.rows; k++) {
+    if (w != NULL) {
+        sparse_multiply(&problem->delassus, lambda, w);
+    }
+    for (int k = 0; k < problem->delassus.rows && w != NULL; k++) {
         w[k] += problem->free[k];
     }
     return arena_leave(mark, solved);

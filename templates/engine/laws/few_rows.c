@@ -9,82 +9,59 @@
 #include "vector_length.h"
 
 /* Of so few contacts all ways to rest are tried. */
-enum { MOST_FEW_ROWS = 16, MOST_FEW_STEPS = 12, MOST_RESTING = 2 };
-
-typedef enum {
-    STATE_OPEN,   /* x = 0 */
-    STATE_HELD,   /* w = 0 */
-    STATE_SLIDING /* x = limit u, the limit follows the normal force */
-} FewState;
-
-/* w = offset + matrix x, in units in which diagonal entries are 1. */
-typedef struct {
-    int size;
-    int contacts;                 /* rows that are unilateral */
-    bool coulomb, round, dry;     /* are there rows of Coulomb's law, of round cones, of dry friction? */
-    double scale[MOST_FEW_ROWS];  /* of the row: lambda = scale x */
-    double matrix[MOST_FEW_ROWS][MOST_FEW_ROWS];
-    double offset[MOST_FEW_ROWS];
-    double usual;                 /* the greatest entry of the offset */
-    int width[MOST_FEW_ROWS];     /* as in laws.h, as the next ones */
-    int normal[MOST_FEW_ROWS];
-    double slope[MOST_FEW_ROWS];
-    double base[MOST_FEW_ROWS];
-    double rate[MOST_FEW_ROWS];   /* the proximal step */
-    bool holds[MOST_FEW_ROWS];
-    double x[MOST_FEW_ROWS], w[MOST_FEW_ROWS];
-    FewState state[MOST_FEW_ROWS];
-    bool given;                   /* are the states of contacts given? */
-    int redundant;                /* how many rows that are held are redundant */
-    int left_out;                 /* the one that the factors leave out, or -1 */
-    double without[MOST_FEW_ROWS]; /* if one is: forces without any motion */
-    bool unsure;                  /* shares of redundant rows were not tried that may rest */
-    double along[MOST_FEW_ROWS];  /* u of a row that slides */
-    double length[MOST_FEW_ROWS]; /* of its trial x - rate w */
-    double right[MOST_FEW_ROWS];
-    double damping;               /* of rows that are held: 0 as long as none is redundant */
-    double factors[MOST_FEW_ROWS][MOST_FEW_ROWS];
-} Few;
+enum { MOST_FEW_STEPS = 12, MOST_RESTING = 4 };
 
 /* --- the laws */
 
-static int rows_from(const Few *few, int k) {
+static int rows_from(const FewRows *few, int k) {
     return few->width[k] == 2 ? 2 : 1;
 }
 
 /* The place of a row, or -1. */
 static int place_of(int count, const int rows[], int row) {
-    int place = row < count && rows[row] == row ? row : count - 1;
+    int place = count - 1;
     for (; place >= 0 && rows[place] != row; place--) {
     }
     return place;
 }
 
-static void take_law(Few *few, const SparseProblem *problem, const int rows[], int i) {
+static bool rows_in_order(int count, const int rows[]) {
+    bool in_order = true;
+    for (int i = 0; i < count; i++) {
+        in_order = in_order && rows[i] == i;
+    }
+    return in_order;
+}
+
+static void take_law(FewRows *few, const SparseProblem *problem, const int rows[], int i) {
     const Row *row = &problem->row[rows[i]];
     const bool rubs = row->law == ROW_TANGENTIAL, second = rubs && row->normal < rows[i] - 1;
+    few->law[i] = row->law;
     few->width[i] = row->law == ROW_UNILATERAL ? 0 : second ? -1 : 1;
     few->normal[i] = rubs ? (second ? few->normal[i - 1] : i - 1) : -1;
-    few->slope[i] = rubs ? row->friction : 0.0; /* not scaled yet */
-    few->base[i] = row->law == ROW_BILATERAL ? HUGE_VAL : row->law == ROW_BOUNDED ? row->friction : 0.0;
-    few->holds[i] = row->holds;
     few->contacts += row->law == ROW_UNILATERAL;
     few->coulomb = few->coulomb || rubs;
     few->round = few->round || second;
     few->dry = few->dry || row->law == ROW_BOUNDED;
+    few->linear = few->linear && row->law == ROW_BILATERAL;
     if (second) {
         few->width[i - 1] = 2;
     }
 }
 
 /* False: a row does not move by its own force. */
-static bool take_matrix(Few *few, const SparseProblem *problem, const int rows[]) {
+static bool take_matrix(FewRows *few, const SparseProblem *problem, const int rows[]) {
     const Sparse *delassus = &problem->delassus;
+    const bool whole = delassus->start[delassus->rows] == few->size * few->size && rows_in_order(few->size, rows);
     bool regular = true;
-    memset(few->matrix, 0, sizeof few->matrix);
+    if (!whole) {
+        memset(few->matrix, 0, sizeof few->matrix);
+    }
     for (int i = 0; i < few->size; i++) {
-        for (int e = delassus->start[rows[i]]; e < delassus->start[rows[i] + 1]; e++) {
-            few->matrix[i][place_of(few->size, rows, delassus->column[e])] = delassus->value[e];
+        const int begin = delassus->start[rows[i]], end = delassus->start[rows[i] + 1];
+        for (int e = begin; e < end; e++) {
+            const int place = whole ? e - begin : place_of(few->size, rows, delassus->column[e]);
+            few->matrix[i][place] = delassus->value[e];
         }
         regular = regular && few->matrix[i][i] > 0.0;
     }
@@ -92,7 +69,7 @@ static bool take_matrix(Few *few, const SparseProblem *problem, const int rows[]
 }
 
 /* Both rows of a cone have one scale. */
-static void scale_few(Few *few) {
+static void scale_few(FewRows *few) {
     for (int k = 0; k < few->size; k += rows_from(few, k)) {
         const int rows = rows_from(few, k);
         const double own = rows == 2 ? 0.5 * (few->matrix[k][k] + few->matrix[k + 1][k + 1]) : few->matrix[k][k];
@@ -106,21 +83,15 @@ static void scale_few(Few *few) {
         for (int j = 0; j < few->size; j++) {
             few->matrix[i][j] *= few->scale[i] * few->scale[j];
         }
-        few->offset[i] *= few->scale[i];
-        few->usual = fmax(few->usual, fabs(few->offset[i]));
-        few->x[i] /= few->scale[i];
-        few->base[i] /= few->scale[i];
-        few->slope[i] *= few->normal[i] >= 0 ? few->scale[few->normal[i]] / few->scale[i] : 0.0;
     }
 }
 
-static bool take_few(Few *few, const SparseProblem *problem, int count, const int rows[], const double lambda[]) {
+/* The operator and the kinds of laws. */
+static bool take_operator(FewRows *few, const SparseProblem *problem, int count, const int rows[]) {
     few->size = count;
     few->contacts = 0;
-    few->coulomb = few->round = few->dry = few->given = few->unsure = false;
-    few->usual = few->damping = 0.0;
-    few->redundant = 0;
-    few->left_out = -1;
+    few->coulomb = few->round = few->dry = few->given = false;
+    few->linear = true;
     memset(few->state, 0, sizeof few->state);
     memset(few->along, 0, sizeof few->along);
     if (!take_matrix(few, problem, rows)) {
@@ -128,31 +99,70 @@ static bool take_few(Few *few, const SparseProblem *problem, int count, const in
     }
     for (int i = 0; i < count; i++) {
         take_law(few, problem, rows, i);
-        few->offset[i] = problem->free[rows[i]];
-        few->x[i] = lambda[rows[i]];
     }
     scale_few(few);
     return true;
 }
 
-static double few_limit(const Few *few, int k) {
+/* The free motion, the forces to begin with, and coefficients. */
+static void take_motion(FewRows *few, const SparseProblem *problem, const int rows[], const double lambda[]) {
+    few->usual = 0.0;
+    for (int i = 0; i < few->size; i++) {
+        const Row *row = &problem->row[rows[i]];
+        const double scale = few->scale[i], bound = row->law == ROW_BOUNDED ? row->friction : 0.0;
+        few->offset[i] = problem->free[rows[i]] * scale;
+        few->usual = fabs(few->offset[i]) > few->usual ? fabs(few->offset[i]) : few->usual;
+        few->x[i] = lambda[rows[i]] / scale;
+        few->base[i] = (row->law == ROW_BILATERAL ? HUGE_VAL : bound) / scale;
+        few->slope[i] = few->normal[i] >= 0 ? row->friction * (few->scale[few->normal[i]] / scale) : 0.0;
+        few->holds[i] = row->holds;
+    }
+}
+
+/* Are rows of the same laws known? Those of a known operator are the same rows. */
+static bool few_known(const FewRows *few, const SparseProblem *problem, int count, const int rows[]) {
+    bool known = few->known && few->size == count;
+    for (int i = 0; i < count && known; i++) {
+        known = problem->row[rows[i]].law == few->law[i];
+    }
+    return known;
+}
+
+static bool take_few(FewRows *few, const SparseProblem *problem, int count, const int rows[], const double lambda[]) {
+    if (!few_known(few, problem, count, rows)) {
+        few->factored = false;
+        few->known = take_operator(few, problem, count, rows);
+    }
+    if (few->known) {
+        take_motion(few, problem, rows, lambda);
+    }
+    few->factored = few->factored && !few->given && few->damping == 0.0;
+    few->given = few->unsure = false;
+    few->damping = 0.0;
+    few->redundant = 0;
+    few->left_out = -1;
+    return few->known;
+}
+
+static double few_limit(const FewRows *few, int k) {
     const int normal = few->normal[k];
-    return few->base[k] + (normal >= 0 ? few->slope[k] * fmax(few->x[normal], 0.0) : 0.0);
+    return few->base[k] + (normal >= 0 && few->x[normal] > 0.0 ? few->slope[k] * few->x[normal] : 0.0);
 }
 
 /* --- steps */
 
-static void find_w(Few *few) {
+static void find_w(FewRows *few) {
     for (int i = 0; i < few->size; i++) {
-        few->w[i] = few->offset[i];
+        double w = few->offset[i];
         for (int j = 0; j < few->size; j++) {
-            few->w[i] += few->matrix[i][j] * few->x[j];
+            w += few->matrix[i][j] * few->x[j];
         }
+        few->w[i] = w;
     }
 }
 
 /* What a row or cone does at x. Returns whether its equations are others than before. */
-static bool choose_state(Few *few, int k) {
+static bool choose_state(FewRows *few, int k) {
     const int rows = rows_from(few, k), width = few->width[k];
     const FewState before = few->state[k];
     const double limit = width > 0 ? few_limit(few, k) : 0.0, was = few->along[k];
@@ -171,13 +181,13 @@ static bool choose_state(Few *few, int k) {
     return few->state[k] != before || few->along[k] != was || (rows == 2 && few->state[k] == STATE_SLIDING);
 }
 
-static void put_right(Few *few, int k) {
+static void put_right(FewRows *few, int k) {
     const double limit = few->state[k] == STATE_SLIDING ? few_limit(few, k) : 0.0;
     few->right[k] = few->state[k] == STATE_HELD ? -few->rate[k] * few->w[k] : limit * few->along[k] - few->x[k];
 }
 
 /* Rows k and k + 1 of a cone slide: its force turns with its slip. */
-static void put_turn(Few *few, int k) {
+static void put_turn(FewRows *few, int k) {
     const double rate = few_limit(few, k) / few->length[k];
     for (int i = 0; i < 2; i++) {
         for (int j = 0; j < 2; j++) {
@@ -191,14 +201,19 @@ static void put_turn(Few *few, int k) {
 }
 
 /* The equations of the states. */
-static void put_equations(Few *few) {
-    memset(few->factors, 0, sizeof few->factors);
+static void put_equations(FewRows *few) {
+    const size_t bytes = (size_t)few->size * sizeof(double);
     for (int k = 0; k < few->size; k++) {
         const int normal = few->normal[k];
-        for (int j = 0; j < few->size && few->state[k] == STATE_HELD; j++) {
-            few->factors[k][j] = few->rate[k] * few->matrix[k][j];
+        const bool held = few->state[k] == STATE_HELD;
+        if (held) {
+            for (int j = 0; j < few->size; j++) {
+                few->factors[k][j] = few->rate[k] * few->matrix[k][j];
+            }
+        } else {
+            memset(few->factors[k], 0, bytes);
         }
-        few->factors[k][k] += few->state[k] == STATE_HELD ? few->damping : 1.0;
+        few->factors[k][k] += held ? few->damping : 1.0;
         if (few->state[k] == STATE_SLIDING && normal >= 0 && few->x[normal] >= 0.0) {
             few->factors[k][normal] -= few->slope[k] * few->along[k];
         }
@@ -212,7 +227,7 @@ static void put_equations(Few *few) {
 
 /* Overwrites the equations by L and U; L has a diagonal of 1. Returns how many pivots are less than least: those rows
    are left out. The last of them is *which. */
-static int factorize_few(Few *few, double least, int *which) {
+static int factorize_few(FewRows *few, double least, int *which) {
     int small = 0;
     for (int i = 0; i < few->size; i++) {
         double *row = few->factors[i];
@@ -222,8 +237,9 @@ static int factorize_few(Few *few, double least, int *which) {
                 continue;
             }
             row[j] /= other[j];
-            for (int k = j + 1; k < few->size; k++) {
-                row[k] -= row[j] * other[k];
+            const double factor = row[j];
+            for (int k = few->size - 1; k > j; k--) {
+                row[k] -= factor * other[k];
             }
         }
         if (!(fabs(row[i]) >= least)) {
@@ -235,7 +251,7 @@ static int factorize_few(Few *few, double least, int *which) {
 }
 
 /* Forces without any motion, by the factors in which this row is redundant. */
-static void find_without(Few *few, int which) {
+static void find_without(FewRows *few, int which) {
     double *without = few->without;
     memset(without, 0, sizeof few->without);
     without[which] = 1.0;
@@ -248,7 +264,7 @@ static void find_without(Few *few, int which) {
 }
 
 /* The force of a row stays what it is. */
-static void leave_out(Few *few, int which) {
+static void leave_out(FewRows *few, int which) {
     memset(few->factors[which], 0, sizeof few->factors[which]);
     few->factors[which][which] = 1.0;
     few->left_out = which;
@@ -256,7 +272,7 @@ static void leave_out(Few *few, int which) {
 
 /* The factors of the equations. Where rows are redundant, those that are held are damped as in newton.c; a single one
    is left out where the way of sharing forces is chosen later. */
-static bool find_factors(Few *few) {
+static bool find_factors(FewRows *few) {
     int which = 0;
     put_equations(few);
     if (few->damping == 0.0) {
@@ -276,38 +292,42 @@ static bool find_factors(Few *few) {
 }
 
 /* x += the solution of the equations for the right side, which is overwritten. */
-static void step_few(Few *few) {
+static void step_few(FewRows *few) {
     double *change = few->right;
     if (few->left_out >= 0) {
         change[few->left_out] = 0.0;
     }
     for (int i = 0; i < few->size; i++) {
+        double rest = change[i];
         for (int j = 0; j < i; j++) {
-            change[i] -= few->factors[i][j] * change[j];
+            rest -= few->factors[i][j] * change[j];
         }
+        change[i] = rest;
     }
     for (int i = few->size - 1; i >= 0; i--) {
+        double rest = change[i];
         for (int j = i + 1; j < few->size; j++) {
-            change[i] -= few->factors[i][j] * change[j];
+            rest -= few->factors[i][j] * change[j];
         }
-        change[i] /= few->factors[i][i];
+        change[i] = rest / few->factors[i][i];
         few->x[i] += change[i];
     }
 }
 
 /* Finds w and the right side. Do the equations hold that the states choose? */
-static bool few_met(Few *few) {
+static bool few_met(FewRows *few) {
     double rest = 0.0, size = 0.0;
     for (int k = 0; k < few->size; k++) {
+        const double force = fabs(few->x[k]);
         put_right(few, k);
         rest += fabs(few->right[k]);
-        size = fmax(size, fabs(few->x[k]));
+        size = force > size ? force : size;
     }
     return rest <= SOLVED * few->usual + NOISE * size;
 }
 
 /* What all rows do at x. Returns whether their equations are others than before. */
-static bool choose_states(Few *few) {
+static bool choose_states(FewRows *few) {
     bool others = false;
     for (int k = 0; k < few->size; k += rows_from(few, k)) {
         if (!few->given || (few->width[k] != 0 && few->normal[k] < 0)) {
@@ -317,18 +337,20 @@ static bool choose_states(Few *few) {
     return others;
 }
 
-/* From x on. */
-static bool iterate_few(Few *few) {
+/* From x on. Equations that are linear are solved by one step. */
+static bool iterate_few(FewRows *few) {
     bool solved = false, regular = true;
     for (int step = 0; step < MOST_FEW_STEPS && regular && !solved; step++) {
         find_w(few);
-        const bool others = choose_states(few) || step == 0;
+        const bool others = choose_states(few) || !few->factored;
         solved = few_met(few);
+        few->factored = !others;
         if (!solved) {
             if (others) {
-                regular = find_factors(few);
+                regular = few->factored = find_factors(few);
             }
             step_few(few);
+            solved = regular && few->linear && few->damping == 0.0;
         }
     }
     return solved;
@@ -336,7 +358,7 @@ static bool iterate_few(Few *few) {
 
 /* --- rest */
 
-static bool few_at_rest(const Few *few, int k) {
+static bool few_at_rest(const FewRows *few, int k) {
     double terms = fabs(few->offset[k]);
     for (int j = 0; j < few->size; j++) {
         terms += fabs(few->matrix[k][j] * few->x[j]);
@@ -344,12 +366,16 @@ static bool few_at_rest(const Few *few, int k) {
     return fabs(few->w[k]) <= ACCEPTED * terms;
 }
 
+static bool rows_rest(const FewRows *few, int k) {
+    return few->state[k] == STATE_HELD || (few_at_rest(few, k) && (few->width[k] == 1 || few_at_rest(few, k + 1)));
+}
+
 /* Does a row of friction move that held at the start, or rub another way than there? */
-static bool few_slip_anew(const Few *few, const double start[]) {
+static bool few_slip_anew(const FewRows *few, const double start[]) {
     bool anew = false;
     for (int k = 0; k < few->size && !anew; k++) {
         const int width = few->width[k];
-        if (width <= 0 || (few_at_rest(few, k) && (width == 1 || few_at_rest(few, k + 1)))) {
+        if (width <= 0 || rows_rest(few, k)) {
             continue;
         }
         const double along = few->x[k] * start[k] + (width == 2 ? few->x[k + 1] * start[k + 1] : 0.0);
@@ -360,7 +386,7 @@ static bool few_slip_anew(const Few *few, const double start[]) {
 
 /* Does this contact obey its law: closed within its cone, or open and leaving at a greater angle than that of its cone?
    The latter is what the convex program of cones.h asks for. */
-static bool obeys_at_rest(const Few *few, int k) {
+static bool obeys_at_rest(const FewRows *few, int k) {
     const bool rubs = k + 1 < few->size && few->normal[k + 1] == k;
     const bool closed = few->state[k] == STATE_HELD;
     const double *along = closed ? few->x : few->w, *across = closed ? few->x : few->w;
@@ -369,7 +395,7 @@ static bool obeys_at_rest(const Few *few, int k) {
     return along[k] >= 0.0 && size * (rubs && !closed ? few->slope[k + 1] : 1.0) <= limit;
 }
 
-static bool all_obey_at_rest(const Few *few) {
+static bool all_obey_at_rest(const FewRows *few) {
     bool obey = true;
     for (int k = 0; k < few->size && obey; k++) {
         obey = few->width[k] != 0 || obeys_at_rest(few, k);
@@ -388,7 +414,7 @@ static void narrow(double a, double b, double *least, double *most) {
 
 /* Shares the forces of closed contacts in the plane in the middle of all ways that obey their laws; where these have no
    end, as bodies that are wedged, as far behind their beginning as this is away. */
-static void share_few(Few *few) {
+static void share_few(FewRows *few) {
     double least = -HUGE_VAL, most = HUGE_VAL;
     for (int k = 0; k < few->size; k++) {
         if (few->width[k] != 0 || few->state[k] != STATE_HELD) {
@@ -409,8 +435,9 @@ static void share_few(Few *few) {
 }
 
 /* Rest with these contacts closed, a bit each from the second one on. */
-static bool rest_on(Few *few, unsigned closed) {
+static bool rest_on(FewRows *few, unsigned closed) {
     int contact = 0;
+    few->factored = false;
     few->damping = 0.0;
     few->redundant = 0;
     few->left_out = -1;
@@ -431,7 +458,7 @@ static bool rest_on(Few *few, unsigned closed) {
     return rests;
 }
 
-static bool rest_few(Few *few) {
+static bool rest_few(FewRows *few) {
     bool rests = false;
     few->given = true;
     for (unsigned closed = (1U << few->contacts) - 1U; closed > 0 && !rests; closed--) {
@@ -441,7 +468,7 @@ static bool rest_few(Few *few) {
 }
 
 /* Without Coulomb's law the motion has one solution. */
-static bool solve_few(Few *few) {
+static bool solve_few(FewRows *few) {
     double start[MOST_FEW_ROWS], found[MOST_FEW_ROWS];
     const size_t bytes = (size_t)few->size * sizeof(double);
     memcpy(start, few->x, bytes);
@@ -458,13 +485,12 @@ static bool solve_few(Few *few) {
     return solved && !few->unsure;
 }
 
-bool few_rows(const SparseProblem *problem, int count, const int rows[], double lambda[]) {
-    Few few;
-    if (count > MOST_FEW_ROWS || !take_few(&few, problem, count, rows, lambda) || !solve_few(&few)) {
+bool few_rows(const SparseProblem *problem, int count, const int rows[], FewRows *few, double lambda[]) {
+    if (count > MOST_FEW_ROWS || !take_few(few, problem, count, rows, lambda) || !solve_few(few)) {
         return false;
     }
     for (int i = 0; i < count; i++) {
-        lambda[rows[i]] = few.scale[i] * few.x[i];
+        lambda[rows[i]] = few->scale[i] * few->x[i];
     }
     return true;
 }

@@ -31,9 +31,10 @@ Sparse sparse_full(Arena *arena, int rows, int columns) {
 
 void sparse_multiply(const Sparse *matrix, const double x[], double product[]) {
     for (int i = 0; i < matrix->rows; i++) {
-        product[i] = 0.0;
+        double sum = 0.0;
         for (int e = matrix->start[i]; e < matrix->start[i + 1]; e++) {
-            product[i] += matrix->value[e] * x[matrix->column[e]];
+            sum += matrix->value[e] * x[matrix->column[e]];
         }
+        product[i] = sum;
     }
 }

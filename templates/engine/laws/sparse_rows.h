@@ -5,6 +5,8 @@
 #include "contact_rows.h"
 #include "sparse.h"
 
+typedef struct FewRows FewRows; /* few_rows.h */
+
 /* The rows of a contact follow each other: that of its normal, then one or two tangential ones. */
 typedef struct {
     Arena *arena;
@@ -12,6 +14,7 @@ typedef struct {
     const double *free; /* [rows] */
     const Row *row;     /* [rows]: bilateral, unilateral, tangential and bounded; holding and values are not used */
     bool *yielding;     /* set where the laws have a solution only for rows that give way */
+    FewRows *few;       /* memory for the next problem with this operator, or NULL */
 } SparseProblem;
 
 /* The rows in the order of elimination, where those of a contact follow each other as before. */

@@ -10,6 +10,9 @@
 bool further_rates(Instance *instance, double time, const double states[], const double inputs[],
                    const double unknowns[], double rates[]);
 
+/* Are these rates finite? If not, instance->failure is set. Mechanisms that have none have no such function. */
+bool further_finite(Instance *instance, double time, const double rates[]);
+
 /* changes[N_FURTHER]: the derivatives of dz/dt along the seed, and along the changes of accelerations and multipliers
    in changed[n + m]. */
 void further_tangent(const Instance *instance, double time, const double states[], const double inputs[],

@@ -1,5 +1,7 @@
 /* Reading and setting variables (FMI 2.0, section 2.1.7). Variables are of type Real; modes and counts of
    contacts are Integers, which can be read only. */
+#include <math.h>
+
 #include "equations.h"
 #include "gated_values.h"
 #include "logging.h"
@@ -24,10 +26,43 @@ static fmi2Status check_reference(Component *component, fmi2ValueReference refer
     return check_type(component, reference, false);
 }
 
+/* Is this a reference of the kind that controllers read or set in each step? */
+static bool is_of(VariableKind kind, fmi2ValueReference reference) {
+    return reference < N_VARIABLES && VARIABLES[reference].kind == kind;
+}
+
+/* Reads states alone, which are finite. False: there are others among the variables. */
+static bool read_states(const Instance *instance, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[]) {
+    bool states = instance->state.phase == PHASE_RUNNING;
+    for (size_t i = 0; i < nvr && states; i++) {
+        states = is_of(VARIABLE_STATE, vr[i]);
+        value[i] = states ? instance->state.states[VARIABLES[vr[i]].index] : value[i];
+        states = states && isfinite(value[i]);
+    }
+    return states;
+}
+
+/* Sets inputs alone. False, and nothing is set: there are others among the variables, or it is not allowed. */
+static bool write_inputs(Component *component, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]) {
+    Instance *instance = &component->instance;
+    bool inputs = legal_set(VARIABLE_INPUT, component->type, (Mode)component->session.mode) == VERDICT_LEGAL;
+    for (size_t i = 0; i < nvr && inputs; i++) {
+        inputs = is_of(VARIABLE_INPUT, vr[i]) && isfinite(value[i]) && value[i] >= VARIABLES[vr[i]].minimum &&
+                 value[i] <= VARIABLES[vr[i]].maximum;
+    }
+    for (size_t i = 0; i < nvr && inputs; i++) {
+        instance_assign(instance, &instance->state.inputs[VARIABLES[vr[i]].index], value[i]);
+    }
+    return inputs;
+}
+
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[]) {
     Component *component = enter_present(c, CALL_GetReal);
     if (component == NULL || check_arrays(component, vr, nvr, value) != fmi2OK) {
         return fmi2Error;
+    }
+    if (read_states(&component->instance, vr, nvr, value)) {
+        return fmi2OK;
     }
     for (size_t i = 0; i < nvr; i++) {
         if (check_reference(component, vr[i]) != fmi2OK) {
@@ -53,6 +88,9 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
     Component *component = enter_present(c, CALL_SetReal);
     if (component == NULL || check_arrays(component, vr, nvr, value) != fmi2OK) {
         return fmi2Error;
+    }
+    if (write_inputs(component, vr, nvr, value)) {
+        return fmi2OK;
     }
     for (size_t i = 0; i < nvr; i++) {
         const fmi2Status status = check_reference(component, vr[i]);

@@ -3,9 +3,7 @@
 
 #include <math.h>
 
-bool further_rates(Instance *instance, double time, const double states[], const double inputs[],
-                   const double unknowns[], double rates[]) {
-    mechanism_further(time, states, inputs, instance->state.parameters, unknowns, rates);
+bool further_finite(Instance *instance, double time, const double rates[]) {
     for (int k = 0; k < N_FURTHER; k++) {
         if (!isfinite(rates[k])) {
             instance->failure.kind = FAILURE_FURTHER;
@@ -16,6 +14,12 @@ bool further_rates(Instance *instance, double time, const double states[], const
         }
     }
     return true;
+}
+
+bool further_rates(Instance *instance, double time, const double states[], const double inputs[],
+                   const double unknowns[], double rates[]) {
+    mechanism_further(time, states, inputs, instance->state.parameters, unknowns, rates);
+    return further_finite(instance, time, rates);
 }
 
 void further_tangent(const Instance *instance, double time, const double states[], const double inputs[],

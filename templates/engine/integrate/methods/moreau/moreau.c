@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "contact_events.h"
-#include "further.h"
 #include "inputs.h"
 #include "scale.h"
 #include "solver.h"
@@ -22,15 +21,14 @@ const Method METHOD = {.name = "moreau", .order = 1};
 /* The velocities after the impulses. */
 static void find_step_velocities(Instance *instance, double length, double qd[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK_ZEROS(mark, double, start, N);
     WORK(mark, double, changes, N);
     const double *before = instance->state.states + N;
     const SolverScratch *scratch = &instance->scratch.solver;
-    stepped_respond(instance, scratch->impulses, start, changes);
+    stepped_respond(instance, scratch->impulses, changes);
     for (int i = 0; i < N; i++) {
         const double pushed = length * scratch->accelerations[i];
         const double least = SOLVED * scratch->pace * NOMINAL_STATES[i];
-        const double dust = fmax(MET * (fabs(before[i]) + fabs(pushed)), least);
+        const double terms = MET * (fabs(before[i]) + fabs(pushed)), dust = terms > least ? terms : least;
         qd[i] = before[i] + (pushed + changes[i]);
         qd[i] = fabs(qd[i]) <= dust ? 0.0 : qd[i];
     }
@@ -71,7 +69,7 @@ static bool find_further(Instance *instance, double time, double length, const d
         unknowns[i] = (states[N + i] - instance->state.states[N + i]) / length;
     }
     if (!contacts_oppose(instance, time, middle, unknowns) ||
-        !further_rates(instance, time, middle, inputs_at(instance, time), unknowns, rates)) {
+        !stepped_further(instance, time, middle, unknowns, rates)) {
         return arena_leave(mark, false);
     }
     for (int i = 2 * N; i < N_STATES; i++) {
@@ -94,7 +92,7 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
         states[i] = instance->state.states[i] + step.length * middle[N + i];
     }
     memcpy(before, states, N * sizeof(double));
-    if (!new_states_finite(instance, step) || !step_positions(instance, step.end, states)) {
+    if (!new_states_finite(instance, step) || !step_positions(instance, step, states)) {
         return arena_leave(mark, false);
     }
     for (int i = 0; i < N; i++) {

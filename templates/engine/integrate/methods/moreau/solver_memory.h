@@ -5,7 +5,7 @@
 #include <stdbool.h>
 
 #include "changes.h"
-#include "contact_rows.h"
+#include "few_rows.h"
 #include "mechanism.h"
 #include "row_tables.h"
 
@@ -23,6 +23,9 @@ static inline void solver_forget(SolverMemory *memory, Change change) {
     (void)memory;
     (void)change;
 }
+
+/* So many responses of rows are kept: sums of more of them take longer than solving with M anew. */
+enum { MOST_RESPONSES = N_BLOCKS > 1 ? 1 : N_CONSTRAINTS < 24 ? N_CONSTRAINTS : 24 };
 
 /* The rows at some states. */
 typedef struct {
@@ -50,13 +53,17 @@ typedef struct {
     double lambda[N_CONSTRAINTS];
     double w[N_CONSTRAINTS];
     bool yielding; /* the solution is one of rows that give way */
+    bool known;    /* met is of the present operator */
+    FewRows few;   /* of these rows */
 } ChosenRows;
 
 typedef struct {
     SteppedRows at;                          /* in the middle of the step */
     SteppedRows end;                         /* at its end: positions, and all of permanent constraints */
+    double still[SIZE_STILL];                /* what does not move with velocities, there */
     double accelerations[N_COORDINATES];     /* without forces of rows, there */
     RowsMet met;                             /* the active rows */
+    double responses[MOST_RESPONSES][N_COORDINATES]; /* M^-1 G^T of the first ones, where M has one block */
     double pace;                             /* the greatest velocity in nominal values, at least 1/s */
     bool nominal;                            /* a metric of nominal values takes the place of M */
     bool closing;                            /* contacts that stay are put to a gap of 0 at the end */

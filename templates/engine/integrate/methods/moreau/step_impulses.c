@@ -29,36 +29,62 @@ void unknowns_of(const double impulses[], double length, double unknowns[]) {
     }
 }
 
-void choose_rows(SolverScratch *scratch, const bool which[]) {
-    const RowsMet *met = &scratch->met;
-    ChosenRows *chosen = &scratch->chosen;
+/* Is the operator known of just these rows? */
+static bool rows_known(const ChosenRows *chosen, const bool which[]) {
+    bool known = chosen->known;
+    for (int row = 0; row < K && known; row++) {
+        known = (chosen->met.index[row] >= 0) == which[row];
+    }
+    return known;
+}
+
+/* The operator of these rows among those that met. */
+static void choose_meetings(const RowsMet *met, const bool which[], RowsMet *chosen) {
     int entries = 0;
-    rows_number(&chosen->met, which);
-    for (int i = 0; i < chosen->met.count; i++) {
-        const int active = met->index[chosen->met.rows[i]];
-        chosen->met.start[i] = entries;
+    rows_number(chosen, which);
+    if (chosen->count == met->count) {
+        memcpy(chosen->start, met->start, (size_t)(met->count + 1) * sizeof *met->start);
+        memcpy(chosen->column, met->column, (size_t)met->start[met->count] * sizeof *met->column);
+        memcpy(chosen->value, met->value, (size_t)met->start[met->count] * sizeof *met->value);
+        return;
+    }
+    for (int i = 0; i < chosen->count; i++) {
+        const int active = met->index[chosen->rows[i]];
+        chosen->start[i] = entries;
         for (int e = met->start[active]; e < met->start[active + 1]; e++) {
-            const int other = chosen->met.index[met->rows[met->column[e]]];
+            const int other = chosen->index[met->rows[met->column[e]]];
             if (other >= 0) {
-                chosen->met.column[entries] = other;
-                chosen->met.value[entries++] = met->value[e];
+                chosen->column[entries] = other;
+                chosen->value[entries++] = met->value[e];
             }
         }
+    }
+    chosen->start[chosen->count] = entries;
+}
+
+void choose_rows(SolverScratch *scratch, const bool which[]) {
+    ChosenRows *chosen = &scratch->chosen;
+    if (!rows_known(chosen, which)) {
+        choose_meetings(&scratch->met, which, &chosen->met);
+        chosen->known = true;
+        chosen->few.known = false;
+    }
+    for (int i = 0; i < chosen->met.count; i++) {
         memset(&chosen->row[i], 0, sizeof chosen->row[i]);
         chosen->row[i].law = ROW_BILATERAL;
     }
-    chosen->met.start[chosen->met.count] = entries;
     chosen->yielding = false;
 }
 
-bool solve_chosen(Arena *arena, ChosenRows *chosen) {
+bool solve_chosen(Arena *arena, ChosenRows *chosen, double w[]) {
     RowsMet *met = &chosen->met;
     const SparseProblem problem = {.arena = arena,
                                    .delassus = {met->count, met->start, met->column, met->value},
                                    .free = chosen->free,
                                    .row = chosen->row,
-                                   .yielding = &chosen->yielding};
-    return complementarity_large(&problem, MOST_ROUNDS, chosen->lambda, chosen->w);
+                                   .yielding = &chosen->yielding,
+                                   .few = &chosen->few};
+    return complementarity_large(&problem, MOST_ROUNDS, chosen->lambda, w);
 }
 
 /* The greatest velocity in nominal values, at least 1/s. */
@@ -130,7 +156,6 @@ static void find_step_coefficients(Instance *instance, double time, const double
 static void find_reversals(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, bool, permanent, K);
-    WORK_ZEROS(mark, double, start, N);
     WORK(mark, double, changes, N);
     SolverScratch *scratch = &instance->scratch.solver;
     ChosenRows *chosen = &scratch->chosen;
@@ -141,12 +166,13 @@ static void find_reversals(Instance *instance) {
         chosen->free[i] = scratch->at.velocities[chosen->met.rows[i]];
         chosen->lambda[i] = 0.0;
     }
-    solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
+    solve_chosen(instance->arena, chosen, NULL); /* the best that was found is a step forward, too */
     for (int i = 0; i < chosen->met.count; i++) {
         scratch->reversals[chosen->met.rows[i]] = chosen->lambda[i];
     }
-    stepped_respond(instance, scratch->reversals, start, changes);
-    for (int row = 0; row < K; row++) {
+    stepped_respond(instance, scratch->reversals, changes);
+    for (int i = 0; i < scratch->met.count; i++) {
+        const int row = scratch->met.rows[i];
         scratch->at.velocities[row] += stepped_along(&scratch->at, row, changes);
         scratch->reversals[row] *= 2.0;
     }
@@ -220,7 +246,7 @@ static bool solve_step_laws(Instance *instance, double length, double part) {
     ChosenRows *chosen = &scratch->chosen;
     choose_rows(scratch, scratch->active);
     set_laws(instance, length, part);
-    const bool solved = chosen->met.count == 0 || solve_chosen(instance->arena, chosen);
+    const bool solved = chosen->met.count == 0 || solve_chosen(instance->arena, chosen, chosen->w);
     scratch->unsolved = scratch->unsolved || !solved || chosen->yielding;
     if (!solved && !REAL_TIME) {
         return false;

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact_modes.h"
 #include "notices.h"
 #include "scale.h"
 #include "step_impulses.h"
@@ -12,6 +13,9 @@ enum {
     MOST_MIDDLE_CORRECTIONS = REAL_TIME ? 1 : 3,
     HELD = N_HOLONOMIC - N_UNILATERALS - N_OFFSETS /* permanent holonomic constraints */
 };
+
+/* Corrections that leave less than this part of what was before go on doing so: those of one operator leave 1e-3. */
+static const double CONVERGES = 0.1;
 
 /* What a row still needs. One without a value is the worst. */
 static void need(const SolverScratch *scratch, int row, double value, double *worst, int *which) {
@@ -28,22 +32,31 @@ static bool stays(const SolverScratch *scratch, int contact) {
     return scratch->closing && scratch->impulses[row] > 0.0 && step_stops(scratch, row);
 }
 
-/* Chooses the rows to be moved and returns what is the most that one of them is away, in nominal positions. */
-static double find_needs(const SolverScratch *scratch, const SteppedRows *at, bool moved[], int *which) {
-    double worst = 0.0;
+/* The rows to be moved: those that hold a position, and contacts that touch. */
+static void choose_moved(const SolverScratch *scratch, bool moved[]) {
     memset(moved, 0, K * sizeof(bool));
+    memset(moved, true, HELD * sizeof(bool));
+    for (int row = FIRST_LATCH_ROW; row < FIRST_LATCH_ROW + N_OFFSETS; row++) {
+        moved[row] = scratch->active[row];
+    }
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        moved[CONTACT_ROWS[c]] = scratch->active[CONTACT_ROWS[c]];
+    }
+}
+
+/* What is the most that a row to be moved is away at the end, in nominal positions, and which one is it? */
+static double find_needs(const SolverScratch *scratch, const bool moved[], int *which) {
+    const SteppedRows *at = &scratch->end;
+    double worst = 0.0;
     for (int row = 0; row < HELD; row++) {
-        moved[row] = true;
         need(scratch, row, at->positions[row], &worst, which);
     }
     for (int row = FIRST_LATCH_ROW; row < FIRST_LATCH_ROW + N_OFFSETS; row++) {
-        moved[row] = scratch->active[row];
         need(scratch, row, moved[row] ? at->positions[row] : 0.0, &worst, which);
     }
     for (int c = 0; c < N_UNILATERALS; c++) {
         const int row = CONTACT_ROWS[c];
         const double gap = at->positions[row];
-        moved[row] = scratch->active[row];
         need(scratch, row, moved[row] && (!(gap >= 0.0) || stays(scratch, c)) ? gap : 0.0, &worst, which);
     }
     return worst;
@@ -63,14 +76,13 @@ static void choose_positions(SolverScratch *scratch, const SteppedRows *at, cons
 static void correct_positions(Instance *instance, double q[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, pushes, K);
-    WORK_ZEROS(mark, double, start, N);
     WORK(mark, double, changes, N);
     ChosenRows *chosen = &instance->scratch.solver.chosen;
-    solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
+    solve_chosen(instance->arena, chosen, NULL); /* the best that was found is a step forward, too */
     for (int i = 0; i < chosen->met.count; i++) {
         pushes[chosen->met.rows[i]] = chosen->lambda[i];
     }
-    stepped_respond(instance, pushes, start, changes);
+    stepped_respond(instance, pushes, changes);
     for (int i = 0; i < N; i++) {
         q[i] += changes[i];
     }
@@ -109,12 +121,12 @@ static void correct_middle(Instance *instance, double q[]) {
     scratch->nominal = false;
 }
 
-/* What is measured tells whether the constraints are met; before the first correction, which is the usual one, their
-   places alone do. */
+/* What is measured tells whether the constraints are met; before the first correction, which is the usual one, they are
+   measured alone. */
 bool step_middle(Instance *instance, double time, double states[]) {
     SteppedRows *at = &instance->scratch.solver.at;
     if (HELD > 0) {
-        stepped_place(instance, time, states, at);
+        stepped_hold(instance, time, states, at);
     }
     bool regular = true;
     int corrections = 0;
@@ -138,21 +150,57 @@ static bool fail_positions(Instance *instance, double time, int row, double resi
     return false;
 }
 
-/* Moves q until the rows are met as well as they can be; what is then the most that one of them, which, is away. */
-static double meet_positions(Instance *instance, double time, double states[], int *which) {
+/* Moves q by what the rows need at the end. */
+static void correct_end(Instance *instance, const bool moved[], double q[]) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    choose_positions(scratch, &scratch->end, moved);
+    allow_opening(scratch);
+    correct_positions(instance, q);
+}
+
+/* Moves q by what the gaps will need, before they are measured. A path through the middle with the velocities of both
+   ends has curved away from a contact that was closed as much as it will until the end. */
+static void foresee_positions(Instance *instance, double length, const bool moved[], double q[]) {
+    SolverScratch *scratch = &instance->scratch.solver;
+    bool any = false;
+    memset(scratch->end.positions, 0, sizeof scratch->end.positions);
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        const int row = CONTACT_ROWS[c];
+        const double half = 0.5 * length, before = half * scratch->at.velocities[row];
+        const bool closed = contact_closed(&instance->state, c) && moved[row];
+        const double end = (closed ? before : scratch->at.positions[row]) + half * scratch->after[row];
+        scratch->end.positions[row] = end;
+        any = any || (closed && fabs(end) > MET * scratch->at.sizes[row]);
+    }
+    if (any) {
+        correct_end(instance, moved, q);
+    }
+}
+
+/* Moves q until the rows are met as well as they can be; what is then the most that one of them, which, is away. What
+   the last correction surely leaves is not measured again. */
+static double meet_positions(Instance *instance, Step step, double states[], int *which) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, bool, moved, K);
     SolverScratch *scratch = &instance->scratch.solver;
-    double worst = 0.0;
+    double worst = HUGE_VAL;
+    choose_moved(scratch, moved);
+    if (scratch->closing) {
+        foresee_positions(instance, step.length, moved, states);
+    }
     for (int i = 0; i <= MOST_POSITION_CORRECTIONS; i++) {
-        stepped_place(instance, time, states, &scratch->end);
-        worst = find_needs(scratch, &scratch->end, moved, which);
+        const double before = worst;
+        stepped_place(instance, step.end, states, &scratch->end);
+        worst = find_needs(scratch, moved, which);
         if (worst <= MET || i == MOST_POSITION_CORRECTIONS) {
             break;
         }
-        choose_positions(scratch, &scratch->end, moved);
-        allow_opening(scratch);
-        correct_positions(instance, states);
+        correct_end(instance, moved, states);
+        const double left = worst < CONVERGES * before ? worst * (worst / before) : worst;
+        if (i > 0 && left <= SOLVED) {
+            worst = left;
+            break;
+        }
     }
     arena_release(mark);
     return worst;
@@ -160,23 +208,23 @@ static double meet_positions(Instance *instance, double time, double states[], i
 
 /* Several points of a round body stop within one step before all of them touch, and cannot touch together. Then no
    contact is closed by force; gaps only may not be negative. */
-bool step_positions(Instance *instance, double time, double states[]) {
+bool step_positions(Instance *instance, Step step, double states[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, before, N);
     SolverScratch *scratch = &instance->scratch.solver;
     int which = 0;
     memcpy(before, states, N * sizeof(double));
     scratch->closing = true;
-    double worst = meet_positions(instance, time, states, &which);
+    double worst = meet_positions(instance, step, states, &which);
     if (worst > LOCATED && N_UNILATERALS > 0) {
         memcpy(states, before, N * sizeof(double));
         scratch->closing = false;
-        worst = meet_positions(instance, time, states, &which);
+        worst = meet_positions(instance, step, states, &which);
     }
     if (REAL_TIME && worst > LOCATED && isfinite(worst)) {
         give_notice(instance, NOTICE_UNSOLVED, 0.0, 0);
         return arena_leave(mark, true);
     }
     return arena_leave(mark,
-                       worst <= LOCATED || fail_positions(instance, time, which, scratch->end.positions[which]));
+                       worst <= LOCATED || fail_positions(instance, step.end, which, scratch->end.positions[which]));
 }

@@ -11,8 +11,8 @@
    instance->failure, if M is singular. */
 bool step_middle(Instance *instance, double time, double states[]);
 
-/* Moves the q of states[2n] at a time (s) in the metric M of the step's middle: holonomic constraints and closed
+/* Moves the q of states[2n] at the end of a step in the metric M of its middle: holonomic constraints and closed
    contacts to 0, no gap below 0. Returns false, with instance->failure, if constraints are not met. */
-bool step_positions(Instance *instance, double time, double states[]);
+bool step_positions(Instance *instance, Step step, double states[]);
 
 #endif

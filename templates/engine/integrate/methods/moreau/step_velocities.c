@@ -21,7 +21,6 @@ static bool constraints_move(const SolverScratch *scratch) {
 static void project_velocities(Instance *instance, double qd[], double *dissipated) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, pushes, K);
-    WORK_ZEROS(mark, double, start, N);
     WORK(mark, double, changes, N);
     WORK_ZEROS(mark, bool, permanent, K);
     SolverScratch *scratch = &instance->scratch.solver;
@@ -33,11 +32,11 @@ static void project_velocities(Instance *instance, double qd[], double *dissipat
         chosen->free[i] = end->velocities[chosen->met.rows[i]];
         chosen->lambda[i] = 0.0;
     }
-    solve_chosen(instance->arena, chosen); /* the best that was found is a step forward, too */
+    solve_chosen(instance->arena, chosen, NULL); /* the best that was found is a step forward, too */
     for (int i = 0; i < chosen->met.count; i++) {
         pushes[chosen->met.rows[i]] = chosen->lambda[i];
     }
-    stepped_respond(instance, pushes, start, changes);
+    stepped_respond(instance, pushes, changes);
     for (int i = 0; i < N; i++) {
         qd[i] += changes[i];
     }

@@ -5,9 +5,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "further.h"
 #include "inputs.h"
 #include "mass_matrix.h"
 #include "system.h"
+
+/* The one block of coordinates is touched by each row. */
+enum { ONE_BLOCK = N_BLOCKS == 1 && N_TOUCHES == N_CONSTRAINTS };
 
 /* M where the generated factors are not sound: densely, and where it is singular with the permanent constraints added.
    What modes switch must not be added. */
@@ -42,7 +46,7 @@ bool stepped_measure(Instance *instance, double time, const double states[], Ste
     memset(at->positions, 0, sizeof at->positions);
     memset(system->weight, 0, sizeof system->weight);
     mechanism_stepping(time, states, inputs, instance->state.parameters, system->factor, pivots, system->forcing,
-                       at->entries, at->positions, at->velocities);
+                       at->entries, at->positions, at->velocities, instance->scratch.solver.still);
     find_sizes(at, K);
     system->dense = !pivots_sound(instance, pivots);
     return arena_leave(mark, !system->dense || factorize_stepped_mass(instance, time, states, inputs));
@@ -55,9 +59,22 @@ void stepped_place(Instance *instance, double time, const double states[], Stepp
     find_sizes(at, N_PERMANENT);
 }
 
+void stepped_hold(Instance *instance, double time, const double states[], SteppedRows *at) {
+    memset(at->positions, 0, sizeof at->positions);
+    mechanism_holding(time, states, inputs_at(instance, time), instance->state.parameters, at->entries, at->positions,
+                      at->velocities);
+    find_sizes(at, N_PERMANENT);
+}
+
 void stepped_force(Instance *instance, double time, const double states[]) {
     mechanism_forcing(time, states, inputs_at(instance, time), instance->state.parameters,
-                      instance->scratch.system.forcing);
+                      instance->scratch.solver.still, instance->scratch.system.forcing);
+}
+
+bool stepped_further(Instance *instance, double time, const double states[], const double unknowns[], double rates[]) {
+    mechanism_stepped_further(time, states, inputs_at(instance, time), instance->state.parameters, unknowns,
+                              instance->scratch.solver.still, rates);
+    return further_finite(instance, time, rates);
 }
 
 void stepped_accelerate(const Instance *instance, double accelerations[]) {
@@ -143,6 +160,17 @@ static int pass_least(int row, const int starts[], const int list[], int next[],
     return least;
 }
 
+/* All rows touch the only block: each meets each. */
+static void meet_all(RowsMet *met) {
+    for (int i = 0; i < met->count; i++) {
+        met->start[i] = i * met->count;
+        for (int k = 0; k < met->count; k++) {
+            met->column[i * met->count + k] = k;
+        }
+    }
+    met->start[met->count] = met->count * met->count;
+}
+
 /* Which active rows meet: those that touch the same block. Each row meets itself. */
 static void find_meetings(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
@@ -152,6 +180,11 @@ static void find_meetings(Instance *instance) {
     RowsMet *met = &instance->scratch.solver.met;
     int entries = 0;
     rows_number(met, instance->scratch.solver.active);
+    if (ONE_BLOCK) {
+        meet_all(met);
+        arena_release(mark);
+        return;
+    }
     list_blocks(met, starts, list);
     for (int i = 0; i < met->count; i++) {
         const int row = met->rows[i], none = met->count;
@@ -212,6 +245,26 @@ static void meet_colour(Instance *instance, int colour) {
     arena_release(mark);
 }
 
+/* What an active row does to all of them, where there is one block. Its response is kept if there is room. */
+static void meet_alone(Instance *instance, int own) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, push, N);
+    WORK(mark, double, work, N);
+    SolverScratch *scratch = &instance->scratch.solver;
+    RowsMet *met = &scratch->met;
+    double *response = own < MOST_RESPONSES ? scratch->responses[own] : work;
+    const int row = met->rows[own];
+    for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1]; e++) {
+        push[ENTRY_COLUMNS[e]] = scratch->at.entries[e];
+    }
+    divide(instance, push, response);
+    for (int other = own; other < met->count; other++) {
+        met->value[own * met->count + other] = stepped_along(&scratch->at, met->rows[other], response);
+        met->value[other * met->count + own] = met->value[own * met->count + other];
+    }
+    arena_release(mark);
+}
+
 /* Rows do the same to those before them that these do to them. */
 static void mirror(Arena *arena, RowsMet *met) {
     const ArenaMark mark = arena_mark(arena);
@@ -228,18 +281,41 @@ static void mirror(Arena *arena, RowsMet *met) {
 }
 
 void stepped_meet(Instance *instance) {
+    RowsMet *met = &instance->scratch.solver.met;
     find_meetings(instance);
-    for (int colour = 0; colour < N_ROW_COLOURS; colour++) {
+    instance->scratch.solver.chosen.known = false;
+    for (int own = 0; own < met->count && ONE_BLOCK; own++) {
+        meet_alone(instance, own);
+    }
+    for (int colour = 0; colour < N_ROW_COLOURS && !ONE_BLOCK; colour++) {
         meet_colour(instance, colour);
     }
-    mirror(instance->arena, &instance->scratch.solver.met);
+    if (!ONE_BLOCK) {
+        mirror(instance->arena, met);
+    }
 }
 
-void stepped_respond(const Instance *instance, const double impulses[], double start[], double changes[]) {
+void stepped_respond(const Instance *instance, const double impulses[], double changes[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, push, N);
+    const SolverScratch *scratch = &instance->scratch.solver;
+    const RowsMet *met = &scratch->met;
+    if (ONE_BLOCK && met->count <= MOST_RESPONSES) {
+        memset(changes, 0, N * sizeof(double));
+        for (int own = 0; own < met->count; own++) {
+            const double impulse = impulses[met->rows[own]];
+            for (int i = 0; i < N && impulse != 0.0; i++) {
+                changes[i] += impulse * scratch->responses[own][i];
+            }
+        }
+        arena_release(mark);
+        return;
+    }
     for (int row = 0; row < K; row++) {
         if (impulses[row] != 0.0) {
-            stepped_add(&instance->scratch.solver.at, row, impulses[row], start);
+            stepped_add(&scratch->at, row, impulses[row], push);
         }
     }
-    divide(instance, start, changes);
+    divide(instance, push, changes);
+    arena_release(mark);
 }

@@ -16,8 +16,14 @@ bool stepped_measure(Instance *instance, double time, const double states[], Ste
 /* Evaluates the positions of the rows, and all of permanent constraints. */
 void stepped_place(Instance *instance, double time, const double states[], SteppedRows *at);
 
-/* Evaluates the forces alone, in scratch.system. */
+/* Evaluates permanent constraints alone. */
+void stepped_hold(Instance *instance, double time, const double states[], SteppedRows *at);
+
+/* Evaluates the forces alone, in scratch.system, for other velocities than those of stepped_measure. */
 void stepped_force(Instance *instance, double time, const double states[]);
+
+/* The same for the derivatives of further states, as further_rates. */
+bool stepped_further(Instance *instance, double time, const double states[], const double unknowns[], double rates[]);
 
 /* accelerations[n] without forces of rows, by what stepped_measure found. */
 void stepped_accelerate(const Instance *instance, double accelerations[]);
@@ -32,7 +38,7 @@ void rows_number(RowsMet *met, const bool which[]);
 /* The Delassus operator of the active rows, scratch.solver.met, from M as it was factorised in scratch.system. */
 void stepped_meet(Instance *instance);
 
-/* changes[n] = M^-1 (start + G^T impulses), overwriting start[n]; impulses of all rows. */
-void stepped_respond(const Instance *instance, const double impulses[], double start[], double changes[]);
+/* changes[n] = M^-1 G^T impulses of all rows, of which those are 0 that did not take part in stepped_meet. */
+void stepped_respond(const Instance *instance, const double impulses[], double changes[]);
 
 #endif
