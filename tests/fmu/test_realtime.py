@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bare import Bare
-from compiling import COMPILERS, compiled
+from compiling import COMPILERS, UNOPTIMISED, compiled
 from fmpy.fmi1 import FMICallException
 from stepping import Stepping
 from stepping3 import Stepping3
@@ -119,7 +119,7 @@ def test_nothing_is_allocated_after_instantiation(tmp_path: Path) -> None:
     counter = '__attribute__((visibility("default"))) int allocations;\n'
     counter += '__attribute__((visibility("default"))) __SIZE_TYPE__ allocated;\n'
     texts = {**sources, "counting.h": counting, "counter.c": counter}
-    library = compiled(tmp_path, texts, "gcc", options=("-include", "counting.h"))
+    library = compiled(tmp_path, texts, "gcc", options=("-include", "counting.h", *UNOPTIMISED["gcc"]))
     guid = re.search(r'MODEL_GUID\[\] = "([^"]+)"', sources["tables.c"])[1]
     library.fmi2Instantiate.restype = ctypes.c_void_p
     callbacks = (ctypes.c_void_p * 5)()

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from compiling import COMPILERS, compiled
+from compiling import COMPILERS, UNOPTIMISED, compiled
 
 from benchmarks.spheres import spheres
 from lag2fmu.codegen.sources import render_sources
@@ -228,7 +228,8 @@ static inline void *no_zeros(size_t count, size_t size) { (void)count; (void)siz
 def _instance(folder: Path, *options: str) -> tuple[int | None, list[str]]:
     """The address of an instance of an FMU that is compiled with these options, and what it logs."""
     sources = _sources("stack_of_blocks", "dopri5", "2.0")
-    library = compiled(folder, {**sources, "refusing.h": REFUSING}, "gcc", options=("-include", "refusing.h", *options))
+    options = ("-include", "refusing.h", *UNOPTIMISED["gcc"], *options)
+    library = compiled(folder, {**sources, "refusing.h": REFUSING}, "gcc", options=options)
     logged: list[str] = []
     logger = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, *[ctypes.c_char_p] * 3)
     hear = logger(lambda _e, _n, _s, _c, _format, text: logged.append(text.decode()))
