@@ -12,6 +12,8 @@ LIVE ?= all
 
 # tests start many processes of Python, which read modules faster when the first one keeps them compiled
 export PYTHONDONTWRITEBYTECODE :=
+# each process of the tests has a processor of its own: threads of linear algebra would wait for each other on it
+test check test-all: export OPENBLAS_NUM_THREADS ?= 1
 
 .PHONY: demo test check test-all style lint docs bench published record release installed clean
 

@@ -60,11 +60,14 @@ def counted(made: Firmware, *, instructions: bool = True) -> Counted:
     name = next(name for name in made.files if name.endswith(".h")).removesuffix(".h")
     files = {**made.files, "probe.c": made.probe}
     target = (host_target(),)
-    code = counting(compile_unit(files, f"{name}.c", target, "-S", "-emit-llvm").decode())
-    files[f"{name}.ll"] = code
-    program = compile_unit(files, f"{name}.ll", target, "-DCOUNTED", *_AS_IT_IS, "probe.c", "-lm")
-    values, operations = _rows(_printed(program))
-    taken = _by_callgrind(compile_unit(files, f"{name}.c", target, "probe.c", "-lm"), name) if instructions else None
+    optimised = compile_unit(files, f"{name}.c", target, "-S", "-emit-llvm").decode()
+
+    def program(code: str, *options: str) -> bytes:
+        both = {**files, f"{name}.ll": code}
+        return compile_unit(both, f"{name}.ll", target, *options, *_AS_IT_IS, "probe.c", "-lm")
+
+    values, operations = _rows(_printed(program(counting(optimised), "-DCOUNTED")))
+    taken = _by_callgrind(program(optimised), name) if instructions else None
     return Counted(values, operations, taken)
 
 

@@ -33,7 +33,13 @@ FEW = ("pendulum", "double_pendulum", "cart_pole", "four_bar_linkage", "rolling_
 """A chain, a coordinate on a rail, a loop, rolling: the others are tried in 'make test-all'."""
 MASSLESS = ("slides_problem_5_massless", "slides_problem_5_small")
 """A coordinate without mass follows the forces at once, so that no state can be chosen."""
-SMOOTH = [name for name in sorted(bundled()) if name not in MASSLESS and not lag2fmu.load(name).hybrid]
+HYBRID = {
+    *("backlash_slider_crank", "block_on_belt", "bouncing_ball", "brake", "braked_wheel", "clutch_pair", "crane"),
+    *("coulomb_oscillator", "falling_rod", "gripper", "hopper_leg", "impact_oscillator", "newtons_cradle"),
+    *("pendulum_with_stop", "rocking_block", "sliding_sphere", "stack_of_blocks", "woodpecker"),
+}
+"""Written down, since all processes of the tests read this file: to load all models takes seconds."""
+SMOOTH = [name for name in sorted(bundled()) if name not in (*MASSLESS, *HYBRID)]
 REDUNDANT = ("bricard", "parallel_manipulator")
 """Multipliers of redundant constraints are those of least norm by the coordinates that there are."""
 
@@ -88,6 +94,11 @@ def pushed_and_driven(name: str, motions: str | list[str]) -> None:
             assert borne == pytest.approx([of[x] for x in kept], abs=1e-9 * size)
         carried = dict(zip(driven.mechanism.driven, forces, strict=True))
         assert {x: carried[x] for x in chosen} == pytest.approx(Q, abs=1e-9 * size)
+
+
+@pytest.mark.slow
+def test_all_that_are_hybrid_are_named() -> None:
+    assert {name for name in bundled() if lag2fmu.load(name).hybrid} == HYBRID
 
 
 @pytest.mark.parametrize("name", FEW)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compiling import compiled
+from compiling import UNOPTIMISED, compiled
 from stepping import _callbacks
 
 from lag2fmu.codegen.colours import NO_COLUMN, coloured
@@ -69,7 +69,7 @@ class Library:
 
     def __init__(self, sources: dict[str, str], guid: str, folder: Path) -> None:
         folder.mkdir()
-        self.c = compiled(folder, sources)
+        self.c = compiled(folder, sources, options=UNOPTIMISED["zig"])
         self.callbacks = _callbacks()
         self.c.fmi2Instantiate.restype = ctypes.c_void_p
         arguments = (b"it", 0, guid.encode(), b"", ctypes.byref(self.callbacks), 0, 0)

@@ -119,8 +119,12 @@ def test_steps_are_repeated_twice_at_most(pair: Path) -> None:
     assert not found.unjudged
 
 
+@pytest.mark.parametrize("pair", ["3.0"], indirect=True)
 def test_without_a_step_the_error_chooses_the_steps(pair: Path, exported) -> None:
-    """The upper rod starts with 25 rad/s: between recorded points there is more than one step."""
+    """The upper rod starts with 25 rad/s: between recorded points there is more than one step.
+
+    The error is the master's, whatever the version of FMI.
+    """
     fast = {"up.a_dot": 25.0, "low.x_dot": float(25 * np.cos(1.0)), "low.y_dot": float(25 * np.sin(1.0))}
     whole = lag2fmu.simulate(exported(PENDULUM), step=0.02, stop_time=1.0, tolerance=1e-12, values={"a_dot": 25.0})
     for tolerance in (1e-4, 1e-6):

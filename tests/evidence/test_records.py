@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -156,11 +157,14 @@ def test_the_record_of_this_project_is_whole() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", RECORDED)
 def test_the_record_of_this_project_holds(name: str) -> None:
-    """Its reference values are those of today's direct integration, by SciPy of today."""
-    written = read_csv(RECORD / name / f"{name}_ref.csv")
-    found = reference_of(load(name))
-    assert len(written.time) == len(found.trajectory.time)
-    seen = np.ones(len(written.time), bool) if found.comparable is None else found.comparable
+    """Its reference values are those of today's direct integration, by SciPy of today, in the first third."""
+    written, mechanism = read_csv(RECORD / name / f"{name}_ref.csv"), load(name)
+    experiment, count = mechanism.experiment, len(written.time) - 1
+    assert count == round(experiment.stop_time / experiment.step)
+    part = replace(experiment, stop_time=experiment.stop_time * (count // 3) / count)
+    found = reference_of(replace(mechanism, experiment=part))
+    size = len(found.trajectory.time)
+    seen = np.ones(size, bool) if found.comparable is None else found.comparable
     for column in written.names:
         scale = max(1.0, float(np.abs(written[column]).max()))
-        assert found.trajectory[column][seen] == pytest.approx(written[column][seen], abs=1e-6 * scale), column
+        assert found.trajectory[column][seen] == pytest.approx(written[column][:size][seen], abs=1e-6 * scale), column

@@ -31,7 +31,7 @@ TARGETS = {"x86_64": "x86_64-macos.11.0", "aarch64": "aarch64-macos.11.0"}
 def library(request, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     folder = tmp_path_factory.mktemp("mach")
     (folder / "x.c").write_text(SOURCE)
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", request.param, *UNOPTIMISED["zig"]]
+    command = [sys.executable, "-m", "ziglang", "cc", "-s", "-target", request.param, *UNOPTIMISED["zig"]]
     subprocess.run([*command, "-g0", "-shared", "-o", "x.dylib", "x.c"], cwd=folder, check=True)
     return Path(folder / "x.dylib").read_bytes()
 

@@ -176,7 +176,7 @@ def test_fmus_in_one_program(exported, form: str, command: Sequence[str], tmp_pa
         file = delivered(fmu, form, VERSIONS[fmi].gate, tmp_path / str(number))
         objects.append(tmp_path / f"{number}.o")
         own = [f"-DFMI{fmi[0]}_FUNCTION_PREFIX={prefix}"] if prefix else []
-        run(*command, "-O1", *own, "-isystem", headers, "-c", file, "-o", objects[-1])
+        run(*command, "-O0", *own, "-isystem", headers, "-c", file, "-o", objects[-1])
         runs.append(f"RUN_FMI{fmi[0]}({prefix or f'{model}_'}, {c_string(fmu.description.guid)}, 4)")
         expected.append(alone(fmu.path, fmi))
     main = "\n    ".join(["int main(void) {", *runs, "return 0;\n}\n"])

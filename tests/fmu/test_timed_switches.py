@@ -127,14 +127,14 @@ def test_other_solvers_meet_them(exported, solver: str) -> None:
 
 @pytest.mark.slow
 def test_the_independent_path_meets_them() -> None:
-    """About 10 s: SciPy's solvers start anew after each of some hundred events."""
-    reference = integrate(pulsed(1), np.linspace(0.0, STOP / 4, 3))
-    assert velocities(reference.trajectory, 1) == pytest.approx(on_times(1, STOP / 4), abs=1e-10)
+    """To a tenth of the time: SciPy's solvers start anew after each of some hundred events, which takes seconds."""
+    reference = integrate(pulsed(1), np.linspace(0.0, STOP / 10, 3))
+    assert velocities(reference.trajectory, 1) == pytest.approx(on_times(1, STOP / 10), abs=1e-10)
 
 
 @pytest.mark.slow
 def test_a_condition_that_turns_ever_faster_is_named(exported) -> None:
     text = '[mechanism]\nname = "ending"\n[coordinates]\nx = {}\n[energy]\nkinetic = "x_dot**2/2"\n'
-    ending = read(f'{text}[forces]\nx = "if(sin(1/(t - 0.5)) > 0.2, 1, 0)"\n', "ending.toml")
-    with pytest.raises(SimulationError, match=r"sin\(1/\(t - 1/2\)\) - 1/5 .* turns ever faster"):
+    ending = read(f'{text}[forces]\nx = "if(sin(1/(100*(t - 0.5))) > 0.2, 1, 0)"\n', "ending.toml")
+    with pytest.raises(SimulationError, match=r"sin\(.*t.*\) - 1/5 .* turns ever faster"):
         simulate(exported(ending).path, stop_time=1.0, step=0.1)

@@ -52,7 +52,7 @@ def test_a_motor_runs_up_against_a_table(motion) -> None:
     for k in range(4):
         later = run.time >= start - 1e-12
         known[later] = after(run.time[later] - start, state, k)
-        fine = np.linspace(1e-9, 0.3, 3000)
+        fine = np.linspace(1e-9, 0.3, 300)
         beyond = fine[after(fine, state, k)[:, 1] > speeds[k + 1]]
         if not len(beyond):
             break

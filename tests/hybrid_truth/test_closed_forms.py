@@ -100,8 +100,8 @@ def test_accumulating_impacts_take_friction_once(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("family", ["engaged", "loop"])
-def test_the_direct_integration_passes_dead_centres_too(family: str) -> None:
-    """The clutch engages while the crank is at rest in its dead centre, and the crank then passes others."""
-    report = lag2fmu.validate(mechanism(family), stop_time=1)
+@pytest.mark.parametrize(("family", "stop"), [("engaged", 1.0), ("loop", 0.5)])
+def test_the_direct_integration_passes_dead_centres_too(family: str, stop: float) -> None:
+    """The clutch engages while the crank is at rest in its dead centre; a crank passes six others until 0.5 s."""
+    report = lag2fmu.validate(mechanism(family), stop_time=stop)
     assert report.outcome == "ok", str(report)

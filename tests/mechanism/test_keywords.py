@@ -12,6 +12,7 @@ from lag2fmu.description.description import Description, table_keys
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.mechanism.keywords import Keywords
 
+ROOT = Path(__file__).parents[2]
 USE = """
 from lag2fmu import Mechanism
 from lag2fmu.mechanism import Body, Energy, coordinate
@@ -36,8 +37,10 @@ def test_each_keyword_is_explained() -> None:
 
 
 def test_a_type_checker_finds_wrong_keywords_and_parts(tmp_path: Path) -> None:
+    """With the settings of 'make lint', whose cache has what the package says of its types."""
     (tmp_path / "use.py").write_text(USE, "utf-8")
-    command = [sys.executable, "-m", "mypy", "--follow-imports=silent", "--cache-dir", str(tmp_path), "use.py"]
+    settings = [f"--config-file={ROOT / 'pyproject.toml'}", f"--cache-dir={ROOT / '.mypy_cache'}"]
+    command = [sys.executable, "-m", "mypy", *settings, "use.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     lines = [line.split(": ", 2)[:2] for line in done.stdout.splitlines() if "error" in line and line.startswith("use")]
     assert lines == [[f"use.py:{number}", "error"] for number in (7, 8, 9)], done.stdout

@@ -1,4 +1,4 @@
-"""A mechanism in plain C, compiled and called from Python."""
+"""A mechanism in plain C, compiled, by default without optimisation, and called from Python."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
-from compiling import COMPILERS, compiled
+from compiling import COMPILERS, UNOPTIMISED, compiled
 
 FLAGS = (
     "-std=c99",
@@ -34,7 +34,8 @@ class Bare:
         self.name = next(file for file in files if file.endswith(".h")).removesuffix(".h")
         self.header = files[f"{self.name}.h"]
         sources = {file: files[file] for file in (f"{self.name}.h", f"{self.name}.c")}
-        self.library = compiled(folder, sources, compiler or max(COMPILERS, key="gcc".__eq__), options=("-Wshadow",))
+        compiler = compiler or max(COMPILERS, key="gcc".__eq__)
+        self.library = compiled(folder, sources, compiler, options=("-Wshadow", *UNOPTIMISED[compiler]))
         self.real = (
             ctypes.c_float if "typedef float" in self.header or " float value" in self.header else ctypes.c_double
         )
@@ -98,7 +99,16 @@ def program(files: Mapping[str, str], folder: Path, *command: str, options: tupl
         (folder / name).write_text(text, "utf-8")
     units = sorted(name for name in files if name.endswith(".c"))
     done = subprocess.run(
-        [*command, *FLAGS, *options, *units, "-o", "run", "-lm"],
+        [
+            *command,
+            *FLAGS,
+            *UNOPTIMISED["zig" if "ziglang" in command else "gcc"],
+            *options,
+            *units,
+            "-o",
+            "run",
+            "-lm",
+        ],
         cwd=folder,
         capture_output=True,
         text=True,

@@ -43,8 +43,8 @@ REPRESENTATIVE = [
 ]
 """Autonomous, with ports, with a motion input, large, with constraints and a motion input, without mass."""
 
-HYBRID = ["bouncing_ball", "block_on_belt", "sliding_sphere", "woodpecker"]
-"""With impacts, with dry friction, with friction in a round cone, and with several contacts at once."""
+HYBRID = ["block_on_belt", "sliding_sphere", "woodpecker"]
+"""With dry friction, with friction in a round cone, and with impacts of several contacts at once."""
 
 FROM_ELSEWHERE = ["arm.urdf", "crane.py:method", "two_armed_robot"]
 """A robot, an object of SymPy's mechanics, and a mechanism of parts."""

@@ -111,13 +111,17 @@ def rounding(model: Any, state: Any) -> float:
 def readings(equations: EquationsOfMotion, model: Any, state: Any, values: dict[str, float]) -> Iterator[float]:
     """The differences of the sensors that are outputs, relative to the greatest reading of a sensor."""
     told = {output.doc: output.names for output in equations.mechanism.outputs}
+    compared = []
     for k in range(model.nsensor):
         sensor, names = model.sensor(k), told.get(f"sensor {model.sensor(k).name}")
         expected = state.sensordata[sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
         cut = sensor.cutoff[0] and np.abs(expected).max() >= sensor.cutoff[0]
-        if names is None or cut:
-            continue
-        found = np.array(equations.graph.evaluate([equations.outputs[name] for name in names], values))
+        if names is not None and not cut:
+            compared.append((expected, names))
+    nodes = [equations.outputs[name] for _, names in compared for name in names]
+    numbers = iter(equations.graph.evaluate(nodes, values))  # at once: they have most of their terms in common
+    for expected, names in compared:
+        found = np.array([next(numbers) for _ in names])
         same = -1 if len(found) == 4 and found @ expected < 0 else 1  # e and -e are one orientation
         yield float(np.abs(same * found - expected).max()) / max(1.0, float(np.abs(expected).max()))
 

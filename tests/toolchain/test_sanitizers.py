@@ -23,6 +23,8 @@ pytestmark = [
 
 GCC = ["gcc", "-std=c99"]
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
+LOOKED_INTO = [model for model in hosts.REPRESENTATIVE if model != "cart_pole"]
+"""Those with the hybrid ones, and with FMUs of FMI 3.0, run all lines of C that any others run. So gcov says."""
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +74,7 @@ def random_calls(run: Run, count: int, seeds: tuple[int, ...]) -> Counter[tuple[
     return met
 
 
-@pytest.mark.parametrize("model", hosts.REPRESENTATIVE)
+@pytest.mark.parametrize("model", LOOKED_INTO)
 def test_address_leak_and_undefined_behaviour(model: str, under) -> None:
     """2000 lives of instances, of which each would show its leak, and random calls."""
     run = under(model, hosts.ADDRESS)
@@ -103,9 +105,11 @@ def test_forged_states(model: str, under) -> None:
     assert 0 < taken < 10_000
 
 
-@pytest.mark.parametrize("model", [*hosts.REPRESENTATIVE, "bouncing_ball"])
+@pytest.mark.parametrize("model", ["double_pendulum", "linkage", "slides_problem_5_small", "bouncing_ball"])
 def test_threads(model: str, under) -> None:
-    """100 instances, each in a thread of its own, move like instances that are alone, bit for bit."""
+    """Without and with constraints, without mass, with events: what the engine has that is static is in one of them.
+
+    100 instances, each in a thread of its own, move like instances that are alone, bit for bit."""
     assert succeeded(under(model, hosts.THREAD)("threads", 100)) == "100 threads\n"
 
 

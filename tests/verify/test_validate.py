@@ -210,12 +210,12 @@ def test_a_long_vibration_adds_errors_for_every_radian() -> None:
 @pytest.mark.slow
 def test_a_chaotic_motion_is_compared_as_long_as_that_means_something(tmp_path) -> None:
     wild = {"theta1": 2.6, "theta2": 2.9}
-    report = lag2fmu.validate("double_pendulum", values=wild, stop_time=20.0)
+    report = lag2fmu.validate("double_pendulum", values=wild, stop_time=10.0)
     assert report.passed, str(report)
     assert any(check.name.startswith("co-simulation in windows") for check in report.checks)
     (note,) = [note for note in report.notes if "Errors may grow" in note]
     horizon = float(note.split("t = ")[1].split()[0])
-    assert 1.0 < horizon < 10.0
+    assert 1.0 < horizon < 6.0
     direct = report.trajectories["direct integration"]
     run = report.trajectories["co-simulation, step 0.01 s"]
     difference = np.abs(run["theta1"] - direct.interpolated(run.time)["theta1"])
