@@ -29,13 +29,13 @@ pytestmark = pytest.mark.fmu
 
 
 def test_the_solver_is_one_of_fixed_steps(tmp_path: Path) -> None:
-    found = [
-        export(model, tmp_path / f"{model}.fmu", profile="realtime", page="static").description.solver
-        for model in ("pendulum", "slides_problem_5_small", "bouncing_ball")
-    ]
-    assert found[0] == "rk4"
-    assert found[1] in ("rk4", "ros2")
-    assert found[2] == "moreau"
+    fmu = export("pendulum", tmp_path / "pendulum.fmu", profile="realtime", page="static")
+    assert fmu.description.solver == "rk4"
+    massless, hybrid = (
+        derived(load(model), None, bounded=True).solver for model in ("slides_problem_5_small", "bouncing_ball")
+    )
+    assert massless in ("rk4", "ros2")
+    assert hybrid == "moreau"
 
 
 def test_longer_steps_are_discarded_and_shorter_ones_taken(tmp_path: Path) -> None:

@@ -51,6 +51,7 @@ def _broken(family: str, fmu: Fmu, seed: int) -> Iterator[str]:
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_no_law_is_broken_beside_events(family: str, exported) -> None:
+    """Every other one of a hundred machines, by turns; test_random_machines.py has all of them."""
     fmu = exported(mechanism(family), optimised=True)
-    seeds = (*range(100), *FURTHER.get(family, ()))
+    seeds = (*range(1 - [*FAMILIES].index(family) % 2, 100, 2), *FURTHER.get(family, ()))
     assert [line for seed in seeds for line in _broken(family, fmu, seed)] == []

@@ -45,7 +45,6 @@ def pose_of(name: str) -> dict[str, float]:
     ("name", "solver"),
     [
         ("hyq_no_sensors.urdf", "dopri5"),
-        ("hyq_no_sensors.urdf", "moreau"),
         ("anymal.urdf", "moreau"),
         ("solo12.urdf", "moreau"),
     ],
