@@ -22,6 +22,7 @@ from lag2fmu.fmu.compilers import compile_library
 from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.formats.loading import load
 from lag2fmu.reference import native
+from lag2fmu.reference.composition import composition_of
 
 posix = pytest.mark.skipif(os.name == "nt", reason="owners and modes are those of POSIX")
 
@@ -191,10 +192,10 @@ def test_the_verb_shows_and_empties(monkeypatch, folder, tmp_path) -> None:
 
 def test_the_terms_of_the_direct_integration_are_kept(monkeypatch, folder) -> None:
     """Beside the FMU's libraries: another process finds what this one compiled."""
-    compiled_terms, mechanism = native._compiled.__wrapped__, load("pendulum")
-    assert compiled_terms(mechanism) is not None
+    compiled_terms, composition = native.native_terms.__wrapped__, composition_of(load("pendulum"))
+    assert compiled_terms(composition) is not None
     monkeypatch.setattr(native, "_library", lambda *_: pytest.fail("compiled twice"))
-    assert compiled_terms(mechanism) is not None
+    assert compiled_terms(composition) is not None
     assert len(kept_files(folder)) == 1
 
 
