@@ -189,9 +189,6 @@ HYBRID = (
 )  # fmt: skip
 NOISY = {"gripper": 1e-8}
 """Models whose derivatives are that far from each other: at events both are differences, and round."""
-TOLERANCES = {"sliding_sphere": 1e-13, "woodpecker": 1e-10}
-"""Of both runs, where it is not 1e-12. Derivatives by the torques on the woodpecker, 1e8 of what one such torque is
-expected to do, are rounded to more than 1e-12: steps get shorter and shorter, for minutes."""
 
 
 @pytest.mark.slow
@@ -199,7 +196,7 @@ expected to do, are rounded to more than 1e-12: steps get shorter and shorter, f
     ("model", "accuracy"), [*((name, 1e-9) for name in (*SMOOTH, *HYBRID)), *NOISY.items()]
 )  # fmt: skip
 def test_gradients_are_those_of_forward_sensitivities(model: str, accuracy: float) -> None:
-    compared(model, accuracy, "dop853", TOLERANCES.get(model, 1e-12))
+    compared(model, accuracy, "dop853", 1e-13 if model == "sliding_sphere" else 1e-12)
 
 
 @pytest.mark.slow

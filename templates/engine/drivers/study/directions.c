@@ -1,5 +1,6 @@
 #include "directions.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "accelerations.h"
@@ -8,6 +9,7 @@
 #include "further.h"
 #include "inputs.h"
 #include "projection.h"
+#include "scale.h"
 #include "solver_steps.h"
 #include "system.h"
 #include "values.h"
@@ -127,4 +129,13 @@ bool directions_stand(Variations *variations, Instance *instance) {
         memcpy(direction->states, direction->seed.states, sizeof direction->states);
     }
     return true;
+}
+
+double direction_rounding(const Direction *direction) {
+    double greatest = 0.0;
+    for (int i = 0; i < N_STATES; i++) {
+        const double size = larger(fabs(direction->states[i]), fabs(direction->new_states[i]));
+        greatest = larger(greatest, size / NOMINAL_STATES[i]);
+    }
+    return NOISE * greatest;
 }

@@ -118,12 +118,14 @@ double directions_error(Variations *variations, int d, Step step, double toleran
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, accelerations, SIZE_OF_STEP);
     WORK_ROWS(mark, double, errors, 2, N_STATES);
+    const double rounding = direction_rounding(direction);
     double greatest = 0.0;
     gather_accelerations(direction, accelerations);
     radau_errors(instance, step.length, direction->states, direction->slope, accelerations, errors);
     for (int k = 0; k < N_STATES; k++) {
         const double size = fmax(fabs(direction->states[k]), fabs(direction->new_states[k]));
-        const double unit = 1.0 / (size + NOMINAL_STATES[k] / direction->scale);
+        const double usual = size + NOMINAL_STATES[k] / direction->scale;
+        const double unit = 1.0 / (usual + rounding / tolerance * NOMINAL_STATES[k]);
         const double first = unit * fabs(errors[0][k]) / radau_inner_tolerance(tolerance);
         const double error = fmax(first, unit * fabs(errors[1][k]) / tolerance);
         greatest = error <= greatest ? greatest : error; /* what is no number too */

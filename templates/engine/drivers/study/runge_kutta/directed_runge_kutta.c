@@ -63,11 +63,13 @@ double directions_error(Variations *variations, int d, Step step, double toleran
     const Direction *direction = &variations->directions[d];
     WORK(mark, double, estimate, N_STATES);
     WORK(mark, double, other, N_STATES);
+    const double rounding = direction_rounding(direction);
     double error = 0.0, second = 0.0;
     tableau_errors(step.length, (Stages)direction->stages, estimate, other);
     for (int i = 0; i < N_STATES; i++) {
         const double size = larger(fabs(direction->states[i]), fabs(direction->new_states[i]));
-        const double unit = 1.0 / (tolerance * (size + NOMINAL_STATES[i] / direction->scale));
+        const double usual = tolerance * (size + NOMINAL_STATES[i] / direction->scale);
+        const double unit = 1.0 / (usual + rounding * NOMINAL_STATES[i]);
         if (!isfinite(estimate[i])) {
             arena_release(mark);
             return HUGE_VAL;
