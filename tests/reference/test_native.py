@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -9,9 +11,11 @@ from mechanisms import loaded, pendulum
 from spatial_mechanisms import everything_spatial
 
 from lag2fmu.formats.loading import load
+from lag2fmu.formats.text import read
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
 from lag2fmu.reference import Equations, integrate, native
+from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.single import single_state
 
 
@@ -65,6 +69,37 @@ def test_compiled_equations_are_the_same(mechanism: Mechanism) -> None:
     expected = equations.rates(state, 2.0)
     for value, other in zip(single.rates(0.3, np.concatenate([q, qd]), state.inputs, 2.0), expected, strict=True):
         assert value == pytest.approx(other, rel=1e-9, abs=1e-10 * max(1.0, np.abs(other).max(initial=0.0)))
+
+
+SIDED = """
+[mechanism]
+name = "sided"
+[coordinates]
+x = { start = 0.3, velocity = -0.4 }
+y = { start = 0.2, velocity = 0.7 }
+[energy]
+kinetic = "(2 + cos(x))*x_dot**2/2 + y_dot**2/2 + sin(y)*x_dot*y_dot/3"
+potential = "abs(x)*y + max(0, y - x)**2"
+[forces]
+x = "-sign(x_dot)*exp(y)"
+y = "if(x > y, x**3, y**2)"
+"""
+
+
+def test_compiled_equations_stay_on_the_sides_of_kinks() -> None:
+    """At each side that kinks may have, also where the state itself lies on the other one, as in trial steps."""
+    system = HybridSystem(read(SIDED, "sided.toml"))
+    single = single_state(system.energies, system.equations.scale)
+    assert single is not None, "zig is a dependency"
+    state = system.energies.state(0.0, [0.3, 0.2], [-0.4, 0.7])
+    told = set()
+    for sides in product((1, -1), repeat=system.elements.sides):
+        system.elements.set_sides(sides)
+        expected, found = system.equations.terms(state), single.terms(state)
+        told.add((*np.round(expected.lagrangian_slope, 9), *np.round(expected.forces, 9)))
+        for name, value in vars(expected).items():
+            assert getattr(found, name) == pytest.approx(value, rel=1e-12, abs=1e-12), (sides, name)
+    assert len(told) == 2**3, "three kinks, and each of them matters"
 
 
 def test_without_a_compiler_numpy_integrates_alone(monkeypatch) -> None:

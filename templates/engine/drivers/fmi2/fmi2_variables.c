@@ -36,8 +36,10 @@ static bool read_states(const Instance *instance, const fmi2ValueReference vr[],
     bool states = instance->state.phase == PHASE_RUNNING;
     for (size_t i = 0; i < nvr && states; i++) {
         states = is_of(VARIABLE_STATE, vr[i]);
-        value[i] = states ? instance->state.states[VARIABLES[vr[i]].index] : value[i];
-        states = states && isfinite(value[i]);
+        if (states) {
+            value[i] = instance->state.states[VARIABLES[vr[i]].index];
+            states = isfinite(value[i]);
+        }
     }
     return states;
 }
