@@ -5,16 +5,18 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 
-from lag2fmu.codegen.amalgamation import amalgamated
-from lag2fmu.codegen.sources import public_names
-from lag2fmu.fmu.translation_units import c_files, including
+from lag2fmu.codegen.amalgamation import amalgamated, joined, sections
+from lag2fmu.codegen.sources import ROOMS, public_names
+from lag2fmu.fmu.translation_units import including, room_of
 from lag2fmu.fmu.xml_text import document
 
 ALL = "all.c"
 """The one file that an importer compiles, as in the Modelica Association's Reference FMUs."""
 PREFIX_HEADER = "prefix.h"
 MANY, SINGLE = FORMS = ("many", "single")
-"""How the C code is delivered: as files that all.c includes, or in all.c as a whole."""
+"""How the C code is delivered: as files that all.c includes, one for a room of the engine, or in all.c as a whole."""
+GENERATED = ("mechanism.h", "mechanism.c")
+"""The file with the headers that are written for a mechanism, before all rooms, and that with its equations, behind."""
 
 
 def source_files(sources: Mapping[str, str], identifier: str, gate: str, form: str = MANY) -> dict[str, bytes]:
@@ -31,11 +33,30 @@ def source_files(sources: Mapping[str, str], identifier: str, gate: str, form: s
         comment = f"/* The FMU {identifier} in one file of C99. It needs the headers of FMI, and libm. */"
         texts = {ALL: f"{comment}\n{amalgamated({**sources, PREFIX_HEADER: header}, first=(PREFIX_HEADER,))}"}
     else:
-        comment = "/* The whole FMU in one file. The others compile one by one as well, without the prefix of names. */"
-        joined = including([PREFIX_HEADER, *c_files(sources)])
-        texts = {**sources, ALL: f"{comment}\n{joined}", PREFIX_HEADER: header}
+        comment = "/* The whole FMU. Each file calls functions of itself, of those before it, and of mechanism.c. */"
+        rooms = _by_room(sources)
+        texts = {ALL: f"{comment}\n{including([PREFIX_HEADER, *rooms])}", PREFIX_HEADER: header, **rooms}
     files = {f"sources/{file}": text.encode() for file, text in texts.items()}
     return files | {"sources/buildDescription.xml": build_description(identifier, gate)}
+
+
+def _by_room(sources: Mapping[str, str]) -> dict[str, str]:
+    """{file: text} of ``sources``, joined to a file for each room of the engine, in the order of the rooms.
+
+    Before and behind them are those of GENERATED. A header stands in the first file that needs it.
+    """
+    before, behind = GENERATED
+    files: dict[str, list[str]] = {before: [], **{f"{room}.c": [] for room in (*ROOMS, "drivers")}, behind: []}
+    for name in sorted(sources):
+        room = room_of(name)
+        files[f"{room}.c" if room else behind if name.endswith(".c") else before].append(name)
+    done: set[str] = set()
+    texts: dict[str, str] = {}
+    for file, names in files.items():
+        found = sections(sources, names, done)
+        done |= found.keys()
+        texts |= {file: joined(found)} if found else {}
+    return texts
 
 
 def _prefix_header(sources: Mapping[str, str], identifier: str, gate: str) -> str:

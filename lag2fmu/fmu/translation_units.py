@@ -107,12 +107,17 @@ def _seldom(name: str) -> bool:
 
 def _group(name: str, sources: Mapping[str, str]) -> tuple[int, str]:
     """What the C file ``name`` of ``sources`` may stand in one unit with; units come in the order of their groups."""
-    room = _folders().get(name, "").split("/")[0]
+    room = room_of(name)
     if room in HOT or name == OF_STAGES:
         return (0, "stages of solvers")
     if not room:
         return (3, "generated")
     return (2, "the mechanism's sizes") if _reached(name, sources).keys() - _folders().keys() else (1, room)
+
+
+def room_of(name: str) -> str:
+    """The room of the engine with the file ``name``; "" for one that is written for a mechanism."""
+    return _folders().get(name, "").split("/")[0]
 
 
 @cache

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from support.compiling import QUICK
+from support.delivered import file_with
 
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.sources import ALL
@@ -20,7 +21,7 @@ OPTIONS = ("-std=c99", "-O0", "-ffp-contract=off", "-fPIC", "-w", "-DFMI2_OVERRI
 
 @dataclass(frozen=True)
 class Fault:
-    """In ``file`` of the FMU of ``model`` the text ``right`` becomes ``wrong``."""
+    """In the engine's ``file`` of the FMU of ``model`` the text ``right`` becomes ``wrong``."""
 
     name: str
     model: str
@@ -185,10 +186,10 @@ def planted(fault: Fault, fmu: Path, path: Path) -> Path:
     folder = path.with_suffix("")
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)
-    source = folder / "sources" / fault.file
+    source, begin, end = file_with(folder / "sources", fault.file)
     text = source.read_text("utf-8")
-    assert text.count(fault.right) == 1, f"{fault.file} has changed: plant the fault '{fault.name}' anew"
-    source.write_text(text.replace(fault.right, fault.wrong), "utf-8")
+    assert text.count(fault.right, begin, end) == 1, f"{fault.file} has changed: plant the fault '{fault.name}' anew"
+    source.write_text(text[:begin] + text[begin:end].replace(fault.right, fault.wrong) + text[end:], "utf-8")
     (library,) = (folder / "binaries").rglob("*.so")
     command = [*QUICK, *OPTIONS, f"-I{fmi_headers()}", "-shared", str(source.with_name(ALL)), "-o", str(library), "-lm"]
     subprocess.run(command, check=True)

@@ -10,11 +10,11 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
+from delivered import tables, unpack_sources
 from fmpy import read_model_description
 
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.sources import ALL
 from lag2fmu.formats.loading import load, with_values
 from lag2fmu.mechanism import Mechanism
 
@@ -63,14 +63,6 @@ def representative(name: str) -> str | Mechanism:
     return name
 
 
-def unpack_sources(fmu: Fmu, folder: Path) -> Path:
-    """The C file of the FMU that includes the others, beside them in ``folder``."""
-    with zipfile.ZipFile(fmu.path) as archive:
-        names = [name for name in archive.namelist() if name.startswith("sources/")]
-        archive.extractall(folder, names)
-    return folder / "sources" / ALL
-
-
 def build(target: Path, command: Sequence[str], sources: Sequence[Path], *after: str) -> Path:
     """Compile ``sources`` to ``target``; raises AssertionError with what the compiler said."""
     line = [*command, *INCLUDES, *map(str, sources), "-o", str(target), *after]
@@ -81,7 +73,8 @@ def build(target: Path, command: Sequence[str], sources: Sequence[Path], *after:
 
 def build_host3(folder: Path, command: Sequence[str], sources: Sequence[Path], *after: str) -> Path:
     """The host for FMI 3.0 in ``folder``, from its own files and ``sources`` of the FMU that are unpacked there."""
-    here = [f"-I{folder / 'sources'}", f"-I{HOST3[0].parent}"]
+    (folder / "tables.h").write_text(tables(folder / "sources"), "utf-8")
+    here = [f"-I{folder}", f"-I{folder / 'sources'}", f"-I{HOST3[0].parent}"]
     line = [*command, "-std=c99", "-DFMI3_OVERRIDE_FUNCTION_PREFIX", *here]
     return build(folder / "host3.exe", line, [*HOST3, *sources], *after, "-lpthread", "-lm")
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import hosts
 import numpy as np
 import pytest
+from delivered import before_joining
 from numpy.typing import NDArray
 from wine import wine
 
@@ -146,8 +147,7 @@ class Installed:
     ) -> None:
         fmu = exported(hosts.representative(model))
         self.folder, self.programs = folder, programs
-        unpacked = hosts.unpack_sources(fmu, folder)
-        sources = {path.name: path.read_text("utf-8") for path in unpacked.parent.glob("*.[ch]") if path != unpacked}
+        _, sources = before_joining(hosts.representative(model))
         libraries = compile_libraries(sources, fmi_headers(), model, [PLATFORMS[name] for name in platforms])
         for name, library in zip(platforms, libraries, strict=True):
             (folder / f"{name}{PLATFORMS[name].suffix}").write_bytes(library)

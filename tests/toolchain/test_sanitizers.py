@@ -12,6 +12,7 @@ from pathlib import Path
 
 import hosts
 import pytest
+from delivered import unpack_sources
 
 pytestmark = [
     pytest.mark.toolchain,
@@ -42,7 +43,7 @@ def under(exported, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, 
         if (model, key) not in folders:
             fmu = exported(hosts.representative(model))
             folder = folders[model, key] = tmp_path_factory.mktemp(model)
-            sources = [hosts.unpack_sources(fmu, folder)]
+            sources = [unpack_sources(fmu, folder)]
             hosts.build(folder / "fmu.so", [*GCC, *flags, "-shared", "-fPIC"], sources, "-lm")
             (folder / "fmu.txt").write_text(hosts.description(fmu))
         folder = folders[model, key]

@@ -12,6 +12,7 @@ from pathlib import Path
 import hosts
 import pytest
 from compiling import COMPILERS, STRICT, UNOPTIMISED
+from delivered import sections, unpack_sources
 
 from lag2fmu.fmu.backends.native import fmi_headers
 
@@ -71,11 +72,12 @@ def test_threads(exported, tmp_path: Path) -> None:
 def test_valgrind(exported, tmp_path: Path) -> None:
     """The library that is shipped, over impacts in event mode too: it reads nothing that was not written."""
     fmu = exported("bouncing_ball", fmi="3.0")
-    hosts.unpack_sources(fmu, tmp_path)
+    unpack_sources(fmu, tmp_path)
     (tmp_path / "fmu.so").write_bytes(hosts.library(fmu))
-    tables = [tmp_path / "sources" / name for name in ("ports.c", "tables.c")]
+    parts, tables = sections(tmp_path / "sources"), tmp_path / "own_tables.c"
+    tables.write_text('#include "tables.h"\n' + parts["ports.c"] + parts["tables.c"], "utf-8")
     linked = [str(tmp_path / "fmu.so"), f"-Wl,-rpath,{tmp_path}"]
-    program = hosts.build_host3(tmp_path, ["gcc", "-O1", "-g1", "-include", "prefix.h"], tables, *linked)
+    program = hosts.build_host3(tmp_path, ["gcc", "-O1", "-g1", "-include", "prefix.h"], [tables], *linked)
     checked = ["valgrind", "-q", "--error-exitcode=9", "--leak-check=full", str(program)]
     assert said([*checked, "cycles", "200"], tmp_path) == "200 cycles\n"
     said([*checked, "random_calls", "2000", "3"], tmp_path)
@@ -84,7 +86,7 @@ def test_valgrind(exported, tmp_path: Path) -> None:
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_compilers_have_nothing_to_say(compiler: str, exported, tmp_path: Path) -> None:
     """The headers of the standard declare functions without prototypes; they count as those of a system."""
-    source = hosts.unpack_sources(exported("bouncing_ball", fmi="3.0"), tmp_path)
+    source = unpack_sources(exported("bouncing_ball", fmi="3.0"), tmp_path)
     flags = [*STRICT, *UNOPTIMISED[compiler], "-shared", "-isystem", str(fmi_headers())]  # test_sources.py has -O2
     command = [*COMPILERS[compiler], *flags, str(source), "-lm", "-o", str(tmp_path / "fmu.so")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

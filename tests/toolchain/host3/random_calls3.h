@@ -8,11 +8,9 @@
 
 #include "prefix.h"
 
-#include "event_sizes.h"
 #include "fmi3Functions.h"
-#include "mechanism.h"
-#include "ports.h"
 #include "standard_calls3.h"
+#include "tables.h" /* of the FMU */
 
 enum { MAX_BYTES = 1 << 16, MOST_ELEMENTS = 4096 };
 enum { OK = 1 << fmi3OK, WARNED = 1 << fmi3Warning, DISCARDED = 1 << fmi3Discard, REFUSED = 1 << fmi3Error };
