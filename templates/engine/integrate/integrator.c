@@ -188,7 +188,8 @@ bool integrate_in_equal_steps(Instance *instance, const Companion *with) {
         return creep(instance);
     }
     double i = 1.0;
-    const double length = span / count, first = rest ? first_of_rest(state, length, count, &i) : length;
+    const double length = count > 1.0 ? span / count : span; /* one step waits for no division */
+    const double first = rest ? first_of_rest(state, length, count, &i) : length;
     if (METHOD.variational) {
         watch_length(instance, length);
     }
