@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import chain, islice
 
@@ -21,6 +21,7 @@ from lag2fmu.fmu.live.page import live_document
 from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
+from lag2fmu.lazy import latest
 from lag2fmu.picture.scene import Scene
 from lag2fmu.procedure.hybrid import Hybrid
 from lag2fmu.resources import resource_folder
@@ -77,7 +78,7 @@ def page_text(of: Subject) -> str:
         "nomenclature": [(heading, rows) for heading, rows in _nomenclature(description.variables) if rows],
         "sketch": None if scene is None else (sketch(scene), scene.notes),
         "without": of.without,
-        **({} if EQUATIONS in of.without else _written(of.equations, of.program)),
+        **({} if EQUATIONS in of.without else on_equations(of.equations, of.program)),
         "kinds": description.interface.capabilities,
         "binaries": content.binaries,
         "resources": content.resources,
@@ -91,8 +92,9 @@ def page_text(of: Subject) -> str:
     return render("documentation/index.html.jinja", context)
 
 
-def _written(equations: EquationsOfMotion, program: Program) -> dict[str, object]:
-    """The variables of the template on the equations and on their analysis."""
+@latest
+def on_equations(equations: EquationsOfMotion, program: Program) -> Mapping[str, object]:
+    """The variables of the template on the equations and on their analysis; no other thread may work on the graph."""
     return {
         "formulas": _formulas(equations),
         "laws": _laws(equations),

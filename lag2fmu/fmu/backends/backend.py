@@ -24,8 +24,11 @@ from lag2fmu.mechanism.record import Mechanism
 MOST_OF_A_NAME = 63
 """Characters of an identifier that C99 distinguishes (section 5.2.4.1), and the most in a name of MATLAB."""
 
-Maker = Callable[[EquationsOfMotion, Program, Sequence[ScalarVariable], Mapping[str, str]], Live | None]
-"""A function from equations, program, variables and C sources of an FMU to the content of a live page."""
+Maker = Callable[[EquationsOfMotion, Program, Sequence[ScalarVariable], Mapping[str, str]], Callable[[], Live | None]]
+"""A function from equations, program, variables and C sources of an FMU to one that compiles a live page's content.
+
+The former works on the graph of the equations, where nothing else may work at the same time.
+"""
 
 
 @dataclass(frozen=True)

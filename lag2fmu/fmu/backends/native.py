@@ -6,6 +6,7 @@ import hashlib
 import importlib.metadata
 import uuid
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,14 +20,17 @@ from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
 from lag2fmu.fmu.compilers import compile_libraries, constant
-from lag2fmu.fmu.contents import CLOCKS, SOURCES
+from lag2fmu.fmu.contents import CLOCKS, EQUATIONS, SOURCES
+from lag2fmu.fmu.documentation import on_equations
 from lag2fmu.fmu.footprint import LINUX, footprints
 from lag2fmu.fmu.live.module import STILL
+from lag2fmu.fmu.live.parts import Live
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.observers import observed_table, observing_interface
 from lag2fmu.fmu.platforms import WASM, Platform, binaries_text, choose_platforms
 from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.realtime import RealTime, bounded, step_bound
+from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sources import ALL, SINGLE, source_files
 from lag2fmu.fmu.taken import REALTIME_ENTRY, Taken, bounds_of
 from lag2fmu.fmu.variables import build_table
@@ -75,21 +79,18 @@ class _Native:
             delivered = SOURCES not in choices.without
             description = description if delivered else _without_sources(description, platforms)
             identifier = description.model_identifier
-            with compiling(2) as beside:
+            with compiling(3) as beside:
                 told = beside.submit(_taken, sources, description, version, platforms)
-                page = (
-                    beside.submit(choices.live, equations, program, description.variables, sources)
-                    if choices.live
-                    else None
-                )
+                page = beside.submit(_ahead, choices, equations, program, description.variables, sources, beside)
                 libraries = compile_libraries(
                     sources, fmi_headers(version), identifier, platforms, choices.compiler, choices.progress
                 )
+                compiled = page.result()
             taken = told.result()
             files = source_files(sources, identifier, version.gate, choices.sources) if delivered else {}
             files |= _placed(dict(zip(platforms, libraries, strict=True)), identifier, version)
             binaries = binaries_text(platforms, version.folders, choices.compiler)
-            made = None if page is None else page.result()
+            made = None if compiled is None else compiled.result()
             resources = [_SOURCES.format(version.name)] if delivered else []
             resources += [STILL] if choices.live and made is None else []
             if taken:
@@ -103,6 +104,25 @@ class _Native:
 
 
 NATIVE = _Native()
+
+
+def _ahead(
+    choices: Choices,
+    equations: EquationsOfMotion,
+    program: Program,
+    variables: Sequence[ScalarVariable],
+    sources: Mapping[str, str],
+    beside: ThreadPoolExecutor,
+) -> Future[Live | None] | None:
+    """What is done on the equations while compilers run, one after another; the live page is compiled ``beside``.
+
+    Documentation finds what it tells of them.
+    """
+    page = choices.live(equations, program, variables, sources) if choices.live else None
+    compiled = beside.submit(page) if page else None
+    if EQUATIONS not in choices.without:
+        on_equations(equations, program)
+    return compiled
 
 
 def _placed(libraries: Mapping[Platform, bytes], identifier: str, version: Version) -> dict[str, bytes]:

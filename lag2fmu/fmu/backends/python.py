@@ -87,7 +87,7 @@ class _Python:
             made = None
             if choices.live:
                 native, sources = describe(mechanism, equations, program, solver, vibrations)
-                made = choices.live(equations, program, native.variables, sources)
+                made = choices.live(equations, program, native.variables, sources)()
             resources = (*_RESOURCES, STILL) if choices.live and made is None else _RESOURCES
             return Content(description, files, binaries_of_pythonfmu(platforms), resources, made)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 
 from lag2fmu.analysis.evaluation import attempted
@@ -62,16 +62,18 @@ def page_maker(page: str | None) -> Maker | None:
 
 def _within_bounds(
     equations: EquationsOfMotion, program: Program, variables: Sequence[ScalarVariable], sources: Mapping[str, str]
-) -> Live | None:
-    """What ``live`` makes, or nothing and a warning where that exceeds MOST_TEXT or MOST_BYTES.
-
-    Raises BuildError if the compiler fails.
-    """
+) -> Callable[[], Live | None]:
+    """What ``live`` returns, or what makes nothing and a warning where that exceeds MOST_TEXT or MOST_BYTES."""
     small = sum(map(len, sources.values())) <= MOST_TEXT
-    made = live(equations, program, variables, sources) if small else None
-    if made is None or len(made.module) > MOST_BYTES:
-        _LOGGER.warning("warning: %s", re.sub("</?code>", "", STILL))
-        return None
+    compiled = live(equations, program, variables, sources) if small else None
+
+    def made() -> Live | None:
+        page = compiled and compiled()
+        if page is None or len(page.module) > MOST_BYTES:
+            _LOGGER.warning("warning: %s", re.sub("</?code>", "", STILL))
+            return None
+        return page
+
     return made
 
 
@@ -80,10 +82,10 @@ def live(
     program: Program,
     variables: Sequence[ScalarVariable],
     sources: Mapping[str, str],
-) -> Live:
-    """The picture of the mechanism of ``equations``, and their ``program`` from the C ``sources`` of an FMU, compiled.
+) -> Callable[[], Live]:
+    """What compiles the picture of the mechanism of ``equations``, and their ``program`` from ``sources`` of an FMU.
 
-    ``variables`` are those of the FMU. Raises BuildError if the compiler fails.
+    ``variables`` are those of the FMU. The function that is returned raises BuildError if the compiler fails.
     """
     picture = attempted(lambda: drawing(equations.mechanism), None)
     spots = no_spots()
@@ -94,9 +96,13 @@ def live(
             picture = None
     references = {v.name: v.value_reference for v in variables if v.derivative_of is None}
     texts = page_sources(sources, program, {"picture": spots, "work": work(equations, references)})
-    module = compile_module(texts, public_names(["page.c"]), "-fno-inline-functions")  # a tenth less to compile
-    if picture is None:
-        return Live(None, module)
-    for note in picture.notes:
-        _LOGGER.warning("warning: %s", note)
-    return Live(picture.data, module, picture.surfaces)
+
+    def compiled() -> Live:
+        module = compile_module(texts, public_names(["page.c"]), "-fno-inline-functions")  # a tenth less to compile
+        if picture is None:
+            return Live(None, module)
+        for note in picture.notes:
+            _LOGGER.warning("warning: %s", note)
+        return Live(picture.data, module, picture.surfaces)
+
+    return compiled

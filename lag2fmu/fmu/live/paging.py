@@ -39,7 +39,7 @@ def page(
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")
     found = derived(mechanism, solver)
     description, sources = describe(found.mechanism, found.equations, found.program, found.solver, found.vibrations)
-    content = Content(description, {}, "", (), live(found.equations, found.program, description.variables, sources))
+    content = Content(description, {}, "", (), live(found.equations, found.program, description.variables, sources)())
     scene = scene_at_start(found.equations)
     text = page_text(Subject(found.equations, found.program, content, found.reason, scene, samples))
     if path is not None:
