@@ -10,9 +10,7 @@ from lag2fmu.codegen.tokens import words
 
 _CONSTANTS = re.compile(r"^static const (?:double|float) (\w+ = [^;\n]+);", re.MULTILINE)
 """A line of constants in a header. Compilers warn of those in a .c file that nothing uses, but not of macros."""
-_GUARD = re.compile(r"^#ifndef (\w+_H)\n#define \1\n+(.*)^#endif\n", re.MULTILINE | re.DOTALL)
-"""What keeps a header from being read twice, and the header."""
-_INCLUDE = re.compile(r'^#include "([^"]+)"[^\n]*\n', re.MULTILINE)
+
 
 _INLINE = re.compile(
     r"(?:^/\*(?:(?!\*/).)*\*/\n)?^static inline [^;{}=]*?(\w+)\([^;{}]*\) \{(?:[^\n]*\}|\n.*?^\})\n",
@@ -43,16 +41,32 @@ def sections(sources: Mapping[str, str], files: Iterable[str], before: Iterable[
 
     def add(name: str) -> None:
         begun.add(name)
-        for other in _INCLUDE.findall(sources[name]):
+        for line in sources[name].splitlines():
+            other = _included(line)
             if other in sources and other not in begun:
                 add(other)
-        alone = _INCLUDE.sub(lambda line: "" if line[1] in sources else line[0], sources[name])
-        found[name] = _GUARD.sub(r"\2", alone)
+        found[name] = _alone(name, sources)
 
     for name in files:
         if name not in begun:
             add(name)
     return found
+
+
+def _included(line: str) -> str:
+    """The header of the program's own that a ``line`` includes, or ""."""
+    return line.split('"')[1] if line.startswith('#include "') else ""
+
+
+def _alone(name: str, sources: Mapping[str, str]) -> str:
+    """The text of ``name`` without what includes one of ``sources``, and a header's without its guard NAME_H."""
+    lines = [line for line in sources[name].splitlines() if _included(line) not in sources]
+    guard = f"{name.removesuffix('.h').upper()}_H"
+    if f"#define {guard}" in lines:
+        for line in (f"#ifndef {guard}", f"#define {guard}"):
+            lines.remove(line)
+        del lines[len(lines) - 1 - lines[::-1].index("#endif")]
+    return "".join(f"{line}\n" for line in lines)
 
 
 def joined(texts: Mapping[str, str]) -> str:
