@@ -21,6 +21,9 @@ _SLOW = 1e-3
 """The part of nominal velocities whose power measures that of slower motions: what rests moves by rounding alone, and
 rounding has no relative precision."""
 
+_INSTANT = 1e-12
+"""In s: so far beside a point of a run is the other side of a force that jumps there."""
+
 
 def constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Reference) -> Iterator[Check]:
     """The residuals at all communication points, relative to their change with a coordinate's nominal value."""
@@ -68,12 +71,12 @@ def energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Che
     q, qd = run.columns(coordinates), run.columns([names.velocity(c) for c in coordinates])
     qdd = run.columns([names.acceleration(c) for c in coordinates])
     inputs = _inputs_at(task, run.time)
-    balance = Equations(task.mechanism).balance(run.time, q, qd, qdd, inputs | task.further(run))
+    residual, power = _balance_beside(task, run.time, (q, qd, qdd), inputs | task.further(run))
     resting = resting_energy(task, run)
     slow = _SLOW * resting / ROUNDING  # W, as nominal velocities are nominal values by 1 s
-    scale = max(float(np.max(balance.scale, initial=0.0)), slow) or 1.0
-    worst = int(np.argmax(np.abs(balance.residual)))
-    off, detail = float(np.abs(balance.residual[worst]) / scale), f"largest at t = {run.time[worst]:.3g} s"
+    scale = max(power, slow) or 1.0
+    worst = int(np.argmax(residual))
+    off, detail = float(residual[worst] / scale), f"largest at t = {run.time[worst]:.3g} s"
     pointwise = Check("energy: dh/dt - power, every point", off, ROUNDING, detail)
     checks = [] if has_rows(task.mechanism) else [pointwise]  # forces of contacts do work too
     if task.holds and any(motion.name in inputs for motion in task.mechanism.motions):
@@ -90,6 +93,19 @@ def energy_checks(task: Task, run: Trajectory, reference: Reference) -> list[Che
     # a range is twice an amplitude, and energies are squares: 1 % of the range of a vibration is 4 % of its energy
     bar = 4 * SAFETY * task.tolerance
     return [*checks, Check("energy: h - work over the run", float(drift[worst]), bar, detail)]
+
+
+def _balance_beside(
+    task: Task, time: Floats, motion: tuple[Floats, Floats, Floats], given: Mapping[str, Floats]
+) -> tuple[Floats, float]:
+    """The residuals (k,) of dh/dt - power in W, and the greatest power: at the points, or just before or after them.
+
+    At an instant at which a force jumps, as sign(t) does at 0, either side is right: each point has the smallest one.
+    """
+    equations, (q, qd, qdd) = Equations(task.mechanism), motion
+    beside = [equations.balance(time + dt, q + dt * qd, qd + dt * qdd, qdd, given) for dt in (0.0, -_INSTANT, _INSTANT)]
+    residual: Floats = np.min([np.abs(balance.residual) for balance in beside], axis=0)
+    return residual, float(np.max(beside[0].scale, initial=0.0))
 
 
 def resting_energy(task: Task, run: Trajectory) -> float:

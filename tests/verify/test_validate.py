@@ -413,3 +413,13 @@ def test_a_very_short_run_is_compared() -> None:
     assert on_grid(reference, np.linspace(0.0, 1e-8, 11)).tolist() == list(range(0, 101, 10))
     with pytest.raises(SimulationError, match="are not those"):
         on_grid(reference, np.array([0.0, 5.5e-10]))
+
+
+@pytest.mark.parametrize("jump", [sign(TIME), Heaviside(TIME - 1)])
+def test_a_force_that_jumps_at_a_point_of_the_run_has_either_value_there(tmp_path, jump) -> None:
+    x = coordinate("x", "m", start=0.3, velocity=0.5)
+    pushed = Mechanism("pushed", coordinates=[x], bodies=[Body("b", 1, (x, 0))], forces=[Force(x, jump - x)])
+    path = lag2fmu.export(pushed, tmp_path / "pushed.fmu").path
+    assert POINTWISE_ENERGY not in failed(validate_fmu(pushed, path, stop_time=2.0))
+    stronger = replace(pushed, forces=[Force(x, LITTLE * jump - x)])
+    assert POINTWISE_ENERGY in failed(validate_fmu(stronger, path, stop_time=2.0))
