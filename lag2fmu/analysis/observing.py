@@ -141,7 +141,10 @@ def assumed_noise(mechanism: Mechanism, name: str) -> float:
     """
     sizes = _nominals(mechanism)
     if name not in sizes:
-        raise LoadError(f"measure '{name}': it has no nominal value to tell its noise by; give {name}=STD")
+        found = suggestion(name, sizes)
+        raise LoadError(
+            f"measure '{name}': it has no nominal value to tell its noise by, as states have: {found}; give {name}=STD"
+        )
     return ASSUMED * sizes[name]
 
 

@@ -448,6 +448,7 @@ def test_a_word_is_no_observer(tmp_path: Path) -> None:
         (["--measure", "x=1"], "--measure goes with --observer"),
         (["--delay", "x=1"], "--delay goes with --observer"),
         (["--observer", "ekf", "--measure", "x_ddot"], "measure 'x_ddot': it has no nominal value"),
+        (["--observer", "ekf", "--measure", "thetta"], "by, as states have: did you mean 'theta'"),
         (["--observer", "ekf", "--measure", "x=1", "--reference"], "observers follow samples"),
     ],
 )
