@@ -56,12 +56,14 @@ static const double *usual_accelerations(Instance *instance, double time) {
     return state->usual_known && fabs(span) * STABILISATION < STALE ? usual : NULL;
 }
 
-/* Is every constraint as clearly independent, or redundant, as the formula has it, and none about to be lost? */
+/* Is every constraint as clearly independent, or redundant, as the formula has it, and none about to be lost? Redundant
+   rows may take the place of those that are weakened, which the formula does not know. */
 static bool formula_holds(const Instance *instance, const double margins[], const double squares[]) {
     const IndependentRows *known = &instance->state.rows;
+    const double least = multipliers_unique(instance) ? CLEARLY_INDEPENDENT : WEAKENED;
     for (int k = 0; k < N_CONSTRAINTS; k++) {
         const double usual = instance->state.rows_known ? known->distance[k] : 0.0;
-        if (!(margins[k] > 0.0) || !(squares[k] >= CLEARLY_INDEPENDENT * usual * usual)) {
+        if (!(margins[k] > 0.0) || !(squares[k] >= least * usual * usual)) {
             return false;
         }
     }

@@ -77,25 +77,36 @@ static void swap(double *a, double *b) {
     *b = kept;
 }
 
-/* Brings the largest remaining diagonal entry to row k; returns it. */
-static double bring_row(ConstraintFactorization *result, int k) {
+/* Two rows change places. */
+static void exchange_rows(ConstraintFactorization *result, int k, int other) {
     double *a = result->factor;
+    if (K > 1 && other != k) {
+        const int kept = result->order[k];
+        result->order[k] = result->order[other];
+        result->order[other] = kept;
+        for (int j = 0; j < result->rows; j++) {
+            swap(&a[k * K + j], &a[other * K + j]);
+        }
+        for (int i = 0; i < result->rows; i++) {
+            swap(&a[i * K + k], &a[i * K + other]);
+        }
+    }
+}
+
+/* The place, from k, of the largest remaining diagonal entry. */
+static int largest_row(const ConstraintFactorization *result, int k) {
+    const double *a = result->factor;
     int best = k;
     for (int i = k + 1; i < result->rows; i++) {
         best = a[i * K + i] > a[best * K + best] ? i : best;
     }
-    if (K > 1 && best != k) {
-        const int kept = result->order[k];
-        result->order[k] = result->order[best];
-        result->order[best] = kept;
-        for (int j = 0; j < result->rows; j++) {
-            swap(&a[k * K + j], &a[best * K + j]);
-        }
-        for (int i = 0; i < result->rows; i++) {
-            swap(&a[i * K + k], &a[i * K + best]);
-        }
-    }
-    return a[k * K + k];
+    return best;
+}
+
+/* Brings the largest remaining diagonal entry to row k; returns it. */
+static double bring_row(ConstraintFactorization *result, int k) {
+    exchange_rows(result, k, largest_row(result, k));
+    return result->factor[k * K + k];
 }
 
 /* Writes column k of L, and the same as row k behind the diagonal, and takes its part out of the rest of the matrix.
@@ -166,6 +177,21 @@ static double hold(const ConstraintFactorization *f, const IndependentRows *know
     return rest > 0.0 ? rest * rest : 0.0;
 }
 
+/* Is the known row at place k, which is next, much nearer than usual to the rows before it? */
+static bool weakened(const ConstraintFactorization *f, const IndependentRows *known, int k) {
+    const double usual = known->distance[f->order[k]] * f->scale[f->order[k]];
+    return f->factor[k * K + k] < WEAKENED * usual * usual;
+}
+
+/* Brings a clearly independent row, if there is one, to place k, whose known row is weakened. There is none at a
+   singular position. */
+static bool replace_row(ConstraintFactorization *result, int k) {
+    const int other = largest_row(result, k);
+    const bool clear = other != k && result->factor[other * K + other] > CLEARLY_INDEPENDENT;
+    exchange_rows(result, k, clear ? other : k);
+    return clear;
+}
+
 void constraints_factorize(Arena *arena, ConstraintFactorization *result, int rows, const IndependentRows *known,
                            double damping) {
     result->rows = rows;
@@ -178,9 +204,14 @@ void constraints_factorize(Arena *arena, ConstraintFactorization *result, int ro
     for (int k = 0; k < rows; k++) {
         result->factor[k * K + k] += result->scale[result->order[k]] > 0.0 ? damping : 0.0;
     }
+    int strong = independent; /* the place of the known rows that wait until the others are eliminated */
     for (int k = 0; k < rows; k++) {
+        while (k < strong && independent < rows && damping <= 0.0 && weakened(result, known, k)) {
+            exchange_rows(result, k, --strong);
+        }
+        const bool replaced = k >= strong && k < independent && replace_row(result, k);
         const double least = known != NULL && k >= independent && damping <= 0.0 ? CLEARLY_INDEPENDENT : REDUNDANT;
-        const bool kept = k < independent && result->factor[k * K + k] > REDUNDANT;
+        const bool kept = k < independent && !replaced && result->factor[k * K + k] > REDUNDANT;
         if (!kept && !(bring_row(result, k) > least)) {
             break;
         }
