@@ -132,10 +132,12 @@ def _jumps(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Resid
     plain = np.array([not (a.e.u and event.hits.any()) for event in events]) & ~caught
     size = np.maximum(np.abs(a.qd).max(axis=1), a.system.nominal)[:, None]
     off = np.where(plain, np.abs(np.transpose([event.unforced for event in events])), np.nan)
-    # a slip in space ends where its direction is lost, and rebounds that end are put to rest near their top
+    # a slip in space ends where its direction is lost, and rebounds that end are put to rest near their top: both are
+    # slow beside the fastest motion, which may be that of another coordinate, as the spin of a ball that begins to roll
+    fastest = a.system.nominal[:, None] * (size / a.system.nominal[:, None]).max()
     bears = a.forces[: a.e.u] > 0
     loose = (bears[:, at + 1] & ~bears[:, at]).any(axis=0) | any(len(rows) > 1 for rows in a.e.slip_rows)
-    bars = size * np.where(loose, accuracy.motion, accuracy.states)
+    bars = np.where(loose, fastest * accuracy.motion, size * accuracy.states)
     bars = bars + accuracy.step * np.abs(a.qdd[:, at + 1] - a.qdd[:, at])
     rates = [f"{unit}/s" for unit in units]
     yield from worst("velocities jump at impacts only", q, rates, a.time[at], off, bars)
