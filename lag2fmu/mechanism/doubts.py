@@ -11,6 +11,8 @@ from lag2fmu.description.names import velocity
 from lag2fmu.description.places import Body
 
 NamesIn = Callable[[str, sp.Expr], set[str]]
+_UNIT = 1e-3
+"""A direction whose length differs by less is a unit vector that was rounded."""
 
 
 def doubts(m: Description, names_in: NamesIn) -> Iterator[str]:
@@ -23,6 +25,7 @@ def doubts(m: Description, names_in: NamesIn) -> Iterator[str]:
     }
     yield from _twice(m, placed, names_in)
     yield from _idle_gravity(m, placed)
+    yield from _scaled_gravity(m)
 
 
 def _moves(body: Body, i: int, names_in: NamesIn) -> set[str]:
@@ -53,4 +56,19 @@ def _idle_gravity(m: Description, placed: dict[str, list[set[str]]]) -> Iterator
         yield (
             "gravity: acts along -z, where no body moves, and does nothing; give its direction, or positions of 2 "
             "entries for a mechanism in the plane"
+        )
+
+
+def _scaled_gravity(m: Description) -> Iterator[str]:
+    """A direction of gravity in numbers that is no unit vector."""
+    entries = [sp.sympify(x) for x in (m.gravity.direction if m.gravity and m.gravity.direction else ())]
+    if not entries or not all(x.is_number for x in entries):
+        return
+    length = float(sp.sqrt(sum(x**2 for x in entries)))
+    if abs(length - 1.0) > _UNIT:
+        yield (
+            f"gravity: its direction has the length {length:g}, not 1, so that bodies fall with {length:g} times its "
+            "acceleration; divide the entries by it"
+            if length
+            else "gravity: its direction is 0, and does nothing; give a direction, or leave gravity out"
         )
