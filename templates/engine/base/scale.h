@@ -38,10 +38,6 @@ static const double REDUNDANT = 1e-10;
 /* A row that has become independent is clearly so only at a distance of 3 %, which drift of the states never makes. */
 static const double CLEARLY_INDEPENDENT = 1e-3;
 
-/* A row at 30 % of its usual distance gives place to a redundant one that is clearly independent. Errors of an
-   importer's states grow with the inverse square of the distance: there ten times, at 3 % a thousand times. */
-static const double WEAKENED = 0.1;
-
 /* A row at a distance of 0.3 % of its usual one is about to be lost: near there rounding errors grow with the inverse
    third power of the distance, and ten times farther the motion is still exact. */
 static const double ABOUT_TO_BE_LOST = 1e-5;

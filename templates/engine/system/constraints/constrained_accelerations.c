@@ -60,10 +60,11 @@ static const double *usual_accelerations(Instance *instance, double time) {
    rows may take the place of those that are weakened, which the formula does not know. */
 static bool formula_holds(const Instance *instance, const double margins[], const double squares[]) {
     const IndependentRows *known = &instance->state.rows;
-    const double least = multipliers_unique(instance) ? CLEARLY_INDEPENDENT : WEAKENED;
+    const bool turns = !multipliers_unique(instance);
     for (int k = 0; k < N_CONSTRAINTS; k++) {
         const double usual = instance->state.rows_known ? known->distance[k] : 0.0;
-        if (!(margins[k] > 0.0) || !(squares[k] >= least * usual * usual)) {
+        if (!(margins[k] > 0.0) ||
+            !(squares[k] >= (turns ? constraints_weakened(usual) : CLEARLY_INDEPENDENT * usual * usual))) {
             return false;
         }
     }

@@ -177,10 +177,13 @@ static double hold(const ConstraintFactorization *f, const IndependentRows *know
     return rest > 0.0 ? rest * rest : 0.0;
 }
 
+double constraints_weakened(double usual) {
+    return sqrt(CLEARLY_INDEPENDENT) * usual * usual;
+}
+
 /* Is the known row at place k, which is next, much nearer than usual to the rows before it? */
 static bool weakened(const ConstraintFactorization *f, const IndependentRows *known, int k) {
-    const double usual = known->distance[f->order[k]] * f->scale[f->order[k]];
-    return f->factor[k * K + k] < WEAKENED * usual * usual;
+    return f->factor[k * K + k] < constraints_weakened(known->distance[f->order[k]] * f->scale[f->order[k]]);
 }
 
 /* Brings a clearly independent row, if there is one, to place k, whose known row is weakened. There is none at a
