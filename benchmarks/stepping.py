@@ -1,10 +1,10 @@
 """The cost of a communication step in a C host: fmi2DoStep beside the evaluations of the equations that it makes.
 
 Run with `make bench` or `python -m benchmarks.stepping [MODEL ...]`: RK4 with communication and solver step 1 ms. The
-bar: beyond its 4 evaluations a step takes at most 20 %. Under error control most communication
-steps only move the time, but where equations contain the time each takes a solver step. Times are the least and the
-median of many short rounds. An evaluation takes longer at some states than at others (a sine of a large angle does), so
-what a step takes beyond its evaluations is the median of the ratios in one round, which has both at the same states.
+bar: beyond its 4 evaluations a step takes at most 20 %. Under error control most communication steps only move the
+time, but where equations contain the time each takes a solver step. Times are the least and the median of many short
+rounds. An evaluation takes longer at some states than at others (a sine of a large angle does), so what a step takes
+beyond its evaluations is the median of the ratios in one round, which has both at the same states.
 """
 
 from __future__ import annotations

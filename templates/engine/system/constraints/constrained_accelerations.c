@@ -107,9 +107,7 @@ bool accelerations_at(Instance *instance, double time, const double states[], co
             return arena_leave(mark, false);
         }
     }
-    /* apart: processors wait where they load as a pair what was stored one by one */
-    const bool finite = all_finite(unknowns, N_COORDINATES) && all_finite(unknowns + N_COORDINATES, N_CONSTRAINTS);
-    return arena_leave(mark, finite || report_accelerations(instance, time, unknowns));
+    return arena_leave(mark, all_finite(unknowns, N_UNKNOWNS) || report_accelerations(instance, time, unknowns));
 }
 
 void accelerations_stabilise(const Instance *instance, double change[]) {
