@@ -61,6 +61,19 @@ tied = "z - x"
 """
 
 
+CAM = """
+[mechanism]
+name = "cam"
+[coordinates]
+x = { unit = "m", start = -1, velocity = 1 }
+z = { unit = "m" }
+[bodies.follower]
+mass = 1
+position = ["x", "z + if(x > 0, x**2, 3*x**2)"]
+[bodies.cam]
+mass = 2
+position = [0, "z"]
+"""
 CAPSULE = """
 [mechanism]
 name = "capsule"
@@ -140,6 +153,16 @@ def test_a_start_is_solved_on_its_own_side_of_a_kink(exported: Callable[..., Fmu
 
 def test_a_kink_of_a_constraint_is_validated(exported: Callable[..., Fmu]) -> None:
     assert validate(exported(read(WIRE, "wire.toml")), stop_time=0.6).passed
+
+
+def test_a_place_with_a_choice_moves_on_both_sides_of_it(exported: Callable[..., Fmu]) -> None:
+    """Momentum along z and energy are kept; before, such a place could not be derived."""
+    run = simulate(
+        exported(read(CAM, "cam.toml")), stop_time=3, step=0.1, tolerance=1e-9, beside=("total_energy", "p_z")
+    )
+    assert run["x"][-1] > 1
+    assert run["p_z"] == pytest.approx(-6.0, abs=1e-6)
+    assert run["total_energy"] == pytest.approx(18.5, abs=1e-6)
 
 
 def test_a_closed_contact_that_jumps_to_the_other_end_ends_the_run(exported: Callable[..., Fmu]) -> None:
