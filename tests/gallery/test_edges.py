@@ -61,6 +61,23 @@ tied = "z - x"
 """
 
 
+CORNER = """
+[mechanism]
+name = "corner"
+[coordinates]
+x = { unit = "m", start = -0.7, velocity = 1 }
+z = { unit = "m", guess = 0 }
+[gravity]
+acceleration = 9.81
+[bodies.slide]
+mass = 1
+position = ["x", 0]
+[bodies.lifted]
+mass = 2
+position = [0, "z"]
+[constraints.holonomic]
+ramp = "z - 0.15*max(x, 0)"
+"""
 CAM = """
 [mechanism]
 name = "cam"
@@ -153,6 +170,19 @@ def test_a_start_is_solved_on_its_own_side_of_a_kink(exported: Callable[..., Fmu
 
 def test_a_kink_of_a_constraint_is_validated(exported: Callable[..., Fmu]) -> None:
     assert validate(exported(read(WIRE, "wire.toml")), stop_time=0.6).passed
+
+
+def test_a_corner_of_a_constraint_is_an_impact(exported: Callable[..., Fmu]) -> None:
+    """The slide jerks 2 kg up at the foot of the ramp; on the way back the constraint stops these, and it goes on.
+
+    In model exchange the velocities were those before the corner until positions had drifted off.
+    """
+    corner, after = exported(read(CORNER, "corner.toml")), 1 / (1 + 2 * 0.15**2)
+    for kind in ("co-simulation", "model-exchange"):
+        run = simulate(corner, stop_time=1.6, step=0.1, tolerance=1e-8, kind=kind)
+        assert run["x_dot"][run.time > 0.75][0] == pytest.approx(after - 0.1 * 2 * 0.15 * G * after, abs=1e-6)
+        assert run["x_dot"][-1] == pytest.approx(-after, abs=1e-6)
+    assert validate(corner, stop_time=1.6).passed
 
 
 @pytest.mark.parametrize(("rise", "slope"), [("if(x > 0, x**2, 3*x**2)", -6), ("x*abs(x)", 2)])

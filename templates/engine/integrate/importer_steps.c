@@ -121,7 +121,8 @@ bool importer_updates_states(Instance *instance, bool *changed) {
         return false;
     }
     *changed = *changed || jumped;
-    return true;
+    const bool cornered = constraints_velocity_drift(instance) > DRIFT * solver_tolerance(&instance->state);
+    return !cornered || pull_back(instance, changed); /* behind a corner of a constraint velocities meet it no longer */
 }
 
 double importer_next_event(Instance *instance) {
