@@ -41,10 +41,14 @@ class Function:
         """The nodes that are entries of arguments and need not be computed."""
         return frozenset(entry for argument in self.arguments for entry in argument.entries)
 
+    def missing(self, graph: Graph) -> list[str]:
+        """The names of the variables that the results need and no argument holds."""
+        needed, given = graph.cone((node for *_, node in self.results), self.given), self.given
+        return [str(graph.leaf[node]) for node in needed if graph.code[node] == SYMBOL and node not in given]
+
     def check(self, graph: Graph) -> Function:
         """Returns the function itself; raises DerivationError if a result needs a variable that no argument holds."""
-        needed, given = graph.cone((node for *_, node in self.results), self.given), self.given
-        missing = [str(graph.leaf[node]) for node in needed if graph.code[node] == SYMBOL and node not in given]
+        missing = self.missing(graph)
         if missing:
             raise DerivationError(
                 f"{self.name} needs {', '.join(missing)}, which are none of its arguments; "

@@ -26,7 +26,7 @@ from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.batches import evaluate
 from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import CHOICE, KINKS, OPERATIONS
+from lag2fmu.graph.operations import CHOICE, KINKS, OPERATIONS, SYMBOL
 from lag2fmu.graph.to_sympy import written, written_operations
 from lag2fmu.mechanism.record import Mechanism
 
@@ -117,14 +117,37 @@ class _Kinks:
     def replaced(self, switches: Mapping[Node, Node], functions: Sequence[Function]) -> list[Function]:
         """``functions`` with ``switches`` {margin: switch} instead of kinks, also in what one hands to another."""
         known = {self._key(margin): switch for margin, switch in switches.items()}
-        return with_nodes(functions, self._new_nodes(known, nodes_of(self.graph, functions)))
+        new = with_nodes(functions, self._new_nodes(known, nodes_of(self.graph, functions)))
+        code = self.graph.code
+        takes = [any(code[node] != SYMBOL for a in f.arguments for node in a.entries) for f in functions]
+        return [
+            self._apart(known, old) if taking and found.missing(self.graph) else found
+            for old, found, taking in zip(functions, new, takes, strict=True)
+        ]
 
-    def _new_nodes(self, known: Mapping[tuple[int, bool], Node], cone: Sequence[Node]) -> dict[Node, Node]:
-        """{node of ``cone``: what stands for it}; ``known`` {key of a margin: switch} are the switches there are."""
+    def _apart(self, known: Mapping[tuple[int, bool], Node], old: Function) -> Function:
+        """The function ``old`` with ``known`` switches, where a formula would be simplified with what is handed over.
+
+        What another function hands over is a symbol here, so that products with it are not written in another way.
+        """
+        g = self.graph
+        entries = dict.fromkeys(node for a in old.arguments for node in a.entries)
+        held = {node: node if g.code[node] == SYMBOL else g.symbol(f"handed {i}") for i, node in enumerate(entries)}
+        cone = g.cone((node for *_, node in old.results), old.given)
+        (found,) = with_nodes([old], self._new_nodes(known, cone, held))
+        return found
+
+    def _new_nodes(
+        self, known: Mapping[tuple[int, bool], Node], cone: Sequence[Node], held: Mapping[Node, Node] | None = None
+    ) -> dict[Node, Node]:
+        """{node of ``cone``: what stands for it}, ``held`` ones as they are there.
+
+        ``known`` {key of a margin: switch} are the switches there are.
+        """
         graph = self.graph
         kept, bases = self._kept(cone), self._bases(cone)
-        new: dict[Node, Node] = {}
-        for node in cone:
+        new: dict[Node, Node] = dict(held or {})
+        for node in (node for node in cone if node not in new):
             operands = graph.operands[node]
             moved = [new[operand] for operand in operands]
             if OPERATIONS[graph.code[node]].name in _ROOTS and operands[0] in bases:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
+from lag2fmu.graph.operations import ADD, CHOICE, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
 
 
 class QuadraticForm:
@@ -68,7 +68,7 @@ class LinearNodes:
         return uses
 
     def _terms(self, node: Node) -> Iterator[tuple[Node, Node]]:
-        """The node as a combination of its operands: sums, and products or quotients with one linear factor."""
+        """The node as a combination of its operands: sums, choices, products or quotients with one linear factor."""
         g, code, operands = self.graph, self.graph.code[node], self.graph.operands[node]
         if code in (ADD, SUBTRACT):
             signs = (g.one, g.one if code == ADD else g.minus_one)
@@ -77,6 +77,10 @@ class LinearNodes:
             yield operands[0], g.minus_one
         elif code == DIVIDE:
             yield operands[0], g.divide(g.one, operands[1])
+        elif code == CHOICE:
+            margin, *branches = operands
+            chosen = g.choose(margin, g.one, g.zero), g.choose(margin, g.zero, g.one)
+            yield from ((o, part) for o, part in zip(branches, chosen, strict=True) if o in self.linear)
         else:
             a, b = operands
             yield (a, b) if a in self.linear else (b, a)

@@ -19,9 +19,14 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.unit_check import constraint_units, units_in
 
 
-@lru_cache(maxsize=4)
 def calculated_units(mechanism: Mechanism) -> Mapping[str, Unit | None]:
     """{name: SI unit} of momenta, residuals, multipliers, drives, and of results of contacts, stops and frictions."""
+    return _calculated_units(mechanism, mechanism.constraints)
+
+
+@lru_cache(maxsize=4)
+def _calculated_units(mechanism: Mechanism, *_derived: object) -> Mapping[str, Unit | None]:
+    """The units of a mechanism with these constraints; without those that derivation adds it counts as the same."""
     found = {names.momentum(q.name): per(JOULE * SECOND, q.unit) for q in mechanism.coordinates}
     units = constraint_units(mechanism) if mechanism.constraints else {}
     for c in mechanism.constraints:

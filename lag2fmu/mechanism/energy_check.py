@@ -28,6 +28,9 @@ _JUMPING = (Choice, sp.sign, sp.Heaviside)
 _PARTS = ("energy", "bodies", "frames", "gravity")
 """The tables whose entries enter energies, each by itself. Points do so as ends of springs."""
 
+_PLACES = ("position", "angle", "origin", "rotations", "center")
+_CORNERS = (*_JUMPING, sp.Abs, sp.Min, sp.Max)
+
 _TRIALS = 12
 _NEAR, _NEARER = 1e-8, 1e-11
 """Distances from a border, as parts of the size of what moves; a jump is the same at both."""
@@ -60,6 +63,32 @@ def cut_angles(m: Description) -> Iterator[str]:
                 f"{place:.6g}; no force does that work: let the motion stay on one side, or measure the angle by a "
                 "coordinate of its own, which counts whole turns"
             )
+
+
+def bent_places(m: Description) -> Iterator[str]:
+    """Warnings of places of ``m`` that have corners, at which what is fixed there changes its speed by itself.
+
+    Coordinates and velocities go on there, so that kinetic energy and momenta jump. They are no errors: the motion may
+    not come there.
+    """
+    poses, known, sizes = poses_of(m), values_of(m), _sizes(m)
+    places: dict[str, list[sp.Expr]] = {}
+    for entry in m.entries():
+        if entry.table in ("bodies", "frames") and entry.key.field in _PLACES:
+            places.setdefault(entry.where.partition("[")[0], []).append(poses.resolved(entry.expression))
+    for where, entries in places.items():
+        for part in sorted(set().union(*(x.atoms(*_CORNERS) for x in entries)), key=str):
+            square = sp.Add(*(poses.rate(x) ** 2 for x in entries))
+            margin = part.args[0] - part.args[1] if isinstance(part, (sp.Min, sp.Max)) else part.args[0]
+            moves = bool(free_names([margin]) & sizes.keys())
+            found = _jump(_with_values(square), _with_values(margin), known, sizes) if moves else None
+            if found is not None:
+                mover, place, height = found
+                yield (
+                    f"{where}: the square of its rate jumps by {height:.3g} (SI) at the corner of '{to_text(part)}', "
+                    f"as at {mover} = {round(place, 12) + 0.0:.6g}, and no force makes this energy; round the corner "
+                    "off, as sqrt(x**2 + w**2) for abs(x) with a small width w"
+                )
 
 
 Borders = Iterator[tuple[sp.Expr, sp.Expr]]

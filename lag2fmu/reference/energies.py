@@ -73,6 +73,14 @@ class EnergyFunctions:
         """The names of the inputs: y, y_dot, y_ddot of motions, plain inputs, Q_<coordinate>, then further states."""
         return tuple(self._row)
 
+    def declared(self) -> StateBatch:
+        """The state at t = 0 as it is declared, with guesses where nothing is given.
+
+        Raises LoadError and SimulationError as ``state`` does.
+        """
+        coordinates = self.mechanism.coordinates
+        return self.state(0.0, np.array([c.start for c in coordinates]), np.array([c.velocity for c in coordinates]))
+
     def start(self, time: float = 0.0, inputs: InputValues | None = None) -> tuple[Floats, Floats]:
         """The start values of q and qd, (n,) each, in SI units: as declared, guesses solved for the constraints.
 

@@ -26,7 +26,6 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.errors import DerivationError, SimulationError
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import BLOCK, STEP, Array
 from lag2fmu.reference.state import Floats, InputValues, StateBatch, batch_first, batch_last
@@ -42,16 +41,16 @@ class Equations:
     A state is given by t in s, q and qd (n,), and ``inputs`` name -> SI value, which hold the further states too. A
     batch of m states has t (m,), q and qd (m, n), values (m,). Raises LoadError for unknown or unusable parameters,
     DerivationError if L is not quadratic in the velocities. Source: H. Goldstein, Classical Mechanics, sections 1.5 and
-    2.7.
+    2.7. The ``energies`` are those of the mechanism, if they are at hand.
     """
 
     def __init__(
         self,
         mechanism: Mechanism,
         parameters: Mapping[str, float] | None = None,
-        composition: Composition | None = None,
+        energies: EnergyFunctions | None = None,
     ) -> None:
-        self.energies = EnergyFunctions(mechanism, parameters, composition)
+        self.energies = energies or EnergyFunctions(mechanism, parameters)
         self.mechanism, self.n = mechanism, self.energies.n
         self._motions = len(mechanism.driven)
         self._parts = self.energies.velocity_part()

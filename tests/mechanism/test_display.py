@@ -6,9 +6,11 @@ import math
 
 import pytest
 
+from lag2fmu.dynamics import derive
 from lag2fmu.errors import LoadError
-from lag2fmu.formats.loading import with_settings
+from lag2fmu.formats.loading import load, with_settings
 from lag2fmu.formats.text import read
+from lag2fmu.mechanism.calculated_units import calculated_units
 from lag2fmu.mechanism.display import display_units, shown
 from lag2fmu.reference import Trajectory, parse_csv
 
@@ -76,3 +78,10 @@ def test_csv_carries_the_units_and_is_read_back() -> None:
 def test_csv_in_other_units_is_refused(heading: str, message: str) -> None:
     with pytest.raises(LoadError, match=message):
         parse_csv(f"time,{heading}\n0,1\n", units=UNITS)
+
+
+def test_units_of_what_derivation_adds_do_not_depend_on_what_was_asked_before() -> None:
+    """A mechanism counts as the same with and without the equilibria of what has no mass."""
+    small = load("slides_problem_5_small")
+    assert "multiplier_massless_x" not in calculated_units(small)
+    assert "multiplier_massless_x" in calculated_units(derive(small).mechanism)

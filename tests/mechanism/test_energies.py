@@ -130,5 +130,21 @@ def test_an_angle_that_stays_on_one_side_is_not_told() -> None:
     assert read(text("d*(atan2(x, 3) - 0.2)**2 + d*atan2(x, 2 + sqrt(2))"), "turning.toml").warnings == ()
 
 
+@pytest.mark.parametrize(
+    ("place", "told"),
+    [
+        ('"max(x, 0)"', "'max(0, x)', as at x = 0,"),
+        ('"smooth(min(x, 0.5))"', "'min(1/2, x)', as at x = 0.5,"),
+        ('"if(x > 0, x**2, 3*x**2)"', ""),
+        ('"abs(x)"', ""),
+    ],
+)
+def test_a_corner_of_a_place_is_told_where_the_speed_jumps(place: str, told: str) -> None:
+    """A block that runs into a ramp gains energy there; on two ramps of one slope its speed is that on the first."""
+    warnings = read(text().replace('["x", "0"]', f'["x", {place}]'), "ramp.toml").warnings
+    assert len(warnings) == bool(told)
+    assert all(w.startswith("bodies.block.position: the square of its rate jumps") and told in w for w in warnings)
+
+
 def test_forces_may_jump() -> None:
     read(text(more='[forces]\nx = "if(x > 1, 1, 0) - sign(x_dot) + heaviside(t - 1)"'), "jumping.toml")

@@ -131,6 +131,14 @@ class Elements:
         for i, side in enumerate(sides):
             self._constants[self._first_side + i] = np.float64(side)
 
+    def take_sides(self, state: StateBatch) -> tuple[int, ...]:
+        """Freeze the kinks on the sides on which a single ``state`` is, and return these."""
+        sides = (1,) * self.sides
+        for _ in range(self.sides + 1):  # margins may contain other sides
+            self.set_sides(sides)
+            sides = tuple(1 if margin > 0 else -1 for margin in self.events(state)[0])
+        return sides
+
     def rows(self, state: StateBatch) -> Rows:
         """Everything about the rows at ``state``; a batch of states has its axis last."""
         values, batch = self._function(state.rows, self._constants), state.t.shape

@@ -37,7 +37,7 @@ class Impacts:
     def resolved(self, state: StateBatch, modes: Modes, due: Due, catching: bool) -> tuple[StateBatch, Floats, bool]:
         """The state behind all rounds of impacts, (work, dissipated energy), (2,) in J, and whether there was a round.
 
-        ``catching``: a latch that begins to hold takes part in a first round, without rebound. Raises SimulationError
+        ``catching``: latches and constraints take part in a first round, without rebound. Raises SimulationError
         where no impulses meet the laws of impact. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral
         Contacts, Wiley 1996, chapter 8.
         """
@@ -64,7 +64,7 @@ class Impacts:
         qd = qd + X @ (total - caught)
         if not struck and not catching:
             return state, np.zeros(2), False
-        for i in np.flatnonzero(total[: e.u] > LOADED * np.abs(total).max()).tolist():
+        for i in np.flatnonzero(total[: e.u] > LOADED * np.abs(total).max(initial=0.0)).tolist():
             self.memory.impacts[i] += 1
             self.memory.impulses[i] = total[i]
         gained = 0.5 * float((qd + state.qd) @ point.terms.mass_matrix @ (qd - state.qd))

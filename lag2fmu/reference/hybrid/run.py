@@ -18,6 +18,7 @@ from lag2fmu.reference.state import Floats, StateBatch
 LONGEST_PART = 0.05
 """The longest step as a part of the run."""
 PULL_BACK = 0.1
+SIDES_TRIED = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,14 +88,8 @@ class HybridRun:
         What sticks goes on sticking up to the greatest holding force.
         """
         e, state = self.system.elements, self.state(float(self.times[0]), start)
-        sides = (1,) * e.sides
-        for _ in range(e.sides + 1):
-            e.set_sides(sides)
-            margins, conditions, *_ = e.events(state)
-            sides = tuple(1 if margin > 0 else -1 for margin in margins)
-        return Modes(
-            (Mode.OPEN,) * e.u, (Mode.STICKS,) * e.f, (False,) * len(conditions), sides, {}, (0.0,) * len(conditions)
-        )
+        sides, latches = e.take_sides(state), len(e.latches)
+        return Modes((Mode.OPEN,) * e.u, (Mode.STICKS,) * e.f, (False,) * latches, sides, {}, (0.0,) * latches)
 
 
 def started(run: HybridRun, overrides: Mapping[str, float]) -> Floats:
@@ -107,7 +102,6 @@ def started(run: HybridRun, overrides: Mapping[str, float]) -> Floats:
     start: Floats = np.array(list(declared_starts(system.mechanism, overrides).values()), dtype=float)
     if not system.constraints.m:
         return start
-    run.started(start)  # the sides of kinks there
     free = [c.given is False for c in coordinates], [c.velocity_given is False for c in coordinates]
     t, h = float(run.times[0]), system.constraints.h
 
@@ -120,9 +114,13 @@ def started(run: HybridRun, overrides: Mapping[str, float]) -> Floats:
         return v, G * system.nominal
 
     for half, function, flags in ((slice(0, n), positions, free[0]), (slice(n, 2 * n), velocities, free[1])):
-        for chosen in (np.array(flags, dtype=bool), np.ones(n, dtype=bool)):
-            if len(function(start[half])[0]):
+        passes = np.array(flags, dtype=bool), np.ones(n, dtype=bool)
+        for _ in range(SIDES_TRIED):
+            sides = run.started(start).sides
+            for chosen in passes if len(function(start[half])[0]) else ():
                 start[half] = newton(function, start[half], chosen, system.nominal)
+            if run.started(start).sides == sides:
+                break  # otherwise guesses have left the sides of kinks under which they were solved for
         residual, jacobian = function(start[half])
         size = np.maximum(np.abs(jacobian).max(axis=1, initial=0.0), 1e-300)
         if np.max(np.abs(residual) / size, initial=0.0) > 1e-9 * max(1.0, float(np.abs(start[half]).max())):

@@ -46,7 +46,9 @@ class Settling:
         for _ in range(PASSES):
             before = modes
             modes, bilateral = self._switched(state, modes, due, turned)
-            modes = self._left(state, modes) if modes.sides != before.sides else modes
+            if modes.sides != before.sides:
+                modes = self._left(state, modes)
+                bilateral = bilateral or self.system.constraints.m > 0  # they may have a corner there
             state, gained, struck = self.resolved(state, modes, due, bilateral)
             energies = energies + gained
             for step in (self.chosen, self._rested):

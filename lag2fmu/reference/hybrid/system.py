@@ -19,6 +19,7 @@ from scipy.linalg import block_diag
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.constraints import Values, scales
+from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.hybrid.elements import Elements
 from lag2fmu.reference.hybrid.kinks import FrozenComposition
@@ -39,9 +40,11 @@ class HybridSystem:
     def __init__(self, mechanism: Mechanism, parameters: Mapping[str, float] | None = None) -> None:
         self.mechanism = mechanism
         composition = FrozenComposition(mechanism)
-        self.equations = Equations(mechanism, parameters, composition)
-        self.energies, self.n = self.equations.energies, self.equations.n
+        self.energies = EnergyFunctions(mechanism, parameters, composition)
         self.elements = Elements(self.energies, composition)
+        self.elements.take_sides(self.energies.declared())  # constraints may have kinks, and equations need a start
+        self.equations = Equations(mechanism, parameters, self.energies)
+        self.n = self.equations.n
         self.constraints = self.energies.constraints
         self._compiled = CompiledLater(self.equations.energies, self.equations.scale, small=self.equations.small)
         self._bound: tuple[Modes, tuple[list[int], list[int]]] | None = None  # the modes asked for last, and their rows

@@ -106,6 +106,7 @@ typedef enum {
     FAILURE_OVERFLOW,        /* a state left the range of double */
     FAILURE_ACCURACY,        /* the error of a state exceeds the tolerance however short the step */
     FAILURE_TRIAL_COUNT,     /* an adaptive method took too many steps */
+    FAILURE_KINK,            /* behind a kink of constraints the velocities meet them no longer */
     FAILURE_STANDSTILL,      /* many steps of an adaptive method hardly took the time on */
     FAILURE_EVENT_COUNT,     /* a communication step met too many events */
     FAILURE_STEP_COUNT,      /* a fixed-step method would need too many steps */

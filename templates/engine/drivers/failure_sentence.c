@@ -193,6 +193,16 @@ static void tables_sentence(const Failure *failure, char text[], size_t size) {
              argument->table, failure->amount, argument->least, argument->greatest);
 }
 
+/* A contact at one point is not enough for what lies flat; nor are forces that jump so that nothing may rest there. */
+static const char FLAT[] = "give what lies on a line or a face a contact for each of its ends or corners";
+static const char SIGN[] = "describe dry friction in [frictions], or take a function that rises within a small width, "
+                           "as tanh(s/width) for sign(s)";
+
+static void kink_sentence(const Failure *failure, char text[], size_t size) {
+    snprintf(text, size, "at time %.17g constraints or closed gaps have a kink, behind which the velocity %s does not "
+             "meet them; leave smooth(...) out around it, and %s", failure->time, state_name(failure->state), FLAT);
+}
+
 /* The kinds that concern one event function. */
 static void events_sentence(const Failure *failure, char text[], size_t size) {
     const char *name = EVENT_NAMES[failure->event];
@@ -205,8 +215,19 @@ static void events_sentence(const Failure *failure, char text[], size_t size) {
                  failure->time, name);
     } else {
         snprintf(text, size, "at time %.17g the motion is pushed back to where %.400s is 0 from both sides, so that "
-                 "the forces there have no value; describe dry friction in [frictions], or take a function that rises "
-                 "within a small width, as tanh(s/width) for sign(s)", failure->time, name);
+                 "the forces there have no value; %s", failure->time, name,
+                 failure->event < N_SWITCHES ? SIGN : FLAT);
+    }
+}
+
+/* The kinds that say where the motion has come to. */
+static void place_sentence(const Failure *failure, char text[], size_t size) {
+    if (failure->kind == FAILURE_KINK) {
+        kink_sentence(failure, text, size);
+    } else if (failure->kind == FAILURE_TABLE) {
+        tables_sentence(failure, text, size);
+    } else {
+        standstill_sentence(failure, text, size);
     }
 }
 
@@ -222,11 +243,10 @@ void failure_sentence(const Failure *failure, char text[], size_t size) {
     case FAILURE_ACCURACY:
         state_sentence(failure, text, size);
         break;
+    case FAILURE_KINK:
     case FAILURE_TABLE:
-        tables_sentence(failure, text, size);
-        break;
     case FAILURE_STANDSTILL:
-        standstill_sentence(failure, text, size);
+        place_sentence(failure, text, size);
         break;
     case FAILURE_TRIAL_COUNT:
     case FAILURE_EVENT_COUNT:

@@ -17,6 +17,10 @@ bool events_evaluate(Instance *instance, double time, const double states[], dou
    down to 0 here; NULL: the instance starts, and all is decided anew. *jumped: states changed. */
 bool events_settle(Instance *instance, const bool due[], bool *jumped);
 
+/* Puts the switches on the sides of the present states, from which the start is solved: constraints may have kinks.
+   Returns whether any has turned. */
+bool events_take_sides(Instance *instance);
+
 /* Brings the modes up to date with what was assigned since they were settled, in the phase of solving the start
    anew. */
 bool events_refresh(Instance *instance, bool *jumped);

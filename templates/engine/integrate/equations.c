@@ -13,8 +13,26 @@
 #include "system.h"
 #include "tables.h"
 
+enum { MOST_START_ROUNDS = 20 };
+
+/* Constraints with kinks are solved under the sides that the given start is on; where the solution is on other ones,
+   once more from there. */
 bool equations_settle(Instance *instance) {
-    return instance->state.phase != PHASE_SOLVING_START || constraints_settle(instance);
+    State *state = &instance->state;
+    if (N_CONSTRAINTS == 0 || state->phase != PHASE_SOLVING_START || state->settled) {
+        return true;
+    }
+    events_take_sides(instance);
+    for (int round = 0; round < MOST_START_ROUNDS; round++) {
+        if (!constraints_settle(instance)) {
+            return false;
+        }
+        if (!events_take_sides(instance)) {
+            break;
+        }
+        state->settled = 0;
+    }
+    return true;
 }
 
 void equations_dependent(Instance *instance) {

@@ -98,11 +98,16 @@ static bool pull_back(Instance *instance, bool *changed) {
     return arena_leave(mark, true);
 }
 
+/* An importer may set states that are beyond a kink of a constraint; they are to be judged on their own side of it. */
+static bool is_off(Instance *instance) {
+    return drifted(instance) && (!events_take_sides(instance) || drifted(instance));
+}
+
 static bool meet_constraints(Instance *instance, bool *changed) {
     if (massless_return(instance)) {
         return pull_back(instance, changed);
     }
-    return equations_massless(instance) && (!drifted(instance) || pull_back(instance, changed));
+    return equations_massless(instance) && (!is_off(instance) || pull_back(instance, changed));
 }
 
 bool importer_updates_states(Instance *instance, bool *changed) {
@@ -116,7 +121,8 @@ bool importer_updates_states(Instance *instance, bool *changed) {
         return false;
     }
     *changed = *changed || jumped;
-    return true;
+    const bool cornered = constraints_velocity_drift(instance) > DRIFT * solver_tolerance(&instance->state);
+    return !cornered || pull_back(instance, changed); /* behind a corner of a constraint velocities meet it no longer */
 }
 
 double importer_next_event(Instance *instance) {

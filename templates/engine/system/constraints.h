@@ -8,6 +8,9 @@
    value makes. */
 double constraints_drift(const Instance *instance, double time, const double states[], const double inputs[]);
 
+/* The same of the velocities, at the present states. */
+double constraints_velocity_drift(const Instance *instance);
+
 /* Moves states[2n] = [q, qd] the shortest way onto the constraints, measured by M: q first, then qd. Returns false if
    that fails; instance->failure then tells why. *moved says whether the states were changed. Hairer, Wanner, Solving
    Ordinary Differential Equations II, 2nd edition, section VII.2. */

@@ -114,6 +114,40 @@ static bool choose_side(Instance *instance, int k) {
     return true; /* neither side is confirmed, or the margin stays at 0: the side stays as it was */
 }
 
+/* The margins at the present states and, where these are 0, a little further on along the velocities. */
+static bool margins_onward(Instance *instance, double margins[], double onward[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, states, N_STATES);
+    const State *state = &instance->state;
+    const double h = SLIVER * experiment_duration(state);
+    memcpy(states, state->states, N_STATES * sizeof(double));
+    for (int i = 0; i < N; i++) {
+        states[i] += h * state->states[N + i];
+    }
+    return arena_leave(mark, evaluate_margins(instance, state->time, state->states, margins) &&
+                                 evaluate_margins(instance, state->time + h, states, onward));
+}
+
+bool events_take_sides(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, margins, SIZE_SWITCHES);
+    WORK(mark, double, onward, SIZE_SWITCHES);
+    bool turned = false;
+    if (N_SWITCHES == 0 || !margins_onward(instance, margins, onward)) {
+        instance->failure.kind = FAILURE_NONE; /* a guess; the start that is found has to have margins */
+        return arena_leave(mark, false);
+    }
+    for (int k = 0; k < N_SWITCHES; k++) {
+        const double noise = events_noise(instance, k);
+        const double margin = switches_of(instance)[k] * (fabs(margins[k]) > noise ? margins[k] : onward[k]);
+        if (margin < -noise) {
+            turn(instance, k);
+            turned = true;
+        }
+    }
+    return arena_leave(mark, turned);
+}
+
 /* Turns the switches that are due, and those whose margins say so; at 0 the motion decides. *turned: any of them. */
 static bool settle_switches(Instance *instance, const bool due[], bool *turned) {
     const ArenaMark mark = arena_mark(instance->arena);

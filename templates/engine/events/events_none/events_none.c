@@ -16,6 +16,11 @@ bool events_settle(Instance *instance, const bool due[], bool *jumped) {
     return true;
 }
 
+bool events_take_sides(Instance *instance) {
+    (void)instance;
+    return false;
+}
+
 bool events_refresh(Instance *instance, bool *jumped) {
     (void)instance;
     *jumped = false;

@@ -18,6 +18,16 @@ double constraints_drift(const Instance *instance, double time, const double sta
     return drift;
 }
 
+double constraints_velocity_drift(const Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Values, values);
+    const State *state = &instance->state;
+    residuals_evaluate(instance, state->time, state->states, state->inputs, values);
+    const double drift = residual_size(values, VELOCITIES, residual_unit(VELOCITIES, state->states), NULL);
+    arena_release(mark);
+    return drift;
+}
+
 /* states[of the level] += the shortest change, in the metric M, that takes the residuals away to first order. */
 static void correct_states(const Values *values, Level level, const System *system, double states[]) {
     const ArenaMark mark = arena_mark(system->arena);

@@ -81,6 +81,11 @@ double constraints_drift(const Instance *instance, double time, const double sta
     return 0.0;
 }
 
+double constraints_velocity_drift(const Instance *instance) {
+    (void)instance;
+    return 0.0;
+}
+
 bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
     (void)instance;
     (void)time;
