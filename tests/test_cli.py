@@ -105,6 +105,17 @@ def test_a_generalized_force_of_a_model_is_set_as_that_of_its_fmu(run) -> None:
     assert ends[0] > 1e-4 > abs(ends[1])
 
 
+def test_values_are_shown_once_they_are_known_to_fit(run) -> None:
+    """A name that is none is no "set NAME = VALUE", of a model and of an FMU; a length turned negative is told."""
+    run("export", MODEL, "-o", "some.fmu", "--page", "static")
+    for model, name in ((MODEL, "Q_y"), (MODEL, "y"), ("some.fmu", "y")):
+        refused = run("simulate", model, "--set", f"{name}=1")
+        assert (refused.exit_code, "set y" in refused.stderr, f"'{name}'" in refused.stderr) == (2, False, True)
+    turned = run("show", "pendulum", "--set", "l=-1")
+    assert "warning: parameters.l: -1 m is negative; a length is not, but a place may be" in turned.stderr
+    assert "warning" not in run("show", "pendulum", "--set", "g=-9.81").stderr
+
+
 def test_linearize_prints_and_writes_the_state_space(run) -> None:
     """A pendulum of 1 m swings with sqrt(g / l), at 0.498 Hz, about the bottom."""
     result = run("linearize", "pendulum", "--at", "equilibrium", "--input", "Q_theta", "-o", "a.json")
@@ -266,7 +277,7 @@ def test_simulate_takes_settings_of_the_solver_for_models_too(run) -> None:
     assert loose.splitlines()[1] == tight.splitlines()[1]
     assert loose.splitlines()[-1] != tight.splitlines()[-1]
     refused = run(*options, "solver_max_step=-1")
-    assert (refused.exit_code, "solver_max_step = -1.0 is not finite or below 0" in refused.output) == (2, True)
+    assert (refused.exit_code, "solver_max_step = -1.0 is below 0, the least" in refused.output) == (2, True)
 
 
 @pytest.mark.fmu

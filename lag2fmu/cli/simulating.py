@@ -8,15 +8,16 @@ from pathlib import Path
 
 import click
 
+from lag2fmu.cli.fmu_settings import values_of_fmu
 from lag2fmu.cli.motions import SimulateOptions, check_targets, write_motion
 from lag2fmu.cli.options import ANIMATIONS, check_ending
-from lag2fmu.cli.settings import echo_settings, load_with_inputs
+from lag2fmu.cli.settings import load_with_inputs
 from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.elements import element_variables
 from lag2fmu.fmu.exported import Model, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
-from lag2fmu.formats.loading import pairs_of, values_of
+from lag2fmu.formats.loading import pairs_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
@@ -112,6 +113,5 @@ def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, di
     if is_fmu(Path(model)):
         texts, inside = pairs_of(settings), entry_points.mechanism_of(Path(model))
         units = {} if inside is None else display_units(inside)
-        echo_settings(texts, units)
-        return Path(model), values_of(texts, units), units
+        return Path(model), values_of_fmu(Path(model), texts, units), units
     return load_with_inputs(model, settings, SETTINGS)

@@ -12,6 +12,7 @@ from typing import Any
 
 import click
 
+from lag2fmu.cli.fmu_settings import values_of_fmu
 from lag2fmu.cli.settings import echo_settings, load_mechanism
 from lag2fmu.cli.system_units import units_of_network
 from lag2fmu.cli.terminal import runs_bar
@@ -98,8 +99,7 @@ def _source(model: str, settings: tuple[str, ...]) -> tuple[Any, dict[str, float
         return mechanism, {}, display_units(mechanism)
     texts, inside = pairs_of(settings), entry_points.mechanism_of(Path(model))
     units = {} if inside is None else display_units(inside)
-    echo_settings(texts, units)
-    return Path(model), values_of(texts, units), units
+    return Path(model), values_of_fmu(Path(model), texts, units), units
 
 
 @contextmanager

@@ -151,6 +151,9 @@ def check_values(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> 
     check_known(list(values), list(settable), "settable variable")
     for name, value in values.items():
         low, high = (float(x) if x is not None else None for x in (settable[name].min, settable[name].max))
-        if not math.isfinite(value) or (low is not None and value < low) or (high is not None and value > high):
-            bounds = [f"{'below' if x is low else 'above'} {x:g}" for x in (low, high) if x is not None]
-            raise LoadError(f"{name} = {value!r} is {' or '.join(['not finite', *bounds])}")
+        if not math.isfinite(value):
+            raise LoadError(f"{name} = {value!r} is not finite; give a finite number")
+        if low is not None and value < low:
+            raise LoadError(f"{name} = {value!r} is below {low:g}, the least that it may be")
+        if high is not None and value > high:
+            raise LoadError(f"{name} = {value!r} is above {high:g}, the most that it may be")
