@@ -116,6 +116,14 @@ def test_values_are_shown_once_they_are_known_to_fit(run) -> None:
     assert "warning" not in run("show", "pendulum", "--set", "g=-9.81").stderr
 
 
+def test_every_verb_of_a_model_takes_how_a_robot_stands(run) -> None:
+    options = {name: {option.name for option in command.params} for name, command in main.commands.items()}
+    assert [name for name, known in options.items() if ("settings" in known) != ("base" in known)] == ["ssp"]
+    inertial = '<link name="a"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>'
+    robot = write("sledge.urdf", IDLE.replace('<link name="a"/>', inertial))
+    assert "a_x_dot" in run("linearize", robot, "--base", "planar").output
+
+
 def test_linearize_prints_and_writes_the_state_space(run) -> None:
     """A pendulum of 1 m swings with sqrt(g / l), at 0.498 Hz, about the bottom."""
     result = run("linearize", "pendulum", "--at", "equilibrium", "--input", "Q_theta", "-o", "a.json")
