@@ -30,6 +30,7 @@ from lag2fmu.cli.options import HOLD, INPUT, MODEL, PATH, STOP_TIME, loading
 @click.option("--solver", metavar="NAME", help="Integrator, one that carries derivatives; default dop853.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), metavar="TOML", help="Write the calibrated mechanism.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw fit and residuals (.png, .svg, .pdf).")
+@click.option("--force", is_flag=True, help="Overwrite a TOML file that exists.")
 @loading
 def calibrate(**choices: Any) -> None:
     """Estimate parameters and starts of MODEL from measured columns: time,name [unit],... in CSV files."""
