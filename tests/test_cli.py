@@ -116,6 +116,13 @@ def test_values_are_shown_once_they_are_known_to_fit(run) -> None:
     assert "warning" not in run("show", "pendulum", "--set", "g=-9.81").stderr
 
 
+def test_a_guess_that_is_set_and_moved_is_told(run) -> None:
+    """b is solved for: it is 130 deg nowhere near the crank's start, of the model as of its FMU."""
+    command = ("simulate", "four_bar_linkage", "--stop-time", "0.01", "--set", "b=130 deg", "-o", "-")
+    assert "constraints move what was set as a guess: b from 2.26893 to 2.35886" in run(*command).stderr
+    assert "guess" not in run(*command[:4], "--set", "a=0.4", "-o", "-").stderr
+
+
 def test_every_verb_of_a_model_takes_how_a_robot_stands(run) -> None:
     options = {name: {option.name for option in command.params} for name, command in main.commands.items()}
     assert [name for name, known in options.items() if ("settings" in known) != ("base" in known)] == ["ssp"]
