@@ -229,6 +229,10 @@ def test_what_the_fmu_warns_of_is_said(exported, caplog) -> None:
     ("settings", "sentence"),
     [
         ({"outputs": ["thetta"]}, "no variable 'thetta'"),
+        ({"outputs": "theta"}, r"'theta' is one text; give a list of names, such as \['theta'\]"),
+        ({"values": {"l": "1"}}, "l = '1' is no number; give one in SI units"),
+        ({"values": [("l", 1.0)]}, "is no mapping"),
+        ({"stop_time": "5"}, "stop time '5' is no number; give it in s"),
         ({"values": {"thetta": 1.0}}, "no settable variable 'thetta'"),
         ({"values": {"p_theta": 1.0}}, "no settable variable 'p_theta'"),
         ({"values": {"theta": math.nan}}, "theta = nan is not finite"),
