@@ -23,7 +23,7 @@ from lag2fmu.reference.trajectory import read_csv
 from lag2fmu.systems.assembling import Assembly, network_of
 from lag2fmu.systems.controller import is_controller
 from lag2fmu.systems.controllers import controller_of
-from lag2fmu.systems.running import simulate_system
+from lag2fmu.systems.running import simulate_system, start_values
 from lag2fmu.systems.source import is_system
 from lag2fmu.systems.ssp import ssp
 from lag2fmu.verify.entry_points import mechanism_of
@@ -72,6 +72,7 @@ def run_system(asked: SimulateOptions) -> None:
     with ExitStack() as opened:
         network = opened.enter_context(network_of(*_system(asked)))
         units = units_of_network(network)
+        start_values(network, values_of(texts, units))  # raises for what cannot be set, before it is shown as set
         echo_settings(texts, units)
         run = Run(
             asked.stop_time,
