@@ -94,6 +94,9 @@ def test_simulate_overwrites_no_file_unless_it_is_asked_to(run) -> None:
     assert again.exit_code == 2
     assert "'run.csv' exists; overwrite it with --force" in again.output
     assert run(*command, "--force").exit_code == 0
+    if os.name == "posix":  # a device is no file that could be lost
+        assert run(*command[:-1], os.devnull).exit_code == 0
+        assert Path(os.devnull).is_char_device()
 
 
 def test_a_generalized_force_of_a_model_is_set_as_that_of_its_fmu(run) -> None:
