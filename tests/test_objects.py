@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 import lag2fmu
-from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.errors import DerivationError, LoadError, SimulationError
 from lag2fmu.language.expressions import symbol
 from lag2fmu.reference import Trajectory
 from lag2fmu.verify import Check, Report
@@ -147,3 +147,12 @@ def test_every_verb_takes_values() -> None:
     whole = lag2fmu.Ensemble("pendulum", values=values | {"theta": 0.1}).run(stop_time=1.0)
     given = lag2fmu.Ensemble("pendulum").run(starts={"theta": 0.1}, parameters=values, stop_time=1.0)
     assert whole.final["theta"] == pytest.approx(given.final["theta"], abs=1e-6)
+
+
+def test_words_that_are_none_and_a_text_for_a_list_are_refused() -> None:
+    with pytest.raises(DerivationError, match=r"no method 'Hamilton' .* known are elimination, factorisation"):
+        lag2fmu.derive("pendulum", "Hamilton")
+    with pytest.raises(LoadError, match=r"'Q_theta' is one text; give a list of names"):
+        lag2fmu.linearize("pendulum").state_space("Q_theta")
+    with pytest.raises(LoadError, match=r"'theta_ddot' is one text; give a list of names"):
+        lag2fmu.export("pendulum", outputs="theta_ddot")

@@ -17,7 +17,7 @@ from lag2fmu.analysis.state_files import write_matrices
 from lag2fmu.analysis.subspaces import SHARE, complement, reached
 from lag2fmu.errors import DerivationError, ExportError
 from lag2fmu.graph.batches import Floats, Values
-from lag2fmu.language.given import within
+from lag2fmu.language.given import check_names, within
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
@@ -249,6 +249,8 @@ class Linearization:
         ``inputs`` are the names of u, by default the inputs of the FMU. Raises DerivationError for a name that is no
         input.
         """
+        if inputs is not None:
+            check_names("inputs", inputs)
         hidden = self.mechanism.hidden_inputs
         chosen = tuple(name for name in self.inputs if name not in hidden) if inputs is None else tuple(inputs)
         for name in chosen:

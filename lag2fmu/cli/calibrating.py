@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from lag2fmu.cli.noise import in_unit, size_of
-from lag2fmu.cli.options import check_ending, check_picture
+from lag2fmu.cli.options import check_ending, check_picture, refuse_to_overwrite
 from lag2fmu.cli.settings import load_with_inputs
 from lag2fmu.cli.terminal import console
 from lag2fmu.description.names import SETTINGS
@@ -37,6 +37,7 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
     solver: str | None,
     out: Path | None,
     plot: Path | None,
+    force: bool,
     settings: tuple[str, ...],
 ) -> None:
     """Print the estimates, and write mechanism and picture.
@@ -46,6 +47,7 @@ def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)
     check_picture(plot)
     if out is not None:
         check_ending(out, (".toml",))
+        refuse_to_overwrite(out, force=force)
     mechanism, values, units = load_with_inputs(model, settings, SETTINGS)
     with progress_bar("estimating", None, "runs") as progress:
         found = calibrate(

@@ -254,6 +254,6 @@ def check_ending(path: Path, endings: tuple[str, ...]) -> None:
 
 
 def refuse_to_overwrite(path: Path, *, force: bool) -> None:
-    """Raise ExportError if ``path`` exists, unless ``force``."""
-    if path.exists() and not force:
+    """Raise ExportError if ``path`` exists, unless ``force``; a device or pipe holds nothing that could be lost."""
+    if (path.is_file() or path.is_dir()) and not force:
         raise ExportError(f"'{path}' exists; overwrite it with --force, or choose another name with -o")

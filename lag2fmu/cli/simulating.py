@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
 import click
 
+from lag2fmu.cli.fmu_settings import values_of_fmu
 from lag2fmu.cli.motions import SimulateOptions, check_targets, write_motion
 from lag2fmu.cli.options import ANIMATIONS, check_ending
-from lag2fmu.cli.settings import echo_settings, load_with_inputs
+from lag2fmu.cli.settings import load_with_inputs
 from lag2fmu.description.names import SETTINGS
 from lag2fmu.errors import LoadError
 from lag2fmu.fmu.elements import element_variables
@@ -25,6 +27,7 @@ from lag2fmu.reference.trajectory import Trajectory, read_csv
 from lag2fmu.verify import entry_points
 from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.plan import times_of
+from lag2fmu.verify.remarks import moved_guesses
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.scalars import scalars_of
 from lag2fmu.verify.watched_runs import watched
@@ -51,6 +54,9 @@ def simulate_model(asked: SimulateOptions) -> None:
         run = Run(asked.stop_time, asked.step, asked.tolerance, values, signals, asked.hold, outputs, beside)
         given = source if isinstance(source, Mechanism) else None
         trajectory = watched(path, replace(run, progress=progress), given)
+        remarks = [] if given is None else _moved(path, asked.settings, units, trajectory)
+    for remark in remarks:
+        click.echo(f"warning: {remark}", err=True)
     write_motion(trajectory.without(beside), asked.out, units)
     if asked.animation is not None:
         _animate(mechanism, trajectory, asked.animation)
@@ -60,6 +66,12 @@ def simulate_model(asked: SimulateOptions) -> None:
 
         title = getattr(mechanism, "title", Path(asked.model).stem)
         save(motion_figure(title, trajectory, mechanism, signals), asked.plot)
+
+
+def _moved(path: Path, settings: Sequence[str], units: Mapping[str, Unit], found: Trajectory) -> list[str]:
+    """A sentence on guesses among the ``settings`` of the model, which its export to ``path`` or the run has moved."""
+    texts = {name: text for name, text in pairs_of(settings).items() if name in found.names}
+    return moved_guesses(description_of(path), values_of(texts, units), found.names, found.values[0])
 
 
 def _until(source: Model, stop_time: float | None) -> float | None:
@@ -112,6 +124,5 @@ def _source_and_values(model: str, settings: tuple[str, ...]) -> tuple[Model, di
     if is_fmu(Path(model)):
         texts, inside = pairs_of(settings), entry_points.mechanism_of(Path(model))
         units = {} if inside is None else display_units(inside)
-        echo_settings(texts, units)
-        return Path(model), values_of(texts, units), units
+        return Path(model), values_of_fmu(Path(model), texts, units), units
     return load_with_inputs(model, settings, SETTINGS)

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from lag2fmu.cli.options import HOLD, INPUT, MODEL, PATH, SET, STOP_TIME, loading
+from lag2fmu.cli.options import HOLD, INPUT, MODEL, PATH, STOP_TIME, loading
 
 
 @click.command()
@@ -30,6 +30,7 @@ from lag2fmu.cli.options import HOLD, INPUT, MODEL, PATH, SET, STOP_TIME, loadin
 @click.option("--solver", metavar="NAME", help="Integrator, one that carries derivatives; default dop853.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), metavar="TOML", help="Write the calibrated mechanism.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw fit and residuals (.png, .svg, .pdf).")
+@click.option("--force", is_flag=True, help="Overwrite a TOML file that exists.")
 @loading
 def calibrate(**choices: Any) -> None:
     """Estimate parameters and starts of MODEL from measured columns: time,name [unit],... in CSV files."""
@@ -66,7 +67,7 @@ def calibrate(**choices: Any) -> None:
 @click.option("-o", "--out", type=click.Path(path_type=Path), metavar="CSV", help="Write the estimates over time.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the estimates (.png, .svg, .pdf).")
 @click.option("--force", is_flag=True, help="Overwrite a CSV file that exists.")
-@SET
+@loading
 def observe(**choices: Any) -> None:
     """Estimate all states of MODEL from measured columns, time,name [unit],... in a CSV file."""
     from lag2fmu.cli.observing import observe_data
@@ -139,7 +140,7 @@ def sweep(**choices: Any) -> None:
     "--sample", type=float, metavar="S", help="Matrices of samples every S seconds, with inputs held between them."
 )
 @click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="Write .json, .mat or .npz too.")
-@SET
+@loading
 def linearize(**choices: Any) -> None:
     """Print the state space dx/dt = A x + B u, y = C x + D u of small motions, and its poles."""
     from lag2fmu.cli.linearizing import linearize_model

@@ -12,6 +12,7 @@ from typing import Any
 
 import click
 
+from lag2fmu.cli.fmu_settings import values_of_fmu
 from lag2fmu.cli.settings import echo_settings, load_mechanism
 from lag2fmu.cli.system_units import units_of_network
 from lag2fmu.cli.terminal import runs_bar
@@ -24,6 +25,7 @@ from lag2fmu.reference.trajectory import read_csv
 from lag2fmu.studies.sweeping import sweep
 from lag2fmu.studies.vary_texts import axes_of_texts, numbers_of_text
 from lag2fmu.systems.network import network_of_file
+from lag2fmu.systems.running import start_values
 from lag2fmu.systems.source import is_system
 from lag2fmu.verify import entry_points
 
@@ -91,15 +93,16 @@ def _source(model: str, settings: tuple[str, ...]) -> tuple[Any, dict[str, float
         texts = pairs_of(settings)
         with network_of_file(Path(model)) as network:
             units = units_of_network(network)
+            values = values_of(texts, units)
+            start_values(network, values)  # raises for what cannot be set, before it is shown as set
         echo_settings(texts, units)
-        return Path(model), values_of(texts, units), units
+        return Path(model), values, units
     if not is_fmu(Path(model)):
         mechanism = load_mechanism(model, settings)
         return mechanism, {}, display_units(mechanism)
     texts, inside = pairs_of(settings), entry_points.mechanism_of(Path(model))
     units = {} if inside is None else display_units(inside)
-    echo_settings(texts, units)
-    return Path(model), values_of(texts, units), units
+    return Path(model), values_of_fmu(Path(model), texts, units), units
 
 
 @contextmanager

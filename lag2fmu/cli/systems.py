@@ -14,6 +14,7 @@ from lag2fmu.cli.options import check_ending, refuse_to_overwrite
 from lag2fmu.cli.settings import echo_settings
 from lag2fmu.cli.system_units import units_of_network
 from lag2fmu.errors import LoadError, SimulationError
+from lag2fmu.fmu.exported import is_fmu
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
@@ -22,7 +23,7 @@ from lag2fmu.reference.trajectory import read_csv
 from lag2fmu.systems.assembling import Assembly, network_of
 from lag2fmu.systems.controller import is_controller
 from lag2fmu.systems.controllers import controller_of
-from lag2fmu.systems.running import simulate_system
+from lag2fmu.systems.running import simulate_system, start_values
 from lag2fmu.systems.source import is_system
 from lag2fmu.systems.ssp import ssp
 from lag2fmu.verify.entry_points import mechanism_of
@@ -46,6 +47,9 @@ def write_system(
     check_ending(path, (".ssp",))
     refuse_to_overwrite(path, force=force)
     named = _named(fmus)
+    for source in named.values():
+        if not is_controller(source) and not is_fmu(Path(source)):
+            raise LoadError(f"'{source}' is no FMU, and no FILE.py:NAME@S; write one first: lag2fmu export {source}")
     texts = pairs_of(settings)
     values = values_of(texts, _units(named, {name.partition(".")[0] for name in texts}))
     ssp(named, path, connect=connect, join=join, values=values, stop_time=stop_time, version=version)
@@ -68,6 +72,7 @@ def run_system(asked: SimulateOptions) -> None:
     with ExitStack() as opened:
         network = opened.enter_context(network_of(*_system(asked)))
         units = units_of_network(network)
+        start_values(network, values_of(texts, units))  # raises for what cannot be set, before it is shown as set
         echo_settings(texts, units)
         run = Run(
             asked.stop_time,

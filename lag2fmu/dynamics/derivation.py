@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from lag2fmu.dynamics import lagrange
+from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.record import Mechanism
 
@@ -16,7 +17,10 @@ def derive(
     """Derive the equations of motion of ``model``: a mechanism, or a name or file that ``load`` takes.
 
     ``method`` is one of ACCELERATION_METHODS, by default the quicker one; ``values`` are other parameters and starts in
-    SI units. Raises LoadError for a ``model`` that cannot
-    be loaded, and DerivationError as ``lagrange.derive`` does. Source: Hand, Finch, Analytical Mechanics, section 1.9.
+    SI units. Raises LoadError for a ``model`` that cannot be loaded, and DerivationError for another method, and as
+    ``lagrange.derive`` does. Source: Hand, Finch, Analytical Mechanics, section 1.9.
     """
+    if method is not None and method not in lagrange.ACCELERATION_METHODS:
+        known = ", ".join(lagrange.ACCELERATION_METHODS)
+        raise DerivationError(f"there is no method {method!r} of solving for accelerations; known are {known}")
     return lagrange.derive(as_mechanism(model, values), method)

@@ -36,6 +36,7 @@ from lag2fmu.fmu.versions import VERSIONS
 from lag2fmu.fmu.versions.version import Version
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
+from lag2fmu.language.given import check_names
 from lag2fmu.mechanism.leaving_out import OMISSIBLE, leaving_out
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import telling
@@ -102,7 +103,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     Raises LoadError, ExportError, DerivationError or BuildError.
     """
     _check_parts(without, sources, backend)
-    _check_observer(observer)
+    _check_given(observer, outputs)
     _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start, arrays=arrays)
     given = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
     mechanism, needs = _prescribed(resting(given) if start == STARTS[1] else given, inverse, time_constant)
@@ -198,8 +199,9 @@ def _check_parts(without: Sequence[str], form: str, backend: str) -> None:
         raise ExportError(f"--sources {form}: --without {SOURCES} leaves the C code out; take one of them")
 
 
-def _check_observer(observer: object) -> None:
-    """Raise ExportError for what is no Observing, as a word is."""
+def _check_given(observer: object, outputs: object) -> None:
+    """Raise ExportError for an ``observer`` that is no Observing, as a word is, LoadError for outputs in one text."""
+    check_names("outputs", outputs)
     if observer is not None and not isinstance(observer, Observing):
         raise ExportError(
             f"observer: {observer!r} says not what is measured; give lag2fmu.analysis.observing.Observing"

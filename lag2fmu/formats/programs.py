@@ -85,8 +85,11 @@ def _only_function(path: Path, module: ModuleType) -> Callable[..., object]:
     declared = {n: f for n, f in own.items() if f.__annotations__.get("return") in (Mechanism, "Mechanism")} or own
     if len(declared) != 1:
         found = ", ".join(declared) or "none"
+        objects = [key for key, item in vars(module).items() if isinstance(item, Mechanism) or is_mechanics(item)]
+        remedy = f"; of objects tell which: {', '.join(f'{path}:{key}' for key in objects)}" if objects else ""
         raise LoadError(
             f"{path}: expected a function '{path.stem}' that returns a Mechanism; public functions there: {found}"
+            f"{remedy}"
         )
     return next(iter(declared.values()))
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterable, Iterator
 
 import sympy as sp
 
@@ -13,11 +14,15 @@ from lag2fmu.description.places import Body
 NamesIn = Callable[[str, sp.Expr], set[str]]
 _UNIT = 1e-3
 """A direction whose length differs by less is a unit vector that was rounded."""
+_NAMED = re.compile(r"\b((?:actuator|contact|equality|joint|link|sensor|tendon) |of (?=\S+ in <gazebo>))([^\s:,]+)")
+"""The name of an element in a text on what was not taken."""
+_FIRST = 3
+"""So many names are told of elements to which one text applies; the table [mechanism] lists all of them."""
 
 
 def doubts(m: Description, names_in: NamesIn) -> Iterator[str]:
     """Warnings of the description ``m``; ``names_in`` tells what an expression uses, see ``Scope.names_in``."""
-    yield from (f"not taken from the imported file: {what}" for what in m.not_taken)
+    yield from (f"not taken from the imported file: {what}" for what in _by_kind(m.not_taken))
     coordinates = {q.name for q in m.coordinates}
     placed = {
         body.name: [_moves(body, i, names_in) & coordinates for i in range(len(body.position or ()))]
@@ -26,6 +31,17 @@ def doubts(m: Description, names_in: NamesIn) -> Iterator[str]:
     yield from _twice(m, placed, names_in)
     yield from _idle_gravity(m, placed)
     yield from _scaled_gravity(m)
+
+
+def _by_kind(texts: Iterable[str]) -> Iterator[str]:
+    """The ``texts``, where those that differ in the name of an element alone are one, with their number."""
+    kinds: dict[str, list[str]] = {}
+    for text in texts:
+        kinds.setdefault(_NAMED.sub(r"\1", text), []).append(text)
+    for alike in kinds.values():
+        names = [found[2] for found in map(_NAMED.search, alike[1:]) if found]
+        shown = ", ".join(names[:_FIRST]) + (", ..." if len(names) > _FIRST else "")
+        yield alike[0] + (f"; the same of {len(names)} more: {shown}" if names else "")
 
 
 def _moves(body: Body, i: int, names_in: NamesIn) -> set[str]:

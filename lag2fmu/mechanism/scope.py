@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from copy import copy
 from typing import Any
 
@@ -36,12 +36,16 @@ class Scope:
         new.meaning = self.meaning | {names.multiplier(c.name): "multiplier" for c in constraints}
         return new
 
-    def names_in(self, where: str, expression: sp.Expr) -> set[str]:
-        """The names ``expression`` uses, definitions written out; raises MechanismError for an unknown one."""
+    def names_in(self, where: str, expression: sp.Expr, allowed: Collection[str] | None = None) -> set[str]:
+        """The names ``expression`` uses, definitions written out.
+
+        Raises MechanismError for an unknown one; the remedy has names of the ``allowed`` meanings, by default of all.
+        """
         found: set[str] = set()
         for name in sorted(free_names([expression])):
             if name not in self.meaning:
-                remedy = suggestion(name, self.meaning)
+                fits = [x for x, what in self.meaning.items() if allowed is None or what in {*allowed, "definition"}]
+                remedy = suggestion(name, fits)
                 raise MechanismError(f"{where}: undefined symbol '{name}'; {remedy}")
             found |= self.uses.get(name, {name})
         return found
@@ -82,7 +86,7 @@ def check_symbols(m: Description, scope: Scope) -> None:
         _check_calls(entry, tables)
         of_kind = isinstance(entry.part, Constraint) and entry.key.field == "expression"
         allowed = _kind_allows(entry.part) if of_kind else entry.key.names
-        for name in sorted(scope.names_in(entry.where, entry.expression)):
+        for name in sorted(scope.names_in(entry.where, entry.expression, allowed)):
             meaning = scope.meaning[name]
             if meaning not in allowed:
                 remedy = _remedy(entry.table, meaning)
@@ -109,6 +113,8 @@ def _check_calls(entry: Entry, tables: Mapping[str, Table]) -> None:
 def _remedy(table: str, meaning: str) -> str:
     if meaning == "input":
         return "; a signal that moves a support is declared with motion = true"
+    if meaning == "acceleration" and table in ("forces", "dampers", "loads"):
+        return "; what is in proportion to it is inertia, and belongs to a kinetic energy or a mass"
     if meaning == "velocity" and table == "constraints":
         return "; a constraint on velocities belongs to the nonholonomic ones"
     if meaning == "further state" and table == "constraints":

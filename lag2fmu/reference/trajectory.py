@@ -75,16 +75,16 @@ class Trajectory:
         """The names of the columns."""
         return iter(self.names)
 
-    def __getitem__(self, name: str) -> Floats:
-        """The column ``name`` (m,), in SI units; raises SimulationError if there is none."""
-        return self.columns([name])[:, 0]
+    def __getitem__(self, name: str | Sequence[str]) -> Floats:
+        """The column ``name`` (m,), or those of k names (m, k), in SI units; raises SimulationError without it."""
+        return self.columns([name])[:, 0] if isinstance(name, str) else self.columns(name)
 
     def columns(self, names: Sequence[str]) -> Floats:
         """The columns of the k ``names``, (m, k); raises SimulationError that lists the missing ones."""
         missing = [name for name in names if name not in self.names]
         if missing:
             raise SimulationError(
-                f"trajectory: no column '{', '.join(missing)}'; there are {', '.join(self.names) or 'none'}"
+                f"trajectory: no column '{', '.join(map(str, missing))}'; there are {', '.join(self.names) or 'none'}"
             )
         return self.values[:, [self.names.index(name) for name in names]]
 

@@ -13,6 +13,7 @@ from lag2fmu.errors import LoadError, UnitError
 from lag2fmu.fmu.exported import fmu_path
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.formats.write import write
+from lag2fmu.language.given import within
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.language.units import Unit
@@ -133,7 +134,7 @@ def times_of_runs(wanted: Wanted, stop: float) -> Floats:
     """The times (m,), in s, at which outputs are read; raises LoadError for times that a run cannot have."""
     if wanted.times is not None and wanted.at_end:
         raise LoadError("outputs are wanted at the end and at times; choose one of them")
-    if not (np.isfinite(stop) and stop > 0):
+    if not within(stop, above=0.0):
         raise LoadError(f"the stop time {stop!r} s is not positive and finite")
     usual = [stop] if wanted.at_end else np.linspace(0, stop, _SAMPLES)
     found = np.atleast_1d(np.asarray(usual if wanted.times is None else wanted.times, dtype=float))

@@ -128,7 +128,7 @@ def _connector(word: str, end: End, components: Components) -> Connector:
             raise LoadError(f"--connect {word}: {end} is a terminal; both ends have to be terminals, or none")
         raise LoadError(
             f"--connect {word}: '{component.path}' has no variable '{end.connector}'; "
-            f"{suggestion(end.connector, [*known, *component.terminals])}"
+            f"{suggestion(end.connector, dict.fromkeys([*known, *component.terminals]))}"
         )
     return component.connectors[end.connector]
 

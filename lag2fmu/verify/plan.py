@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Any, get_args
 
@@ -12,7 +13,7 @@ import numpy as np
 from lag2fmu.description.names import acceleration, velocity
 from lag2fmu.description.outputs import Experiment
 from lag2fmu.errors import LoadError
-from lag2fmu.language.given import within
+from lag2fmu.language.given import check_mapping, check_names, within
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.reference.signals import interpolated
 from lag2fmu.reference.trajectory import Trajectory
@@ -30,8 +31,10 @@ LEAST_TOLERANCE = 2e-15
 
 
 def recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
-    """The names of what is recorded."""
+    """The names of what is recorded; raises LoadError for outputs that are no list of names."""
     outputs = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
+    if run.outputs is not None:
+        check_names("outputs", run.outputs)
     found = outputs if run.outputs is None else list(run.outputs)
     return found + [name for name in run.beside if name in scalars and name not in found]
 
@@ -83,6 +86,9 @@ def times_of(path: Path, stop_time: float | None, step: float | None) -> tuple[f
 
 def _times(description: Any, stop_time: float | None, step: float | None) -> tuple[float, float]:
     experiment = description.defaultExperiment
+    for label, value in (("stop time", stop_time), ("step", step)):
+        if value is not None and not isinstance(value, Real):
+            raise LoadError(f"the {label} {value!r} is no number; give it in s")
     stop = float(getattr(experiment, "stopTime", None) or 1.0) if stop_time is None else stop_time
     usual = float(getattr(experiment, "stepSize", None) or stop / POINTS)
     return stop, (usual if usual <= stop else stop / POINTS) if step is None else step
@@ -127,6 +133,8 @@ def check_tolerance(tolerance: float) -> float:
 def checked_stop(experiment: Experiment, stop_time: float | None) -> float:
     """The ``stop_time`` (s), that of the ``experiment`` if it is None; raises LoadError for what is no time."""
     found = experiment.stop_time if stop_time is None else stop_time
+    if not within(found, above=0.0):
+        raise LoadError(f"the stop time {found!r} s is not positive and finite")
     check_times(found, min(experiment.step, found))
     return found
 
@@ -147,10 +155,16 @@ def check_known(names: Sequence[str], known: Sequence[str], what: str) -> None:
 
 def check_values(values: Mapping[str, float], scalars: Mapping[str, Scalar]) -> None:
     """Raise LoadError for start ``values`` of unknown names, or beyond what the FMU's ``scalars`` may have."""
+    check_mapping("values", values)
     settable = {name: scalar.variable for name, scalar in scalars.items() if scalar.start is not None}
     check_known(list(values), list(settable), "settable variable")
     for name, value in values.items():
         low, high = (float(x) if x is not None else None for x in (settable[name].min, settable[name].max))
-        if not math.isfinite(value) or (low is not None and value < low) or (high is not None and value > high):
-            bounds = [f"{'below' if x is low else 'above'} {x:g}" for x in (low, high) if x is not None]
-            raise LoadError(f"{name} = {value!r} is {' or '.join(['not finite', *bounds])}")
+        if not isinstance(value, Real):
+            raise LoadError(f"{name} = {value!r} is no number; give one in SI units")
+        if not math.isfinite(value):
+            raise LoadError(f"{name} = {value!r} is not finite; give a finite number")
+        if low is not None and value < low:
+            raise LoadError(f"{name} = {value!r} is below {low:g}, the least that it may be")
+        if high is not None and value > high:
+            raise LoadError(f"{name} = {value!r} is above {high:g}, the most that it may be")

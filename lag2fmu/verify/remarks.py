@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lag2fmu.verify.run import Floats, Plan, Run
@@ -30,12 +31,17 @@ def short_inputs(run: Run, plan: Plan) -> list[str]:
     return found
 
 
-def moved_guesses(description: Any, run: Run, plan: Plan, start: Floats) -> list[str]:
-    """A sentence on the values that were set and are not those of the ``start`` (outputs,): starts that are guesses."""
+def moved_guesses(
+    description: Any, values: Mapping[str, float], names: Sequence[str], start: Sequence[float] | Floats
+) -> list[str]:
+    """A sentence on the ``values`` that were set and are not those of the ``start`` of the ``names``.
+
+    They are starts that are guesses in the model ``description``. Values are in SI units.
+    """
     guesses = {v.name for v in description.modelVariables if v.initial == "approx"}
     found = []
-    for name in guesses & (run.values or {}).keys() & set(plan.names):
-        wanted, reached = float((run.values or {})[name]), float(start[list(plan.names).index(name)])
+    for name in guesses & values.keys() & set(names):
+        wanted, reached = float(values[name]), float(start[list(names).index(name)])
         if abs(reached - wanted) > MOVED * max(1.0, abs(wanted)):
             found.append(f"{name} from {wanted:.6g} to {reached:.6g}")
     if not found:

@@ -64,7 +64,7 @@ def _simulated(path: Path, run: Run) -> Trajectory:
             raise
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
-        remarks = (*moved_guesses(description, run, plan, values[0]), *short_inputs(run, plan))
+        remarks = (*moved_guesses(description, run.values or {}, plan.names, values[0]), *short_inputs(run, plan))
         for sentence in (*instance.log.warnings, *remarks):
             warned(sentence)
         reached, stop = float(time[-1]), float(plan.grid[-1])

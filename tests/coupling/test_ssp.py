@@ -142,6 +142,10 @@ def test_the_command_line_in_the_users_units(exported, tmp_path, monkeypatch) ->
     assert read_ssp(Path("train.ssp")).values == {"wagon.m": (2.0, "kg"), "wagon.k": (500.0, "N/m")}
     assert CliRunner().invoke(main, words).exit_code == 2, "an existing file stays"
     assert CliRunner().invoke(main, [*words, "--force"]).exit_code == 0
+    wrong = CliRunner().invoke(main, ["simulate", "train.ssp", "--set", "cart.q=1"])
+    assert (wrong.exit_code, "set cart.q" in wrong.output, "'cart.q' cannot be set" in wrong.output) == (2, False, True)
+    model = CliRunner().invoke(main, ["ssp", "plant=cart_pole", "-o", "plant.ssp"])
+    assert (model.exit_code, "write one first: lag2fmu export cart_pole" in model.output) == (2, True)
 
 
 BAD_CONNECTIONS = {

@@ -79,6 +79,14 @@ def test_accelerations_stand_in_outputs_only() -> None:
         read(CAR.replace("c*(zs_dot - zu_dot)**2/2", "c*zs_ddot**2/2"), "m.toml")
 
 
+def test_what_may_not_stand_in_a_force_is_no_remedy_for_a_name_that_is_none() -> None:
+    force = '[forces]\nzs = "-{0}"\n'
+    with pytest.raises(MechanismError, match=r"'zs_ddot' is an acceleration .* belongs to a kinetic energy"):
+        read(CAR + force.format("zs_ddot"), "m.toml")
+    with pytest.raises(MechanismError, match=r"undefined symbol 'b'; known are t, (?!.*z[su]_ddot)"):
+        read(CAR + force.format("b"), "m.toml")
+
+
 SWING = """
 [mechanism]
 name = "swing"

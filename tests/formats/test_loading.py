@@ -156,6 +156,10 @@ def test_a_text_is_loaded(tmp_path: Path) -> None:
         ("raise SystemExit(3)\n", r"m\.py, line 1: SystemExit: 3"),
         ("def m():\n    return 3\n", r"m\.py: m returned int instead of a Mechanism"),
         ("def a():\n    pass\ndef b():\n    pass\n", r"m\.py: expected a function 'm' .* public functions there: a, b"),
+        (
+            "from lag2fmu import load\nswing = load('pendulum')\n",
+            r"there: none; of objects tell which: \S*m\.py:swing$",
+        ),
         ("from math import sin\n_x = 3\n", r"m\.py: expected a function 'm' .* public functions there: none"),
         ("def m(*args):\n    pass\n", r"m\.py: m takes '\*args'; structural arguments are plain"),
         ("def m(n):\n    pass\n", r"m\.py: m needs the structural argument.s. n"),

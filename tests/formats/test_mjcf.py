@@ -511,6 +511,25 @@ def test_sensors_of_what_stands_count_its_mass(robot: Robot) -> None:
     assert found == pytest.approx(state.sensordata, rel=1e-10, abs=1e-10)
 
 
+@pytest.mark.parametrize(("ends", "held"), [(("out", "in"), True), (("in", "far"), False)])
+def test_sensors_of_what_spatial_tendons_hold_are_told(robot: Robot, ends: tuple[str, str], held: bool) -> None:
+    """MuJoCo 4 does not count their pull, which the bodies' accelerations contain; one within the bodies is none."""
+    tendon = "".join(f'<site site="{end}"/>' for end in ends)
+    found = robot(
+        world(
+            '<site name="out" pos="0 0 2"/><body><joint name="a"/><geom size=".1"/><site name="in" pos="1 0 0"/>'
+            '<body><joint name="b" axis="0 1 0"/><geom size=".1" pos="1 0 0"/>'
+            '<site name="far" pos="1 1 0"/></body></body>'
+        ).replace(
+            "</mujoco>",
+            f'<tendon><spatial name="t" stiffness="3">{tendon}</spatial></tendon>'
+            '<sensor><force name="F" site="in"/></sensor></mujoco>',
+        )
+    )
+    told = "the sensor F: spatial tendons hold its bodies, too"
+    assert ((told in found.not_taken), ("F" in [x.name for x in found.outputs])) == (held, not held)
+
+
 def test_sensors_that_nothing_is_made_of_are_told_last(robot: Robot) -> None:
     sensors = (
         '<sensor><touch name="touch" site="s"/><subtreecom name="com" body="still"/>'

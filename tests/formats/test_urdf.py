@@ -147,6 +147,19 @@ def test_nothing_is_lost_without_a_word(robot: Robot, what: str) -> None:
     assert what in mechanism.provenance
 
 
+def test_what_is_not_taken_of_many_joints_is_one_warning(robot: Robot) -> None:
+    """The text lists each, in the order of the file and of the alphabet; the warnings tell their number."""
+    link = PENDULUM[PENDULUM.index('<link name="rod"') : PENDULUM.index("</robot>")].replace("hinge", "{0}")
+    odd = link.replace("<dynamics", '<dynamics wear="1" K="3"').replace('"rod"', '"rod_{0}"')
+    chain = PENDULUM.replace("</robot>", "".join(odd.format(x) for x in "abcde") + "</robot>")
+    found = robot(chain)
+    assert found.not_taken == tuple(f"{x} in the <dynamics> of the joint {y}" for y in "abcde" for x in ("K", "wear"))
+    assert found.warnings == tuple(
+        f"not taken from the imported file: {x} in the <dynamics> of the joint a; the same of 4 more: b, c, d, ..."
+        for x in ("K", "wear")
+    )
+
+
 LINK = '<link name="a"/>'
 JOINT = '<joint name="j" type="revolute"><parent link="a"/><child link="b"/></joint>'
 

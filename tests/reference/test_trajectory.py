@@ -27,6 +27,7 @@ def test_columns_and_iteration() -> None:
     trajectory = Trajectory.of([0, 1, 3], {"a": [1, 2, 4], "b": 7.0})
     assert trajectory["b"].tolist() == [7, 7, 7]
     assert (len(trajectory), list(trajectory), "a" in trajectory, "c" in trajectory) == (3, ["a", "b"], True, False)
+    assert trajectory[["b", "a"]].tolist() == [[7, 1], [7, 2], [7, 4]]
     assert trajectory.interpolated([0.5, 2.0])["a"].tolist() == [1.5, 3.0]
     with pytest.raises(SimulationError, match="no column 'c, d'; there are a, b"):
         trajectory.columns(["a", "c", "d"])

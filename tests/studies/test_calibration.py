@@ -155,6 +155,8 @@ def test_the_command_line_writes_mechanism_and_picture(tmp_path: Path) -> None:
     found = {p.name: p.value for p in lag2fmu.load(out).parameters}
     assert found["l"] == pytest.approx(1.1, abs=0.01)
     assert plot.stat().st_size > 10_000
+    kept = CliRunner().invoke(main, ["calibrate", str(out), str(file), "--free", "l", "-o", str(out)])
+    assert (kept.exit_code, "found.toml' exists; overwrite it with --force" in kept.output) == (2, True)
     failed = CliRunner().invoke(main, ["calibrate", "pendulum", str(tmp_path / "none.csv"), "--free", "l"])
     assert failed.exit_code == 2
     assert "none.csv" in failed.output

@@ -66,14 +66,13 @@ def _along(sensor: Sensor, parts: Parts) -> None:
 def _of_subtree(sensor: Sensor, robot: Robot, parts: Parts) -> None:
     """A sum over the bodies of a link and all that it carries, or what holds them where the link has its joint.
 
-    Nothing is made of a sensor if the bodies have no mass, or if contacts or closed loops hold them too.
+    Nothing is made of a sensor if the bodies have no mass, or if contacts, closed loops or spatial tendons hold them
+    too.
     """
     carried = _carried(robot, sensor.subtree)
     bodies = tuple(dict.fromkeys(parts.bodies[link] for link in carried if robot.links[link] is not None))
-    others = [{touch.first.link, touch.second.link} for touch in robot.touches]
-    others += [{closure.first[0], closure.second[0]} for closure in robot.closures]
-    if sensor.place and any(len(ends & carried) == 1 for ends in others):
-        parts.ignored.append(f"the sensor {sensor.name}: contacts and loops hold its bodies, too")
+    if sensor.place and (others := _others_that_hold(robot, carried)):
+        parts.ignored.append(f"the sensor {sensor.name}: {others} hold its bodies, too")
         return
     if not bodies:
         parts.ignored.append(f"the sensor {sensor.name}: its bodies have no mass")
@@ -83,6 +82,20 @@ def _of_subtree(sensor: Sensor, robot: Robot, parts: Parts) -> None:
         parts.outputs.append(Output(name, bodies=bodies, quantity=sensor.quantity, doc=f"sensor {sensor.name}"))
     else:
         _at_place(sensor, *sensor.place, parts, bodies)
+
+
+def _others_that_hold(robot: Robot, carried: set[str]) -> str:
+    """What holds the links that are ``carried`` beside their joint, "" if nothing does.
+
+    What spatial tendons exert is no part of MuJoCo's sensors since version 4, and was one before.
+    """
+    pairs = [{touch.first.link, touch.second.link} for touch in robot.touches]
+    pairs += [{closure.first[0], closure.second[0]} for closure in robot.closures]
+    if any(len(ends & carried) == 1 for ends in pairs):
+        return "contacts and loops"
+    lengths = [tendon.length for tendon in robot.tendons if tendon.acts] + [a.along for a in robot.actuators]
+    across = [{link in carried for link, _ in x.spots} for x in lengths if isinstance(x, Span)]
+    return "spatial tendons" if any(len(sides) > 1 for sides in across) else ""
 
 
 def _of_touch(sensor: Sensor, zone: Geom, parts: Parts) -> None:

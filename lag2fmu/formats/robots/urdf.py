@@ -244,7 +244,7 @@ class _UrdfReader(UrdfElements):
             for child in element.children:
                 if child.tag not in _CHILDREN[element.tag]:
                     yield f"<{child.tag}> {owner}"
-                for attribute in child.attributes.keys() - _ATTRIBUTES.get(child.tag, child.attributes.keys()):
+                for attribute in sorted(child.attributes.keys() - _ATTRIBUTES.get(child.tag, child.attributes.keys())):
                     yield f"{attribute} in the <{child.tag}> {owner}"
         yield from (text for e in self._root.all("joint") for text in self._not_of_its_kind(e))
         yield from (text for e in self._root.all("gazebo") for text in _acting(e))
