@@ -14,6 +14,8 @@ from lag2fmu.graph.graph import Node
 from lag2fmu.graph.operations import OPERATIONS
 
 _FLAT = ("exp", "tanh", "heaviside", "sign", "choice", "lookup", "lookup_2")
+_PARTLY = ("min", "max")
+"""Flat on one side. In constraints they stay, which the velocities of states would not meet with other values."""
 
 
 def freed_of_flat_functions(
@@ -26,7 +28,7 @@ def freed_of_flat_functions(
     g, c = equations.graph, equations.constraints
     rows = [*equations.mass_matrix, *c.jacobian, equations.forcing, c.accelerations, *gradients]
     nodes = [node for row in rows for node in row]
-    flat = [node for node in g.cone(nodes) if OPERATIONS[g.code[node]].name in _FLAT]
+    flat = _flat(equations, nodes)
     names_of = [f"any value {k}" for k in range(len(flat))]
     found = iter(g.substitute(nodes, dict(zip(flat, map(g.symbol, names_of), strict=True))))
     mass_matrix, jacobian, (forcing, gamma) = (
@@ -40,3 +42,11 @@ def freed_of_flat_functions(
         constraints=replace(c, jacobian=tuple(jacobian), accelerations=gamma),
     )
     return freed, [[next(found) for _ in row] for row in gradients], names_of
+
+
+def _flat(equations: EquationsOfMotion, nodes: list[Node]) -> list[Node]:
+    """The functions in ``nodes`` that can be flat."""
+    g, c = equations.graph, equations.constraints
+    bound = set(g.cone(node for row in (*c.jacobian, c.accelerations) for node in row))
+    named = ((node, OPERATIONS[g.code[node]].name) for node in g.cone(nodes))
+    return [node for node, name in named if name in _FLAT or (name in _PARTLY and node not in bound)]

@@ -524,6 +524,16 @@ def test_a_force_that_acts_elsewhere_or_later_conserves_nothing(force: str) -> N
         assert {item.name for item in found} & {"linear_momentum_x"} == expected
 
 
+def test_a_spring_that_acts_on_one_side_keeps_no_momentum() -> None:
+    """Near the start it is slack, and under a constraint momenta are judged by states near the start."""
+    text = (
+        "[mechanism]\nname = 'slack'\n[coordinates]\nx = { unit = 'm', start = -0.8 }\ny = { unit = 'm' }\n"
+        "[energy]\nkinetic = 'x_dot**2 + y_dot**2'\n[springs.stop]\nstiffness = 40\nelongation = 'max(x, 0)'\n"
+        "[constraints.holonomic]\nrail = 'y'\n"
+    )
+    assert {q.name for q in conserved(derive(read(text, "slack.toml")))} == {"generalized_energy", "p_y"}
+
+
 def test_nothing_is_called_conserved_where_friction_acts() -> None:
     """The equations that are analysed lack its forces, and the report says so."""
     equations = derive(load("block_on_belt"))
