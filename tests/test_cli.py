@@ -94,7 +94,12 @@ def test_simulate_overwrites_no_file_unless_it_is_asked_to(run) -> None:
     assert again.exit_code == 2
     assert "'run.csv' exists; overwrite it with --force" in again.output
     assert run(*command, "--force").exit_code == 0
-    if os.name == "posix":  # a device is no file that could be lost
+    if os.name == "posix":  # a link is followed; a device is no file that could be lost
+        Path("target.csv").write_text("old", "utf-8")
+        Path("link.csv").symlink_to("target.csv")
+        assert run(*command[:-1], "link.csv", "--force").exit_code == 0
+        assert Path("link.csv").is_symlink()
+        assert Path("target.csv").read_bytes() == Path("run.csv").read_bytes()
         assert run(*command[:-1], os.devnull).exit_code == 0
         assert Path(os.devnull).is_char_device()
 
@@ -151,6 +156,7 @@ def test_linearize_prints_and_writes_the_state_space(run) -> None:
         (("-o", "a.csv"), "its ending must be one of .json, .mat, .npz"),
         (("--at", "rest"), "cannot linearize at 'rest'; give 'start', 'equilibrium' or a time"),
         (("--output", "zeta"), "'zeta' is no output"),
+        (("-o", "a.json"), "'a.json' exists; overwrite it with --force"),
     ):
         refused = run("linearize", "pendulum", *arguments)
         assert refused.exit_code == 2
