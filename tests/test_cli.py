@@ -129,6 +129,8 @@ def test_a_guess_that_is_set_and_moved_is_told(run) -> None:
     command = ("simulate", "four_bar_linkage", "--stop-time", "0.01", "--set", "b=130 deg", "-o", "-")
     assert "constraints move what was set as a guess: b from 2.26893 to 2.35886" in run(*command).stderr
     assert "guess" not in run(*command[:4], "--set", "a=0.4", "-o", "-").stderr
+    moved = run("linearize", "four_bar_linkage", "--set", "b_dot=9").stderr
+    assert "constraints move what was set as a guess: b_dot from 9 to " in moved
 
 
 def test_every_verb_of_a_model_takes_how_a_robot_stands(run) -> None:
@@ -481,7 +483,7 @@ def test_a_folder_that_cannot_be_written(run, monkeypatch: pytest.MonkeyPatch) -
     def refuse(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr("tempfile.mkstemp", refuse)
+    monkeypatch.setattr(Path, "replace", refuse)
     result = run("export", MODEL, "-o", "x.fmu")
     assert result.exit_code == 2
     assert "cannot write 'x.fmu': Permission denied" in result.stderr
