@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import stat
-import tempfile
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 
 from lag2fmu.errors import ExportError, LoadError
+from lag2fmu.writing import replacing
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time a zip entry can have
 _UNREADABLE = (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, ValueError)
@@ -33,21 +32,13 @@ def pack(files: Mapping[str, bytes], path: Path) -> None:
     if that is not possible.
     """
     try:
-        descriptor, temporary = tempfile.mkstemp(prefix=".lag2fmu-", dir=path.parent)
-    except OSError as error:
-        raise ExportError(f"cannot write '{path}': {error.strerror}; choose another folder with -o") from error
-    try:
-        with os.fdopen(descriptor, "wb") as stream, zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        with replacing(path) as new, zipfile.ZipFile(new, "w", zipfile.ZIP_DEFLATED) as archive:
             for name in sorted(files):
                 entry = zipfile.ZipInfo(name, _EPOCH)
                 entry.compress_type, entry.external_attr, entry.create_system = zipfile.ZIP_DEFLATED, 0o644 << 16, 3
                 archive.writestr(entry, files[name])
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
     except OSError as error:
         raise ExportError(f"cannot write '{path}': {error.strerror}; choose another place with -o") from error
-    finally:
-        Path(temporary).unlink(missing_ok=True)
 
 
 def read_text(path: Path, name: str, missing: str = "there is none; is it an FMU of lag2fmu?") -> str:

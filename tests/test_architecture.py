@@ -28,7 +28,7 @@ ROOMS = {
     ),
     "building": ({"errors", "progress", "version"}, {"platformdirs"}),
     "reference": (
-        {"deadline", "errors", "lazy", "building", "language", "description", "mechanism"},
+        {"deadline", "errors", "lazy", "writing", "building", "language", "description", "mechanism"},
         {"sympy", "numpy", "scipy"},
     ),
     "graph": ({"errors", "language"}, {"sympy", "numpy"}),
@@ -37,7 +37,8 @@ ROOMS = {
         {"sympy", "numpy", "scipy"},
     ),
     "analysis": (
-        {"deadline", "errors", "progress", "language", "description", "mechanism", "formats", "graph", "dynamics"},
+        {"deadline", "errors", "progress", "language", "description", "mechanism", "formats", "graph", "dynamics"}
+        | {"writing"},
         {"sympy", "numpy", "scipy", "control"},
     ),
     "picture": (
@@ -53,6 +54,7 @@ ROOMS = {
     "fmu": (
         {"archives", "errors", "progress", "lazy", "building", "resources", "version", "xml_tree", "language"}
         | {
+            "writing",
             "description",
             "mechanism",
             "formats",
@@ -86,7 +88,7 @@ ROOMS = {
             "graph",
             "dynamics",
         }
-        | {"archives", "analysis", "picture", "solvers", "fmu", "checking"},
+        | {"archives", "writing", "analysis", "picture", "solvers", "fmu", "checking"},
         {"sympy", "numpy", "fmpy", "lxml", "rich", "matplotlib"},
     ),
     "evidence": (
@@ -115,7 +117,7 @@ ROOMS = {
             "solvers",
             "codegen",
         }
-        | {"fmu", "ensemble", "verify", "systems"},
+        | {"fmu", "ensemble", "verify", "systems", "writing"},
         {"numpy", "scipy", "xarray", "pyarrow", "matplotlib"},
     ),
     "cli": (
@@ -133,13 +135,24 @@ ROOMS = {
             "dynamics",
         }
         | {"analysis", "procedure", "solvers", "building", "fmu", "verify", "studies", "checking", "evidence"}
-        | {"systems"},
+        | {"systems", "writing"},
         {"click", "rich"},
     ),
 }
 """room -> (rooms it may import beside itself, third-party packages); each room stands below those that it may import"""
 
-SINGLE = ("archives", "deadline", "errors", "lazy", "mesh_files", "progress", "resources", "version", "xml_tree")
+SINGLE = (
+    "archives",
+    "deadline",
+    "errors",
+    "lazy",
+    "mesh_files",
+    "progress",
+    "resources",
+    "version",
+    "writing",
+    "xml_tree",
+)
 """The modules beside the rooms, for every room."""
 
 USERS = {

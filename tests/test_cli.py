@@ -94,7 +94,12 @@ def test_simulate_overwrites_no_file_unless_it_is_asked_to(run) -> None:
     assert again.exit_code == 2
     assert "'run.csv' exists; overwrite it with --force" in again.output
     assert run(*command, "--force").exit_code == 0
-    if os.name == "posix":  # a device is no file that could be lost
+    if os.name == "posix":  # a link is followed; a device is no file that could be lost
+        Path("target.csv").write_text("old", "utf-8")
+        Path("link.csv").symlink_to("target.csv")
+        assert run(*command[:-1], "link.csv", "--force").exit_code == 0
+        assert Path("link.csv").is_symlink()
+        assert Path("target.csv").read_bytes() == Path("run.csv").read_bytes()
         assert run(*command[:-1], os.devnull).exit_code == 0
         assert Path(os.devnull).is_char_device()
 
@@ -124,6 +129,8 @@ def test_a_guess_that_is_set_and_moved_is_told(run) -> None:
     command = ("simulate", "four_bar_linkage", "--stop-time", "0.01", "--set", "b=130 deg", "-o", "-")
     assert "constraints move what was set as a guess: b from 2.26893 to 2.35886" in run(*command).stderr
     assert "guess" not in run(*command[:4], "--set", "a=0.4", "-o", "-").stderr
+    moved = run("linearize", "four_bar_linkage", "--set", "b_dot=9").stderr
+    assert "constraints move what was set as a guess: b_dot from 9 to " in moved
 
 
 def test_every_verb_of_a_model_takes_how_a_robot_stands(run) -> None:
@@ -151,6 +158,7 @@ def test_linearize_prints_and_writes_the_state_space(run) -> None:
         (("-o", "a.csv"), "its ending must be one of .json, .mat, .npz"),
         (("--at", "rest"), "cannot linearize at 'rest'; give 'start', 'equilibrium' or a time"),
         (("--output", "zeta"), "'zeta' is no output"),
+        (("-o", "a.json"), "'a.json' exists; overwrite it with --force"),
     ):
         refused = run("linearize", "pendulum", *arguments)
         assert refused.exit_code == 2
@@ -475,7 +483,7 @@ def test_a_folder_that_cannot_be_written(run, monkeypatch: pytest.MonkeyPatch) -
     def refuse(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr("tempfile.mkstemp", refuse)
+    monkeypatch.setattr(Path, "replace", refuse)
     result = run("export", MODEL, "-o", "x.fmu")
     assert result.exit_code == 2
     assert "cannot write 'x.fmu': Permission denied" in result.stderr

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from lag2fmu.errors import ExportError
+from lag2fmu.writing import replacing
 
 FORMATS = (".json", ".mat", ".npz")
 """The endings of files that a state space is written to."""
@@ -23,7 +24,8 @@ def write_matrices(path: str | Path, content: dict[str, Any]) -> None:
     if path.suffix not in FORMATS:
         raise ExportError(f"'{path}': its ending must be one of {', '.join(FORMATS)}")
     try:
-        _WRITERS[path.suffix](path, content)
+        with replacing(path) as new:
+            _WRITERS[path.suffix](new, content)
     except OSError as error:
         raise ExportError(f"cannot write '{path}': {error.strerror or error}; choose another place") from error
 

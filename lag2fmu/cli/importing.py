@@ -8,8 +8,10 @@ import click
 
 from lag2fmu.cli.options import check_ending, refuse_to_overwrite
 from lag2fmu.cli.settings import load_mechanism
+from lag2fmu.errors import ExportError
 from lag2fmu.formats.write import write
 from lag2fmu.progress import progress_bar
+from lag2fmu.writing import replacing
 
 
 def import_model(model: str, path: str | None, force: bool, settings: tuple[str, ...]) -> None:
@@ -28,7 +30,11 @@ def import_model(model: str, path: str | None, force: bool, settings: tuple[str,
         return
     target = target or Path(f"{mechanism.name}.toml")
     refuse_to_overwrite(target, force=force)
-    target.write_text(text, "utf-8")
+    try:
+        with replacing(target) as new:
+            new.write_text(text, "utf-8", newline="\n")
+    except OSError as error:
+        raise ExportError(f"cannot write '{target}': {error.strerror}; choose another place with -o") from error
     counted = ", ".join(
         f"{len(getattr(mechanism, kind))} {kind}"
         for kind in ("coordinates", "bodies", "frictions", "stops", "constraints", "parameters")

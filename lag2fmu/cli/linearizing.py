@@ -12,7 +12,7 @@ from rich.table import Table
 
 from lag2fmu.analysis.state_files import FORMATS
 from lag2fmu.analysis.state_space import Hidden, Quantity, StateSpace
-from lag2fmu.cli.options import check_ending
+from lag2fmu.cli.options import check_ending, refuse_to_overwrite
 from lag2fmu.cli.settings import load_with_inputs
 from lag2fmu.cli.terminal import console
 from lag2fmu.dynamics.lagrange import derive
@@ -37,6 +37,7 @@ def linearize_model(
     outputs: tuple[str, ...],
     sample: float | None,
     path: Path | None,
+    force: bool,
     settings: tuple[str, ...],
 ) -> None:
     """Print the state space of ``model`` about the state ``at``, and write it to ``path``.
@@ -47,6 +48,7 @@ def linearize_model(
     """
     if path is not None:
         check_ending(path, FORMATS)
+        refuse_to_overwrite(path, force=force)
     mechanism, forces, _ = load_with_inputs(model, settings)
     about = linearize(derive(mechanism), at, inputs=forces, outputs=outputs or None)
     found = about.state_space(inputs or None)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import click
 
 from lag2fmu.cli.options import STRUCTURAL
-from lag2fmu.description.names import generalized_force
-from lag2fmu.errors import LoadError
+from lag2fmu.description.names import generalized_force, velocity
+from lag2fmu.errors import Lag2FmuError, LoadError
 from lag2fmu.formats.loading import pairs_of, read_model, split_settings, values_of, with_settings
-from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.language.units import Unit
-from lag2fmu.mechanism.display import display_units, shown, value_in_si
+from lag2fmu.mechanism.display import display_units, shown, turned_round, value_in_si
 from lag2fmu.mechanism.record import Mechanism
 
 
@@ -30,7 +29,8 @@ def load_mechanism(model: str, settings: tuple[str, ...]) -> Mechanism:
     mechanism = with_settings(given, texts)
     if texts:
         echo_settings(texts, display_units(mechanism))
-    for warning in (*_turned_round(given, mechanism), *mechanism.warnings):
+    set_here = values_of(texts, display_units(mechanism))
+    for warning in (*turned_round(given, set_here), *_moved(mechanism, set_here), *mechanism.warnings):
         click.echo(f"warning: {warning}", err=True)
     return mechanism
 
@@ -52,17 +52,21 @@ def load_with_inputs(
     return mechanism, values, units
 
 
-def _turned_round(given: Mechanism, mechanism: Mechanism) -> Iterator[str]:
-    """Warnings of lengths that are positive in the ``given`` mechanism and negative in the one that was made of it.
+def _moved(mechanism: Mechanism, values: Mapping[str, float]) -> list[str]:
+    """A sentence on guesses among the ``values`` (SI) of ``mechanism`` that its constraints move."""
+    guesses = {q.name for q in mechanism.coordinates if q.given is False}
+    guesses |= {velocity(q.name) for q in mechanism.coordinates if q.velocity_given is False}
+    if guesses.isdisjoint(values):
+        return []
+    from lag2fmu.dynamics.lagrange import derive
+    from lag2fmu.verify.remarks import moved_guesses
 
-    Equations do not mind a negative length, as of a pendulum, which then hangs the other way round.
-    """
-    length, before = parse_unit("m").dimension, {p.name: p.value for p in given.parameters}
-    units = display_units(mechanism)
-    for p in mechanism.parameters:
-        if p.unit is not None and p.unit.dimension == length and (p.value or 0.0) < 0 < (before.get(p.name) or 0.0):
-            value = shown(p.name, p.value or 0.0, units)
-            yield f"parameters.{p.name}: {value} is negative; a length is not, but a place may be"
+    try:
+        reached = derive(mechanism).mechanism.coordinates
+    except Lag2FmuError:  # the verb itself tells of it, if it needs the equations
+        return []
+    start = {q.name: q.start for q in reached} | {velocity(q.name): q.velocity for q in reached}
+    return moved_guesses(guesses, values, start)
 
 
 def echo_settings(texts: Mapping[str, str], units: Mapping[str, Unit]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -18,7 +17,7 @@ from lag2fmu.errors import LoadError
 from lag2fmu.fmu.elements import element_variables
 from lag2fmu.fmu.exported import Model, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
-from lag2fmu.formats.loading import pairs_of, values_of
+from lag2fmu.formats.loading import pairs_of
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
@@ -27,7 +26,6 @@ from lag2fmu.reference.trajectory import Trajectory, read_csv
 from lag2fmu.verify import entry_points
 from lag2fmu.verify.instances import description_of
 from lag2fmu.verify.plan import times_of
-from lag2fmu.verify.remarks import moved_guesses
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.scalars import scalars_of
 from lag2fmu.verify.watched_runs import watched
@@ -54,9 +52,6 @@ def simulate_model(asked: SimulateOptions) -> None:
         run = Run(asked.stop_time, asked.step, asked.tolerance, values, signals, asked.hold, outputs, beside)
         given = source if isinstance(source, Mechanism) else None
         trajectory = watched(path, replace(run, progress=progress), given)
-        remarks = [] if given is None else _moved(path, asked.settings, units, trajectory)
-    for remark in remarks:
-        click.echo(f"warning: {remark}", err=True)
     write_motion(trajectory.without(beside), asked.out, units)
     if asked.animation is not None:
         _animate(mechanism, trajectory, asked.animation)
@@ -66,12 +61,6 @@ def simulate_model(asked: SimulateOptions) -> None:
 
         title = getattr(mechanism, "title", Path(asked.model).stem)
         save(motion_figure(title, trajectory, mechanism, signals), asked.plot)
-
-
-def _moved(path: Path, settings: Sequence[str], units: Mapping[str, Unit], found: Trajectory) -> list[str]:
-    """A sentence on guesses among the ``settings`` of the model, which its export to ``path`` or the run has moved."""
-    texts = {name: text for name, text in pairs_of(settings).items() if name in found.names}
-    return moved_guesses(description_of(path), values_of(texts, units), found.names, found.values[0])
 
 
 def _until(source: Model, stop_time: float | None) -> float | None:

@@ -111,6 +111,7 @@ def observe(**choices: Any) -> None:
     metavar="FILE",
     help="The result, .nc (NetCDF) or .parquet; the same command after an interruption goes on.",
 )
+@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
 @loading
 def sweep(**choices: Any) -> None:
     """Run MODEL, an FMU or a system (.ssp, .ssd) many times, over all that --vary says; write one table of results."""
@@ -140,6 +141,7 @@ def sweep(**choices: Any) -> None:
     "--sample", type=float, metavar="S", help="Matrices of samples every S seconds, with inputs held between them."
 )
 @click.option("-o", "--out", "path", type=PATH, metavar="FILE", help="Write .json, .mat or .npz too.")
+@click.option("--force", is_flag=True, help="Overwrite a file that exists.")
 @loading
 def linearize(**choices: Any) -> None:
     """Print the state space dx/dt = A x + B u, y = C x + D u of small motions, and its poles."""

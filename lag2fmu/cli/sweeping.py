@@ -13,6 +13,7 @@ from typing import Any
 import click
 
 from lag2fmu.cli.fmu_settings import values_of_fmu
+from lag2fmu.cli.options import refuse_to_overwrite
 from lag2fmu.cli.settings import echo_settings, load_mechanism
 from lag2fmu.cli.system_units import units_of_network
 from lag2fmu.cli.terminal import runs_bar
@@ -49,11 +50,13 @@ class SweepOptions:
     hold: bool
     workers: int | None
     out: Path
+    force: bool
     settings: tuple[str, ...]
 
 
 def sweep_model(asked: SweepOptions) -> None:
     """Make the runs and write the result; raises Lag2FmuError for a model or options that do not fit."""
+    refuse_to_overwrite(asked.out, force=asked.force)
     source, values, units = _source(asked.model, asked.settings)
     axes = axes_of_texts(pairs_of(asked.vary), units, sampled=asked.sample is not None)
     with runs_bar() as progress, _pool(asked.workers) as executor:

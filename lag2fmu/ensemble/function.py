@@ -190,9 +190,9 @@ class StateFunction:
     def _evaluate(
         self, t: ArrayLike, x: ArrayLike, u: ArrayLike | None, p: ArrayLike | None, *, jacobian: bool
     ) -> Floats:
-        given = {"t": np.asarray(t, dtype=np.float64)[..., None]}
+        given = {"t": _numbers("t", t)[..., None]}
         for known, value in (("x", x), ("u", u), ("p", p)):
-            array = np.asarray(self.start[known] if value is None else value, dtype=np.float64)
+            array = _numbers(known, self.start[known] if value is None else value)
             if array.shape[-1:] != (len(self.names[known]),):
                 raise LoadError(f"{known} has shape {array.shape}; expected (..., {len(self.names[known])})")
             given[known] = array
@@ -207,6 +207,14 @@ class StateFunction:
         results = np.empty((count, width))
         _call(self._jacobian if jacobian else self._derivative, arrays, strides, results)
         return results.reshape(*batch, width)
+
+
+def _numbers(known: str, value: ArrayLike) -> Floats:
+    """The ``value`` of ``known`` as an array; raises LoadError for texts, and rows of different lengths."""
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise LoadError(f"{known} = {value!r:.60}: expected numbers of equal rows ({error})") from error
 
 
 def _points(array: Floats, batch: tuple[int, ...], count: int) -> tuple[Floats, int]:

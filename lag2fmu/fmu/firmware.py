@@ -31,6 +31,7 @@ from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import telling
 from lag2fmu.solvers.methods import METHODS
+from lag2fmu.writing import replacing
 
 _LEFT_OUT = frozenset({"VARIABLE_SETTING", "VARIABLE_CLOCK", "VARIABLE_INDICATOR"})
 """The kinds of variables that plain C has no use for."""
@@ -187,8 +188,7 @@ def write_folder(files: Mapping[str, str], folder: Path, *, force: bool = False)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():
-            beside = folder / f".{name}.part"
-            beside.write_text(text, "utf-8", newline="\n")
-            beside.replace(folder / name)
+            with replacing(folder / name) as new:
+                new.write_text(text, "utf-8", newline="\n")
     except OSError as error:
         raise ExportError(f"cannot write to '{folder}': {error.strerror}; choose another folder with -o") from error

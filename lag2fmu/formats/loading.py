@@ -19,7 +19,7 @@ from lag2fmu.formats.robots import ENDINGS, robot
 from lag2fmu.formats.text import read_file
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import Unit
-from lag2fmu.mechanism.display import display_units, value_in_si
+from lag2fmu.mechanism.display import display_units, tell_of_lengths, value_in_si
 from lag2fmu.mechanism.record import Mechanism, complete
 from lag2fmu.resources import MODEL_SUFFIXES, bundled
 
@@ -34,7 +34,9 @@ _TO_VERBS = "parameters and starts go to the verbs, as"
 def as_mechanism(model: object, values: Mapping[str, float] | None = None) -> Mechanism:
     """``model`` itself or what ``load`` makes of it, with ``values`` (SI); raises LoadError as ``with_values`` does."""
     mechanism = model if isinstance(model, Mechanism) else load(model)
-    return with_values(mechanism, values or {})
+    changed = with_values(mechanism, values or {})
+    tell_of_lengths(mechanism, values or {})
+    return changed
 
 
 def load(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path, PurePath
@@ -53,7 +53,8 @@ class TomlTable:
         known = content if keys is None else tuple(keys)
         for key in content:
             if key not in known:
-                raise TextError(f"{self.place(key)}: unknown key; {suggestion(key, known)}{_speaking_of(key, keys)}")
+                hint = _turned(self.where, key, content[key], known) or _speaking_of(key, keys)
+                raise TextError(f"{self.place(key)}: unknown key; {suggestion(key, known)}{hint}")
 
     def place(self, key: str) -> str:
         """``TABLE.KEY``, as messages begin with it."""
@@ -248,6 +249,12 @@ def _numbers(value: object, where: str) -> Any:
         _numbers(item, f"{where}[{i}]") if isinstance(item, list) else float(fraction(item, f"{where}[{i}]"))
         for i, item in enumerate(value)
     )
+
+
+def _turned(where: str, key: str, content: object, known: Collection[str]) -> str:
+    """A phrase where the table ``key`` has one of the keys in it that are ``known`` outside, as a kind; or ""."""
+    inside = next((name for name in known if name in content), "") if isinstance(content, dict) else ""
+    return f"; write '{key} = ...' under [{where}.{inside}]" if inside and where else ""
 
 
 def _speaking_of(word: str, keys: object) -> str:

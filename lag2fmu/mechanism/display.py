@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from lag2fmu.description import names
 from lag2fmu.description.events import State
@@ -14,6 +15,7 @@ from lag2fmu.language.units import DIMENSIONLESS, JOULE, SECOND, WATT, Unit
 from lag2fmu.mechanism.calculated_units import calculated_units
 from lag2fmu.mechanism.record import Mechanism
 
+_LOGGER = logging.getLogger("lag2fmu")
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d,.].*)?")
 
 
@@ -90,3 +92,22 @@ def shown(name: str, value: float, units: Mapping[str, Unit]) -> str:
     """``value`` (SI) of ``name`` with its unit, e.g. '30 deg'."""
     unit = units.get(name, DIMENSIONLESS)
     return f"{unit.from_si(value):.12g} {unit.name}".strip()
+
+
+def turned_round(mechanism: Mechanism, values: Mapping[str, float]) -> Iterator[str]:
+    """Warnings of lengths that are positive in ``mechanism`` and negative among the ``values`` (SI) set in it.
+
+    Equations do not mind a negative length, as of a pendulum, which then hangs the other way round.
+    """
+    length = parse_unit("m").dimension
+    for p in mechanism.parameters:
+        value = values.get(p.name, 0.0)
+        if p.unit is not None and p.unit.dimension == length and value < 0 < (p.value or 0.0):
+            said = shown(p.name, value, display_units(mechanism))
+            yield f"parameters.{p.name}: {said} is negative; a length is not, but a place may be"
+
+
+def tell_of_lengths(mechanism: Mechanism, values: Mapping[str, float]) -> None:
+    """Log a warning of each length of ``mechanism`` that is negative among the ``values`` (SI), which are numbers."""
+    for warning in turned_round(mechanism, values):
+        _LOGGER.warning("warning: %s", warning)

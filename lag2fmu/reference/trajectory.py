@@ -8,7 +8,6 @@ import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.language.units import Unit
 from lag2fmu.lazy import looked_up
 from lag2fmu.reference.csv_tables import check_names, csv_text, parse_table
+from lag2fmu.writing import replacing
 
 Floats = NDArray[np.float64]
 
@@ -178,18 +178,11 @@ class Trajectory:
 
     def write_csv(self, path: str | os.PathLike[str], units: Mapping[str, Unit] | None = None) -> None:
         """Write ``to_csv(units)`` to ``path``, whole or not at all; raises SimulationError if that cannot be done."""
-        target = Path(path)
-        new = target.with_name(f".lag2fmu-{os.getpid()}")
         try:
-            if target.exists() and not target.is_file():  # a device or pipe; a folder fails below
-                new = target
-            new.write_text(self.to_csv(units), encoding="utf-8", newline="")
-            new.replace(target)
+            with replacing(path) as new:
+                new.write_text(self.to_csv(units), encoding="utf-8", newline="")
         except OSError as error:
-            raise SimulationError(f"cannot write '{target}': {error.strerror}; choose another path") from error
-        finally:
-            if new != target:
-                new.unlink(missing_ok=True)
+            raise SimulationError(f"cannot write '{path}': {error.strerror}; choose another path") from error
 
 
 def _optional(package: str) -> Any:

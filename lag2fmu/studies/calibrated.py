@@ -17,6 +17,7 @@ from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.trajectory import Floats
 from lag2fmu.studies.fits import Fit, FreeValue
+from lag2fmu.writing import replacing
 
 SINGULAR = 1e-6
 """A direction whose singular value is below this part of the greatest one is not determined by the data."""
@@ -106,7 +107,8 @@ class Calibration:
         if target.suffix != ".toml":
             raise ExportError(f"'{target}': a mechanism is written as .toml")
         try:
-            target.write_text(write(self.mechanism), "utf-8", newline="\n")
+            with replacing(target) as new:
+                new.write_text(write(self.mechanism), "utf-8", newline="\n")
         except OSError as error:
             raise ExportError(f"cannot write '{target}': {error.strerror}; choose another place") from error
 

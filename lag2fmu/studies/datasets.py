@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from lag2fmu.errors import LoadError
 from lag2fmu.language.units import Unit
 from lag2fmu.studies.design import Design, SweepTask
 from lag2fmu.studies.parts import PartStore
+from lag2fmu.writing import replacing
 
 ENDINGS = (".nc", ".parquet")
 _NEEDS = {".nc": ("xarray", "h5netcdf", "h5py"), ".parquet": ("xarray", "pyarrow")}
@@ -91,14 +91,11 @@ def _coordinates(
 
 def save(found: Any, path: Path) -> None:
     """Write the Dataset to ``path``, whole or not at all; raises LoadError where that cannot be done."""
-    new = path.with_name(f".{path.stem}-{uuid4().hex}{path.suffix}")
     try:
-        (_save_netcdf if path.suffix == ".nc" else _save_parquet)(found, new)
-        new.replace(path)
+        with replacing(path) as new:
+            (_save_netcdf if path.suffix == ".nc" else _save_parquet)(found, new)
     except OSError as error:
         raise LoadError(f"'{path}' cannot be written: {error.strerror or error}; choose another place") from error
-    finally:
-        new.unlink(missing_ok=True)
 
 
 def _save_netcdf(found: Any, path: Path) -> None:

@@ -12,13 +12,13 @@ import json
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from uuid import uuid4
 
 import numpy as np
 
 from lag2fmu.errors import LoadError
 from lag2fmu.studies.design import Design, SweepTask, TaskResults
 from lag2fmu.version import VERSION
+from lag2fmu.writing import replacing
 
 MANIFEST = "sweep.json"
 
@@ -72,11 +72,9 @@ class PartStore:
         if self.folder is None:
             self._memory[number] = part
             return
-        new = self.folder / f"{number}.{uuid4().hex}"
         failed, reasons = list(part.reasons), [part.reasons[i] for i in part.reasons]
-        with new.open("wb") as file:
+        with replacing(self.folder / f"{number}.npz") as new, new.open("wb") as file:
             np.savez(file, values=part.values, failed=np.array(failed, dtype=int), reasons=np.array(reasons, dtype=str))
-        new.replace(self.folder / f"{number}.npz")
 
     def parts(self) -> Iterator[TaskResults]:
         """All parts, in order; raises LoadError for a file that is damaged."""
@@ -104,9 +102,8 @@ class PartStore:
 
 
 def _write(path: Path, content: bytes) -> None:
-    new = path.with_name(f"{path.name}.{uuid4().hex}")
-    new.write_bytes(content)
-    new.replace(path)
+    with replacing(path) as new:
+        new.write_bytes(content)
 
 
 def _fingerprint(task: SweepTask, design: Design) -> str:

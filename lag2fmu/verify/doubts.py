@@ -37,6 +37,8 @@ OPEN = 100.0
 """A residual, a slip or a creep is doubtful beyond so many tolerances of its size; errors of runs are below 10."""
 HARDLY = 1e-3
 """A row hardly moves a coordinate that has less than this part of the motion of the one that it moves most."""
+ROUNDED = 1e-13
+"""Equal speeds that are recorded differ by less than this part of them, which is some units in the last place."""
 STILL = 3
 """So many points in a row tell that something creeps, or, with time stepping, that a law is not obeyed.
 
@@ -120,11 +122,21 @@ class DoubtWatch:
         values: dict[str, float | Floats] = {name: run[name] if name in recorded else 0.0 for name in moving}
         return evaluate(graph, nodes, {**self._values, **values, "t": run.time})
 
+    def _greatest(self, run: Trajectory, nodes: Sequence[Node]) -> Floats:
+        """The greatest values of ``nodes`` (k,), limits that hold speeds equal, along the run, (k, m).
+
+        A limit may ask which of these speeds is the greater one, as that of a freewheel: rounding must not answer.
+        """
+        apart = ROUNDED * np.arange(len(run.names))
+        sides = (Trajectory(run.time, run.names, run.values * (1 + side * apart)) for side in (-1, 0, 1))
+        found: Floats = np.maximum.reduce([self._numbers(side, nodes) for side in sides])
+        return found
+
     def _frictions(self, run: Trajectory, arms: _Arms, step: float) -> Iterator[str]:
         """The friction that is farthest beyond its limit, with time stepping by ``step`` (s; 0: another solver)."""
         m, rows = self.mechanism, self.equations.rows
         found, faint = [], self._faint(arms)
-        limits = zip(m.frictions, self._numbers(run, rows.sliding), self._numbers(run, rows.holding), strict=True)
+        limits = zip(m.frictions, self._numbers(run, rows.sliding), self._greatest(run, rows.holding), strict=True)
         for f, sliding, holding in limits:
             limit = np.where(run[names.mode(f.name)] == Mode.STICKS, holding, sliding)
             found.append((f.name, np.abs(run[names.force(f.name)]), limit))

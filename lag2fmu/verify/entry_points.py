@@ -20,6 +20,7 @@ from lag2fmu.fmu.contents import read_mechanism
 from lag2fmu.fmu.exported import Model, fmu_path, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
 from lag2fmu.formats.loading import as_mechanism, with_values
+from lag2fmu.mechanism.display import tell_of_lengths
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import reached, telling
 from lag2fmu.reference.trajectory import Trajectory
@@ -66,7 +67,10 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
         signals = trajectory_of(inputs, *times) if loop is None else None
         told = progress or (lambda t: reached(t / times[0]))
         asked = Run(stop_time, step, tolerance, values, signals, hold, outputs, beside, kind, told, feedback=loop)
-        return watched(path, asked, source if isinstance(source, Mechanism) else None)
+        found = watched(path, asked, source if isinstance(source, Mechanism) else None)
+    if isinstance(source, Mechanism):  # the run has found that values are numbers
+        tell_of_lengths(source, values or {})
+    return found
 
 
 def _feedback(inputs: Any, sample_time: float | None, kind: str) -> Feedback | None:
@@ -206,7 +210,7 @@ def mechanism_of(model: Model, values: Mapping[str, float] | None = None) -> Mec
     Raises LoadError for an unknown model or value.
     """
     if not is_fmu(model):
-        return with_values(as_mechanism(model), values or {})
+        return as_mechanism(model, values)
     try:
         mechanism = read_mechanism(fmu_path(model))
     except (ExportError, TextError):  # an FMU of another tool, or a text that this version cannot read

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Set
 
-from lag2fmu.verify.run import Floats, Plan, Run
+from lag2fmu.verify.run import Plan, Run
 
 MOVED = 1e-6
 """A guess that constraints move by less than this part of it, or of 1 in SI units, is where it was set."""
@@ -31,17 +30,11 @@ def short_inputs(run: Run, plan: Plan) -> list[str]:
     return found
 
 
-def moved_guesses(
-    description: Any, values: Mapping[str, float], names: Sequence[str], start: Sequence[float] | Floats
-) -> list[str]:
-    """A sentence on the ``values`` that were set and are not those of the ``start`` of the ``names``.
-
-    They are starts that are guesses in the model ``description``. Values are in SI units.
-    """
-    guesses = {v.name for v in description.modelVariables if v.initial == "approx"}
+def moved_guesses(guesses: Set[str], values: Mapping[str, float], start: Mapping[str, float]) -> list[str]:
+    """A sentence on the ``values`` {name: SI} of ``guesses`` that were set and are not those of the ``start``."""
     found = []
-    for name in guesses & values.keys() & set(names):
-        wanted, reached = float(values[name]), float(start[list(names).index(name)])
+    for name in guesses & values.keys() & start.keys():
+        wanted, reached = float(values[name]), float(start[name])
         if abs(reached - wanted) > MOVED * max(1.0, abs(wanted)):
             found.append(f"{name} from {wanted:.6g} to {reached:.6g}")
     if not found:

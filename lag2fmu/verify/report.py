@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 from lag2fmu.errors import ExportError
 from lag2fmu.language.units import Unit
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.writing import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -165,14 +166,15 @@ class Report:
     def write(self, path: Path) -> None:
         """Write JSON (.json), text (.txt) or a plot (.png, .svg, .pdf) by the ending; raises ExportError."""
         try:
-            if path.suffix == ".json":
-                path.write_text(self.to_json(), "utf-8")
-            elif path.suffix == ".txt":
-                path.write_text(str(self), "utf-8")
-            elif path.suffix in (".png", ".svg", ".pdf"):
-                self.plot().savefig(path, dpi=150)
-            else:
-                raise ExportError(f"'{path}': reports are written as .json, .txt, .png, .svg or .pdf")
+            with replacing(path) as new:
+                if path.suffix == ".json":
+                    new.write_text(self.to_json(), "utf-8")
+                elif path.suffix == ".txt":
+                    new.write_text(str(self), "utf-8")
+                elif path.suffix in (".png", ".svg", ".pdf"):
+                    self.plot().savefig(new, dpi=150)
+                else:
+                    raise ExportError(f"'{path}': reports are written as .json, .txt, .png, .svg or .pdf")
         except OSError as error:
             raise ExportError(f"cannot write '{path}': {error.strerror}; choose another place") from error
 

@@ -64,7 +64,9 @@ def _simulated(path: Path, run: Run) -> Trajectory:
             raise
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
-        remarks = (*moved_guesses(description, run.values or {}, plan.names, values[0]), *short_inputs(run, plan))
+        guesses = {v.name for v in description.modelVariables if v.initial == "approx"}
+        start = dict(zip(plan.names, values[0], strict=True))
+        remarks = (*moved_guesses(guesses, run.values or {}, start), *short_inputs(run, plan))
         for sentence in (*instance.log.warnings, *remarks):
             warned(sentence)
         reached, stop = float(time[-1]), float(plan.grid[-1])

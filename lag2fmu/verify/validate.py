@@ -21,7 +21,7 @@ from lag2fmu.fmu.contents import read_mechanism
 from lag2fmu.fmu.deriving import chosen_solver
 from lag2fmu.fmu.exported import Model, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
-from lag2fmu.formats.loading import as_mechanism, with_values
+from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import reached, telling
@@ -73,7 +73,7 @@ def validate(  # noqa: PLR0913 (a run, the choices of an export, a bound)
     if one side cannot be run, LoadError for a limit that is no time; differences are reported, not raised. Source: E.
     Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section I.14.
     """
-    source = model if is_fmu(model) else with_values(as_mechanism(model), values or {})
+    source = model if is_fmu(model) else as_mechanism(model, values)
     with ExitStack() as folders:
         with ThreadPoolExecutor(max_workers=1) as beside:
             if isinstance(source, Mechanism):  # the compilers of both sides work at the same time

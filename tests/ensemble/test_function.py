@@ -135,6 +135,9 @@ def test_what_has_no_plain_function_is_refused() -> None:
         StateFunction("bouncing_ball")
     with pytest.raises(LoadError, match=r"x has shape \(3,\); expected \(..., 4\)"):
         function("double_pendulum")(np.zeros(3))
+    for bad in ("a", [[0.0] * 4, [0.0]]):
+        with pytest.raises(LoadError, match="expected numbers of equal rows"):
+            function("double_pendulum")(bad)
     with pytest.raises(LoadError, match="do not broadcast"):
         function("double_pendulum")(np.zeros((3, 4)), np.zeros((2, 2)))
 

@@ -302,3 +302,8 @@ def test_resource_folders_are_found_or_named() -> None:
     assert (resource_folder("models") / "pendulum.py").is_file()
     with pytest.raises(LoadError, match="the folder 'nowhere' of lag2fmu is neither in"):
         resource_folder("nowhere")
+
+
+def test_a_length_that_values_make_negative_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    as_mechanism("pendulum", {"l": -1.0})
+    assert caplog.messages == ["warning: parameters.l: -1 m is negative; a length is not, but a place may be"]

@@ -174,15 +174,16 @@ def test_the_command_line(tmp_path: Path) -> None:
     with xarray.open_dataset(out) as found:
         np.testing.assert_allclose(found["theta_start"], np.radians([10, 20]))
     sample = ["--vary", "l=0.5:2", "--sample", "8", "--seed", "1", "--output", "total_energy"]
-    done = CliRunner().invoke(main, ["sweep", "pendulum", *sample, "--at-end", "-o", str(out)])
+    done = CliRunner().invoke(main, ["sweep", "pendulum", *sample, "--at-end", "-o", str(out), "--force"])
     assert done.exit_code == 0, done.output
     for bad, said in (
-        (["--vary", "l=0.5:2"], "only --sample takes A:B"),
-        (["--vary", "l=0.5:2:x"], "'x' is no number of values"),
-        (["--vary", "l=0.5:2:1000000000"], "1000000000 runs are asked for; give at most 10000000"),
-        (["--vary", f"phi=@{table}"], "has no column 'phi'"),
-        (["--vary", "q=1,2"], "'q' is no parameter, start or input of 'pendulum'"),
-        (["--vary", "l=1", "--output", "nothing"], "nothing"),
+        (["--vary", "l=1,2"], f"'{out}' exists; overwrite it with --force"),
+        (["--force", "--vary", "l=0.5:2"], "only --sample takes A:B"),
+        (["--force", "--vary", "l=0.5:2:x"], "'x' is no number of values"),
+        (["--force", "--vary", "l=0.5:2:1000000000"], "1000000000 runs are asked for; give at most 10000000"),
+        (["--force", "--vary", f"phi=@{table}"], "has no column 'phi'"),
+        (["--force", "--vary", "q=1,2"], "'q' is no parameter, start or input of 'pendulum'"),
+        (["--force", "--vary", "l=1", "--output", "nothing"], "nothing"),
     ):
         done = CliRunner().invoke(main, ["sweep", "pendulum", *bad, "-o", str(out)])
         assert done.exit_code == 2, done.output

@@ -133,6 +133,18 @@ def test_a_limit_that_jumps_at_a_point_holds_on_both_sides() -> None:
 
 
 @pytest.mark.fmu
+def test_rounding_lets_no_freewheel_go() -> None:
+    """It holds two speeds equal that differ in the last place; where they differ by more, it holds nothing."""
+    wheel = '[coordinates.b]\nunit = "rad"\n[bodies.hub]\nmass = 1\ninertia = 1\nposition = [0, 0]\nangle = "b"\n'
+    holds = 'on = "a_dot - b_dot"\nforce = "if(a_dot < b_dot, 0, 5)"\n'
+    free = read(BLOCK.replace('on = "a_dot"\nforce = 4\nstatic = 5\n', holds) + wheel, "block")
+    speed = np.full_like(TIMES, 2.0)
+    for other, silent in ((np.nextafter(2.0, 3.0), True), (2.0 + 1e-9, False)):
+        turning = {"a_dot": speed, "x_dot": speed / 2, "b_dot": other + 0 * TIMES, "bearing_force": speed}
+        found = " ".join(DoubtWatch(free).doubts(at_rest(free, **turning), TOLERANCE))
+        assert ("friction of bearing" not in found) is silent
+
+
 def test_what_sticks_in_the_middle_of_steps_turns_until_their_end(exported) -> None:
     """A block rocks on its corners: with time stepping these stick half a step before each communication point."""
     block = load("rocking_block")

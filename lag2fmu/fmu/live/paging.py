@@ -17,6 +17,7 @@ from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import telling
 from lag2fmu.solvers.methods import METHODS
+from lag2fmu.writing import replacing
 
 
 @telling("making the page")
@@ -44,7 +45,8 @@ def page(
     text = page_text(Subject(found.equations, found.program, content, found.reason, scene, samples))
     if path is not None:
         try:
-            Path(path).write_text(text, "utf-8", newline="\n")
+            with replacing(path) as new:
+                new.write_text(text, "utf-8", newline="\n")
         except OSError as error:
             raise ExportError(f"cannot write '{path}': {error.strerror}; choose another place with -o") from error
     return text

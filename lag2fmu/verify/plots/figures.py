@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from lag2fmu.errors import ExportError
 from lag2fmu.language.units import Unit
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.writing import replacing
 
 Floats = NDArray[np.float64]
 LETTERS: Any = {"font.family": "serif"}
@@ -74,7 +75,7 @@ def save(figure: Figure, path: Path) -> None:
         raise ExportError(f"'{path}': plots are written as .png, .svg or .pdf")
     metadata = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix)
     try:
-        with mpl.rc_context({"svg.hashsalt": "lag2fmu"}):
-            figure.savefig(path, dpi=150, metadata=metadata)
+        with mpl.rc_context({"svg.hashsalt": "lag2fmu"}), replacing(path) as new:
+            figure.savefig(new, dpi=150, metadata=metadata)
     except OSError as error:
         raise ExportError(f"cannot write '{path}': {error.strerror}; choose another place") from error
