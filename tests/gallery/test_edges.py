@@ -118,6 +118,23 @@ between = ["rod", "rail"]
 radius = [0.05, 0.05]
 length = [0.4, 2]
 """
+PLANK = """
+[mechanism]
+name = "plank"
+[coordinates]
+z = { unit = "m", start = 0.5 }
+a = { unit = "rad", start = 0.3 }
+[gravity]
+acceleration = 9.81
+direction = [0, -1]
+[bodies.own]
+mass = 1
+inertia = 0.02
+angle = "a"
+position = [0, "z"]
+[contacts.floor]
+gap = "z - 0.1 - 0.2*abs(sin(a))"
+"""
 END = """
 [points.{name}]
 frame = "rod"
@@ -210,3 +227,8 @@ def test_a_capsule_with_a_contact_at_each_end_comes_to_rest_on_a_rail(exported: 
     assert run["z"][-1] == pytest.approx(0.1, abs=1e-9)
     assert abs(run["z_dot"][-1]) + abs(run["a_dot"][-1]) + abs(run["a"][-1]) < 1e-9
     assert run["dissipated_energy"][-1] == pytest.approx(0.4 * G, rel=1e-6)
+
+
+def test_a_gap_to_the_lower_corner_says_that_each_corner_needs_a_contact(exported: Callable[..., Fmu]) -> None:
+    with pytest.raises(SimulationError, match=r"sin\(a\) is 0 .* if a gap contains it, .* each of its ends or corners"):
+        simulate(exported(read(PLANK, "plank.toml")), stop_time=1.0, step=0.1)
