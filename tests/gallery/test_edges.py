@@ -135,6 +135,20 @@ position = [0, "z"]
 [contacts.floor]
 gap = "z - 0.1 - 0.2*abs(sin(a))"
 """
+VEE = """
+[mechanism]
+name = "vee"
+[coordinates]
+x = { unit = "m", start = 0, velocity = -1 }
+y = { unit = "m", start = 0, velocity = 0.5 }
+[gravity]
+acceleration = 9.81
+[bodies.bead]
+mass = 1
+position = ["x", "y"]
+[constraints.holonomic]
+wire = "y - 0.5*abs(x)"
+"""
 END = """
 [points.{name}]
 frame = "rod"
@@ -232,3 +246,12 @@ def test_a_capsule_with_a_contact_at_each_end_comes_to_rest_on_a_rail(exported: 
 def test_a_gap_to_the_lower_corner_says_that_each_corner_needs_a_contact(exported: Callable[..., Fmu]) -> None:
     with pytest.raises(SimulationError, match=r"sin\(a\) is 0 .* if a gap contains it, .* each of its ends or corners"):
         simulate(exported(read(PLANK, "plank.toml")), stop_time=1.0, step=0.1)
+
+
+@pytest.mark.parametrize("way", [-1, 1])
+def test_a_start_at_a_corner_takes_the_side_to_which_it_goes(way: int, exported: Callable[..., Fmu]) -> None:
+    """It was refused, as if the wire were level there. The bead climbs at 1.118 m/s along a slope of 1 : 2."""
+    fmu = exported(read(VEE.replace("velocity = -1", f"velocity = {way}"), "vee.toml"))
+    run = simulate(fmu, stop_time=0.1, step=0.1)
+    assert run["x"][-1] == pytest.approx(way * (0.1 - 0.5 * 0.4 * G * 0.1**2), rel=1e-6)
+    assert validate(fmu, stop_time=0.2).passed
