@@ -255,3 +255,21 @@ def test_a_start_at_a_corner_takes_the_side_to_which_it_goes(way: int, exported:
     run = simulate(fmu, stop_time=0.1, step=0.1)
     assert run["x"][-1] == pytest.approx(way * (0.1 - 0.5 * 0.4 * G * 0.1**2), rel=1e-6)
     assert validate(fmu, stop_time=0.2).passed
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "rk4"])
+def test_a_kink_that_steps_pass_ends_the_run(solver: str, exported: Callable[..., Fmu]) -> None:
+    """With rk4 it went on with an eighth of the energy."""
+    vee = VEE.replace("0.5*abs(x)", "0.5*smooth(abs(x))").replace("start = 0, velocity = -1", "start = 1")
+    fmu = exported(read(vee.replace("start = 0, velocity = 0.5", "guess = 0.5"), "vee.toml"), solver=solver)
+    with pytest.raises(SimulationError, match=r"time 0\.71.* have a kink"):
+        simulate(fmu, stop_time=1.0, step=0.1)
+
+
+def test_a_coarse_step_past_no_kink_is_none(exported: Callable[..., Fmu]) -> None:
+    """However far the projection moves its result: here by a tenth of the velocity, in five steps a turn."""
+    circle = VEE.replace("y - 0.5*abs(x)", "x**2 + y**2 - 1").replace("velocity = -1", "velocity = 6")
+    circle = circle.replace("start = 0, velocity = 0.5", "guess = -1").replace(
+        "acceleration = 9.81", "acceleration = 0"
+    )
+    simulate(exported(read(circle, "circle.toml"), solver="rk4"), stop_time=1.0, step=0.2, values={"solver_step": 0.2})

@@ -86,6 +86,16 @@ double constraints_velocity_drift(const Instance *instance) {
     return 0.0;
 }
 
+double constraints_jump(const Instance *instance, double time, const double inputs[], const double from[],
+                        const double to[]) {
+    (void)instance;
+    (void)time;
+    (void)inputs;
+    (void)from;
+    (void)to;
+    return 0.0;
+}
+
 bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
     (void)instance;
     (void)time;
