@@ -34,7 +34,7 @@ static bool is_kink(Instance *instance, Step step) {
     const double *inputs = inputs_at(instance, step.end), bar = DRIFT * solver_tolerance(&instance->state);
     const double *from = instance->state.states, *to = instance->scratch.unprojected;
     return METHOD.error_order > 0 ||
-           (!REAL_TIME && constraints_jump(instance, step.end, inputs, from, to) > bar);
+           (!REAL_TIME && constraints_jump(instance, step.end, inputs, from, to, bar));
 }
 
 bool passes_kink(Instance *instance, Step step) {

@@ -11,10 +11,10 @@ double constraints_drift(const Instance *instance, double time, const double sta
 /* The same of the velocities, at the present states. */
 double constraints_velocity_drift(const Instance *instance);
 
-/* By how much what constraints say of the velocities in `to` jumps on the line between the positions of two states[2n],
-   measured as drift is; 0 if it changes smoothly there. */
-double constraints_jump(const Instance *instance, double time, const double inputs[], const double from[],
-                        const double to[]);
+/* Whether what constraints say of the velocities in `to` jumps on the line between the positions of two states[2n] by
+   more than the bar, measured as drift is. */
+bool constraints_jump(const Instance *instance, double time, const double inputs[], const double from[],
+                      const double to[], double bar);
 
 /* Moves states[2n] = [q, qd] the shortest way onto the constraints, measured by M: q first, then qd. Returns false if
    that fails; instance->failure then tells why. *moved says whether the states were changed. Hairer, Wanner, Solving

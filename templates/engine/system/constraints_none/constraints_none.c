@@ -86,14 +86,15 @@ double constraints_velocity_drift(const Instance *instance) {
     return 0.0;
 }
 
-double constraints_jump(const Instance *instance, double time, const double inputs[], const double from[],
-                        const double to[]) {
+bool constraints_jump(const Instance *instance, double time, const double inputs[], const double from[],
+                      const double to[], double bar) {
     (void)instance;
     (void)time;
     (void)inputs;
     (void)from;
     (void)to;
-    return 0.0;
+    (void)bar;
+    return false;
 }
 
 bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
