@@ -13,21 +13,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
 import sympy as sp
 
-from lag2fmu.analysis.evaluation import Unknowns, resting_inputs
-from lag2fmu.analysis.flat_functions import freed_of_flat_functions
+from lag2fmu.analysis.drifts import drifts_of
 from lag2fmu.description import names
-from lag2fmu.description.symbols import Coordinate
-from lag2fmu.dynamics.consistent_starts import starting_consistently
 from lag2fmu.dynamics.energies import Composer
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.silence import without_inputs
 from lag2fmu.dynamics.variables import translator
-from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward, reverse
-from lag2fmu.graph.batches import Evaluator, Floats
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 from lag2fmu.graph.vectors import Vector, apply, cross, plus, times
@@ -36,7 +30,7 @@ from lag2fmu.mechanism.record import Mechanism
 CONSTANT_IF = 1e-9
 """A derivative below this part of the sum of the magnitudes of its terms is rounding and counts as zero."""
 
-_STATES, _MAX_WRITTEN = 6, 120
+_MAX_WRITTEN = 120
 
 
 @dataclass(frozen=True)
@@ -115,7 +109,8 @@ def conserved(equations: EquationsOfMotion) -> tuple[Conserved, ...]:
             found[node] = known, f"{phrase}; {meaning}"
         else:
             found[node] = name, meaning
-    drifts = _drifts(equations, list(found))
+    silent = replace(equations, forcing=tuple(_silent(equations, equations.forcing)))
+    drifts = drifts_of(silent, list(found))
     return tuple(
         Conserved(name, meaning, equations.graph, node, drift, _formula(equations.graph, node))
         for (node, (name, meaning)), drift in zip(found.items(), drifts, strict=True)
@@ -231,69 +226,7 @@ def _spin(composer: Composer, name: str) -> Vector:
     return composer.frames.to_world(frame, apply(g, composer.tensor(body), composer.velocities[frame].angular))
 
 
-def _drifts(equations: EquationsOfMotion, nodes: list[Node]) -> list[float]:
-    """The largest derivatives of ``nodes`` along the motion at random states, relative to their terms, (k,)."""
-    g, v = equations.graph, equations.variables
-    direction = v.direction(g, accelerating=True)
-    seeds = [f"d {i}" for i in range(len(direction))]
-    changes = forward(g, nodes, dict(zip(direction, map(g.symbol, seeds), strict=True)))
-    equations = replace(equations, forcing=tuple(_silent(equations, equations.forcing)))
-    freed, (changes,), free = freed_of_flat_functions(equations, [changes])
-    moving, slopes = Evaluator(g, list(direction.values())), Evaluator(g, changes)
-    each = dict(zip(seeds, np.eye(len(seeds)), strict=True))
-    accelerations, labels = Unknowns(freed), [str(g.leaf[node]) for node in v.unknowns]
-    generator = np.random.default_rng(43)
-    worst, states = np.zeros(len(nodes)), 0
-    for state in random_states(equations, _STATES):
-        state |= {name: float(generator.uniform(-1, 1)) for name in free}
-        values = state | dict(zip(labels, np.concatenate(accelerations(state)), strict=True))
-        terms = slopes(values | each) * moving(values)
-        if not np.isfinite(terms).all():
-            continue
-        size = np.abs(terms).sum(axis=1)
-        worst = np.maximum(worst, np.abs(terms.sum(axis=1)) / np.where(size > 0, size, 1.0))
-        states += 1
-    return worst.tolist() if states else [np.inf] * len(nodes)
-
-
 def _formula(graph: Graph, node: Node) -> sp.Expr | None:
     if written_operations(graph, [node]) > _MAX_WRITTEN:
         return None
     return tidy(written(graph, [node])[0])
-
-
-def _within(q: Coordinate, value: float) -> float:
-    """``value``, or the nearest bound of ``q`` if it is out of bounds."""
-    low, high = (-np.inf if q.minimum is None else q.minimum), (np.inf if q.maximum is None else q.maximum)
-    return float(np.clip(value, low, high))
-
-
-def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str, float | Floats]]:
-    """``count`` states {variable: SI value} around the start that meet the constraints, the same in each call.
-
-    External forces are zero. Without constraints the parameters are moved too, by up to a tenth. There may be fewer
-    states, if Newton's method seldom meets the constraints.
-    """
-    generator = np.random.default_rng(41)
-    mechanism, c = equations.mechanism, equations.constraints
-    for _ in range(count):
-        coordinates = tuple(
-            replace(
-                q,
-                start=_within(q, q.start + q.nominal * generator.uniform(-0.7, 0.7)),
-                velocity=q.velocity + q.nominal * generator.uniform(-1, 1),
-                given=False if len(c) else q.given,
-                velocity_given=False if len(c) else q.velocity_given,
-            )
-            for q in mechanism.coordinates
-        )
-        moved = mechanism.starting_at(coordinates)
-        try:
-            moved = starting_consistently(moved, equations.graph, c)
-        except DerivationError:
-            continue
-        values = resting_inputs(replace(equations, mechanism=moved)) | {"t": float(generator.uniform(0, 5))}
-        if not len(c):
-            values |= {p.name: values[p.name] * generator.uniform(0.9, 1.1) for p in mechanism.parameters if p.value}
-        values |= {z.name: z.start + z.nominal * generator.uniform(-1, 1) for z in mechanism.states}
-        yield values

@@ -32,6 +32,8 @@ _ITERATIONS, _HALVINGS = 60, 12
 _INDEPENDENT, _TRIALS = 1e-8, 3
 _SHOWN, _PLACES = 6, 12
 _NEAR, _NEIGHBOURS, _NOISE = 1e-6, 6, 0.01
+_ONWARD = 1e-14
+"""A part of the positions: a kink is passed, and no slope changes by as much as MET."""
 
 Measure = Callable[[Floats], tuple[Floats, Floats]]
 """x (n,) -> residuals (m,) and their Jacobian in units of the nominal values (m, n)."""
@@ -164,9 +166,10 @@ class _Start:
 
     def solve_velocities(self) -> None:
         """Move qd onto the constraints, free entries first; residuals count relative to the greatest velocity."""
+        place = self._onward()
 
         def measure(qd: Floats) -> tuple[Floats, Floats]:
-            return self._evaluate(self.constraints.velocities, self.q, qd), self._jacobian(self.q)
+            return self._evaluate(self.constraints.velocities, place, qd), self._jacobian(place)
 
         def relative(qd: Floats) -> tuple[Floats, Floats]:
             residual, jacobian = measure(qd)
@@ -177,6 +180,14 @@ class _Start:
                 self.qd = self._newton(self.qd, measure, free)
         self.qd = self._cleaned(self.qd, [c.velocity for c in self.mechanism.coordinates], relative)
         self._check(f"the {self._given_speeds()}", self.qd, measure, "velocities", relative)
+
+    def _onward(self) -> Floats:
+        """q (n,); at a kink of a constraint, a place hardly beyond it to which the start velocities go."""
+        span = _ONWARD * max(1.0, float(np.abs(self.q / self.nominal).max()))
+        place: Floats = self.q + span * self.qd / max(float(np.abs(self.qd / self.nominal).max()), 1e-300)
+        here, there = self._jacobian(self.q), self._jacobian(place)
+        kink = np.abs(there - here).max(initial=0.0) > PROJECTED * np.abs(here).max(initial=0.0)
+        return place if kink and np.isfinite(there).all() else self.q
 
     def _given_speeds(self) -> str:
         """The start velocities that are given and that constraints concern, with their values, as a phrase."""

@@ -32,7 +32,14 @@ RANK = 1e-10
 Values = tuple[Floats, Floats, Floats, Floats]
 """phi or A qd + b, velocities, gamma, (m, *batch) each, and G (m, n, *batch)."""
 
-LOOSE = 1e-6
+LOOSE, ONWARD = 1e-6, 1e-14
+
+
+def onward(q: Floats, qd: Floats, nominal: Floats) -> Floats:
+    """q (n,) moved along qd by ``ONWARD``, in units of the ``nominal`` values (n,): beyond a kink that it is at."""
+    pace, size = float(np.abs(qd / nominal).max()), max(1.0, float(np.abs(q / nominal).max()))
+    moved: Floats = q + ONWARD * size * qd / max(pace, 1e-300)
+    return moved
 
 
 class ConstraintFunctions:
@@ -130,8 +137,10 @@ class ConstraintFunctions:
             q = newton(positions, q, chosen, nominal)
             self._refuse(*positions(q), bar)
 
+        place = self._onward(state, q, qd, nominal)
+
         def velocities(x: Floats) -> tuple[Floats, Floats]:
-            _, velocity, _, jacobian = self(state(q, x))
+            _, velocity, _, jacobian = self(state(place, x))
             return velocity, jacobian * nominal
 
         for chosen, bar in qd_passes:
@@ -140,6 +149,13 @@ class ConstraintFunctions:
             residual, jacobian = velocities(qd)
             self._refuse(residual, jacobian * pace, bar)
         return q, qd
+
+    def _onward(self, state: Callable[[Floats, Floats], StateBatch], q: Floats, qd: Floats, nominal: Floats) -> Floats:
+        """q (n,), or a place hardly farther along qd if G is another one there: at a kink that side counts."""
+        place = onward(q, qd, nominal)
+        here, there = self(state(q, qd))[3], self(state(place, qd))[3]
+        kink = np.abs(there - here).max(initial=0.0) > LOOSE * np.abs(here).max(initial=0.0)
+        return place if kink and np.isfinite(there).all() else q
 
     def consistent_together(
         self, state: Callable[[Floats, Floats], StateBatch], q: Floats, qd: Floats, nominal: Floats

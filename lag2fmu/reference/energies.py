@@ -18,7 +18,7 @@ from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.language.vocabulary import TIME, symbol
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
-from lag2fmu.reference.constraints import ConstraintFunctions
+from lag2fmu.reference.constraints import ConstraintFunctions, onward
 from lag2fmu.reference.functions import Array, compiled
 from lag2fmu.reference.spatial import Spatial
 from lag2fmu.reference.state import Floats, InputValues, StateBatch, batch_last
@@ -74,12 +74,13 @@ class EnergyFunctions:
         return tuple(self._row)
 
     def declared(self) -> StateBatch:
-        """The state at t = 0 as it is declared, with guesses where nothing is given.
+        """The state at t = 0 as it is declared, with guesses where nothing is given; hardly beyond a kink it is at.
 
         Raises LoadError and SimulationError as ``state`` does.
         """
         coordinates = self.mechanism.coordinates
-        return self.state(0.0, np.array([c.start for c in coordinates]), np.array([c.velocity for c in coordinates]))
+        q, qd = np.array([c.start for c in coordinates]), np.array([c.velocity for c in coordinates])
+        return self.state(0.0, onward(q, qd, self._nominal), qd)
 
     def start(self, time: float = 0.0, inputs: InputValues | None = None) -> tuple[Floats, Floats]:
         """The start values of q and qd, (n,) each, in SI units: as declared, guesses solved for the constraints.

@@ -534,6 +534,16 @@ def test_a_spring_that_acts_on_one_side_keeps_no_momentum() -> None:
     assert {q.name for q in conserved(derive(read(text, "slack.toml")))} == {"generalized_energy", "p_y"}
 
 
+def test_a_constraint_that_is_flat_near_the_start_keeps_no_momentum() -> None:
+    text = (
+        "[mechanism]\nname = 'ramp'\n[coordinates]\nx = { unit = 'm', start = -0.7, velocity = 1 }\n"
+        "z = { unit = 'm', start = 0 }\n[gravity]\nacceleration = 9.81\n[bodies.bead]\nmass = 1\n"
+        "position = ['x', 'z']\n[parameters]\nc = { unit = '1/m', value = 0.4 }\n"
+        "[constraints.holonomic]\nramp = 'z - c*max(x, 0)**2'\n"
+    )
+    assert {q.name for q in conserved(derive(read(text, "ramp.toml")))} == {"generalized_energy"}
+
+
 def test_nothing_is_called_conserved_where_friction_acts() -> None:
     """The equations that are analysed lack its forces, and the report says so."""
     equations = derive(load("block_on_belt"))

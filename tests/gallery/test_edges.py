@@ -18,6 +18,7 @@ from lag2fmu.verify.run import Kind
 pytestmark = pytest.mark.fmu
 
 G = 9.81
+CS: Kind = "co-simulation"
 FALL = (2 / G) ** 0.5
 """The time (s) of a fall by 1 m."""
 
@@ -118,6 +119,37 @@ between = ["rod", "rail"]
 radius = [0.05, 0.05]
 length = [0.4, 2]
 """
+PLANK = """
+[mechanism]
+name = "plank"
+[coordinates]
+z = { unit = "m", start = 0.5 }
+a = { unit = "rad", start = 0.3 }
+[gravity]
+acceleration = 9.81
+direction = [0, -1]
+[bodies.own]
+mass = 1
+inertia = 0.02
+angle = "a"
+position = [0, "z"]
+[contacts.floor]
+gap = "z - 0.1 - 0.2*abs(sin(a))"
+"""
+VEE = """
+[mechanism]
+name = "vee"
+[coordinates]
+x = { unit = "m", start = 0, velocity = -1 }
+y = { unit = "m", start = 0, velocity = 0.5 }
+[gravity]
+acceleration = 9.81
+[bodies.bead]
+mass = 1
+position = ["x", "y"]
+[constraints.holonomic]
+wire = "y - 0.5*abs(x)"
+"""
 END = """
 [points.{name}]
 frame = "rod"
@@ -210,3 +242,35 @@ def test_a_capsule_with_a_contact_at_each_end_comes_to_rest_on_a_rail(exported: 
     assert run["z"][-1] == pytest.approx(0.1, abs=1e-9)
     assert abs(run["z_dot"][-1]) + abs(run["a_dot"][-1]) + abs(run["a"][-1]) < 1e-9
     assert run["dissipated_energy"][-1] == pytest.approx(0.4 * G, rel=1e-6)
+
+
+def test_a_gap_to_the_lower_corner_says_that_each_corner_needs_a_contact(exported: Callable[..., Fmu]) -> None:
+    with pytest.raises(SimulationError, match=r"sin\(a\) is 0 .* if a gap contains it, .* each of its ends or corners"):
+        simulate(exported(read(PLANK, "plank.toml")), stop_time=1.0, step=0.1)
+
+
+@pytest.mark.parametrize("way", [-1, 1])
+def test_a_start_at_a_corner_takes_the_side_to_which_it_goes(way: int, exported: Callable[..., Fmu]) -> None:
+    """It was refused, as if the wire were level there. The bead climbs at 1.118 m/s along a slope of 1 : 2."""
+    fmu = exported(read(VEE.replace("velocity = -1", f"velocity = {way}"), "vee.toml"))
+    run = simulate(fmu, stop_time=0.1, step=0.1)
+    assert run["x"][-1] == pytest.approx(way * (0.1 - 0.5 * 0.4 * G * 0.1**2), rel=1e-6)
+    assert validate(fmu, stop_time=0.2).passed
+
+
+@pytest.mark.parametrize(("solver", "kind"), [("dopri5", CS), ("rk4", CS), ("rk4", "model-exchange")])
+def test_a_kink_that_steps_pass_ends_the_run(solver: str, kind: Kind, exported: Callable[..., Fmu]) -> None:
+    """With rk4, and in model exchange, it went on with an eighth of the energy."""
+    vee = VEE.replace("0.5*abs(x)", "0.5*smooth(abs(x))").replace("start = 0, velocity = -1", "start = 1")
+    fmu = exported(read(vee.replace("start = 0, velocity = 0.5", "guess = 0.5"), "vee.toml"), solver=solver)
+    with pytest.raises(SimulationError, match=r"time 0\.[78].* have a kink"):
+        simulate(fmu, stop_time=1.0, step=0.1, kind=kind)
+
+
+def test_a_coarse_step_past_no_kink_is_none(exported: Callable[..., Fmu]) -> None:
+    """However far the projection moves its result: here by a tenth of the velocity, in five steps a turn."""
+    circle = VEE.replace("y - 0.5*abs(x)", "x**2 + y**2 - 1").replace("velocity = -1", "velocity = 6")
+    circle = circle.replace("start = 0, velocity = 0.5", "guess = -1").replace(
+        "acceleration = 9.81", "acceleration = 0"
+    )
+    simulate(exported(read(circle, "circle.toml"), solver="rk4"), stop_time=1.0, step=0.2, values={"solver_step": 0.2})

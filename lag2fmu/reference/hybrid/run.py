@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lag2fmu.errors import SimulationError
+from lag2fmu.reference.constraints import onward
 from lag2fmu.reference.energies import declared_starts
 from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
 from lag2fmu.reference.hybrid.system import HybridSystem
@@ -85,9 +86,12 @@ class HybridRun:
     def started(self, start: Floats) -> Modes:
         """The modes before anything is decided at ``start`` (s,): contacts are open, and dry frictions at rest stick.
 
-        What sticks goes on sticking up to the greatest holding force.
+        What sticks goes on sticking up to the greatest holding force. Kinks that the start is at are on the side to
+        which it goes.
         """
-        e, state = self.system.elements, self.state(float(self.times[0]), start)
+        q, qd, further = np.split(start, (self.n, 2 * self.n))
+        there = np.concatenate([onward(q, qd, self.system.nominal), qd, further])
+        e, state = self.system.elements, self.state(float(self.times[0]), there)
         sides, latches = e.take_sides(state), len(e.latches)
         return Modes((Mode.OPEN,) * e.u, (Mode.STICKS,) * e.f, (False,) * latches, sides, {}, (0.0,) * latches)
 

@@ -214,9 +214,11 @@ static void events_sentence(const Failure *failure, char text[], size_t size) {
                  "equations of motion say ends there; does a force lose its lever, or a denominator vanish?",
                  failure->time, name);
     } else {
+        const bool of_switch = failure->event < N_SWITCHES;
+        const char *other = of_switch && N_UNILATERALS > 0 ? "; if a gap contains it, " : ""; /* it may be either */
         snprintf(text, size, "at time %.17g the motion is pushed back to where %.400s is 0 from both sides, so that "
-                 "the forces there have no value; %s", failure->time, name,
-                 failure->event < N_SWITCHES ? SIGN : FLAT);
+                 "the forces there have no value; %s%s%s", failure->time, name, of_switch ? SIGN : FLAT, other,
+                 *other != '\0' ? FLAT : "");
     }
 }
 

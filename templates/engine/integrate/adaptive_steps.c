@@ -105,28 +105,6 @@ static double try_step(Instance *instance, const Companion *with, Step step) {
     return isfinite(error) ? error : HUGE_VAL;
 }
 
-/* Has the way back onto the constraints moved the result of a trial step by far more than errors of steps are? So it is
-   where the step has passed a kink of a constraint, within smooth(...) for one: behind it the velocities meet the
-   constraint no longer, and energy would vanish without a word. */
-static bool has_passed_kink(Instance *instance, Step step) {
-    const Scratch *scratch = &instance->scratch;
-    const double tolerance = solver_tolerance(&instance->state);
-    for (int i = 0; i < N_STATES && N_CONSTRAINTS + N_UNILATERALS > 0 && !METHOD.variational; i++) {
-        const double moved = fabs(scratch->new_states[i] - scratch->unprojected[i]);
-        const double weight = tolerance * (fabs(scratch->unprojected[i]) + NOMINAL_STATES[i]);
-        if (moved > DRIFT * weight) {
-            Failure *failure = &instance->failure;
-            failure->kind = FAILURE_KINK;
-            failure->time = instance->state.time;
-            failure->state = i;
-            failure->amount = moved / weight;
-            failure->step = step.length;
-            return true;
-        }
-    }
-    return false;
-}
-
 /* Shorter steps do not help there: is this one so short that there is no doubt? */
 static bool is_at_kink(const Instance *instance, Step step) {
     return instance->failure.kind == FAILURE_KINK && step.length <= SLIVER * experiment_duration(&instance->state);
@@ -190,7 +168,7 @@ bool adaptive_steps(Instance *instance, double horizon, const Companion *with) {
         const Step tried = choose_step(instance, instance->scratch.step_end, horizon, &cut_short);
         Step step = tried;
         const double error = try_step(instance, with, step);
-        if (error <= 1.0 && bring_back_result(instance, step) && !has_passed_kink(instance, step) &&
+        if (error <= 1.0 && bring_back_result(instance, step) && !passes_kink(instance, step) &&
             end_at_event(instance, &step) && finish_trial(instance, with, tried, step)) {
             propose(state, tried, cut_short, error, rejected);
             rejected = false;

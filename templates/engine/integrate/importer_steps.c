@@ -1,5 +1,6 @@
 #include "importer_steps.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "constraints.h"
@@ -103,11 +104,57 @@ static bool is_off(Instance *instance) {
     return drifted(instance) && (!events_take_sides(instance) || drifted(instance));
 }
 
+/* Have the states left the constraints at a kink, which solvers pass within smooth(...)? How far off they are, over how
+   fast they get off, is how long ago that was. Smooth drift has no jump on that way. */
+static bool came_past_kink(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, before, N_STATES);
+    const State *state = &instance->state;
+    const double bar = DRIFT * solver_tolerance(state), rate = constraints_velocity_drift(instance);
+    if (rate <= bar) {
+        return arena_leave(mark, false);
+    }
+    const double since = 2.0 * constraints_drift(instance, state->time, state->states, state->inputs) / rate;
+    memcpy(before, state->states, N_STATES * sizeof(double));
+    for (int i = 0; i < N; i++) {
+        before[i] -= since * state->states[N + i];
+    }
+    if (!constraints_jump(instance, state->time, state->inputs, before, state->states, bar)) {
+        return arena_leave(mark, false);
+    }
+    instance->failure.kind = FAILURE_KINK;
+    instance->failure.time = state->time;
+    return arena_leave(mark, true);
+}
+
+/* The state that a way back onto the constraints moves most. */
+static int moved_most(const double from[], const double to[]) {
+    int most = 0;
+    double size = 0.0;
+    for (int i = 0; i < N_STATES; i++) {
+        const double moved = fabs(to[i] - from[i]) / NOMINAL_STATES[i];
+        most = moved > size ? i : most;
+        size = fmax(moved, size);
+    }
+    return most;
+}
+
 static bool meet_constraints(Instance *instance, bool *changed) {
     if (massless_return(instance)) {
         return pull_back(instance, changed);
     }
-    return equations_massless(instance) && (!is_off(instance) || pull_back(instance, changed));
+    if (!equations_massless(instance) || !is_off(instance)) {
+        return equations_massless(instance);
+    }
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, before, N_STATES);
+    const bool kink = came_past_kink(instance);
+    memcpy(before, instance->state.states, N_STATES * sizeof(double));
+    if (!pull_back(instance, changed)) {
+        return arena_leave(mark, false);
+    }
+    instance->failure.state = kink ? moved_most(before, instance->state.states) : instance->failure.state;
+    return arena_leave(mark, !kink);
 }
 
 bool importer_updates_states(Instance *instance, bool *changed) {

@@ -106,7 +106,7 @@ static bool take_step(Instance *instance, const Companion *with, Step step) {
     begin_trial(instance, step);
     if (!update_first_stage(instance) || !solver_step(instance, step) ||
         (with != NULL && !with->follow(with->of, step, &error)) || leaps_over_singularity(instance, step.length) ||
-        !bring_back_result(instance, step) || !end_at_event(instance, &step) ||
+        !bring_back_result(instance, step) || passes_kink(instance, step) || !end_at_event(instance, &step) ||
         (with != NULL && (!with->finish(with->of, tried, step) || !with->accept(with->of, step)))) {
         return false;
     }

@@ -1,11 +1,14 @@
 #include "projection.h"
 
 #include <float.h>
+#include <math.h>
 #include <string.h>
 
 #include "constraints.h"
 #include "derivative.h"
 #include "inputs.h"
+#include "scale.h"
+#include "settings.h"
 
 bool project(Instance *instance, double time, double states[], bool *moved) {
     return constraints_project(instance, time, inputs_at(instance, time), states, moved);
@@ -23,4 +26,35 @@ bool bring_back_result(Instance *instance, Step step) {
     const bool waits = REAL_TIME && DBL_DIG > 10 && step.end < scratch->step_end;
     return waits || METHOD.variational || TIME_STEPPING ||
            bring_back(instance, step.end, scratch->new_states, scratch->new_derivatives);
+}
+
+/* Shorter steps tell an adaptive method whether there is a kink. A step of one length may be coarse, and be moved far
+   without one; a step in real time has no time to find out. */
+static bool is_kink(Instance *instance, Step step) {
+    const double *inputs = inputs_at(instance, step.end), bar = DRIFT * solver_tolerance(&instance->state);
+    const double *from = instance->state.states, *to = instance->scratch.unprojected;
+    return METHOD.error_order > 0 ||
+           (!REAL_TIME && constraints_jump(instance, step.end, inputs, from, to, bar));
+}
+
+bool passes_kink(Instance *instance, Step step) {
+    const Scratch *scratch = &instance->scratch;
+    const double tolerance = solver_tolerance(&instance->state);
+    for (int i = 0; i < N_STATES && N_CONSTRAINTS + N_UNILATERALS > 0 && !METHOD.variational; i++) {
+        const double moved = fabs(scratch->new_states[i] - scratch->unprojected[i]);
+        const double weight = tolerance * (fabs(scratch->unprojected[i]) + NOMINAL_STATES[i]);
+        if (moved > DRIFT * weight) {
+            Failure *failure = &instance->failure;
+            if (!is_kink(instance, step)) {
+                return false;
+            }
+            failure->kind = FAILURE_KINK;
+            failure->time = instance->state.time;
+            failure->state = i;
+            failure->amount = moved / weight;
+            failure->step = step.length;
+            return true;
+        }
+    }
+    return false;
 }

@@ -17,4 +17,9 @@ bool bring_back(Instance *instance, double time, double states[], double derivat
    back in each, because rounding drives them off. */
 bool bring_back_result(Instance *instance, Step step);
 
+/* Has that moved the result by far more than errors of steps are, because the step has passed a kink of a constraint,
+   within smooth(...) for one? Behind it the velocities meet the constraint no longer, and energy would vanish without a
+   word. instance->failure tells of it then. */
+bool passes_kink(Instance *instance, Step step);
+
 #endif

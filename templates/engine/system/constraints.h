@@ -11,6 +11,11 @@ double constraints_drift(const Instance *instance, double time, const double sta
 /* The same of the velocities, at the present states. */
 double constraints_velocity_drift(const Instance *instance);
 
+/* Whether what constraints say of the velocities in `to` jumps on the line between the positions of two states[2n] by
+   more than the bar, measured as drift is. */
+bool constraints_jump(const Instance *instance, double time, const double inputs[], const double from[],
+                      const double to[], double bar);
+
 /* Moves states[2n] = [q, qd] the shortest way onto the constraints, measured by M: q first, then qd. Returns false if
    that fails; instance->failure then tells why. *moved says whether the states were changed. Hairer, Wanner, Solving
    Ordinary Differential Equations II, 2nd edition, section VII.2. */

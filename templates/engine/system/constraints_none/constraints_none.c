@@ -86,6 +86,17 @@ double constraints_velocity_drift(const Instance *instance) {
     return 0.0;
 }
 
+bool constraints_jump(const Instance *instance, double time, const double inputs[], const double from[],
+                      const double to[], double bar) {
+    (void)instance;
+    (void)time;
+    (void)inputs;
+    (void)from;
+    (void)to;
+    (void)bar;
+    return false;
+}
+
 bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
     (void)instance;
     (void)time;

@@ -1,0 +1,22 @@
+/* Margins of switches: a switch is +1 or -1, and turns where its margin is 0. Functions that return bool return false,
+   with instance->failure, where there is no result. */
+#ifndef MARGINS_H
+#define MARGINS_H
+
+#include "instance.h"
+
+/* The switches, [N_SWITCHES]; they stand in the parameters. */
+double *margins_switches(Instance *instance);
+
+/* margins[N_SWITCHES] at a time (s) and states[2n]. */
+bool margins_evaluate(Instance *instance, double time, const double states[], double margins[]);
+
+/* Turns the switch k. */
+void margins_turn(Instance *instance, int k);
+
+/* *rise is by how much the margin k is more than `from` on its side a little later under the present modes, as the
+   accelerations at the present point say: at the first glance that tells it from rounding, or else at the last one,
+   because margins that turn often, as sin(1/t), have other roots nearby. */
+bool margins_rise(Instance *instance, int k, double from, double *rise);
+
+#endif
