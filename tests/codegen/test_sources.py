@@ -123,7 +123,7 @@ CONSTRAINED = {
     *("further_none.c", "tables_none.c", "timed_none.c", "arena_blocks.c"),
     *("constrained_accelerations.c", "constrained_system.c", "constraint_factorization.c", "constraint_projection.c"),
     *("contacts_none.c", "contact_events_none.c", "events_none.c", "event_steps_none.c"),
-    *("constraint_residuals.c", "constraint_start.c", "free_states.c", "multiplier_rates.c"),
+    *("constraint_kinks.c", "constraint_residuals.c", "constraint_start.c", "free_states.c", "multiplier_rates.c"),
 }
 STEPS = "step_failure.c"
 

@@ -143,8 +143,11 @@ static bool meet_constraints(Instance *instance, bool *changed) {
     if (massless_return(instance)) {
         return pull_back(instance, changed);
     }
-    if (!equations_massless(instance) || !is_off(instance)) {
-        return equations_massless(instance);
+    if (!equations_massless(instance)) {
+        return false;
+    }
+    if (!is_off(instance)) {
+        return true;
     }
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, before, N_STATES);
