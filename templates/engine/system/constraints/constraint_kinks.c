@@ -47,7 +47,7 @@ bool constraints_jump(const Instance *instance, double time, const double inputs
     WORK_OF(mark, Values, high);
     const Line line = {time, inputs, from, to};
     const double unit = residual_unit(VELOCITIES, to);
-    const bool unstable = unit > UNSTABLE * residual_unit(VELOCITIES, from);
+    const bool unstable = unit > (double)UNSTABLE * residual_unit(VELOCITIES, from);
     double part = 0.0, width = 1.0, size = unstable ? 0.0 : HUGE_VAL;
     evaluate_on(&line, instance, 0.0, low);
     evaluate_on(&line, instance, 1.0, high);
