@@ -28,12 +28,12 @@ bool bring_back_result(Instance *instance, Step step) {
            bring_back(instance, step.end, scratch->new_states, scratch->new_derivatives);
 }
 
-/* Shorter steps tell an adaptive method whether there is a kink. A step of one length may be coarse, and be moved far
-   without one; a step in real time has no time to find out. */
+/* Shorter steps tell an adaptive method whether there is a kink, unless a motion that is given from outside jumps. A
+   step of one length may be coarse, and be moved far without one; a step in real time has no time to find out. */
 static bool is_kink(Instance *instance, Step step) {
     const double *inputs = inputs_at(instance, step.end), bar = DRIFT * solver_tolerance(&instance->state);
     const double *from = instance->state.states, *to = instance->scratch.unprojected;
-    return METHOD.error_order > 0 ||
+    return (METHOD.error_order > 0 && N_MOTIONS == 0) ||
            (!REAL_TIME && constraints_jump(instance, step.end, inputs, from, to, bar));
 }
 
