@@ -63,7 +63,7 @@ bool margins_rise(Instance *instance, int k, double from, double *rise) {
     WORK(mark, double, margins, SIZE_SWITCHES);
     const State *state = &instance->state;
     const double duration = experiment_duration(state), noise = events_noise(instance, k);
-    if (!derivative_at(instance, state->time, state->states, derivatives)) {
+    if (N_SWITCHES == 0 || !derivative_at(instance, state->time, state->states, derivatives)) {
         return arena_leave(mark, false);
     }
     for (double part = SLIVER * SLIVER; part <= 1.5 * SLIVER; part *= 10.0) {
