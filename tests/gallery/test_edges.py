@@ -258,7 +258,10 @@ def test_a_start_at_a_corner_takes_the_side_to_which_it_goes(way: int, exported:
     assert validate(fmu, stop_time=0.2).passed
 
 
-@pytest.mark.parametrize(("solver", "kind"), [("dopri5", CS), ("rk4", CS), ("rk4", "model-exchange")])
+@pytest.mark.parametrize(
+    ("solver", "kind"),
+    [(name, CS) for name in ("dopri5", "rk4", "verlet", "gauss4", "radau5")] + [("rk4", "model-exchange")],
+)
 def test_a_kink_that_steps_pass_ends_the_run(solver: str, kind: Kind, exported: Callable[..., Fmu]) -> None:
     """With rk4, and in model exchange, it went on with an eighth of the energy."""
     vee = VEE.replace("0.5*abs(x)", "0.5*smooth(abs(x))").replace("start = 0, velocity = -1", "start = 1")

@@ -28,24 +28,35 @@ bool bring_back_result(Instance *instance, Step step) {
            bring_back(instance, step.end, scratch->new_states, scratch->new_derivatives);
 }
 
-/* Shorter steps tell an adaptive method whether there is a kink, unless a motion that is given from outside jumps. A
-   step of one length may be coarse, and be moved far without one; a step in real time has no time to find out. */
-static bool is_kink(Instance *instance, Step step) {
+/* Shorter steps tell an adaptive method whether a projection comes from a kink, unless a motion that is given from
+   outside jumps. A step of one length may be coarse, and be moved far without one; a step in real time has no time to
+   find out. */
+static bool is_kink(Instance *instance, Step step, bool projected) {
     const double *inputs = inputs_at(instance, step.end), bar = DRIFT * solver_tolerance(&instance->state);
     const double *from = instance->state.states, *to = instance->scratch.unprojected;
-    return (METHOD.error_order > 0 && N_MOTIONS == 0) ||
+    return (projected && METHOD.error_order > 0 && N_MOTIONS == 0) ||
            (!REAL_TIME && constraints_jump(instance, step.end, inputs, from, to, bar));
+}
+
+/* Implicit methods, whose stages may meet the constraints, need no projection behind a kink. There a velocity changes
+   otherwise than by the mean of the accelerations at both ends. */
+static double leap_of(const Instance *instance, Step step, int i) {
+    const double change = instance->scratch.new_states[i] - instance->state.states[i];
+    const double rates = instance->state.first_stage[i] + instance->scratch.new_derivatives[i];
+    const bool concerns = METHOD.stability == 0.0 && i >= N && i < 2 * N;
+    return concerns ? fabs(change - 0.5 * step.length * rates) : 0.0;
 }
 
 bool passes_kink(Instance *instance, Step step) {
     const Scratch *scratch = &instance->scratch;
     const double tolerance = solver_tolerance(&instance->state);
-    for (int i = 0; i < N_STATES && N_CONSTRAINTS + N_UNILATERALS > 0 && !METHOD.variational; i++) {
-        const double moved = fabs(scratch->new_states[i] - scratch->unprojected[i]);
+    for (int i = 0; i < N_STATES && N_CONSTRAINTS > 0 && !TIME_STEPPING; i++) {
+        const double projected = fabs(scratch->new_states[i] - scratch->unprojected[i]);
+        const double moved = fmax(projected, leap_of(instance, step, i));
         const double weight = tolerance * (fabs(scratch->unprojected[i]) + NOMINAL_STATES[i]);
         if (moved > DRIFT * weight) {
             Failure *failure = &instance->failure;
-            if (!is_kink(instance, step)) {
+            if (!is_kink(instance, step, projected > DRIFT * weight)) {
                 return false;
             }
             failure->kind = FAILURE_KINK;
