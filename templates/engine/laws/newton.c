@@ -142,14 +142,32 @@ static bool begin_newton(const Laws *laws, double x[], Newton *newton) {
     return true;
 }
 
-/* Steps for few rows until they change x no more. */
+/* How much rounding goes on to change x: the force of a cone that slides has the direction of its slip, which is as
+   uncertain as the slip is, over the slip. */
+static double restlessness(const Newton *newton) {
+    const Laws *laws = newton->laws;
+    double greatest = 0.0;
+    laws_evaluate(laws, newton->x, newton->w);
+    for (int k = 0; k < laws->size; k++) {
+        const double limit = laws->width[k] == 2 ? laws_limit(laws, newton->x, k) : 0.0;
+        if (limit > 0.0 && vector_length(newton->x + k, 2) >= (1.0 - OBEYED) * limit) {
+            const double slip = vector_length(newton->w + k, 2);
+            greatest = fmax(greatest, limit * fmin(NOISE * laws_terms(laws, newton->x, k) / slip, OBEYED));
+        }
+    }
+    return greatest;
+}
+
+/* Steps for few rows until they change x no more than rounding does. */
 static bool refine(const Newton *newton) {
+    double change = HUGE_VAL;
     bool moves = true;
     for (int count = 0; count < MOST_NEWTON_STEPS && moves; count++) {
-        moves = !step_on(newton) || vector_greatest(newton->change, newton->laws->size) >
-                                        SOLVED * vector_greatest(newton->x, newton->laws->size);
+        moves = !step_on(newton);
+        change = vector_greatest(newton->change, newton->laws->size);
+        moves = moves || change > SOLVED * vector_greatest(newton->x, newton->laws->size);
     }
-    return !moves;
+    return !moves || change <= restlessness(newton);
 }
 
 /* Steps for many rows as long as they come nearer. Sweeps follow each that has not solved the laws, because they
