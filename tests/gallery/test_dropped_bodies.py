@@ -83,12 +83,13 @@ def test_a_tetrahedron_falls_into_a_corner(exported: Callable[..., Fmu]) -> None
     """Two walls of the corner are perpendicular: a foot in their edge is a dead centre of the others' slips.
 
     A foot that touches two walls has rows which others nearly hold, and an impact may turn the slip of another foot.
+    Start 7 comes to a friction that gives way so slowly that rounding turns its force; start 56 to many ways to rest.
     """
     walls = [(n, (0, 0, 0)) for n in ((1, 1, 1), (-1, 1, 1), (0, -1, 1))]
     feet = 0.1 * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
     text = world("corner", 1, walls) + body(0, 1.0, [0.01] * 3, feet, walls, "friction = 0.3\nrestitution = 0.2")
     fmu = exported(read(text, "corner.toml"), optimised=True)
-    for seed in STARTS:
+    for seed in (*STARTS, 7, 56):
         drop(fmu, thrown(np.random.default_rng(seed), 0, (0, 0, 0.8), 0.5), 1.5)
 
 

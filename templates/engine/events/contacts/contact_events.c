@@ -26,6 +26,8 @@ typedef struct {
     double unknowns[N_UNKNOWNS];
     double restitution[SIZE_UNILATERALS], friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
     double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS], capacity[SIZE_FRICTIONS];
+    double told; /* the scaled margin up to which the unknowns tell one, see loads_centre; HUGE_VAL: they tell all */
+    const double *scale; /* [m] of the rows */
 } ContactPoint;
 
 /* Does some event function depend on forces? */
@@ -53,6 +55,12 @@ static double friction_of(const ContactPoint *point, int contact) {
     return sqrt(square);
 }
 
+/* The margin of a row, or what is told of it. */
+static double told_of(const ContactPoint *point, int row, double margin) {
+    const double scale = point->told < HUGE_VAL ? point->scale[ROW_PLACES[row]] : 0.0;
+    return scale > 0.0 ? fmin(margin, point->told * scale) : margin;
+}
+
 /* Impacts that accumulate end at a time, or before it where the force of the contact comes down to 0: the product of
    both is smooth up to there. */
 static double rest_of_impacts(const State *state, double time, int contact, double force) {
@@ -67,7 +75,7 @@ static void evaluate_contact(const State *state, const ContactPoint *point, doub
         values[1] = state->cascading[contact] == CASCADE_RISES ? state->top_time[contact] - time : 1.0;
         return;
     }
-    values[0] = force_of(point, contact);
+    values[0] = told_of(point, contact, force_of(point, contact));
     if (state->cascading[contact]) {
         values[0] = rest_of_impacts(state, time, contact, values[0]);
     }
@@ -75,7 +83,7 @@ static void evaluate_contact(const State *state, const ContactPoint *point, doub
         values[1] = WAITING_SLIP - fabs(point->slips[SLIP_ROWS[contact] - FIRST_SLIP]);
     } else if (contact_sticks(state, contact)) {
         const double holding = fmax(point->friction[contact], point->holding[contact]);
-        values[1] = holding * force_of(point, contact) - friction_of(point, contact);
+        values[1] = told_of(point, contact, holding * force_of(point, contact) - friction_of(point, contact));
     } else if (SLIP_ROWS[contact + 1] > SLIP_ROWS[contact]) {
         values[1] = contact_slip_margin(state, contact, point->slips + SLIP_ROWS[contact] - FIRST_SLIP);
     }
@@ -87,7 +95,7 @@ static double evaluate_friction(const State *state, const ContactPoint *point, i
     if (friction_waits(state, friction)) {
         return WAITING_SLIP - fabs(point->slips[row - FIRST_SLIP]);
     }
-    return friction_sticks(state, friction) ? capacity - fabs(force_of(point, row))
+    return friction_sticks(state, friction) ? told_of(point, row, capacity - fabs(force_of(point, row)))
                                             : row_direction(state, row) * point->slips[row - FIRST_SLIP];
 }
 
@@ -122,12 +130,14 @@ void contacts_share(Instance *instance, const System *system, double unknowns[])
 static void choose_loads(Instance *instance, double time, const double states[], ContactPoint *point) {
     Scratch *scratch = &instance->scratch;
     find_limits(instance, time, states, point);
+    point->told = HUGE_VAL;
+    point->scale = scratch->system.constraints.scale;
     if (!multipliers_unique(instance)) {
         const Sharing sharing = sharing_at(instance, &scratch->system, point);
         double *multipliers = point->unknowns + N_COORDINATES;
         const bool well = instance->shown_loads != LOADS_CENTRED && loads_least(&sharing, multipliers);
         if (!well && instance->shown_loads != LOADS_LEAST) {
-            loads_centre(&sharing, multipliers);
+            point->told = loads_centre(&sharing, multipliers);
         }
         scratch->loads_shared = true;
         find_limits(instance, time, states, point);

@@ -276,17 +276,20 @@ static void unscale(const Shares *p, const double scaled[], double multipliers[]
     }
 }
 
-void loads_centre(const Sharing *sharing, double multipliers[]) {
+double loads_centre(const Sharing *sharing, double multipliers[]) {
     const ArenaMark mark = arena_mark(sharing->arena);
     WORK_OF(mark, Shares, p);
     WORK(mark, Margin, margin, MOST_MARGINS);
     WORK(mark, double, scaled, K);
     begin_sharing(sharing, multipliers, p);
+    double told = HUGE_VAL;
     const int count = find_margins(p, margin);
     if (may_share(p) && spread_loads(p, margin, count, true, scaled)) {
         unscale(p, scaled, multipliers);
+        told = fmax(least_margin(margin, count, scaled), 0.0) + NO_MATTER * p->greatest;
     }
     arena_release(mark);
+    return told;
 }
 
 /* Do all hold well with the loads of least norm? That is soon found, and then no other loads are looked for. */
