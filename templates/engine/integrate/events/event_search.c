@@ -65,9 +65,20 @@ static bool sample(Instance *instance, double from, double width, double values[
     return true;
 }
 
-static bool all_resolved(double values[][ROOT_NODES]) {
+static double greatest_of(const double values[]) {
+    double greatest = 0.0;
+    for (int i = 0; i < ROOT_NODES; i++) {
+        greatest = larger(greatest, fabs(values[i]));
+    }
+    return greatest;
+}
+
+/* Do the nodes show all functions? Those of rounding alone, as the gap of a contact that has just opened, show
+   nothing in a shorter part either. */
+static bool all_resolved(const Instance *instance, double values[][ROOT_NODES]) {
     for (int k = 0; k < N_EVENTS; k++) {
-        if (!TIMED_SWITCHES[k] && !roots_resolved(values[k])) {
+        if (!TIMED_SWITCHES[k] && !roots_resolved(values[k]) &&
+            greatest_of(values[k]) > events_noise(instance, k)) {
             return false;
         }
     }
@@ -81,11 +92,8 @@ static bool switches_told(Instance *instance, double values[][ROOT_NODES]) {
         return true;
     }
     for (int k = 0; k < N_SWITCHES; k++) {
-        double greatest = 0.0;
-        for (int i = 0; i < ROOT_NODES; i++) {
-            greatest = larger(greatest, fabs(values[k][i]));
-        }
-        if (!TIMED_SWITCHES[k] && greatest > CLEAR * events_noise(instance, k) && !roots_resolved(values[k])) {
+        if (!TIMED_SWITCHES[k] && greatest_of(values[k]) > CLEAR * events_noise(instance, k) &&
+            !roots_resolved(values[k])) {
             instance->failure.kind = FAILURE_CHATTERING;
             instance->failure.time = instance->state.time;
             instance->failure.event = k;
@@ -270,7 +278,7 @@ bool find_descents(Instance *instance, const double start[], Descents *found) {
         if (!sample(instance, from, width, values)) {
             return arena_leave(mark, false);
         }
-        if (width > shortest && !all_resolved(values)) {
+        if (width > shortest && !all_resolved(instance, values)) {
             width *= 0.5;
             most = larger(width, SHORTEST_PART);
             continue;
