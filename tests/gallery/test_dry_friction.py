@@ -8,6 +8,7 @@ import sympy as sp
 
 import lag2fmu
 from lag2fmu.errors import SimulationError
+from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Body, Constraint, Contact, Energy, Friction, Mechanism, coordinate, parameter
 from lag2fmu.verify.simulate import Run, simulate_fmu
 
@@ -246,3 +247,41 @@ def test_a_slip_in_space_comes_to_rest_between_two_points_of_the_run(exported) -
     along, across = 0.8 * run["x"] + 0.6 * run["y"], 0.8 * run["y_dot"] - 0.6 * run["x_dot"]
     assert along[swings] == pytest.approx((middle + (1 - middle) * np.cos(4 * run.time))[swings], abs=1e-8)
     assert across == pytest.approx(np.zeros(len(across)), abs=1e-8)
+
+
+CARRIED = """
+[mechanism]
+name = "carried"
+[coordinates]
+x = { unit = "m", velocity = 0.1 }
+y = { unit = "m", velocity = 0.1 }
+[bodies]
+sledge = { mass = 1, position = ["x", 0] }
+crate = { mass = 1, position = ["y", 0] }
+[forces]
+x = -1.45
+y = -4.06
+[frictions.ground]
+on = "x_dot"
+force = 1
+static = 2
+[frictions.bed]
+on = "y_dot - x_dot"
+force = 1
+static = 2
+"""
+
+
+def test_what_holds_goes_on_to_hold_before_what_comes_to_rest(exported) -> None:
+    """A sledge turns round with a crate on it. At rest the ground would bear up to 2 N, and the crate broke loose.
+
+    The ground cannot hold both (5.51 N) and slides on, with 1 N. Then the crate needs 1.805 N of the 2 N of its bed.
+    """
+    fmu = exported(read(CARRIED, "carried.toml"))
+    run = lag2fmu.simulate(fmu, stop_time=0.2, step=0.1, outputs=["x_dot", "y_dot", "bed_mode", "bed_force"])
+    turned = 0.1 / 3.255
+    assert run["x_dot"][-1] == pytest.approx(-2.255 * (0.2 - turned), rel=1e-8)
+    assert run["y_dot"][-1] == pytest.approx(-2.255 * (0.2 - turned), rel=1e-8)
+    assert run["bed_force"] == pytest.approx([0.805, 1.805, 1.805], rel=1e-8)
+    assert (run["bed_mode"] == 2).all()
+    assert lag2fmu.validate(fmu, stop_time=0.2).passed

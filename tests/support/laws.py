@@ -71,6 +71,7 @@ class Row(ctypes.Structure):
         ("holding", ctypes.c_double),
         ("value", ctypes.c_double),
         ("holds", ctypes.c_bool),
+        ("slid", ctypes.c_bool),
     ]
 
 

@@ -43,14 +43,63 @@ static bool solve_laws(const Elimination *e, const Laws *laws, double x[]) {
     return arena_leave(mark, goes_on || turns(laws, &present, x) || cones_solve(laws, x));
 }
 
+/* Is this a row of friction, or the first one of its cone, that slips? */
+static bool gives_way_at(const Laws *laws, const double x[], int i) {
+    const int pair = laws->width[i] == 2 ? 1 : 0;
+    return laws->width[i] > 0 && !(laws_at_rest(laws, x, i) && laws_at_rest(laws, x, i + pair));
+}
+
+/* Does a row slip that holds at present, and not only from now on? */
+static bool breaks_loose(const Elimination *e, const Laws *laws, const double x[]) {
+    bool found = false;
+    for (int i = 0; i < laws->size && !found; i++) {
+        const Row *row = &e->problem->row[e->row[i]];
+        found = row->holds && !row->slid && gives_way_at(laws, x, i);
+    }
+    return found;
+}
+
+/* Sets the limits of rows that come to hold only now: as they slide, or as the most that they hold. Returns whether
+   they differ. */
+static bool limit_slid(const Elimination *e, bool sliding, Laws *laws) {
+    bool differ = false;
+    for (int i = 0; i < laws->size; i++) {
+        const Row *row = &e->problem->row[e->row[i]];
+        if (laws->width[i] != 0 && row->slid && row->holding > row->friction) {
+            set_limit(e, i, sliding ? row->friction : row->holding, laws);
+            differ = true;
+        }
+    }
+    return differ;
+}
+
+/* Where a row breaks loose, what others bear who have slid up to now may have done it: if all that hold can go on with
+   the friction of these as they slide on, x becomes that solution. A friction that turns with its slip never bears what
+   it would at rest. */
+static void spare_holding(const Elimination *e, Laws *laws, double x[]) {
+    const ArenaMark mark = arena_mark(laws->arena);
+    const size_t bytes = (size_t)laws->size * sizeof(double);
+    if (!breaks_loose(e, laws, x) || !limit_slid(e, true, laws)) {
+        arena_release(mark);
+        return;
+    }
+    double *other = (double *)arena_take(laws->arena, bytes);
+    if (solve_laws(e, laws, other) && !breaks_loose(e, laws, other)) {
+        memcpy(x, other, bytes);
+    } else {
+        limit_slid(e, false, laws);
+    }
+    arena_release(mark);
+}
+
 /* Rows of friction that slip fall from the greatest holding force to that of sliding; returns whether any did. */
 static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
     bool any = false;
     for (int i = 0; i < laws->size; i++) {
-        const int pair = laws->width[i] == 2 ? 1 : 0;
-        if (laws->width[i] <= 0 || (laws_at_rest(laws, x, i) && laws_at_rest(laws, x, i + pair))) {
+        if (!gives_way_at(laws, x, i)) {
             continue;
         }
+        const int pair = laws->width[i] == 2 ? 1 : 0;
         for (int k = i; k <= i + pair; k++) {
             const int row = e->row[k];
             const double base = laws->base[k], slope = laws->slope[k];
@@ -96,12 +145,14 @@ static bool reduce_and_solve(const Problem *problem, Elimination *elimination, L
         const int row = elimination->row[i];
         set_limit(elimination, i, problem->row[row].holding, laws);
     }
-    do {
-        if (!solve_laws(elimination, laws, x)) {
-            return false;
-        }
-    } while (let_slip(elimination, x, laws));
-    return true;
+    bool solved = solve_laws(elimination, laws, x);
+    if (solved) {
+        spare_holding(elimination, laws, x);
+    }
+    while (solved && let_slip(elimination, x, laws)) {
+        solved = solve_laws(elimination, laws, x);
+    }
+    return solved;
 }
 
 /* Does a row slide whose friction other rows answer? Else accelerations are unique. */

@@ -26,6 +26,7 @@ typedef struct {
     double holding;  /* >= friction */
     double value;    /* sliding: the component of the unit vector of the slip velocity; unilateral: >= 0, as a rule 0 */
     bool holds;      /* w = 0 at present: of several solutions the one in which just these rows hold is taken first */
+    bool slid;       /* comes to hold only now: where not all can, it goes on to slip before those that hold already */
 } Row;
 
 typedef struct {

@@ -38,7 +38,8 @@ static void set_slips(Settling *settling, int contact) {
                                                .holding = yields ? mu * (1.0 - YIELDS)
                                                                  : fmax(mu, settling->holding[contact]),
                                                .value = rests ? 0.0 : along[row - first] / length,
-                                               .holds = stops || (contact_sticks(state, contact) && !yields)};
+                                               .holds = stops || (contact_sticks(state, contact) && !yields),
+                                               .slid = !contact_sticks(state, contact)};
     }
 }
 
@@ -68,7 +69,8 @@ static void set_settled_friction(Settling *settling, int friction, double force,
         settling->row[k] = (Row){.law = ROW_BOUNDED,
                                  .friction = yields ? least : force,
                                  .holding = yields ? least : fmax(force, capacity),
-                                 .holds = stops || (friction_sticks(state, friction) && !yields)};
+                                 .holds = stops || (friction_sticks(state, friction) && !yields),
+                                 .slid = !friction_sticks(state, friction)};
     } else {
         settling->row[k] = (Row){.law = ROW_GIVEN, .value = w > 0.0 ? -force : force};
     }
