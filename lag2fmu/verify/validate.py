@@ -16,10 +16,10 @@ from lag2fmu.checking.schema import problems
 from lag2fmu.deadline import LIMIT, Budget, OutOfTimeError
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import derive, with_derived
-from lag2fmu.errors import SimulationError
+from lag2fmu.errors import ExportError, SimulationError
 from lag2fmu.fmu.contents import read_mechanism
 from lag2fmu.fmu.deriving import chosen_solver
-from lag2fmu.fmu.exported import Model, is_fmu
+from lag2fmu.fmu.exported import Model, fmu_path, is_fmu
 from lag2fmu.fmu.exporting import as_fmu
 from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.display import display_units
@@ -70,9 +70,12 @@ def validate(  # noqa: PLR0913 (a run, the choices of an export, a bound)
     FMU's solver. ``inputs`` and ``hold`` are those of ``simulate``. ``limit`` is the CPU time, in s, of the direct
     integrations, to which the runs of the FMU come; where it is over, the report says until when was compared, and
     gives no judgement if that is too little. ``progress`` is told the share that is done, 0 to 1. Raises Lag2FmuError
-    if one side cannot be run, LoadError for a limit that is no time; differences are reported, not raised. Source: E.
-    Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, section I.14.
+    if one side cannot be run, ExportError for values and choices of an FMU, LoadError for a limit that is no time;
+    differences are reported, not raised. Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential
+    Equations I, section I.14.
     """
+    if is_fmu(model) and (values or fmi != "2.0"):
+        raise ExportError(f"'{fmu_path(model)}' is an FMU: values= and fmi= belong to its export; give the model")
     source = model if is_fmu(model) else as_mechanism(model, values)
     with ExitStack() as folders:
         with ThreadPoolExecutor(max_workers=1) as beside:

@@ -380,6 +380,8 @@ def test_values_that_do_not_exist() -> None:
         lag2fmu.validate("double_pendulum", values={"theta9": 1.0})
     with pytest.raises((LoadError, MechanismError), match="l0"):
         lag2fmu.validate("elastic_pendulum", values={"l0": -1.0})
+    with pytest.raises(ExportError, match="an FMU: values= and fmi= belong to its export"):
+        lag2fmu.validate("any.fmu", values={"l0": 1.0})
 
 
 def test_the_report_says_what_was_compared(exported) -> None:
