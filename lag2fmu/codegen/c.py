@@ -13,12 +13,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
 from textwrap import fill
+from typing import TYPE_CHECKING
 
 from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.dynamics.tables import LOOKUPS
-from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.operations import CONSTANT, COSINE, OPERATIONS, SINE
+
+if TYPE_CHECKING:
+    from lag2fmu.graph.interpolants import Interpolant
 
 MAX_STATEMENTS = 1500
 """The most statements in one C function; longer ones are cut."""

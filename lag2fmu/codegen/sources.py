@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lag2fmu.codegen.c import INTERVALS
 from lag2fmu.codegen.listing import RUN, c_definition, is_long
@@ -15,10 +16,12 @@ from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.dynamics.tables import lookups
-from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.operations import CODE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
+
+if TYPE_CHECKING:
+    from lag2fmu.graph.interpolants import Interpolant
 
 GENERATED = ("mechanism.h", "tables.c")
 """The files whose templates have their names."""

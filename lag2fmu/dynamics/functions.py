@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
+from typing import TYPE_CHECKING
 
-from lag2fmu.dynamics.row_tables import SparseRows
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import SYMBOL
+
+if TYPE_CHECKING:
+    from lag2fmu.dynamics.row_tables import SparseRows
 
 
 @dataclass(frozen=True)

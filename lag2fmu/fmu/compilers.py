@@ -26,7 +26,6 @@ from lag2fmu.errors import BuildError
 from lag2fmu.fmu.mach import hide, universal
 from lag2fmu.fmu.platforms import Platform, host_platform
 from lag2fmu.fmu.translation_units import shared_files, translation_units
-from lag2fmu.fmu.wasm.component import c_names, component
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 
@@ -158,6 +157,8 @@ def compile_module(sources: Mapping[str, str], functions: Iterable[str], *option
 
 def _compile_component(sources: Mapping[str, str], include: Path) -> bytes:
     """The component for WebAssembly of the C files in ``sources`` {file name: text} of an FMU."""
+    from lag2fmu.fmu.wasm.component import c_names, component
+
     headers = {file.name: file.read_text("utf-8") for file in sorted(include.glob("fmi*.h"))}
     imports = ("-Wl,--import-memory", "-Wl,--import-symbols")
     return component(compile_module({**component_sources(sources), **headers}, c_names(), *imports))

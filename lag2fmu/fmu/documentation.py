@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import chain, islice
+from typing import TYPE_CHECKING
 
 from lag2fmu.analysis.report import analysis_sections
 from lag2fmu.archives import PAGE
@@ -18,7 +19,6 @@ from lag2fmu.fmu.contents import EQUATIONS
 from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.live.document import licences
 from lag2fmu.fmu.live.page import live_document
-from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
 from lag2fmu.lazy import latest
@@ -26,6 +26,9 @@ from lag2fmu.picture.scene import Scene
 from lag2fmu.procedure.hybrid import Hybrid
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import METHODS
+
+if TYPE_CHECKING:
+    from lag2fmu.fmu.live.samples import Samples
 
 Row = dict[str, str]
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from lag2fmu.analysis.observing import Observing
 from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
@@ -17,9 +16,12 @@ from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.realtime import RealTime
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sources import MANY
-from lag2fmu.fmu.taken import Taken
 from lag2fmu.fmu.versions.version import Version
 from lag2fmu.mechanism.record import Mechanism
+
+if TYPE_CHECKING:
+    from lag2fmu.analysis.observing import Observing
+    from lag2fmu.fmu.taken import Taken
 
 MOST_OF_A_NAME = 63
 """Characters of an identifier that C99 distinguishes (section 5.2.4.1), and the most in a name of MATLAB."""

@@ -9,30 +9,28 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from lag2fmu.analysis.observation import Observation, observation
 from lag2fmu.building.process import compiling
 from lag2fmu.codegen.sources import render_sources
-from lag2fmu.codegen.tables import Vibrations
+from lag2fmu.codegen.tables import PortTable, Vibrations
 from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
+from lag2fmu.fmu.builder import VariableTable
 from lag2fmu.fmu.compilers import compile_libraries, constant
-from lag2fmu.fmu.contents import CLOCKS, EQUATIONS, SOURCES
+from lag2fmu.fmu.contents import CLOCKS, EQUATIONS, REALTIME_ENTRY, SOURCES
 from lag2fmu.fmu.documentation import on_equations
-from lag2fmu.fmu.footprint import LINUX, footprints
 from lag2fmu.fmu.live.module import STILL
 from lag2fmu.fmu.live.parts import Live
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.observers import observed_table, observing_interface
 from lag2fmu.fmu.platforms import WASM, Platform, binaries_text, choose_platforms
-from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.realtime import RealTime, bounded, step_bound
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sources import ALL, SINGLE, source_files
-from lag2fmu.fmu.taken import REALTIME_ENTRY, Taken, bounds_of
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions.fmi2 import FMI2
 from lag2fmu.fmu.versions.version import Version
@@ -40,6 +38,11 @@ from lag2fmu.fmu.wasm.draft import NOT_OFFERED, manifests
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import METHODS
 from lag2fmu.version import VERSION
+
+if TYPE_CHECKING:
+    from lag2fmu.analysis.observation import Observation
+    from lag2fmu.fmu.ports import Port
+    from lag2fmu.fmu.taken import Taken
 
 _BLANK = "{00000000-0000-0000-0000-000000000000}"
 """A placeholder that stands in the sources until their GUID is known."""
@@ -168,6 +171,9 @@ def _taken(
     """What the FMU of ``sources`` takes where its steps are bounded, on those of the ``platforms`` that are known."""
     if description.bound is None:
         return None
+    from lag2fmu.fmu.footprint import LINUX, footprints
+    from lag2fmu.fmu.taken import Taken, bounds_of
+
     identifier = description.model_identifier
     joined = source_files(sources, identifier, version.gate, SINGLE)[f"sources/{ALL}"].decode()
     headers = {file.name: file.read_text("utf-8") for file in sorted(fmi_headers(version).glob("fmi*.h"))}
@@ -179,7 +185,11 @@ def _taken(
 
 
 def _observation(equations: EquationsOfMotion, choices: Choices) -> Observation | None:
-    return observation(equations, choices.observing) if choices.observing else None
+    if not choices.observing:
+        return None
+    from lag2fmu.analysis.observation import observation
+
+    return observation(equations, choices.observing)
 
 
 def _doubt(observed: Observation | None) -> str:
@@ -211,8 +221,8 @@ def describe(  # noqa: PLR0913 (choices of the user)
     tables = replace(table.tables, vibrations=vibrations)
     if realtime:
         tables = bounded(tables, step_bound(mechanism, tables.default_solver_step, realtime.step))
-    ports = ports_of(mechanism, table, arrays=arrays) if version.has_ports else ()
-    tables = replace(tables, ports=port_table(ports) if ports else None)
+    ports, numbers = _ports(mechanism, table, arrays=arrays) if version.has_ports else ((), None)
+    tables = replace(tables, ports=numbers)
     identifier = identifier_of(mechanism.name)
     interface = replace(version.interface, event_indicators=len(program.event_functions))
     interface = observing_interface(interface) if observed else interface
@@ -233,6 +243,14 @@ def describe(  # noqa: PLR0913 (choices of the user)
     guid = _guid(blank, texts)
     sources = {file: text.replace(_BLANK, guid) for file, text in texts.items()}
     return replace(blank, guid=guid, source_files=(ALL,)), sources
+
+
+def _ports(mechanism: Mechanism, table: VariableTable, *, arrays: bool) -> tuple[tuple[Port, ...], PortTable | None]:
+    """The ports of FMI 3.0, and what maps their numbers to slots where these differ."""
+    from lag2fmu.fmu.ports import port_table, ports_of
+
+    ports = ports_of(mechanism, table, arrays=arrays)
+    return ports, port_table(ports) if ports else None
 
 
 def _guid(blank: ModelDescription, sources: Mapping[str, str]) -> str:

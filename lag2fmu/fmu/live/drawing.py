@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,11 +21,13 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.attachments import Attachment
 from lag2fmu.picture.forces import beside
 from lag2fmu.picture.layout import BACK_TO_FRONT, BOX, GAP, Layout, drawable, layout_of, rail_of, supports
-from lag2fmu.picture.pulleys import Pulley
 from lag2fmu.picture.scene import Canvas, Stroke
 from lag2fmu.picture.shapes import PARTICLE, ROD, Shape, own_link
 from lag2fmu.picture.surfaces import Surface, packed, surfaces
 from lag2fmu.picture.walls import draw_walls
+
+if TYPE_CHECKING:
+    from lag2fmu.picture.pulleys import Pulley
 
 Item = dict[str, Any]
 _FAR = 400.0
@@ -99,7 +101,7 @@ def _items(layout: Layout, spots: Spots) -> Iterator[Item]:
 
 
 def _pulley(pulley: Pulley, spots: Spots) -> list[Any]:
-    return [_pulley(end, spots) if isinstance(end, Pulley) else spots(end) for end in pulley.ends]
+    return [spots(end) if isinstance(end, int) else _pulley(end, spots) for end in pulley.ends]
 
 
 def _ground(layout: Layout, spots: Spots) -> Iterator[Item]:
