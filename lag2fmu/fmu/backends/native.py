@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import uuid
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -264,9 +264,10 @@ def _guid(blank: ModelDescription, sources: Mapping[str, str]) -> str:
 
 def fmi_headers(version: Version = FMI2) -> Path:
     """The folder of the headers of ``version``, found in the installed fmpy without importing it; raises BuildError."""
-    for file in importlib.metadata.files("fmpy") or ():
-        if file.name == version.header:
-            return Path(str(file.locate())).parent
+    found = find_spec("fmpy")
+    for place in (found and found.submodule_search_locations) or ():
+        if Path(place, "c-code", version.header).is_file():
+            return Path(place, "c-code")
     raise BuildError(
         f"the headers of FMI {version.name} are missing: the installed fmpy has no {version.header}; reinstall fmpy"
     )
