@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy as sp
 
@@ -34,8 +34,7 @@ class Formula:
     mathml: str
 
 
-@dataclass(frozen=True)
-class Formulas:
+class Formulas(NamedTuple):
     """What is shown of a mechanism, in this order, each as a ``Formula``.
 
     T and V, if they are told apart; M(q); the equations of motion (n,); those of the further states (f,); the
@@ -50,8 +49,7 @@ class Formulas:
     drives: tuple[Formula, ...]
 
 
-@dataclass(frozen=True)
-class Expressions:
+class Expressions(NamedTuple):
     """What ``Formulas`` prints, as SymPy expressions: equations are pairs of left and right side."""
 
     energies: tuple[tuple[str, sp.Expr], ...]

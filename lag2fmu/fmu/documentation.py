@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
 from itertools import chain, islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from lag2fmu.analysis.report import analysis_sections
 from lag2fmu.archives import PAGE
@@ -36,8 +35,7 @@ MOST_LAWS = 40
 """The most laws of contacts and their like on a page: a heap of 60 spheres has 1830."""
 
 
-@dataclass(frozen=True)
-class Subject:
+class Subject(NamedTuple):
     """The subject of a page: the ``equations``, their ``program``, and the ``content`` that a backend made.
 
     - ``stiffness``: a phrase on the stiffness of the motion, "" if it is not known.

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
@@ -33,8 +32,7 @@ The former works on the graph of the equations, where nothing else may work at t
 """
 
 
-@dataclass(frozen=True)
-class Choices:
+class Choices(NamedTuple):
     """The user's choices for an export: ``solver`` and ``platform`` by name, ``compiler`` 'zig' or 'host'.
 
     ``progress`` is told how a compiler gets on. ``version`` is that of FMI. ``arrays``: coordinates are to be arrays.
@@ -56,8 +54,7 @@ class Choices:
     observing: Observing | None = None
 
 
-@dataclass(frozen=True)
-class Content:
+class Content(NamedTuple):
     """What a backend makes: the description with its GUID, and the backend's own files {name in the archive: content}.
 
     ``binaries`` is a phrase on the libraries. ``resources`` are lines of HTML on further files, for the FMU's page;

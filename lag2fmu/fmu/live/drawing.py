@@ -7,9 +7,8 @@ The parts are those of ``picture.drawing``. Lengths are in units of the picture 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -37,8 +36,7 @@ _NAMED = 8
 """If there are more bodies than this, their names are left out. The same holds for the points."""
 
 
-@dataclass(frozen=True)
-class Drawing:
+class Drawing(NamedTuple):
     """The ``data`` for the page's script, the ``spots`` that they refer to, and the ``surfaces`` of visuals as bytes.
 
     ``notes`` are sentences on what is not drawn.
