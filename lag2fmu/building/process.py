@@ -13,11 +13,10 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import IO
+from typing import IO, NamedTuple
 from uuid import uuid4
 
 from lag2fmu.building.folders import cache_folder, refusal, say_once
@@ -39,8 +38,7 @@ _running: set[subprocess.Popen[bytes]] = set()
 _interrupted = threading.Event()
 
 
-@dataclass(frozen=True)
-class Result:
+class Result(NamedTuple):
     """How a command ended: its exit code and what it wrote."""
 
     code: int

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
 from textwrap import fill
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.dynamics.tables import LOOKUPS
@@ -37,8 +36,7 @@ MANY_ZEROS = 2000
 """From so many zeros on, an array is cleared by a loop instead of one statement for each zero."""
 
 
-@dataclass(frozen=True)
-class Dialect:
+class Dialect(NamedTuple):
     """How values are written in C.
 
     - ``type``: the C type of a value.

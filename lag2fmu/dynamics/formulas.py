@@ -6,7 +6,6 @@ How expressions are written out is in ``graph.to_sympy``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import sympy as sp
@@ -26,8 +25,7 @@ MAX_OPERATIONS = 500
 """Mechanisms whose formulas have more operations, written out, are not printed."""
 
 
-@dataclass(frozen=True)
-class Formula:
+class Formula(NamedTuple):
     """A formula in two languages, both without delimiters."""
 
     latex: str

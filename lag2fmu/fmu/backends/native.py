@@ -6,10 +6,10 @@ import hashlib
 import uuid
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from lag2fmu.building.process import compiling
 from lag2fmu.codegen.sources import render_sources
@@ -52,8 +52,7 @@ _SOURCES = (
 )
 
 
-@dataclass(frozen=True)
-class _Native:
+class _Native(NamedTuple):
     name: str = "c"
     solvers: tuple[str, ...] = tuple(METHODS)
 

@@ -10,8 +10,9 @@ import hashlib
 import re
 import uuid
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from lag2fmu.codegen.python_sources import printable, render_mechanism, runtime_files
 from lag2fmu.codegen.tables import RuntimeTables, Vibrations
@@ -59,8 +60,7 @@ _RESOURCES = (
 )
 
 
-@dataclass(frozen=True)
-class _Python:
+class _Python(NamedTuple):
     name: str = "python"
     solvers: tuple[str, ...] = SOLVERS
 
