@@ -7,7 +7,6 @@ all of this off, and worker processes show nothing.
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import sys
 import threading
@@ -68,7 +67,7 @@ def progress_bar(
     """
     first = _only_one.acquire(blocking=False)
     try:
-        if not first or hidden or os.environ.get(QUIET) or multiprocessing.parent_process() is not None:
+        if not first or hidden or os.environ.get(QUIET) or _in_worker():
             yield None
         elif sys.stderr.isatty() or _in_notebook():
             with _bar(title, total, counted, after) as update:
@@ -79,6 +78,11 @@ def progress_bar(
     finally:
         if first:
             _only_one.release()
+
+
+def _in_worker() -> bool:
+    """Whether another process started this one to share its work; such a process has the module of processes."""
+    return getattr(sys.modules.get("multiprocessing"), "parent_process", lambda: None)() is not None
 
 
 def _in_notebook() -> bool:

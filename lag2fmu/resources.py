@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 
 from lag2fmu.errors import LoadError
 
 
+@cache
 def resource_folder(name: str) -> Path:
     """The folder called ``name`` (``models`` or ``templates``); raises LoadError if the installation lacks it."""
     package = Path(__file__).resolve().parent
@@ -21,13 +25,14 @@ MODEL_SUFFIXES = (".py", ".toml")
 """The endings of bundled models; ``load`` knows others too."""
 
 
-def bundled() -> dict[str, Path]:
+@cache
+def bundled() -> Mapping[str, Path]:
     """The models that come with lag2fmu: name -> file, sorted by name.
 
     Raises LoadError where the installation lacks their folder.
     """
     files = (p for p in resource_folder("models").iterdir() if p.suffix in MODEL_SUFFIXES and p.stem.isidentifier())
-    return {path.stem: path for path in sorted(files) if not path.stem.startswith("_")}
+    return MappingProxyType({path.stem: path for path in sorted(files) if not path.stem.startswith("_")})
 
 
 def summary(model: Path) -> str:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
+from importlib.metadata import version
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -249,6 +250,18 @@ def test_waiting_for_a_lock_is_said(tmp_path, monkeypatch, caplog) -> None:
             assert "another process compiles with the same compiler" in caplog.text
             fcntl.flock(lock, fcntl.LOCK_UN)
             assert waiting.result().code == 0
+
+
+def test_the_version_of_the_compiler_is_that_of_its_package(monkeypatch, tmp_path) -> None:
+    """It is read off a folder's name; where there is none or several, Python tells it."""
+    installed = version("ziglang")
+    assert process.zig_version() == installed
+    monkeypatch.setattr(process, "zig", lambda: str(tmp_path / "ziglang" / "zig"))
+    for beside, expected in (((), installed), (("1.2.3",), "1.2.3"), (("1.2.3", "1.2.4"), installed)):
+        for number in beside:
+            (tmp_path / f"ziglang-{number}.dist-info").mkdir(exist_ok=True)
+        process.zig_version.cache_clear()
+        assert process.zig_version() == expected
 
 
 def test_installations_of_the_compiler_share_no_folder(monkeypatch, tmp_path) -> None:

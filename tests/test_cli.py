@@ -41,6 +41,15 @@ def test_models_are_listed(run) -> None:
     assert "Elastic pendulum" in result.output
 
 
+def test_a_command_has_one_thread_for_matrices_unless_the_user_says_so(run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
+    run("models")
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "3"
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS")
+    run("models")
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
+
+
 def test_new_writes_a_start_file_once(run) -> None:
     result = run("new", "my_cart")
     assert result.exit_code == 0

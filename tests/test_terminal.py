@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import sys
 import time
+from multiprocessing import get_context
 
 import pytest
 from click.testing import CliRunner
@@ -194,6 +195,12 @@ def test_a_function_called_from_python_draws_a_bar_where_it_takes_long(monkeypat
         think(seconds)
         assert ("thinking" in stream.getvalue()) is drawn_
         assert not progress._tell
+
+
+def test_a_worker_shows_nothing() -> None:
+    with get_context("spawn").Pool(1) as pool:
+        assert pool.apply(progress._in_worker)
+    assert not progress._in_worker()
 
 
 def test_a_notebook_gets_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:

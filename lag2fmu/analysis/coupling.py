@@ -32,6 +32,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -92,8 +93,7 @@ class CouplingPort(Swing):
     stiffness: float
 
 
-@dataclass(frozen=True)
-class Bond:
+class Bond(NamedTuple):
     """A ``motion`` as input and the ``force`` that carries it as output, with a body that this force moves.
 
     ``inertia`` (kg, kg.m2) is the force by the acceleration there, ``mass`` (kg, kg.m2) that of the assumed body.

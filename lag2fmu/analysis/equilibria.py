@@ -221,10 +221,11 @@ class _EquilibriumSearch:
         apart -= neutral @ (neutral.T @ apart)
         if np.abs(apart).max() < 1e-6:
             return True
+        if not neutral.shape[1] or not self.equations.constraints or self._neutral(a).shape != neutral.shape:
+            return False
         # along a bent family of equilibria the potential energy is constant
         one, other = self._energies(a, b)
-        family = neutral.shape[1] > 0 and self._neutral(a).shape == neutral.shape
-        return family and len(self.equations.constraints) > 0 and bool(abs(one - other) <= 1e-9 * (abs(one) or 1.0))
+        return abs(one - other) <= 1e-9 * (abs(one) or 1.0)
 
     def _energies(self, *places: Floats) -> list[float]:
         """h of the mechanism at rest at ``places``, each (n + f,)."""

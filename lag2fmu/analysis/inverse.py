@@ -39,8 +39,6 @@ from lag2fmu.mechanism.record import Mechanism, complete
 
 ALL = "all"
 """The word for as many coordinates as can be prescribed."""
-INVERSE = "_inverse"
-"""What stands behind the name of a mechanism whose motion is given."""
 TIME_CONSTANT = "time_constant"
 """The name of the parameter of filters."""
 
@@ -155,7 +153,7 @@ def _prescribed(d: Description, inputs: Sequence[Input], passive: tuple[Coordina
     """``d`` with ``inputs`` in place of all coordinates but the ``passive`` ones; the forces of their drives go out."""
     return replace(
         d,
-        name=d.name + INVERSE,
+        name=d.name + names.INVERSE,
         title=f"{d.title}, inverse dynamics",
         coordinates=passive,
         inputs=(*d.inputs, *inputs),

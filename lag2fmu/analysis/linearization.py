@@ -20,7 +20,6 @@ from functools import lru_cache
 import numpy as np
 
 from lag2fmu.analysis.evaluation import at, further_names, operating_inputs, saddle, unknowns
-from lag2fmu.analysis.present_modes import solved, within_modes
 from lag2fmu.analysis.state_space import Linearization
 from lag2fmu.analysis.subspaces import RANK, independent_rows, null_space
 from lag2fmu.description import names
@@ -127,6 +126,8 @@ class Linearizer:
         e = self.equations
         if e.constraints is e.permanent:
             return *unknowns(e, values), saddle(e, M, G)
+        from lag2fmu.analysis.present_modes import solved
+
         return solved(e, values)
 
     def _outputs(self, values: Values, moved: Floats) -> Floats:
@@ -248,6 +249,8 @@ def linearize(
     """
     values = _state(equations, q, qd, t, inputs, further)
     if within and equations.mechanism.hybrid:
+        from lag2fmu.analysis.present_modes import within_modes
+
         equations = within_modes(equations, values)
     found = linearizer(equations)
     return (found if outputs is None else found.telling(outputs))(values)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -10,8 +10,7 @@ from lag2fmu.language.letters import latex, latex_name, latex_sentence
 from lag2fmu.language.writer import to_read
 
 
-@dataclass(frozen=True)
-class Line:
+class Line(NamedTuple):
     """A sentence, or with an ``expression`` the formula ``text`` = expression."""
 
     text: str
@@ -28,8 +27,7 @@ class Line:
         return f"\\[ {latex_name(self.text)} = {latex(self.expression)} \\]"
 
 
-@dataclass(frozen=True)
-class Section:
+class Section(NamedTuple):
     """A title with lines."""
 
     title: str

@@ -11,6 +11,7 @@ G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, sections IV.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,8 +57,7 @@ def stiffness(equations: EquationsOfMotion) -> Stiffness | None:
     return Stiffness(rate=float(size[decays].max(initial=0.0)), pace=float(size[~decays].max(initial=1.0 / duration)))
 
 
-@dataclass(frozen=True)
-class Vibration:
+class Vibration(NamedTuple):
     """A vibration about the start: ``frequency`` in rad/s to three digits, and the ``coordinate`` that moves most."""
 
     frequency: float

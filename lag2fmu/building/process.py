@@ -13,12 +13,10 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import lru_cache
-from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import IO
+from typing import IO, NamedTuple
 from uuid import uuid4
 
 from lag2fmu.building.folders import cache_folder, refusal, say_once
@@ -40,8 +38,7 @@ _running: set[subprocess.Popen[bytes]] = set()
 _interrupted = threading.Event()
 
 
-@dataclass(frozen=True)
-class Result:
+class Result(NamedTuple):
     """How a command ended: its exit code and what it wrote."""
 
     code: int
@@ -56,6 +53,22 @@ def zig() -> str:
     if found is None or not found.submodule_search_locations:
         raise BuildError("the compiler zig is not installed; run 'pip install ziglang', or use --compiler host")
     return str(Path(found.submodule_search_locations[0], "zig.exe" if os.name == "nt" else "zig"))
+
+
+@lru_cache(maxsize=1)
+def zig_version() -> str:
+    """The version of the installed zig; raises BuildError if there is none.
+
+    It stands in the name of the folder NAME-VERSION.dist-info beside the package. Source: PyPA, Recording installed
+    projects. To import what reads the folder takes longer than to derive a small mechanism.
+    """
+    beside = Path(zig()).parents[1].glob("ziglang-*.dist-info")
+    names = [folder.name.removesuffix(".dist-info") for folder in beside]
+    if len(names) == 1:
+        return names[0].removeprefix("ziglang-")
+    from importlib.metadata import version
+
+    return version("ziglang")
 
 
 def is_zig(command: Sequence[str]) -> bool:
@@ -178,7 +191,7 @@ def compiler_folder() -> Path:
     Raises BuildError if zig is not installed.
     """
     key = hashlib.sha256(zig().encode()).hexdigest()[:12]
-    return cache_folder() / "compiler" / f"{version('ziglang')}-{key}"
+    return cache_folder() / "compiler" / f"{zig_version()}-{key}"
 
 
 def placed(files: Mapping[str, str]) -> Path | None:

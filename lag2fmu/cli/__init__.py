@@ -8,6 +8,7 @@ from __future__ import annotations
 import atexit
 import errno
 import gc
+import os
 import signal
 import sys
 import threading
@@ -46,6 +47,13 @@ Modules and equations are made of objects that stay. Python's own 700 take a ten
 """
 
 
+_THREADS = "OPENBLAS_NUM_THREADS"
+"""The environment variable of the linear algebra of NumPy and SciPy: how many threads share a product of matrices.
+
+The matrices of a mechanism are too small to be shared. To start the threads takes a twentieth of a small export.
+"""
+
+
 class _BadInputError(click.ClickException):
     """An error of the user, shown as one line."""
 
@@ -58,6 +66,7 @@ class _Commands(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; if it is terminated, its temporary folders are removed."""
         _exit_when_terminated()
+        os.environ.setdefault(_THREADS, "1")
         gc.set_threshold(_YOUNG, *gc.get_threshold()[1:])
         atexit.register(gc.freeze)  # else all that was made is searched for garbage before the command ends
         try:

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from lag2fmu.analysis.at_rest import resting
-from lag2fmu.analysis.inverse import INVERSE, inverse, needed
-from lag2fmu.analysis.observing import Observing
-from lag2fmu.cli.noise import items_of, noise_of, size_of
 from lag2fmu.cli.porting import with_choices
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import build_progress
+from lag2fmu.description import names
 from lag2fmu.errors import ExportError, Lag2FmuError
 from lag2fmu.fmu.backends.backend import identifier_of
 from lag2fmu.fmu.contents import identifier_inside
 from lag2fmu.fmu.exported import Fmu
 from lag2fmu.fmu.exporting import export
-from lag2fmu.fmu.live.samples import Samples
-from lag2fmu.fmu.observers import OBSERVER, observed_mechanism
+from lag2fmu.fmu.observers import observed_mechanism
 from lag2fmu.formats.loading import pairs_of
 from lag2fmu.language.units import SECOND
 from lag2fmu.mechanism.display import display_units
@@ -29,9 +25,12 @@ from lag2fmu.mechanism.leaving_out import OMISSIBLE, leaving_out
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import progress_bar
 
+if TYPE_CHECKING:
+    from lag2fmu.analysis.observing import Observing
+    from lag2fmu.fmu.live.samples import Samples
 
-@dataclass(frozen=True)
-class ExportOptions:
+
+class ExportOptions(NamedTuple):
     """The options of ``export``, by their names."""
 
     model: str
@@ -67,7 +66,7 @@ class ExportOptions:
     @property
     def target(self) -> Path:
         """The FMU; by default a file here with the name of the model."""
-        suffix = ("" if self.inverse is None else INVERSE) + ("" if self.observer is None else OBSERVER)
+        suffix = ("" if self.inverse is None else names.INVERSE) + ("" if self.observer is None else names.OBSERVER)
         return Path(f"{Path(self.model).stem}{suffix}.fmu") if self.path is None else self.path
 
     @property
@@ -118,11 +117,16 @@ def export_model(asked: ExportOptions) -> None:
 def _asked_for(asked: ExportOptions) -> tuple[Mechanism, tuple[str, ...]]:
     """The mechanism of which the FMU is made, and the names of what is promoted to outputs."""
     mechanism = with_choices(load_mechanism(asked.model, asked.settings), asked.inputs, asked.ports)
-    mechanism = resting(mechanism) if asked.start == "equilibrium" else mechanism
+    if asked.start == "equilibrium":
+        from lag2fmu.analysis.at_rest import resting
+
+        mechanism = resting(mechanism)
     if asked.inverse is None:
         if asked.time_constant is not None:
             raise ExportError("--time-constant goes with --inverse, whose motions it filters; add it, or leave it out")
         return mechanism, asked.outputs
+    from lag2fmu.analysis.inverse import inverse, needed
+
     motions = [name.strip() for name in asked.inverse.split(",")]
     omitted = [word for word in asked.left_out if word in OMISSIBLE]
     mechanism = inverse(leaving_out(mechanism, omitted), motions, time_constant=asked.time_constant)
@@ -140,6 +144,9 @@ def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
         if unused:
             raise ExportError(f"--{unused[0]} goes with --observer; add --observer ekf, or leave it out")
         return None
+    from lag2fmu.analysis.observing import Observing
+    from lag2fmu.cli.noise import items_of, noise_of, size_of
+
     units = display_units(mechanism)
 
     def times(texts: Iterable[str]) -> dict[str, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 
 from lag2fmu.codegen.tokens import words
 
@@ -41,8 +42,7 @@ def sections(sources: Mapping[str, str], files: Iterable[str], before: Iterable[
 
     def add(name: str) -> None:
         begun.add(name)
-        for line in sources[name].splitlines():
-            other = _included(line)
+        for other in included(sources[name]):
             if other in sources and other not in begun:
                 add(other)
         found[name] = _alone(name, sources)
@@ -53,14 +53,19 @@ def sections(sources: Mapping[str, str], files: Iterable[str], before: Iterable[
     return found
 
 
-def _included(line: str) -> str:
-    """The header of the program's own that a ``line`` includes, or ""."""
-    return line.split('"')[1] if line.startswith('#include "') else ""
+_INCLUDE = '#include "'
+
+
+@lru_cache(maxsize=1024)
+def included(text: str) -> tuple[str, ...]:
+    """The headers of the program's own that a C ``text`` includes; each stands on a line of its own."""
+    return tuple(part.split('"', 1)[0] for part in f"\n{text}".split(f"\n{_INCLUDE}")[1:])
 
 
 def _alone(name: str, sources: Mapping[str, str]) -> str:
     """The text of ``name`` without what includes one of ``sources``, and a header's without its guard NAME_H."""
-    lines = [line for line in sources[name].splitlines() if _included(line) not in sources]
+    lines = sources[name].splitlines()
+    lines = [line for line in lines if not line.startswith(_INCLUDE) or line.split('"')[1] not in sources]
     guard = f"{name.removesuffix('.h').upper()}_H"
     if f"#define {guard}" in lines:
         for line in (f"#ifndef {guard}", f"#define {guard}"):

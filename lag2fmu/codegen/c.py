@@ -9,16 +9,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
 from textwrap import fill
+from typing import TYPE_CHECKING, NamedTuple
 
 from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.dynamics.tables import LOOKUPS
-from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.operations import CONSTANT, COSINE, OPERATIONS, SINE
+
+if TYPE_CHECKING:
+    from lag2fmu.graph.interpolants import Interpolant
 
 MAX_STATEMENTS = 1500
 """The most statements in one C function; longer ones are cut."""
@@ -34,8 +36,7 @@ MANY_ZEROS = 2000
 """From so many zeros on, an array is cleared by a loop instead of one statement for each zero."""
 
 
-@dataclass(frozen=True)
-class Dialect:
+class Dialect(NamedTuple):
     """How values are written in C.
 
     - ``type``: the C type of a value.

@@ -20,9 +20,9 @@ def reached(files: Mapping[str, str], roots: Iterable[str]) -> set[str]:
     bodies: dict[str, str] = {}
     waiting = set(roots)
     for text in files.values():
-        code = _COMMENT.sub("", text)
-        bodies |= _DEFINITION.findall(code)
-        waiting |= set(_NAME.findall(_PROTOTYPE.sub("", _DEFINITION.sub("", code))))
+        parts = _DEFINITION.split(_COMMENT.sub("", text))  # what is outside, a name, its body, what is outside ...
+        bodies |= zip(parts[1::3], parts[2::3], strict=True)
+        waiting |= set(_NAME.findall(_PROTOTYPE.sub("", "".join(parts[::3]))))
     found: set[str] = set()
     while waiting:
         name = waiting.pop()

@@ -6,7 +6,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from lag2fmu.codegen.amalgamation import included
 from lag2fmu.codegen.c import INTERVALS
 from lag2fmu.codegen.listing import RUN, c_definition, is_long
 from lag2fmu.codegen.reached import reached
@@ -15,10 +17,12 @@ from lag2fmu.codegen.tables import RuntimeTables
 from lag2fmu.codegen.templates import render
 from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.dynamics.tables import lookups
-from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.operations import CODE
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import Method
+
+if TYPE_CHECKING:
+    from lag2fmu.graph.interpolants import Interpolant
 
 GENERATED = ("mechanism.h", "tables.c")
 """The files whose templates have their names."""
@@ -250,14 +254,8 @@ def engine_files(
         name = wanted.pop()
         if name in texts and name not in needed:
             needed[name] = texts[name]
-            wanted |= {f"{stem}.{ending}" for stem in _included(texts[name]) for ending in "ch"}
+            wanted |= {f"{header[:-1]}{ending}" for header in included(texts[name]) for ending in "ch"}
     return needed
-
-
-def _included(text: str) -> list[str]:
-    """The headers of the engine that a C file includes, without their endings; each stands on a line of its own."""
-    lines = [line for line in text.splitlines() if line.startswith('#include "')]
-    return [line.split('"')[1].removesuffix(".h") for line in lines]
 
 
 def public_names(files: Iterable[str]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
+from typing import NamedTuple
 
 from lag2fmu.codegen.colours import Colouring
 from lag2fmu.dynamics.functions import Program
@@ -28,8 +29,7 @@ class Slot:
     output: bool = False
 
 
-@dataclass(frozen=True)
-class PortTable:
+class PortTable(NamedTuple):
     """The ports of a mechanism, in the order of their value references.
 
     Each port is (name, first slot, number of slots, whether an earlier port has the same slots). ``dependencies`` has,
@@ -45,16 +45,14 @@ class PortTable:
         return tuple(accumulate(map(len, self.dependencies), initial=0))
 
 
-@dataclass(frozen=True)
-class StepBound:
+class StepBound(NamedTuple):
     """What bounds a step in real time: the ``longest`` communication step (s), and the most ``solver_steps`` in it."""
 
     longest: float
     solver_steps: int
 
 
-@dataclass(frozen=True)
-class ObserverTable:
+class ObserverTable(NamedTuple):
     """What an observer works with: ``program`` has the functions of an ``Observation``.
 
     - ``measured``, ``bound``, ``pivots``: the numbers of what is measured, of residuals, and of pivots.

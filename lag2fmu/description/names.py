@@ -8,6 +8,10 @@ DAMPER_RATE = "rate"
 """What the force of a damper calls the damper's own rate."""
 
 SETTINGS = ("solver_tolerance", "solver_step", "solver_max_step")
+INVERSE = "_inverse"
+"""What stands behind the name of a mechanism whose motion is given."""
+OBSERVER = "_observer"
+"""What stands behind the name of a mechanism that is observed."""
 ENERGIES = ("kinetic_energy", "potential_energy", "total_energy", "generalized_energy")
 
 

@@ -11,15 +11,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from lag2fmu.dynamics.parts import Entries, Solution
 from lag2fmu.dynamics.quadratic import LinearNodes, QuadraticForm
 from lag2fmu.graph.graph import Graph, Node
 
 
-@dataclass(frozen=True)
-class _Pivot:
+class _Pivot(NamedTuple):
     """An eliminated velocity x = (load - sum coupling_k value_k) * inverse, over the nodes k that are left."""
 
     leaf: Node

@@ -6,8 +6,7 @@ How expressions are written out is in ``graph.to_sympy``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy as sp
 
@@ -26,16 +25,14 @@ MAX_OPERATIONS = 500
 """Mechanisms whose formulas have more operations, written out, are not printed."""
 
 
-@dataclass(frozen=True)
-class Formula:
+class Formula(NamedTuple):
     """A formula in two languages, both without delimiters."""
 
     latex: str
     mathml: str
 
 
-@dataclass(frozen=True)
-class Formulas:
+class Formulas(NamedTuple):
     """What is shown of a mechanism, in this order, each as a ``Formula``.
 
     T and V, if they are told apart; M(q); the equations of motion (n,); those of the further states (f,); the
@@ -50,8 +47,7 @@ class Formulas:
     drives: tuple[Formula, ...]
 
 
-@dataclass(frozen=True)
-class Expressions:
+class Expressions(NamedTuple):
     """What ``Formulas`` prints, as SymPy expressions: equations are pairs of left and right side."""
 
     energies: tuple[tuple[str, sp.Expr], ...]

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
+from typing import TYPE_CHECKING, NamedTuple
 
-from lag2fmu.dynamics.row_tables import SparseRows
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import SYMBOL
+
+if TYPE_CHECKING:
+    from lag2fmu.dynamics.row_tables import SparseRows
 
 
 @dataclass(frozen=True)
@@ -81,8 +84,7 @@ def with_nodes(functions: Sequence[Function], new: Mapping[Node, Node]) -> list[
     ]
 
 
-@dataclass(frozen=True)
-class TableArgument:
+class TableArgument(NamedTuple):
     """An argument of a table that has no value outside ``least`` to ``greatest``, both in SI units.
 
     ``position`` is its place among the arguments of the table, counted from 1.
@@ -94,8 +96,7 @@ class TableArgument:
     greatest: float
 
 
-@dataclass(frozen=True)
-class EventFunction:
+class EventFunction(NamedTuple):
     """A function whose zeros are events: its ``name`` for messages, its ``nominal`` size in SI units.
 
     ``timed``: whether it depends on nothing but the time and parameters.

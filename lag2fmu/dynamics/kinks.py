@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,8 +43,7 @@ _READABLE = 200
 """The most operations of a margin that a message writes out."""
 
 
-@dataclass(frozen=True)
-class Switched:
+class Switched(NamedTuple):
     """Functions with switches in their argument p, behind its ``masks`` first entries, and the switches' margins.
 
     ``timed_bounds`` as in ``Program``.

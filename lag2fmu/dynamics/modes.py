@@ -14,7 +14,8 @@ Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, W
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
@@ -26,8 +27,7 @@ _AT_REST = 1e-12
 """Far below this slip speed (m/s, rad/s), times |d|, sliding friction has the direction d that the mode began with."""
 
 
-@dataclass(frozen=True)
-class ModeNumbers:
+class ModeNumbers(NamedTuple):
     """The numbers of the modes: ``masks`` (R,), ``directions`` of the frictional rows, ``offsets`` of latches."""
 
     masks: tuple[Node, ...]

@@ -20,7 +20,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,8 +46,7 @@ _TIMES, _STABLE = 9, 1e-9
 _LENGTH, _ANGLE = parse_unit("m").exponents, parse_unit("rad").exponents
 
 
-@dataclass(frozen=True)
-class _Size:
+class _Size(NamedTuple):
     """A typical size in SI units, and a text that says what it follows from."""
 
     value: float

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import (
@@ -84,8 +85,7 @@ class Variables:
         return bool(graph.depending([node], self.qd))
 
 
-@dataclass(frozen=True)
-class Velocity:
+class Velocity(NamedTuple):
     """The velocity (3,) of a frame's origin (m/s) and its angular velocity (3,) (rad/s), both in the frame's axes."""
 
     linear: Vector
@@ -96,8 +96,7 @@ class Velocity:
         return plus(g, plus(g, self.linear, cross(g, self.angular, place)), rate)
 
 
-@dataclass(frozen=True)
-class Inertia:
+class Inertia(NamedTuple):
     """A mass or moment of inertia ``weight`` that moves along ``place``: T = 1/2 weight (d place/dt)^2.
 
     ``weight`` in kg or kg.m2, ``place`` in m or rad; ``gravity`` is the acceleration of gravity along ``place``, m/s2.
@@ -108,8 +107,7 @@ class Inertia:
     gravity: Node
 
 
-@dataclass(frozen=True)
-class RigidInertia:
+class RigidInertia(NamedTuple):
     """A spatial body: ``mass`` (kg) and inertia ``tensor`` (3, 3) in kg.m2 about its mass centre, in its frame's axes.
 
     All vectors are in these axes. ``velocity``: that of the mass centre (m/s) and the angular velocity (rad/s), (3,)
@@ -189,8 +187,7 @@ class Constraints:
         return self.residuals[k], self.velocities[k], self.accelerations[k]
 
 
-@dataclass(frozen=True)
-class RowNumbers:
+class RowNumbers(NamedTuple):
     """The R rows: gaps of the U contacts and stops, their S slips, F dry frictions, then L latches.
 
     - ``positions``: the gaps (U,), and behind them the positions of the holonomic latches. The holonomic latches stand
@@ -241,8 +238,7 @@ class RowNumbers:
         return range(self.frictional.stop, len(self))
 
 
-@dataclass(frozen=True)
-class Solution:
+class Solution(NamedTuple):
     """x of M x = rhs, (n,) nodes, and the pivots, (n,) nodes, positive where M is positive definite."""
 
     x: tuple[Node, ...]

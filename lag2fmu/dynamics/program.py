@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Array, Function, Program, TableArgument, filling
 from lag2fmu.dynamics.kinks import switched
 from lag2fmu.dynamics.modes import ModeNumbers, sliding_forces, with_rows
-from lag2fmu.dynamics.open_rows import solve_open
 from lag2fmu.dynamics.row_functions import contact_events, rows_in_all_modes, time_stepping_rows
-from lag2fmu.dynamics.row_tables import SparseRows
-from lag2fmu.dynamics.schur_complement import solve_constrained
-from lag2fmu.dynamics.sparse_rows import sparse_rows
 from lag2fmu.dynamics.tables import watched_arguments
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
 from lag2fmu.graph.graph import Node
+
+if TYPE_CHECKING:
+    from lag2fmu.dynamics.row_tables import SparseRows
 
 __all__ = ["Array", "Function", "Program", "lower"]
 
@@ -54,7 +54,11 @@ def lower(
         equations, modes, places = with_rows(equations)
     g, v = equations.graph, equations.variables
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
-    sparse = sparse_rows(equations, modes, places) if time_stepping and places else None
+    sparse = None
+    if time_stepping and places:
+        from lag2fmu.dynamics.sparse_rows import sparse_rows
+
+        sparse = sparse_rows(equations, modes, places)
     functions, arguments, factor_size = _functions(equations, modes, places, outputs, variational, sparse)
     found = switched(
         g, v, equations.mechanism, functions, masks=len(modes.numbers), conditions=equations.rows.conditions
@@ -153,6 +157,9 @@ def _constrained_accelerations(
     The argument ``drift``, (m,), enters G qdd + gamma + drift = 0; the engine uses it to reduce the constraints'
     drift.
     """
+    from lag2fmu.dynamics.open_rows import solve_open
+    from lag2fmu.dynamics.schur_complement import solve_constrained
+
     g, n, m = equations.graph, len(equations.forcing), len(equations.constraints)
     drift = tuple(g.symbol(f"drift {k}") for k in range(m))
     rows = len(equations.rows) > 0

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Array, EventFunction, Function, filling
 from lag2fmu.dynamics.kinks import nominal_size
-from lag2fmu.dynamics.row_tables import SparseRows
 from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.operations import CONSTANT, SYMBOL
+
+if TYPE_CHECKING:
+    from lag2fmu.dynamics.row_tables import SparseRows
 
 
 def rows_in_all_modes(

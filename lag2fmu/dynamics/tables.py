@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,10 @@ from numpy.typing import NDArray
 from lag2fmu.description.tables import Table
 from lag2fmu.dynamics.functions import Array, Function, TableArgument, nodes_of, with_nodes
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.interpolants import Interpolant
 from lag2fmu.graph.operations import CODE, SYMBOL
+
+if TYPE_CHECKING:
+    from lag2fmu.graph.interpolants import Interpolant
 
 Floats = NDArray[np.float64]
 
@@ -33,6 +36,8 @@ def interpolant(table: Table) -> Interpolant:
     Source: Fritsch, Butland (1984) for monotone pieces; C. de Boor, A Practical Guide to Splines, chapter IV, for
     splines.
     """
+    from lag2fmu.graph.interpolants import Interpolant
+
     knots = tuple(np.array(axis, dtype=np.float64) for axis in table.grid.axes)
     values = np.array(table.grid.values, dtype=np.float64).reshape([len(axis) for axis in knots])
     found = _pieces(knots[0], values, table.interpolation)  # (d + 1, n - 1, ...)

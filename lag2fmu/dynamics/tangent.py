@@ -8,15 +8,14 @@ Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, section 15.3
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.nodes import Node
 
 
-@dataclass(frozen=True)
-class Tangent:
+class Tangent(NamedTuple):
     """Seeds and derivatives as nodes: seeds dt, dx (q, qd, further states), du (inputs), dp (parameters), dqdd (n + m).
 
     ``drates`` are the seeds of the inputs' rates; it is empty where the equations contain none.

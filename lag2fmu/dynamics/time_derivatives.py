@@ -8,15 +8,14 @@ Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, chapter 13 (
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.nodes import Node
 
 
-@dataclass(frozen=True)
-class SecondDerivatives:
+class SecondDerivatives(NamedTuple):
     """Time derivatives as nodes: du, d2u of the inputs; d3q, d4q (n + m,) of accelerations and multipliers.
 
     Behind the derivatives of the inputs stand those of the inputs' rates, if the equations contain any.

@@ -16,17 +16,15 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, as_completed
 from functools import lru_cache
-from importlib.metadata import version
 from pathlib import Path
 
 from lag2fmu.building.build_cache import kept, place
-from lag2fmu.building.process import compiling, is_zig, placed, run, zig
+from lag2fmu.building.process import compiling, is_zig, placed, run, zig, zig_version
 from lag2fmu.codegen.sources import component_sources
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.mach import hide, universal
 from lag2fmu.fmu.platforms import Platform, host_platform
 from lag2fmu.fmu.translation_units import shared_files, translation_units
-from lag2fmu.fmu.wasm.component import c_names, component
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 
@@ -120,7 +118,7 @@ def compile_here(sources: Mapping[str, str], name: str, compiler: str = "zig") -
     files = {**sources, **joined}
     if compiler != "zig":
         return _built(command, files, library)
-    made_of = (version("ziglang"), command[1:], sorted(processor_macros(compiler)), sorted(files.items()))
+    made_of = (zig_version(), command[1:], sorted(processor_macros(compiler)), sorted(files.items()))
     return kept(made_of, lambda: _built(command, files, library))
 
 
@@ -152,12 +150,14 @@ def compile_module(sources: Mapping[str, str], functions: Iterable[str], *option
     command = [*compiler_command("zig", WASM), "-mexec-model=reactor", *MODULE_FLAGS, *options, *exports, "-s"]
     command += ["-o", "page.wasm", *joined, "-lm"]
     files = {**sources, **joined}
-    made_of = (version("ziglang"), command[1:], sorted(files.items()))
+    made_of = (zig_version(), command[1:], sorted(files.items()))
     return kept(made_of, lambda: _built(command, files, "page.wasm"))
 
 
 def _compile_component(sources: Mapping[str, str], include: Path) -> bytes:
     """The component for WebAssembly of the C files in ``sources`` {file name: text} of an FMU."""
+    from lag2fmu.fmu.wasm.component import c_names, component
+
     headers = {file.name: file.read_text("utf-8") for file in sorted(include.glob("fmi*.h"))}
     imports = ("-Wl,--import-memory", "-Wl,--import-symbols")
     return component(compile_module({**component_sources(sources), **headers}, c_names(), *imports))
@@ -171,7 +171,7 @@ def compile_unit(files: Mapping[str, str], name: str, target: tuple[str, ...], *
     flags = [flag for flag in FLAGS if flag not in ("-fPIC", "-fvisibility=hidden")]
     command = [*compiler_command("zig", target[0]), *target[1:], *flags, "-fno-asynchronous-unwind-tables", *options]
     command += ["-o", "unit.out", name]
-    return kept((version("ziglang"), command[1:], sorted(files.items())), lambda: _built(command, files, "unit.out"))
+    return kept((zig_version(), command[1:], sorted(files.items())), lambda: _built(command, files, "unit.out"))
 
 
 def constant(sources: Mapping[str, str], header: str, expression: str, compiler: str = "zig") -> int:
@@ -217,7 +217,7 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
     if compiler != "zig":  # other compilers depend on the machine
         return build()
     headers = [(file.name, file.read_bytes()) for file in sorted(include.glob("fmi*.h"))]
-    return kept((version("ziglang"), options, headers, sorted(files.items())), build)
+    return kept((zig_version(), options, headers, sorted(files.items())), build)
 
 
 def _built(command: list[str], files: Mapping[str, str], library: str) -> bytes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from lag2fmu.analysis.stiffness import Vibration
 from lag2fmu.codegen.tables import Vibrations
@@ -22,8 +22,7 @@ _MANY = 24
 """Contacts from which on impacts are stepped over: each event costs more with each of them."""
 
 
-@dataclass(frozen=True)
-class Derived:
+class Derived(NamedTuple):
     """The complete mechanism, its equations and program, and the name of the solver.
 
     ``choice`` is a phrase on why this solver was chosen, ``reason`` one on the motion at the start. ``missed`` are the

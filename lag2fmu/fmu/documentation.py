@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
 from itertools import chain, islice
+from typing import TYPE_CHECKING, NamedTuple
 
 from lag2fmu.analysis.report import analysis_sections
 from lag2fmu.archives import PAGE
@@ -18,7 +18,6 @@ from lag2fmu.fmu.contents import EQUATIONS
 from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.live.document import licences
 from lag2fmu.fmu.live.page import live_document
-from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sketch import sketch
 from lag2fmu.lazy import latest
@@ -27,14 +26,16 @@ from lag2fmu.procedure.hybrid import Hybrid
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import METHODS
 
+if TYPE_CHECKING:
+    from lag2fmu.fmu.live.samples import Samples
+
 Row = dict[str, str]
 
 MOST_LAWS = 40
 """The most laws of contacts and their like on a page: a heap of 60 spheres has 1830."""
 
 
-@dataclass(frozen=True)
-class Subject:
+class Subject(NamedTuple):
     """The subject of a page: the ``equations``, their ``program``, and the ``content`` that a backend made.
 
     - ``stiffness``: a phrase on the stiffness of the motion, "" if it is not known.

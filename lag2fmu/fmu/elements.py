@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from lag2fmu.description import names
 from lag2fmu.fmu.builder import Builder
@@ -12,8 +13,7 @@ from lag2fmu.mechanism.calculated_units import calculated_units
 from lag2fmu.mechanism.record import Mechanism
 
 
-@dataclass(frozen=True)
-class Enumeration:
+class Enumeration(NamedTuple):
     """An enumeration: ``items`` {name: (value, meaning)}."""
 
     doc: str

@@ -7,11 +7,8 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from lag2fmu.analysis.at_rest import resting
-from lag2fmu.analysis.inverse import inverse as inverse_of
-from lag2fmu.analysis.inverse import needed
-from lag2fmu.analysis.observing import Observing
 from lag2fmu.archives import pack
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import damping, moved_starts, steps_over_impacts
@@ -25,7 +22,6 @@ from lag2fmu.fmu.documentation import Subject, documentation
 from lag2fmu.fmu.exported import Fmu, Model, fmu_path, is_fmu
 from lag2fmu.fmu.icon import icon
 from lag2fmu.fmu.live.module import page_maker
-from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.materials import BILL_ENTRY, bill_of_materials
 from lag2fmu.fmu.observers import observed
 from lag2fmu.fmu.picture import scene_at_start
@@ -41,6 +37,10 @@ from lag2fmu.mechanism.leaving_out import OMISSIBLE, leaving_out
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import telling
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, METHODS
+
+if TYPE_CHECKING:
+    from lag2fmu.analysis.observing import Observing
+    from lag2fmu.fmu.live.samples import Samples
 
 BACKENDS: Mapping[str, Backend] = {backend.name: backend for backend in (NATIVE, PYTHON)}
 """The backends by name, the default first."""
@@ -106,7 +106,7 @@ def export(  # noqa: PLR0913 (choices of the user)
     _check_given(observer, outputs)
     _check_words(DEFAULT_SOLVER if solver is None else solver, backend, fmi, start, arrays=arrays)
     given = leaving_out(as_mechanism(model, values), [word for word in without if word in OMISSIBLE])
-    mechanism, needs = _prescribed(resting(given) if start == STARTS[1] else given, inverse, time_constant)
+    mechanism, needs = _prescribed(_started(given, start), inverse, time_constant)
     check_profile(profile, backend, step)
     if observer:
         mechanism, solver, page = observed(mechanism, solver, backend, profile, page)
@@ -136,11 +136,23 @@ def _remarks(found: Derived) -> str:
     return "; ".join(filter(None, [found.choice, damping(found.missed, method), at_events]))
 
 
+def _started(mechanism: Mechanism, start: str) -> Mechanism:
+    """``mechanism`` with the ``start`` that one of STARTS names."""
+    if start == STARTS[0]:
+        return mechanism
+    from lag2fmu.analysis.at_rest import resting
+
+    return resting(mechanism)
+
+
 def _prescribed(
     mechanism: Mechanism, motions: str | Sequence[str], time_constant: float | None
 ) -> tuple[Mechanism, tuple[str, ...]]:
     """``mechanism`` with prescribed ``motions``, and the names of what they need; itself if there are none."""
     if motions:
+        from lag2fmu.analysis.inverse import inverse as inverse_of
+        from lag2fmu.analysis.inverse import needed
+
         mechanism = inverse_of(mechanism, motions, time_constant=time_constant)
         return mechanism, needed(mechanism)
     if time_constant is not None:
@@ -202,7 +214,11 @@ def _check_parts(without: Sequence[str], form: str, backend: str) -> None:
 def _check_given(observer: object, outputs: object) -> None:
     """Raise ExportError for an ``observer`` that is no Observing, as a word is, LoadError for outputs in one text."""
     check_names("outputs", outputs)
-    if observer is not None and not isinstance(observer, Observing):
+    if observer is None:
+        return
+    from lag2fmu.analysis.observing import Observing
+
+    if not isinstance(observer, Observing):
         raise ExportError(
             f"observer: {observer!r} says not what is measured; give lag2fmu.analysis.observing.Observing"
         )

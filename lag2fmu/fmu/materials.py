@@ -8,10 +8,10 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
 
 from lag2fmu.archives import read_text
+from lag2fmu.building.process import zig_version
 from lag2fmu.errors import Lag2FmuError
 from lag2fmu.fmu.compilers import FLAGS, MODULE_FLAGS
 from lag2fmu.fmu.wasm.draft import FOLDER, NAME, commit
@@ -29,11 +29,7 @@ def bill_of_materials(name: str, files: Mapping[str, bytes], *, solver: str, com
     tools = [{"type": "application", "name": "lag2fmu", "version": VERSION}]
     told = [{"name": _SOLVER, "value": solver}]
     if compiler is not None:
-        used = (
-            {"name": "ziglang", "version": version("ziglang")}
-            if compiler == "zig"
-            else {"name": "the host's C compiler"}
-        )
+        used = {"name": "ziglang", "version": zig_version()} if compiler == "zig" else {"name": "the host's C compiler"}
         tools.append({"type": "application", **used})
         told.append({"name": "org.lag2fmu:compiler-flags", "value": " ".join(FLAGS)})
     portable = any(file.startswith(f"binaries/{FOLDER}/") for file in files)
@@ -75,7 +71,7 @@ def solver_inside(path: Path) -> str | None:
 def _of_component() -> list[dict[str, object]]:
     """What is in a component for WebAssembly beside the FMU's own code: the C library, and the draft's interfaces."""
     source = {"type": "vcs", "url": "https://github.com/modelica/fmi-ls-wasm"}
-    library = f"statically linked, as ziglang {version('ziglang')} has it"
+    library = f"statically linked, as ziglang {zig_version()} has it"
     return [
         {"type": "library", "bom-ref": "wasi-libc", "name": "wasi-libc", "description": library},
         {"type": "data", "bom-ref": NAME, "name": NAME, "version": commit(), "externalReferences": [source]},

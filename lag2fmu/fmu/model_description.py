@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from lag2fmu.codegen.tables import StepBound
-from lag2fmu.fmu.ports import Port
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.mechanism.record import Mechanism
+
+if TYPE_CHECKING:
+    from lag2fmu.fmu.ports import Port
 
 
 @dataclass(frozen=True)

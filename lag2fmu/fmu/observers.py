@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from lag2fmu.analysis.observation import Observation
-from lag2fmu.analysis.observing import SIMPLEX, modes_refused
 from lag2fmu.codegen.tables import ObserverTable, Slot
+from lag2fmu.description.names import OBSERVER
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.builder import Builder, VariableTable
 from lag2fmu.fmu.model_description import Interface
@@ -20,8 +19,9 @@ from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.units import SECOND, Unit
 from lag2fmu.mechanism.record import Mechanism, complete
 
-OBSERVER = "_observer"
-"""What stands behind the name of a mechanism that is observed."""
+if TYPE_CHECKING:
+    from lag2fmu.analysis.observation import Observation
+
 OBSERVERS_SOLVER = "rk4"
 """The method by which an observer moves its estimate."""
 
@@ -33,6 +33,8 @@ def observed(
 
     Raises ExportError for choices that do not go with an observer, as contacts do not.
     """
+    from lag2fmu.analysis.observing import modes_refused
+
     if solver not in {None, OBSERVERS_SOLVER}:
         raise ExportError(f"--solver {solver}: an observer moves its estimate by {OBSERVERS_SOLVER}; leave it out")
     if backend != "c":
@@ -92,6 +94,8 @@ def observing_interface(interface: Interface) -> Interface:
 
 
 def _observer_table(found: Observation, starts: tuple[float, ...]) -> ObserverTable:
+    from lag2fmu.analysis.observing import SIMPLEX
+
     results = [array for array, *_ in found.program.functions[-1].results]
     states, measured = len(found.names) - len(found.estimated), len(found.asked.measure)
     return ObserverTable(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from lag2fmu.codegen.tables import RuntimeTables, StepBound
 from lag2fmu.errors import ExportError
@@ -16,8 +17,7 @@ MOST_SOLVER_STEPS = 10_000
 """In a step; a longer one belongs to no loop in real time."""
 
 
-@dataclass(frozen=True)
-class RealTime:
+class RealTime(NamedTuple):
     """An FMU for real time, whose longest communication step is ``step`` (s), None for that of the experiment."""
 
     step: float | None = None

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 
@@ -11,8 +12,7 @@ KNOWN = frozenset({"input", "parameter", "independent"})
 """The causalities of variables on which others depend; states are such knowns, too."""
 
 
-@dataclass(frozen=True)
-class Unknown:
+class Unknown(NamedTuple):
     """An entry of ModelStructure; ``dependencies`` are names, None if it depends on everything and lists nothing.
 
     ``constant``: the only dependency enters with a constant factor.
@@ -23,8 +23,7 @@ class Unknown:
     constant: bool = False
 
 
-@dataclass(frozen=True)
-class Structure:
+class Structure(NamedTuple):
     """The lists of ModelStructure: outputs, derivatives of the states, unknowns at initialization.
 
     ``calculated`` are further unknowns, which ModelStructure does not list; they have dependencies too.

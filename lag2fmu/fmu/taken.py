@@ -8,9 +8,6 @@ from dataclasses import dataclass
 
 from lag2fmu.codegen.tables import StepBound
 
-REALTIME_ENTRY = "extra/org.lag2fmu/realtime.md"
-"""The report in an FMU."""
-
 _ENUMERATION = re.compile(r"^enum \{([^}]*)\};", re.MULTILINE)
 _BOUND = re.compile(r"\b(MOST_\w+) = (?:REAL_TIME \? (\d+) : \d+|(\d+))(?=[,\s]|$)")
 

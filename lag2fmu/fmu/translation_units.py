@@ -10,9 +10,12 @@ What does not run in the steps of a solver is compiled for size, which takes hal
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from functools import cache
+from pathlib import Path
 
+from lag2fmu.codegen.amalgamation import included
 from lag2fmu.resources import resource_folder
 
 MOST = 100_000
@@ -60,7 +63,7 @@ def _reached(file: str, sources: Mapping[str, str]) -> dict[str, str]:
         name = waiting.pop()
         if name in sources and name not in found:
             found[name] = sources[name]
-            waiting += [line.split('"')[1] for line in sources[name].splitlines() if line.startswith('#include "')]
+            waiting += included(sources[name])
     return found
 
 
@@ -124,4 +127,5 @@ def room_of(name: str) -> str:
 def _folders() -> dict[str, str]:
     """{file: folder} of the engine's files; a folder's first part is its room."""
     engine = resource_folder("templates") / "engine"
-    return {path.name: path.parent.relative_to(engine).as_posix() for path in engine.rglob("*.[ch]")}
+    found = ((Path(folder).relative_to(engine).as_posix(), names) for folder, _, names in os.walk(engine))
+    return {name: folder for folder, names in found for name in names if name.endswith((".c", ".h"))}

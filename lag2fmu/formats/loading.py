@@ -16,7 +16,6 @@ from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.programs import arguments_of, convert, function_of_mechanics, guarded, is_mechanics, model_function
 from lag2fmu.formats.robots import ENDINGS, robot
-from lag2fmu.formats.text import read_file
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, tell_of_lengths, value_in_si
@@ -28,7 +27,7 @@ __all__ = ["as_mechanism", "bundled", "load", "pairs_of", "split_settings", "val
 _LOGGER = logging.getLogger("lag2fmu")
 _PROGRAM = ".py:"
 """The sign between a file and the name of the thing in it that is meant."""
-_TO_VERBS = "parameters and starts go to the verbs, as"
+_TO_VERBS = "parameters and starts go to the verbs, as simulate(..., values={})"
 
 
 def as_mechanism(model: object, values: Mapping[str, float] | None = None) -> Mechanism:
@@ -64,8 +63,9 @@ def read_model(model: object, arguments: Mapping[Any, object] | None = None) -> 
     given = {str(name): value for name, value in (arguments or {}).items()}
     if isinstance(model, (str, Path)) and (path := find(model)).suffix == ".toml":
         if given:
-            words = f"a mechanism as text has no structural arguments; {_TO_VERBS}"
-            raise LoadError(f"{path}: {words} simulate(..., values={given})")
+            raise LoadError(f"{path}: a mechanism as text has no structural arguments; {_TO_VERBS.format(given)}")
+        from lag2fmu.formats.text import read_file
+
         return read_file(path)
     place, function = source = _function_of(model)
     converted = _converted(source, given)
@@ -90,8 +90,8 @@ def _converted(source: _ModelSource, given: Mapping[str, object]) -> dict[str, o
         raise LoadError(f"{place}: '{unknown}' is no constant, it moves; give its start to the run: {start}")
     if unknown is not None:
         known, owner = ", ".join(taken) or "none", place.name if place.suffix in ENDINGS else function.__name__
-        words = f"'{unknown}' is no structural argument of {owner}; known are: {known}; {_TO_VERBS}"
-        raise LoadError(f"{place}: {words} simulate(..., values={{'{unknown}': {given[unknown]!r}}})")
+        words = f"'{unknown}' is no structural argument of {owner}; known are: {known}"
+        raise LoadError(f"{place}: {words}; {_TO_VERBS.format({unknown: given[unknown]})}")
     converted = {name: convert(value, taken[name], f"{place}: {name}") for name, value in given.items()}
     if missing := ", ".join(x for x, p in taken.items() if p.default is p.empty and x not in converted):
         name, of_controller = function.__name__, missing == "t, inputs"

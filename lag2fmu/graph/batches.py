@@ -71,7 +71,7 @@ class Evaluator:
                     found[i] = function(found[operands[0]], found[operands[1]])
                 else:
                     found[i] = function(*(found[operand] for operand in operands))
-        batch = np.broadcast_shapes(*{np.shape(x) for x in values.values()})
+        batch = np.broadcast_shapes(*{getattr(x, "shape", ()) for x in values.values()})
         result: Floats = np.empty((len(self._places), *batch))
         for row, i in enumerate(self._places):
             result[row, ...] = found[i]

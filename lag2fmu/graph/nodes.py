@@ -7,12 +7,14 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
 from operator import or_
-from typing import NewType
+from typing import TYPE_CHECKING, NewType
 
 from numpy.typing import ArrayLike
 
-from lag2fmu.graph.interpolants import Floats, Interpolant
 from lag2fmu.graph.operations import ADD, CONSTANT, LOOKUP, LOOKUP_2, MULTIPLY, OPERATIONS, SUBTRACT, SYMBOL
+
+if TYPE_CHECKING:
+    from lag2fmu.graph.interpolants import Floats, Interpolant
 
 Node = NewType("Node", int)
 """The number of a node; it has a meaning only together with its graph."""

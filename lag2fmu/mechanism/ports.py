@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from lag2fmu.description import names
 from lag2fmu.description.description import Description
@@ -24,8 +25,7 @@ TURNING = {"poses": "angle", "velocities": "angular_velocity", "accelerations": 
 """{field of the ports: quantity of a point, or of a place that turns}."""
 
 
-@dataclass(frozen=True)
-class Site:
+class Site(NamedTuple):
     """Where a port is: the ``place`` at which forces act, and its ``frame``, which is None in the plane and the world.
 
     ``added``: a new point at the origin of a frame, None if the mechanism has a place there.

@@ -8,7 +8,7 @@ alone is interpreted, for pictures only: no equation depends on it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -17,8 +17,7 @@ Vector = tuple[sp.Expr, ...]
 CONSTANT, SHIFT, ARM = "constant", "shift", "arm"
 
 
-@dataclass(frozen=True)
-class ArmStep:
+class ArmStep(NamedTuple):
     """A part of a position, from ``start`` to ``end``, both (2,) or (3,) in m.
 
     - ``kind``: CONSTANT, SHIFT (free of angles) or ARM.

@@ -7,8 +7,8 @@ rest, it is a wall. A torsion spring has de/dq = +-1 for an angle, and acts at t
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,7 @@ from lag2fmu.picture.skeleton import Skeleton
 _NEAR = 1e-9
 
 
-@dataclass(frozen=True)
-class Attachment:
+class Attachment(NamedTuple):
     """The place of the spring or damper ``part``, between two spots.
 
     - ``wall``: the second end is a wall, in the direction ``along`` (3,).

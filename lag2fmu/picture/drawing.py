@@ -14,7 +14,6 @@ from lag2fmu.picture.forces import draw_forces
 from lag2fmu.picture.frictions import draw_frictions, draw_hinge_stops
 from lag2fmu.picture.labels import pretty
 from lag2fmu.picture.layout import BACK_TO_FRONT, BOX, Layout, rail_of, supports
-from lag2fmu.picture.pulleys import draw_pulley
 from lag2fmu.picture.scene import Canvas, Disc, Scene, Stroke
 from lag2fmu.picture.shapes import BALL, DISC, PARTICLE, ROD, Shape
 from lag2fmu.picture.walls import draw_walls
@@ -50,6 +49,8 @@ def _things(start: Layout, layout: Layout) -> Canvas:
     """All things without text: ropes, ground and walls as at the ``start``; links, bodies, points, springs, loads."""
     canvas, flat = Canvas(), layout.at_start
     if layout.pulley is not None:
+        from lag2fmu.picture.pulleys import draw_pulley
+
         canvas.notes.append("Ropes and pulleys are drawn as the bodies move; they have no mass.")
         draw_pulley(canvas, layout.pulley, flat, BOX[0])
     _grounds(canvas, start)

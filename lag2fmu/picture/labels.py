@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -59,8 +60,7 @@ _WIDTH, _HEIGHT = 0.58, 1.0
 """The width of a character, as a multiple of its height."""
 
 
-@dataclass(frozen=True)
-class Label:
+class Label(NamedTuple):
     """A ``text`` centred at ``at`` (2,), of letters ``size`` high, in a ``style`` of strokes; it names the ``part``."""
 
     part: str

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,11 +16,13 @@ from lag2fmu.graph.batches import Floats, Values
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.attachments import attachments, ropes
 from lag2fmu.picture.loops import add_loops
-from lag2fmu.picture.pulleys import Pulley, hung
 from lag2fmu.picture.shapes import BALL, CUBOID, DISC, PARTICLE, ROD, Shape, shape_of
 from lag2fmu.picture.skeleton import Skeleton, SkeletonLine
 from lag2fmu.picture.surfaces import Surface
 from lag2fmu.picture.view import view_of
+
+if TYPE_CHECKING:
+    from lag2fmu.picture.pulleys import Pulley
 
 SIZE, DISPLACED = 60.0, 8.0
 """The length of the mechanism, and that of displacements where bodies stand side by side; in units of the picture."""
@@ -156,6 +159,8 @@ class Layout:
         spots = list(dict.fromkeys(self._moving()))
         if not all(self.upright(i) for i in spots):
             return None
+        from lag2fmu.picture.pulleys import hung
+
         down = self.view.down
         return hung({i: np.asarray(down) @ self.skeleton.spot_slopes[i][:, :, 0] for i in spots})
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +24,7 @@ _SIDES = np.array([[1.2, 0.0], [-1.2, 0.0], [0.0, 1.2], [0.0, -1.2]])
 """The distance of the edges of a rod from its middle line."""
 
 
-@dataclass(frozen=True)
-class Style:
+class Style(NamedTuple):
     """How a stroke looks: colour of line and ``fill`` ('' for none), ``width`` in units, dashed or not."""
 
     color: str
@@ -56,8 +56,7 @@ STYLES: Mapping[str, Style] = {
 }
 
 
-@dataclass(frozen=True)
-class Stroke:
+class Stroke(NamedTuple):
     """A polyline (k, 2) of ``part``; it is filled if its style has a filling and it is closed."""
 
     part: str
@@ -70,8 +69,7 @@ class Stroke:
         return len(self.points) > 3 and self.points[0] == self.points[-1]
 
 
-@dataclass(frozen=True)
-class Disc:
+class Disc(NamedTuple):
     """A filled circle of ``part``."""
 
     part: str
@@ -80,8 +78,7 @@ class Disc:
     radius: float
 
 
-@dataclass(frozen=True)
-class Scene:
+class Scene(NamedTuple):
     """A picture: its marks, back to front, within ``box`` (left, bottom, right, top), with ``notes`` below.
 
     ``unit`` is the length (m) of one unit of the picture.

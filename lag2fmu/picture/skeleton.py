@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import chain, compress
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -31,8 +32,7 @@ MOST_PARTS = 40
 """Positions are read for arms up to so many bodies; more would take long, and their picture would be a tangle."""
 
 
-@dataclass(frozen=True)
-class SkeletonLine:
+class SkeletonLine(NamedTuple):
     """A straight line of ``part`` (a body, point, frame or constraint) between the spots ``ends``.
 
     An ``arm`` turns about its first end by ``angles``.

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy as sp
@@ -22,7 +22,9 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.language.definitions import written_out
 from lag2fmu.language.vocabulary import symbol
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.mesh_files import FileMesh, collada_meshes, stl_count, stl_mesh
+
+if TYPE_CHECKING:
+    from lag2fmu.mesh_files import FileMesh
 
 Triangles = NDArray[np.int64]
 
@@ -162,6 +164,8 @@ def _meshes(path: Path) -> list[Surface] | str:
 
 
 def _in_file(path: Path) -> Iterator[FileMesh]:
+    from lag2fmu.mesh_files import collada_meshes, stl_count, stl_mesh
+
     kind = path.suffix.lower()
     if kind == ".dae":
         yield from collada_meshes(path)
@@ -174,6 +178,8 @@ def _in_file(path: Path) -> Iterator[FileMesh]:
 def _of_others(path: Path) -> Iterator[FileMesh]:
     """The meshes in the file at ``path``, read by trimesh."""
     import trimesh
+
+    from lag2fmu.mesh_files import FileMesh
 
     scene: Any = trimesh.load_scene(str(path))
     for place, name in (scene.graph[node] for node in scene.graph.nodes_geometry):

@@ -11,7 +11,6 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
-from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from platform import machine
@@ -22,7 +21,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from lag2fmu.building.build_cache import kept
-from lag2fmu.building.process import run, zig
+from lag2fmu.building.process import run, zig, zig_version
 from lag2fmu.errors import BuildError
 from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice
 from lag2fmu.reference.composition import Composition
@@ -167,7 +166,7 @@ def native_terms(composition: Composition) -> Function | None:
     flags += ["-fPIC", "-shared"]
     texts = {"mechanism.h": _header(composition), _SOURCE: Path(__file__).with_name(_SOURCE).read_text("utf-8")}
     try:
-        library = kept((version("ziglang"), flags, sorted(texts.items())), lambda: _library(flags, texts))
+        library = kept((zig_version(), flags, sorted(texts.items())), lambda: _library(flags, texts))
         with tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True) as folder:
             Path(folder, "terms").write_bytes(library)
             function = ctypes.CDLL(str(Path(folder, "terms"))).terms

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from lag2fmu.analysis.observing import Observing
 from lag2fmu.codegen.tables import Vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
@@ -17,9 +15,12 @@ from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.realtime import RealTime
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sources import MANY
-from lag2fmu.fmu.taken import Taken
 from lag2fmu.fmu.versions.version import Version
 from lag2fmu.mechanism.record import Mechanism
+
+if TYPE_CHECKING:
+    from lag2fmu.analysis.observing import Observing
+    from lag2fmu.fmu.taken import Taken
 
 MOST_OF_A_NAME = 63
 """Characters of an identifier that C99 distinguishes (section 5.2.4.1), and the most in a name of MATLAB."""
@@ -31,8 +32,7 @@ The former works on the graph of the equations, where nothing else may work at t
 """
 
 
-@dataclass(frozen=True)
-class Choices:
+class Choices(NamedTuple):
     """The user's choices for an export: ``solver`` and ``platform`` by name, ``compiler`` 'zig' or 'host'.
 
     ``progress`` is told how a compiler gets on. ``version`` is that of FMI. ``arrays``: coordinates are to be arrays.
@@ -54,8 +54,7 @@ class Choices:
     observing: Observing | None = None
 
 
-@dataclass(frozen=True)
-class Content:
+class Content(NamedTuple):
     """What a backend makes: the description with its GUID, and the backend's own files {name in the archive: content}.
 
     ``binaries`` is a phrase on the libraries. ``resources`` are lines of HTML on further files, for the FMU's page;

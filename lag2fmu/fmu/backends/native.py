@@ -3,36 +3,34 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import uuid
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
-from lag2fmu.analysis.observation import Observation, observation
 from lag2fmu.building.process import compiling
 from lag2fmu.codegen.sources import render_sources
-from lag2fmu.codegen.tables import Vibrations
+from lag2fmu.codegen.tables import PortTable, Vibrations
 from lag2fmu.dynamics.adjoint import with_adjoints
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.functions import Program
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu.backends.backend import Build, Choices, Content, identifier_of
+from lag2fmu.fmu.builder import VariableTable
 from lag2fmu.fmu.compilers import compile_libraries, constant
-from lag2fmu.fmu.contents import CLOCKS, EQUATIONS, SOURCES
+from lag2fmu.fmu.contents import CLOCKS, EQUATIONS, REALTIME_ENTRY, SOURCES
 from lag2fmu.fmu.documentation import on_equations
-from lag2fmu.fmu.footprint import LINUX, footprints
 from lag2fmu.fmu.live.module import STILL
 from lag2fmu.fmu.live.parts import Live
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.observers import observed_table, observing_interface
 from lag2fmu.fmu.platforms import WASM, Platform, binaries_text, choose_platforms
-from lag2fmu.fmu.ports import port_table, ports_of
 from lag2fmu.fmu.realtime import RealTime, bounded, step_bound
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.sources import ALL, SINGLE, source_files
-from lag2fmu.fmu.taken import REALTIME_ENTRY, Taken, bounds_of
 from lag2fmu.fmu.variables import build_table
 from lag2fmu.fmu.versions.fmi2 import FMI2
 from lag2fmu.fmu.versions.version import Version
@@ -40,6 +38,11 @@ from lag2fmu.fmu.wasm.draft import NOT_OFFERED, manifests
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import METHODS
 from lag2fmu.version import VERSION
+
+if TYPE_CHECKING:
+    from lag2fmu.analysis.observation import Observation
+    from lag2fmu.fmu.ports import Port
+    from lag2fmu.fmu.taken import Taken
 
 _BLANK = "{00000000-0000-0000-0000-000000000000}"
 """A placeholder that stands in the sources until their GUID is known."""
@@ -49,8 +52,7 @@ _SOURCES = (
 )
 
 
-@dataclass(frozen=True)
-class _Native:
+class _Native(NamedTuple):
     name: str = "c"
     solvers: tuple[str, ...] = tuple(METHODS)
 
@@ -168,6 +170,9 @@ def _taken(
     """What the FMU of ``sources`` takes where its steps are bounded, on those of the ``platforms`` that are known."""
     if description.bound is None:
         return None
+    from lag2fmu.fmu.footprint import LINUX, footprints
+    from lag2fmu.fmu.taken import Taken, bounds_of
+
     identifier = description.model_identifier
     joined = source_files(sources, identifier, version.gate, SINGLE)[f"sources/{ALL}"].decode()
     headers = {file.name: file.read_text("utf-8") for file in sorted(fmi_headers(version).glob("fmi*.h"))}
@@ -179,7 +184,11 @@ def _taken(
 
 
 def _observation(equations: EquationsOfMotion, choices: Choices) -> Observation | None:
-    return observation(equations, choices.observing) if choices.observing else None
+    if not choices.observing:
+        return None
+    from lag2fmu.analysis.observation import observation
+
+    return observation(equations, choices.observing)
 
 
 def _doubt(observed: Observation | None) -> str:
@@ -211,8 +220,8 @@ def describe(  # noqa: PLR0913 (choices of the user)
     tables = replace(table.tables, vibrations=vibrations)
     if realtime:
         tables = bounded(tables, step_bound(mechanism, tables.default_solver_step, realtime.step))
-    ports = ports_of(mechanism, table, arrays=arrays) if version.has_ports else ()
-    tables = replace(tables, ports=port_table(ports) if ports else None)
+    ports, numbers = _ports(mechanism, table, arrays=arrays) if version.has_ports else ((), None)
+    tables = replace(tables, ports=numbers)
     identifier = identifier_of(mechanism.name)
     interface = replace(version.interface, event_indicators=len(program.event_functions))
     interface = observing_interface(interface) if observed else interface
@@ -235,6 +244,14 @@ def describe(  # noqa: PLR0913 (choices of the user)
     return replace(blank, guid=guid, source_files=(ALL,)), sources
 
 
+def _ports(mechanism: Mechanism, table: VariableTable, *, arrays: bool) -> tuple[tuple[Port, ...], PortTable | None]:
+    """The ports of FMI 3.0, and what maps their numbers to slots where these differ."""
+    from lag2fmu.fmu.ports import port_table, ports_of
+
+    ports = ports_of(mechanism, table, arrays=arrays)
+    return ports, port_table(ports) if ports else None
+
+
 def _guid(blank: ModelDescription, sources: Mapping[str, str]) -> str:
     """A GUID made of a SHA-256 of sources and variables, so that the same input gives the same FMU."""
     digest = hashlib.sha256()
@@ -246,9 +263,10 @@ def _guid(blank: ModelDescription, sources: Mapping[str, str]) -> str:
 
 def fmi_headers(version: Version = FMI2) -> Path:
     """The folder of the headers of ``version``, found in the installed fmpy without importing it; raises BuildError."""
-    for file in importlib.metadata.files("fmpy") or ():
-        if file.name == version.header:
-            return Path(str(file.locate())).parent
+    found = find_spec("fmpy")
+    for place in (found and found.submodule_search_locations) or ():
+        if Path(place, "c-code", version.header).is_file():
+            return Path(place, "c-code")
     raise BuildError(
         f"the headers of FMI {version.name} are missing: the installed fmpy has no {version.header}; reinstall fmpy"
     )

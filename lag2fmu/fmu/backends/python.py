@@ -7,12 +7,12 @@ holds the library for each platform and the package.
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import re
 import uuid
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from lag2fmu.codegen.python_sources import printable, render_mechanism, runtime_files
 from lag2fmu.codegen.tables import RuntimeTables, Vibrations
@@ -60,8 +60,7 @@ _RESOURCES = (
 )
 
 
-@dataclass(frozen=True)
-class _Python:
+class _Python(NamedTuple):
     name: str = "python"
     solvers: tuple[str, ...] = SOLVERS
 
@@ -192,6 +191,8 @@ def _installed() -> dict[str, Path]:
 
     They are found without an import, which could find the copy inside an FMU that runs in the same process.
     """
+    import importlib.metadata
+
     try:
         files = importlib.metadata.files("pythonfmu") or []
     except importlib.metadata.PackageNotFoundError as error:
@@ -224,13 +225,15 @@ def _libraries(platforms: Sequence[str], identifier: str) -> dict[str, bytes]:
 
 def _dependencies() -> str:
     """documentation/externalDependencies.txt (FMI 2.0.5, section 2.3)."""
-    version = importlib.metadata.version("pythonfmu")
+    from importlib.metadata import version
+
+    installed = version("pythonfmu")
     return (
         "What this FMU needs on the importing side\n"
         "\n"
         "- Python 3.10 or newer, 64 bits; its standard library only. A tool that is no Python itself must find it: on\n"
         "  Linux start it with LD_PRELOAD=/path/to/libpython3.x.so, on Windows put python3.dll on the PATH.\n"
-        f"- The library in binaries/ is that of PythonFMU {version} (MIT, see licenses/pythonfmu.txt). On Linux it\n"
+        f"- The library in binaries/ is that of PythonFMU {installed} (MIT, see licenses/pythonfmu.txt). On Linux it\n"
         "  needs glibc 2.32, libgcc_s and a libstdc++ of GCC 12 (GLIBCXX_3.4.30), on Windows the Visual C++ runtime\n"
         "  of 2015 or newer. There is none for macOS and for arm64.\n"
         "\n"

@@ -7,9 +7,8 @@ The parts are those of ``picture.drawing``. Lengths are in units of the picture 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,11 +20,13 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.picture.attachments import Attachment
 from lag2fmu.picture.forces import beside
 from lag2fmu.picture.layout import BACK_TO_FRONT, BOX, GAP, Layout, drawable, layout_of, rail_of, supports
-from lag2fmu.picture.pulleys import Pulley
 from lag2fmu.picture.scene import Canvas, Stroke
 from lag2fmu.picture.shapes import PARTICLE, ROD, Shape, own_link
 from lag2fmu.picture.surfaces import Surface, packed, surfaces
 from lag2fmu.picture.walls import draw_walls
+
+if TYPE_CHECKING:
+    from lag2fmu.picture.pulleys import Pulley
 
 Item = dict[str, Any]
 _FAR = 400.0
@@ -35,8 +36,7 @@ _NAMED = 8
 """If there are more bodies than this, their names are left out. The same holds for the points."""
 
 
-@dataclass(frozen=True)
-class Drawing:
+class Drawing(NamedTuple):
     """The ``data`` for the page's script, the ``spots`` that they refer to, and the ``surfaces`` of visuals as bytes.
 
     ``notes`` are sentences on what is not drawn.
@@ -99,7 +99,7 @@ def _items(layout: Layout, spots: Spots) -> Iterator[Item]:
 
 
 def _pulley(pulley: Pulley, spots: Spots) -> list[Any]:
-    return [_pulley(end, spots) if isinstance(end, Pulley) else spots(end) for end in pulley.ends]
+    return [spots(end) if isinstance(end, int) else _pulley(end, spots) for end in pulley.ends]
 
 
 def _ground(layout: Layout, spots: Spots) -> Iterator[Item]:

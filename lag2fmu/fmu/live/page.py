@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lag2fmu.description import names
 from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.live.document import document
 from lag2fmu.fmu.live.parts import Live
-from lag2fmu.fmu.live.samples import Samples
 from lag2fmu.fmu.model_description import ModelDescription
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
+
+if TYPE_CHECKING:
+    from lag2fmu.fmu.live.samples import Samples
 
 _SHORT, _LONG, _SHOWN = 3.0, 30.0, 10.0
 """Experiments between these lengths (s) are shown in real time; others are sped up or slowed down to the last one."""

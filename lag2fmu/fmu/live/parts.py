@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 
-@dataclass(frozen=True)
-class Live:
+class Live(NamedTuple):
     """The ``picture`` and its ``surfaces``, data of a ``Drawing``, and the ``module`` in WebAssembly."""
 
     picture: Mapping[str, Any] | None

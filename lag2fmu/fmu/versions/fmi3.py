@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from lag2fmu.fmu.elements import ENUMERATIONS
 from lag2fmu.fmu.event_variables import CLOCK
 from lag2fmu.fmu.model_description import Interface, ModelDescription, heeds_steps
-from lag2fmu.fmu.ports import Port, port_structure
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.fmu.structure import Unknown
 from lag2fmu.fmu.versions.shared import (
@@ -21,6 +21,9 @@ from lag2fmu.fmu.versions.shared import (
 )
 from lag2fmu.fmu.versions.version import CATEGORIES, Version
 from lag2fmu.fmu.xml_text import document
+
+if TYPE_CHECKING:
+    from lag2fmu.fmu.ports import Port
 
 _DERIVATIVES = {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
 INTERFACE = Interface(
@@ -166,6 +169,8 @@ def _hull(port: Port) -> tuple[float | None, float | None]:
 
 def _structure(root: ET.Element, ports: Sequence[Port]) -> None:
     """ModelStructure (section 2.4.8). Indicators are no unknowns at initialization."""
+    from lag2fmu.fmu.ports import port_structure
+
     found = port_structure(ports)
     indicators = {port.name for port in ports if port.kind == "VARIABLE_INDICATOR"}
     parent = ET.SubElement(root, "ModelStructure")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from lag2fmu.fmu.model_description import Interface, ModelDescription
 from lag2fmu.fmu.platforms import Platform
@@ -18,8 +18,7 @@ CATEGORIES = {
 """The log categories of the gates in C, {name: description}."""
 
 
-@dataclass(frozen=True)
-class Version:
+class Version(NamedTuple):
     """A version of FMI by its ``name``, as ``--fmi`` and the attribute fmiVersion have it.
 
     - ``gate``: the folder of its functions in templates/engine, and the beginning of their names.

@@ -10,10 +10,13 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from functools import cache
+from typing import TYPE_CHECKING
 
-from lag2fmu.fmu.wasm.wit import WitInterface, parse_wit
 from lag2fmu.fmu.xml_text import document
 from lag2fmu.resources import resource_folder
+
+if TYPE_CHECKING:
+    from lag2fmu.fmu.wasm.wit import WitInterface
 
 NAME = "org.modelica.fmi-ls-wasm"
 FOLDER = "wasm32-wasip2"
@@ -45,6 +48,8 @@ def _text() -> str:
 @cache
 def interfaces() -> Mapping[str, WitInterface]:
     """The interfaces of the draft {short name: interface}."""
+    from lag2fmu.fmu.wasm.wit import parse_wit
+
     return parse_wit(_text())
 
 
