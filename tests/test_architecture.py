@@ -66,7 +66,7 @@ ROOMS = {
             "solvers",
             "codegen",
         },
-        {"numpy"},
+        {"PIL", "numpy"},
     ),
     "ensemble": (
         {"errors", "lazy", "description", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
@@ -174,6 +174,7 @@ USERS = {
     "lxml": {"checking/schema.py"},
     "minisign": {"checking/signature.py"},
     "matplotlib": {"verify/plots", "studies/calibration_figure.py", "studies/estimates_figure.py"},
+    "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
     "collada": {"mesh_files.py"},
     "trimesh": {"picture/surfaces.py"},
@@ -366,7 +367,7 @@ def test_what_needs_no_algebra_imports_nothing_heavy(arguments: list[str], tmp_p
 
 
 UNREAD = (
-    *("scipy", "fmpy", "matplotlib", "PIL", "rich", "multiprocessing", "tomllib", "tomli", "lag2fmu.verify"),
+    *("scipy", "fmpy", "matplotlib", "rich", "multiprocessing", "tomllib", "tomli", "lag2fmu.verify"),
     *("lag2fmu.formats.robots.tree", "lag2fmu.formats.text", "lag2fmu.xml_tree", "lag2fmu.mesh_files"),
     *("lag2fmu.analysis.at_rest", "lag2fmu.analysis.inverse", "lag2fmu.analysis.observation"),
     *("lag2fmu.analysis.observing", "lag2fmu.analysis.present_modes", "lag2fmu.cli.noise"),

@@ -1,25 +1,18 @@
-"""The FMU's icon: the mechanism's sketch as a small picture.
-
-Pixels are covered by an edge as far as their middles are behind it. So they need not be drawn finer, and a library for
-pictures, which takes longer to be imported than all of this, is not needed.
-"""
+"""The FMU's icon: the mechanism's sketch as a small picture."""
 
 from __future__ import annotations
 
-import struct
-import zlib
-from itertools import pairwise
+from io import BytesIO
 
-import numpy as np
+from PIL import Image, ImageDraw
 
-from lag2fmu.graph.batches import Floats
 from lag2fmu.picture.scene import STYLES, Disc, Scene, Stroke, bounds
 from lag2fmu.resources import resource_folder
 
 SIZE = 100
 """The side of the icon in pixels; the value is that of FMI 2.0.5, section 2.3."""
-_MARGIN, _THINNEST, _SMALLEST = 4, 1.2, 0.25
-"""The margin, the width of the thinnest line and the radius of the smallest disc, in pixels."""
+_FINE, _MARGIN, _THINNEST = 4, 4, 1.2
+"""By how much pixels are drawn finer along each side; the margin and the thinnest line in pixels of the icon."""
 _LEAST = 20.0
 """The icon shows at least so many units of the picture, so that one small body stays small."""
 _LEFT_OUT = ("coordinate", "axis", "gravity", "name", "leader")
@@ -33,77 +26,38 @@ def icon(scene: Scene | None) -> bytes:
         return (resource_folder("templates") / "documentation" / "model.png").read_bytes()
     left, bottom, right, top = bounds(marks)
     scale = (SIZE - 2 * _MARGIN) / max(right - left, top - bottom, _LEAST)
-    pen = _Pen(scale, ((left + right) / 2, (bottom + top) / 2))
+    middle = ((left + right) / 2, (bottom + top) / 2)
+    image = Image.new("RGB", (_FINE * SIZE, _FINE * SIZE), "white")
+    pen = _Pen(ImageDraw.Draw(image), _FINE * scale, middle)
     for mark in marks:
         pen.draw(mark)
-    return _png(pen.colors)
+    content = BytesIO()
+    image.reduce(_FINE).save(content, "PNG")
+    return content.getvalue()
 
 
 class _Pen:
     """Draws marks, ``scale`` pixels for a unit of the picture, its ``middle`` in the middle of the icon."""
 
-    def __init__(self, scale: float, middle: tuple[float, float]) -> None:
-        self.scale = scale
-        self.corner = middle[0] - SIZE / 2 / scale, middle[1] + SIZE / 2 / scale
-        self.colors = np.full((SIZE, SIZE, 3), 255.0)
+    def __init__(self, canvas: ImageDraw.ImageDraw, scale: float, middle: tuple[float, float]) -> None:
+        self.canvas, self.scale, self.middle = canvas, scale, middle
 
     def draw(self, mark: Stroke | Disc) -> None:
         """Draw ``mark`` over what is there."""
         style = STYLES[mark.style]
-        half = max(style.width * self.scale, _THINNEST) / 2
+        width = round(max(style.width * self.scale, _FINE * _THINNEST))
         if isinstance(mark, Disc):
-            (x, y), radius = self._pixel(mark.center), max(mark.radius * self.scale, _SMALLEST)
-            area = _Area(x - radius, y - radius, x + radius, y + radius)
-            beyond = np.sqrt((area.x - x) ** 2 + (area.y - y) ** 2) - radius
-            self._cover(area, beyond, style.fill)
-            self._cover(area, np.abs(beyond + half) - half, style.color)
+            (x, y), r = self._pixel(mark.center), max(mark.radius * self.scale, 1.0)
+            self.canvas.ellipse((x - r, y - r, x + r, y + r), fill=style.fill or None, outline=style.color, width=width)
             return
-        points = np.array([self._pixel(point) for point in mark.points])
-        area = _Area(*(points.min(axis=0) - half), *(points.max(axis=0) + half))
-        beside, inside = area.beside(points)
-        if mark.closed:
-            self._cover(area, np.where(inside, -beside, beside), style.fill)
-        self._cover(area, beside - half, style.color)
+        points = [self._pixel(point) for point in mark.points]
+        if mark.closed and style.fill:
+            self.canvas.polygon(points, fill=style.fill)
+        self.canvas.line(points, fill=style.color, width=width, joint="curve")
 
     def _pixel(self, point: tuple[float, float]) -> tuple[float, float]:
-        return self.scale * (point[0] - self.corner[0]), self.scale * (self.corner[1] - point[1])
-
-    def _cover(self, area: _Area, beyond: Floats, color: str) -> None:
-        """Put ``color``, if any, on the pixels of ``area`` (h, w), whose middles are ``beyond`` (h, w) an edge."""
-        if color:
-            there = self.colors[area.rows, area.columns]
-            there += np.clip(0.5 - beyond, 0.0, 1.0)[..., None] * (list(bytes.fromhex(color[1:])) - there)
-
-
-class _Area:
-    """The pixels of a rectangle, with those that its edges touch: their middles are ``x`` (w,) and ``y`` (h, 1)."""
-
-    def __init__(self, left: float, top: float, right: float, bottom: float) -> None:
-        self.columns, self.rows = (
-            slice(max(0, int(begin) - 1), max(0, int(end) + 2)) for begin, end in ((left, right), (top, bottom))
+        half = _FINE * SIZE / 2
+        return (
+            half + self.scale * (point[0] - self.middle[0]),
+            half - self.scale * (point[1] - self.middle[1]),
         )
-        middles = np.arange(SIZE) + 0.5
-        self.x, self.y = middles[self.columns], middles[self.rows, None]
-
-    def beside(self, points: Floats) -> tuple[Floats, Floats]:
-        """The distance (h, w) of pixels to the line through ``points`` (k, 2), and whether it goes round them."""
-        shape = (self.y.size, self.x.size)
-        nearest, inside = np.full(shape, np.inf), np.zeros(shape, dtype=bool)
-        for (ax, ay), (bx, by) in pairwise(points):
-            x, y, dx, dy = self.x - ax, self.y - ay, bx - ax, by - ay
-            share = np.clip((x * dx + y * dy) / ((dx * dx + dy * dy) or 1.0), 0.0, 1.0)
-            nearest = np.minimum(nearest, (x - share * dx) ** 2 + (y - share * dy) ** 2)
-            if dy:
-                inside ^= ((y >= 0) != (self.y >= by)) & (x < y / dy * dx)
-        return np.sqrt(nearest), inside
-
-
-def _png(colors: Floats) -> bytes:
-    """The picture with these ``colors`` (h, w, 3), 0 to 255, as PNG. Source: W3C, PNG, third edition, chapter 11."""
-    height, width, _ = colors.shape
-    lines = np.round(colors).astype(np.uint8).reshape(height, -1)
-    content = zlib.compress(b"".join(b"\0" + line.tobytes() for line in lines), 9)
-    head = struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)  # 8 bits for each of red, green and blue
-    chunks = (b"IHDR" + head, b"IDAT" + content, b"IEND")
-    packed = (struct.pack(">I", len(chunk) - 4) + chunk + struct.pack(">I", zlib.crc32(chunk)) for chunk in chunks)
-    return b"\x89PNG\r\n\x1a\n" + b"".join(packed)
