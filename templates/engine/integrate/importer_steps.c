@@ -156,7 +156,9 @@ static bool meet_constraints(Instance *instance, bool *changed) {
     if (!pull_back(instance, changed)) {
         return arena_leave(mark, false);
     }
-    instance->failure.state = kink ? moved_most(before, instance->state.states) : instance->failure.state;
+    if (kink) {
+        instance->failure.state = moved_most(before, instance->state.states);
+    }
     return arena_leave(mark, !kink);
 }
 
