@@ -157,6 +157,7 @@ def test_linearize_prints_and_writes_the_state_space(run) -> None:
     assert "0 ± 3.13209 i            3.13209  0.498488        0" in result.output
     assert "theta_dot  -9.81" in result.output
     assert "wrote a.json" in result.stderr
+    assert "pendulum about an equilibrium" in result.output
     assert json.loads(Path("a.json").read_text("utf-8"))["outputs"][:2] == ["theta", "theta_dot"]
     assert "about its state at 0 s" in run("linearize", "pendulum").output
     # a force that holds the pendulum at its start makes that a state of rest: m g l sin(theta)

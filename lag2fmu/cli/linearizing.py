@@ -69,7 +69,8 @@ def linearize_model(
 
 def _tables(found: StateSpace) -> Iterator[tuple[str, Table]]:
     """Titles and tables: the operating point, the poles, and the matrices where they fit on a screen."""
-    yield f"{found.name} about its state at {found.time:g} s", _of_quantities(found)
+    place = "an equilibrium" if found.resting else f"its state at {found.time:g} s"
+    yield f"{found.name} about {place}", _of_quantities(found)
     yield "poles", _of_poles(found)
     letters = {"states": "x", "inputs": "u", "outputs": "y"}
     for name, of_rows, of_columns in zip("ABCD", _ROWS, _COLUMNS, strict=True):

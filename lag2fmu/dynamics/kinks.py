@@ -253,15 +253,17 @@ def _text(graph: Graph, margin: Node) -> str:
     return str(written(graph, [margin])[0]) if operations <= _READABLE else f"an expression of {operations} operations"
 
 
-def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node) -> float:
+def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node, moved: float = 0.0) -> float:
     """The change of ``margin`` at the start if every variable changes by its nominal value, in SI units.
 
-    A change of 0 is no size; the result then is 1.
+    The coordinates are ``moved`` from their starts by so many nominal values. A change of 0 is no size; the result then
+    is 1.
     """
     sizes = [mechanism.experiment.stop_time]
     sizes += 2 * [c.nominal for c in mechanism.coordinates]
     sizes += [state.nominal for state in integrated_states(mechanism)]
     values = start_values(mechanism)
+    values |= {c.name: values[c.name] + moved * c.nominal for c in mechanism.coordinates}
     inputs = v.signals
     sizes += [abs(values.get(str(graph.leaf[u]), 0.0)) or 1.0 for u in inputs]
     gradient = graph.evaluate(reverse(graph, {margin: graph.one}, (v.t, *v.states, *inputs)), values)

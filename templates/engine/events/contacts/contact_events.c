@@ -195,9 +195,9 @@ static bool fades(const Instance *instance, const ElementRows *rows, int contact
 /* A slip in space that has turned by 60 degrees from the direction of its mode is measured along its own from there. */
 static const double TURNED_AWAY = 0.5; /* the cosine */
 
-/* The speed up to which a slip in space may be at rest soon, m/s or rad/s. */
-static double slow_slip(const State *state) {
-    return LOOK_AT_SLIPS * solver_tolerance(state) * states_pace(state);
+/* The speed up to which the slip of a contact in space may be at rest soon, m/s or rad/s. */
+static double slow_slip(const State *state, int contact) {
+    return LOOK_AT_SLIPS * solver_tolerance(state) * states_pace(state) * EVENT_NOMINALS[N_SWITCHES + 2 * contact + 1];
 }
 
 void contacts_turn(Instance *instance) {
@@ -220,7 +220,7 @@ void contacts_turn(Instance *instance) {
         for (int k = 0; k < contact_slips(i); k++) {
             speed = hypot(speed, slip[k]);
         }
-        if (speed > slow_slip(state) && along > 0.0 && along < TURNED_AWAY * speed) {
+        if (speed > slow_slip(state, i) && along > 0.0 && along < TURNED_AWAY * speed) {
             contact_slide(state, i, slip, 0.0);
         }
     }
@@ -232,11 +232,10 @@ int contacts_overdue(Instance *instance, const double values[]) {
     WORK_OF(mark, ElementRows, rows);
     const State *state = &instance->state;
     const double *gaps = values + N_SWITCHES;
-    const double slow = slow_slip(state);
     bool possible = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         possible = possible || (!contact_closed(state, i) && gaps[2 * i] < 0.0) ||
-                   (contact_slips(i) == 2 && contact_slides(state, i) && gaps[2 * i + 1] < slow);
+                   (contact_slips(i) == 2 && contact_slides(state, i) && gaps[2 * i + 1] < slow_slip(state, i));
     }
     if (!possible) {
         arena_release(mark);

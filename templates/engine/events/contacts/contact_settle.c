@@ -218,6 +218,45 @@ static bool starts_apart(Settling *settling) {
     return true;
 }
 
+/* The size of the force along a row: of the terms that it is the sum of, or of one that takes a motion from rest to the
+   least pace in the time of that pace. */
+static double force_size(const Settling *settling, int row) {
+    const int k = ROW_PLACES[row];
+    const double own = settling->delassus[k * K + k], pace = states_least_pace(&settling->instance->state);
+    double terms = fmax(fabs(settling->free[k]), pace * pace * row_size(&settling->rows, row));
+    for (int j = 0; j < K; j++) {
+        terms += fabs(settling->delassus[k * K + j] * settling->lambda[j]);
+    }
+    return own > 0.0 ? terms / own : 1.0;
+}
+
+/* Sets the size of an event function: of the force of a row that holds, else what it is without. While a row holds the
+   size does not fall: where its force comes down to 0, others in equilibrium make its rounding. */
+static void note_size(const Settling *settling, int row, double without, double *size) {
+    *size = row_active(&settling->instance->state, row) ? fmax(*size, force_size(settling, row)) : without;
+}
+
+/* Notes the sizes of the event functions, which are other ones in other modes. */
+static void note_sizes(Settling *settling) {
+    State *state = &settling->instance->state;
+    const double *nominal = EVENT_NOMINALS + N_SWITCHES;
+    const double pace = states_least_pace(state);
+    double *size = state->contact_sizes;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const int k = 2 * i + 1;
+        note_size(settling, i, nominal[k - 1], size + k - 1);
+        if (contact_closed(state, i) && contact_slips(i) > 0) {
+            note_size(settling, SLIP_ROWS[i], pace * nominal[k], size + k);
+        } else {
+            size[k] = 1.0 / pace; /* of the time to the top of a rebound */
+        }
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        const int k = 2 * N_UNILATERALS + i;
+        note_size(settling, FIRST_FRICTION + i, pace * nominal[k], size + k);
+    }
+}
+
 /* Does nothing hold, and is nothing due but gaps? */
 static bool flies(const Instance *instance, const bool due[]) {
     bool free = due != NULL && !contacts_hold(instance);
@@ -257,6 +296,7 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *a
         !contacts_oppose(instance, instance->state.time, instance->state.states, NULL)) {
         return arena_leave(mark, false);
     }
+    note_sizes(settling);
     *jumped = *jumped || collided || moved;
     *again = *again || moved || (collided && !(flew && !contacts_hold(instance))); /* in flight impacts decide alone */
     return arena_leave(mark, true);

@@ -32,9 +32,15 @@ double settling_least_rebound(const Settling *settling, int contact) {
     return fmax(solver_tolerance(&instance->state), located) * row_size(&settling->rows, contact);
 }
 
+/* In a part of the experiment of 1 in so many a force shows that is more than rounding. */
+static const double SOON = 1000.0;
+
 bool settling_bears(const Settling *settling, int contact, double force) {
     const int k = ROW_PLACES[contact];
-    return force * settling->delassus[k * K + k] * DEFAULT_SOLVER_STEP > settling_least_speed(settling, contact);
+    const State *state = &settling->instance->state;
+    const double usual = DEFAULT_SOLVER_STEP / states_least_pace(state);
+    const double soon = fmin(usual, experiment_duration(state) / SOON);
+    return force * settling->delassus[k * K + k] * soon > settling_least_speed(settling, contact);
 }
 
 /* The rows of all constraints: those that modes switch without their masks. */

@@ -4,7 +4,10 @@
 
 #include "instance.h"
 
-/* What counts as 0 of the event function k: rounding beside its nominal value, and what was left of it at its last
+/* The typical size of the event function k, in its unit: a gap, velocity or force. */
+double events_size(const Instance *instance, int k);
+
+/* What counts as 0 of the event function k: rounding beside its typical size, and what was left of it at its last
    event. */
 double events_noise(const Instance *instance, int k);
 

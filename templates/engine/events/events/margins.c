@@ -46,8 +46,12 @@ bool events_evaluate(Instance *instance, double time, const double states[], dou
            contacts_evaluate(instance, time, states, values + N_SWITCHES);
 }
 
+double events_size(const Instance *instance, int k) {
+    return k < N_SWITCHES ? EVENT_NOMINALS[k] : instance->state.contact_sizes[k - N_SWITCHES];
+}
+
 double events_noise(const Instance *instance, int k) {
-    return NOISE * EVENT_NOMINALS[k] + instance->state.event_rests[k];
+    return NOISE * events_size(instance, k) + instance->state.event_rests[k];
 }
 
 void margins_turn(Instance *instance, int k) {
@@ -91,7 +95,7 @@ bool events_indicate(Instance *instance, double indicators[]) {
         return false;
     }
     for (int k = 0; k < N_EVENTS; k++) {
-        indicators[k] += HYSTERESIS * EVENT_NOMINALS[k] + 2.0 * state->event_rests[k];
+        indicators[k] += HYSTERESIS * events_size(instance, k) + 2.0 * state->event_rests[k];
     }
     return true;
 }

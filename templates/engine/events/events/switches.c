@@ -97,7 +97,7 @@ static bool note_rests(Instance *instance) {
         return arena_leave(mark, false);
     }
     for (int k = 0; k < N_EVENTS; k++) {
-        if (values[k] < 0.0 && values[k] > -HYSTERESIS * EVENT_NOMINALS[k]) {
+        if (values[k] < 0.0 && values[k] > -HYSTERESIS * events_size(instance, k)) {
             state->event_rests[k] = fmax(state->event_rests[k], -2.0 * values[k]);
         }
     }

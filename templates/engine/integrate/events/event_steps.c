@@ -93,7 +93,7 @@ static bool polish(Instance *instance, const Descents *found, Step *step, double
         last_value = values[k];
         length = smaller(larger(length - values[k] / slope, found->earliest * whole), found->latest * whole);
         if (found->theta[k] <= 0.0 || !(fabs(length - last_length) > rounding) ||
-            fabs(last_value) <= NOISE * EVENT_NOMINALS[k]) {
+            fabs(last_value) <= NOISE * events_size(instance, k)) {
             break;
         }
     }
@@ -240,13 +240,13 @@ static bool find_first(Instance *instance, const Step *step, double start[], Des
    makes: beyond the rest of a slip in space its friction would turn round, and all forces with it. It is, too, where
    the first one is rounding, and its root is found beyond that of the other. values[N_EVENTS]: at the end of the
    step. */
-static bool follows_another(Descents *found, const double start[], const double values[]) {
+static bool follows_another(const Instance *instance, Descents *found, const double start[], const double values[]) {
     const int first = found->first;
-    const bool jumps = fabs(values[first]) > POLE * (fabs(found->start) + EVENT_NOMINALS[first]);
+    const bool jumps = fabs(values[first]) > POLE * (fabs(found->start) + events_size(instance, first));
     double least = found->latest;
     int other = -1;
     for (int k = 0; k < N_EVENTS; k++) {
-        const bool passed = values[k] < -LOCATED * EVENT_NOMINALS[k];
+        const bool passed = values[k] < -LOCATED * events_size(instance, k);
         if (k != first && found->theta[k] > 0.0 && found->theta[k] <= least && (jumps || passed)) {
             other = k;
             least = found->theta[k];
@@ -271,8 +271,8 @@ static bool end_at_root(Instance *instance, Descents *found, Step *step, const d
             is_lost(instance, found, *step, values, whole)) {
             return false;
         }
-    } while (follows_another(found, start, values));
-    if (fabs(values[found->first]) > POLE * (fabs(found->start) + EVENT_NOMINALS[found->first])) {
+    } while (follows_another(instance, found, start, values));
+    if (fabs(values[found->first]) > POLE * (fabs(found->start) + events_size(instance, found->first))) {
         return report_pole(instance, found->first); /* before it is taken for what an event has left */
     }
     found->slope /= whole;

@@ -23,6 +23,16 @@ bool contacts_hold(const Instance *instance) {
 /* To the slip of a contact in space, sliding friction adds the direction times this speed, m/s (dynamics/modes.py). */
 static const double STEADYING = 1e-12;
 
+/* Where an element begins to stick or to slide, its event function becomes another one: what friction could bear
+   beyond, in N, instead of the slip, in m/s. What was left of the one is no rounding of the other. */
+static void take_mode(State *state, int element, int64_t mode, int function) {
+    if ((state->modes[element] == MODE_STICKS) != (mode == MODE_STICKS)) {
+        state->event_rests[N_SWITCHES + function] = 0.0;
+        state->contact_sizes[function] = 0.0;
+    }
+    state->modes[element] = mode;
+}
+
 /* The vector w is scaled to this length; NULL stands for 0. */
 static void set_contact(State *state, int contact, int64_t mode, const double w[], double length) {
     const int count = contact_slips(contact);
@@ -30,12 +40,15 @@ static void set_contact(State *state, int contact, int64_t mode, const double w[
     for (int k = 0; w != NULL && k < count; k++) {
         speed = hypot(speed, w[k]);
     }
+    if (contact_closed(state, contact) != (mode != MODE_OPEN)) {
+        state->contact_sizes[2 * contact] = 0.0;
+    }
     row_activate(state, contact, mode != MODE_OPEN);
     for (int k = 0; k < count; k++) {
         row_activate(state, SLIP_ROWS[contact] + k, mode == MODE_STICKS);
         row_direct(state, SLIP_ROWS[contact] + k, speed > 0.0 ? length * w[k] / speed : 0.0);
     }
-    state->modes[contact] = mode;
+    take_mode(state, contact, mode, 2 * contact + 1);
 }
 
 void contact_open(State *state, int contact) {
@@ -151,7 +164,7 @@ double contacts_decay(Instance *instance) {
 static void set_friction(State *state, int friction, int64_t mode, double direction) {
     row_activate(state, FIRST_FRICTION + friction, mode == MODE_STICKS);
     row_direct(state, FIRST_FRICTION + friction, direction);
-    state->modes[N_UNILATERALS + friction] = mode;
+    take_mode(state, N_UNILATERALS + friction, mode, 2 * N_UNILATERALS + friction);
 }
 
 void friction_stick(State *state, int friction) {

@@ -3,6 +3,11 @@
 #include <math.h>
 
 #include "scale.h"
+#include "settings.h"
+
+/* The least pace is 1/s where that takes the coordinates on by at least and at most so many nominal values in the
+   experiment, as it does in one of 0.1 s to 100 s. */
+static const double LEAST_WAY = 0.1, GREATEST_WAY = 100.0;
 
 void rows_evaluate(const Instance *instance, double time, const double states[], const double inputs[],
                    ElementRows *rows) {
@@ -26,8 +31,13 @@ double row_size(const ElementRows *rows, int row) {
     return size > 0.0 ? size : 1.0;
 }
 
+double states_least_pace(const State *state) {
+    const double duration = experiment_duration(state);
+    return fmax(LEAST_WAY / duration, fmin(1.0, GREATEST_WAY / duration));
+}
+
 double states_pace(const State *state) {
-    double greatest = 1.0;
+    double greatest = states_least_pace(state);
     for (int i = 0; i < N_COORDINATES; i++) {
         greatest = fmax(greatest, fabs(state->states[N_COORDINATES + i]) / NOMINAL_STATES[i]);
     }

@@ -48,7 +48,10 @@ void row_direct(State *state, int row, double direction);
 /* How much a change of the coordinates by their nominal values changes the position of a row. */
 double row_size(const ElementRows *rows, int row);
 
-/* The greatest velocity of the states in nominal values, at least 1/s. */
+/* The pace (1/s) of a motion that shows in the experiment: 1/s, less in a long one, more in a short one. */
+double states_least_pace(const State *state);
+
+/* The greatest velocity of the states in nominal values (1/s), not below the least pace. */
 double states_pace(const State *state);
 
 /* A velocity along a row that is as good as 0. */

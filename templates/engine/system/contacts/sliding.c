@@ -37,7 +37,7 @@ static void add_forces(const Sliding *sliding, const double z[], double unknowns
     }
 }
 
-/* rest[count] = z - s(unknowns); returns the largest entry relative to the forces. */
+/* rest[count] = z - s(unknowns); returns the largest entry relative to the forces, of which z may be 0 at first. */
 static double residual(const Instance *instance, double time, const double states[], const double inputs[],
                        const double unknowns[], const Sliding *sliding, double rest[]) {
     const ArenaMark mark = arena_mark(instance->arena);
@@ -50,7 +50,7 @@ static double residual(const Instance *instance, double time, const double state
         const double z = unknowns[N + ROW_PLACES[sliding->row[k]]];
         rest[k] = z - s[sliding->row[k] - FIRST_SLIP];
         largest = fmax(largest, fabs(rest[k]));
-        scale = fmax(scale, fabs(z));
+        scale = fmax(scale, fmax(fabs(z), fabs(z - rest[k])));
     }
     arena_release(mark);
     return scale > 0.0 ? largest / scale : largest;

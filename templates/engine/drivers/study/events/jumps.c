@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "directions.h"
+#include "event_noise.h"
 #include "event_steps.h"
 #include "events.h"
 #include "scale.h"
@@ -163,7 +164,7 @@ static bool find_shifts(Variations *variations) {
     if (!differentiate(variations, &along, look_along, N_EVENTS, falls, apart)) {
         return arena_leave(mark, no_jump(variations, first, "the functions of events have no values beside it"));
     }
-    if (fabs(falls[first]) * experiment_duration(state) < LOCATED * EVENT_NOMINALS[first]) {
+    if (fabs(falls[first]) * experiment_duration(state) < LOCATED * events_size(&variations->before, first)) {
         return arena_leave(mark, no_jump(variations, first, "this value is only touched, not crossed; vary the start "
                                                            "a little"));
     }
