@@ -65,3 +65,13 @@ def test_a_stop_of_a_small_relay_lets_go(step: float, exported) -> None:
     assert (run["x"][run.time < leaves] == 2e-6).all()
     assert (run["rest_upper_mode"][run.time > leaves + 5e-8] == 1).all()
     assert run["x"][-1] == pytest.approx(1.0895932e-6, rel=1e-6)
+
+
+def test_time_stepping_sticks_in_slow_motions(exported) -> None:
+    """Steps a million times as long: a slip below 1e-10 m/s was at rest."""
+    fmu, mechanism, ends = exported("block_on_belt", solver="moreau"), lag2fmu.load("block_on_belt"), []
+    for s in (1.0, 2.0**20):
+        values = _scaled(mechanism, 1.0, s) | {"solver_step": 1e-3 * s}
+        run = lag2fmu.simulate(fmu, stop_time=15 * s, step=0.5 * s, values=values, outputs=["x"])
+        ends.append(run["x"])
+    assert ends[1] == pytest.approx(ends[0], abs=1e-9)

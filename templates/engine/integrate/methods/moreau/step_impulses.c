@@ -87,15 +87,6 @@ bool solve_chosen(Arena *arena, ChosenRows *chosen, double w[]) {
     return complementarity_large(&problem, MOST_ROUNDS, chosen->lambda, w);
 }
 
-/* The greatest velocity in nominal values, at least 1/s. */
-static void find_pace(Instance *instance) {
-    double *pace = &instance->scratch.solver.pace;
-    *pace = 1.0;
-    for (int i = 0; i < N; i++) {
-        *pace = fmax(*pace, fabs(instance->state.states[N + i]) / NOMINAL_STATES[i]);
-    }
-}
-
 /* A contact touches if its gap would be closed at the end of the step, or if it was closed before. Without the forces
    of this step a foot that rolls or turns leaves the ground by the curvature of its path, length^2/8 times an
    acceleration: this opens nothing, only the laws do. */
@@ -310,7 +301,7 @@ static bool reduce_loads(Instance *instance, double time, const double states[],
 
 void step_begin(Instance *instance, double time, const double states[], double length) {
     SolverScratch *scratch = &instance->scratch.solver;
-    find_pace(instance);
+    scratch->pace = states_pace(&instance->state);
     find_step_rows(instance, length);
     stepped_meet(instance);
     if (N_PERMANENT > 0) {
