@@ -60,7 +60,7 @@ def test_a_cluster_of_dask(exported, tmp_path: Path) -> None:
     lag2fmu.ssp({"cart": car, "wagon": car}, path, connect=CONNECT, values=VALUES)
     here = lag2fmu.simulate(path, stop_time=0.2)
     with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
         distributed.Client(cluster) as client,
     ):
         executor = client.get_executor()

@@ -222,7 +222,7 @@ def test_a_dask_cluster_loses_a_worker_and_no_run(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason='the extra "sweeps" is not installed')
     vary = {"k": np.linspace(1, 9, 600)}
     with (
-        distributed.LocalCluster(n_workers=3, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.LocalCluster(n_workers=3, threads_per_worker=1, dashboard_address=":0") as cluster,
         distributed.Client(cluster) as client,
     ):
         pids = list(client.run(os.getpid).values())
