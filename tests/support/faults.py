@@ -31,7 +31,7 @@ class Fault:
 
 
 _SLIDING = ("sliding.c", "rest[k] = z - s[")
-_CLOSED = ("contact_events.c", "values[0] = force_of(point, contact);")
+_CLOSED = ("contact_events.c", "values[0] = told_of(point, contact, force_of(point, contact));")
 _OPEN = ("contact_events.c", "values[0] = point->gaps[contact];")
 _CAPACITY = ("contact_events.c", "const double capacity = fmax(point->force[friction], point->capacity[friction]);")
 _RESTITUTION = ("settle_impacts.c", ".restitution = settling->restitution[i],")
@@ -81,7 +81,12 @@ FAULTS = (
         *_OPEN,
         "values[0] = point->gaps[contact] - 1e-3;",
     ),
-    Fault("a contact adheres", "hopper_leg", *_CLOSED, "values[0] = force_of(point, contact) + 5.0;"),
+    Fault(
+        "a contact adheres",
+        "hopper_leg",
+        *_CLOSED,
+        "values[0] = told_of(point, contact, force_of(point, contact)) + 5.0;",
+    ),
     Fault(
         "the static coefficient is ignored",
         "block_on_belt",
