@@ -73,9 +73,9 @@ static bool limit_slid(const Elimination *e, bool sliding, Laws *laws) {
     return differ;
 }
 
-/* Where a row breaks loose, what others bear who have slid up to now may have done it: if all that hold can go on with
-   the friction of these as they slide on, x becomes that solution. A friction that turns with its slip never bears what
-   it would at rest. */
+/* Where a row breaks loose, rows that have slid up to now may have torn it with the greatest force that they hold at
+   rest. They never exert it if their slip turns round. If all rows that hold can go on to do so beside the friction of
+   these as they slide, x becomes that solution. */
 static void spare_holding(const Elimination *e, Laws *laws, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     const size_t bytes = (size_t)laws->size * sizeof(double);

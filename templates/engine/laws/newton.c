@@ -142,8 +142,8 @@ static bool begin_newton(const Laws *laws, double x[], Newton *newton) {
     return true;
 }
 
-/* How much rounding goes on to change x: the force of a cone that slides has the direction of its slip, which is as
-   uncertain as the slip is, over the slip. */
+/* How much rounding goes on to change x. The force of a cone that slides has the direction of its slip, and the error
+   of this direction is the rounding error of the slip over the slip. */
 static double restlessness(const Newton *newton) {
     const Laws *laws = newton->laws;
     double greatest = 0.0;

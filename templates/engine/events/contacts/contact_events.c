@@ -55,7 +55,7 @@ static double friction_of(const ContactPoint *point, int contact) {
     return sqrt(square);
 }
 
-/* The margin of a row, or what is told of it. */
+/* The margin of a row, but no more than the unknowns tell of it. */
 static double told_of(const ContactPoint *point, int row, double margin) {
     const double scale = point->told < HUGE_VAL ? point->scale[ROW_PLACES[row]] : 0.0;
     return scale > 0.0 ? fmin(margin, point->told * scale) : margin;
