@@ -367,7 +367,7 @@ def test_what_needs_no_algebra_imports_nothing_heavy(arguments: list[str], tmp_p
 
 
 UNREAD = (
-    *("scipy", "fmpy", "matplotlib", "rich", "multiprocessing", "tomllib", "tomli", "lag2fmu.verify"),
+    *("scipy", "fmpy", "matplotlib", "rich", "multiprocessing", "numpy.random", "tomllib", "tomli", "lag2fmu.verify"),
     *("lag2fmu.formats.robots.tree", "lag2fmu.formats.text", "lag2fmu.xml_tree", "lag2fmu.mesh_files"),
     *("lag2fmu.analysis.at_rest", "lag2fmu.analysis.inverse", "lag2fmu.analysis.observation"),
     *("lag2fmu.analysis.observing", "lag2fmu.analysis.present_modes", "lag2fmu.cli.noise"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -49,9 +50,9 @@ def _sizes_of_rates(
     freed, (changes,), free = freed_of_flat_functions(equations, [changes])
     moving, slopes = Evaluator(equations.graph, rates), Evaluator(equations.graph, changes)
     accelerations, labels = Unknowns(freed), [str(equations.graph.leaf[node]) for node in equations.variables.unknowns]
-    generator = np.random.default_rng(43)
+    generator = random.Random(43)
     for state in random_states(equations, _STATES):
-        state |= {name: float(generator.uniform(-1, 1)) for name in free}
+        state |= {name: generator.uniform(-1, 1) for name in free}
         values = state | dict(zip(labels, np.concatenate(accelerations(state)), strict=True))
         terms = slopes(values | each) * moving(values)
         if np.isfinite(terms).all():
@@ -71,7 +72,7 @@ def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str
     External forces are zero. Without constraints the parameters are moved too, by up to a tenth. There may be fewer
     states, if Newton's method seldom meets the constraints.
     """
-    generator = np.random.default_rng(41)
+    generator = random.Random(41)
     mechanism, c = equations.mechanism, equations.constraints
     for _ in range(count):
         coordinates = tuple(
@@ -89,7 +90,7 @@ def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str
             moved = starting_consistently(moved, equations.graph, c)
         except DerivationError:
             continue
-        values = resting_inputs(replace(equations, mechanism=moved)) | {"t": float(generator.uniform(0, 5))}
+        values = resting_inputs(replace(equations, mechanism=moved)) | {"t": generator.uniform(0, 5)}
         if not len(c):
             values |= {p.name: values[p.name] * generator.uniform(0.9, 1.1) for p in mechanism.parameters if p.value}
         values |= {z.name: z.start + z.nominal * generator.uniform(-1, 1) for z in mechanism.states}

@@ -8,6 +8,7 @@ Source: Hand, Finch, Analytical Mechanics, section 3.1; Goldstein, Classical Mec
 from __future__ import annotations
 
 import logging
+import random
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -18,7 +19,7 @@ from lag2fmu.analysis.evaluation import at, operating_inputs
 from lag2fmu.deadline import LIMIT, OutOfTimeError, check_time, within
 from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.graph.autodiff import forward
-from lag2fmu.graph.batches import Evaluator, Floats, Values, evaluate
+from lag2fmu.graph.batches import Evaluator, Floats, Values, drawn, evaluate
 from lag2fmu.mechanism.record import Mechanism
 
 _SEEDS, _ITERATIONS, _HALVINGS, _RETURNS = 11, 40, 6, 4
@@ -125,16 +126,16 @@ class _EquilibriumSearch:
         What stands upright hangs half a turn on; in closed chains few random places lead there. At random places angles
         have any value, quaternions are those of turns, and other coordinates are within 3 nominal values of the start.
         """
-        generator = np.random.default_rng(11)
+        generator = random.Random(11)
         yield self.start
         yield np.zeros_like(self.start)
         if self.angle.any():
             yield self.start - np.where(self.angle, np.pi, 0.0)
         for _ in range(_SEEDS if len(self.start) <= _MANY else _SEEDS // 3):
-            around = self.start + 3 * self.nominal * generator.uniform(-1, 1, len(self.start))
+            around = self.start + 3 * self.nominal * drawn(generator, 1.0, len(self.start))
             for turn in self.quaternions:
                 around[turn] /= norm(around[turn])
-            yield np.where(self.angle, generator.uniform(-np.pi, np.pi, len(self.start)), around)
+            yield np.where(self.angle, drawn(generator, np.pi, len(self.start)), around)
 
     def nearest(self, seed: Floats) -> Equilibrium | None:
         """The equilibrium reached from ``seed`` (n,); of a family of equilibria the member next to the start."""

@@ -18,11 +18,10 @@ from lag2fmu.dynamics.least_steps import least_step, relative_size, row_scales
 from lag2fmu.dynamics.parts import Constraints
 from lag2fmu.dynamics.starts import start_values
 from lag2fmu.errors import DerivationError
+from lag2fmu.graph.batches import Floats, drawn
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.language.writer import without_dust
 from lag2fmu.mechanism.record import Mechanism
-
-Floats = NDArray[np.float64]
 
 MET, PROJECTED = 1e-12, 1e-6
 """Residuals relative to the mechanism's size: below MET a constraint is met; below PROJECTED even given starts may be
@@ -272,11 +271,11 @@ class _Start:
 
     def _nearest(self, x: Floats, measure: Measure) -> Floats | None:
         """The nearest (n,) of some solutions that Newton's method finds from ``x`` and random places around it."""
-        generator = np.random.default_rng(7)
+        generator = random.Random(7)
         turning = [q.unit is not None and q.unit.si_name == "rad" for q in self.mechanism.coordinates]
         size, found = np.where(turning, np.pi, self.nominal), list[Floats]()
         for trial in range(_PLACES):
-            place = x + size * generator.uniform(-1, 1, len(x)) if trial else x
+            place = x + size * drawn(generator, 1.0, len(x)) if trial else x
             solution = self._newton(place, measure, np.ones_like(self.given))
             if relative_size(*measure(solution)) <= PROJECTED:
                 found.append(solution)

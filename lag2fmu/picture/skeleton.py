@@ -6,6 +6,7 @@ them are read from transformation equations, see ``arms``.
 
 from __future__ import annotations
 
+import random
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,7 +21,7 @@ from lag2fmu.dynamics.frames import Frames
 from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.variables import declare, translator
 from lag2fmu.graph.autodiff import forward
-from lag2fmu.graph.batches import Floats, Values, evaluate
+from lag2fmu.graph.batches import Floats, Values, drawn, evaluate
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.vectors import Vector
 from lag2fmu.language.definitions import written_out
@@ -201,16 +202,13 @@ class Skeleton:
 
     @cached_property
     def samples(self) -> dict[str, Floats | float]:
-        """{variable: SI values} at the start and at states around it at which all positions are finite.
-
-        These states need not meet the constraints.
-        """
-        generator = np.random.default_rng(5)
+        """{variable: SI values} at the start and near it, where positions are finite and constraints need not hold."""
+        generator = random.Random(5)
         values: dict[str, Floats | float] = dict(self.start())
         moving = {c.name: c.nominal for c in self.mechanism.coordinates}
         moving |= dict.fromkeys(self.mechanism.driven, 1.0) | {"t": 1.0}
         for name, size in moving.items():
-            values[name] = values[name] + size * np.append(0.0, generator.uniform(-0.7, 0.7, _SAMPLES))
+            values[name] = values[name] + size * np.append(0.0, drawn(generator, 0.7, _SAMPLES))
         known = np.asarray(np.isfinite(self.positions(values)).all(axis=(0, 1)))
         known[0] = True
         return {name: x if np.ndim(x) == 0 else np.asarray(x)[known] for name, x in values.items()}
