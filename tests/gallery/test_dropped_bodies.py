@@ -50,10 +50,11 @@ def body(i: int, mass: float, inertia: Sequence[float], places: Array, planes: S
 
 
 def drop(fmu: Fmu, start: dict[str, float], stop: float) -> None:
-    """No gap is negative by more than what counts as closed, no energy grows, and the run comes to its end."""
-    names = [v.name for v in fmu.description.variables if v.name.endswith("_gap")]
-    run = simulate(fmu, stop_time=stop, step=0.002, values=start, outputs=[*names, "total_energy"])
-    assert min(run[name].min() for name in names) > -1e-8
+    """No gap is negative by more than what counts as closed, no contact pulls, and no energy grows up to the end."""
+    gaps, forces = ([v.name for v in fmu.description.variables if v.name.endswith(end)] for end in ("_gap", "_force"))
+    run = simulate(fmu, stop_time=stop, step=0.002, values=start, outputs=[*gaps, *forces, "total_energy"])
+    assert min(run[name].min() for name in gaps) > -1e-8
+    assert min(run[name].min() for name in forces) > -1e-8
     assert np.diff(run["total_energy"]).max() < 1e-5
 
 
@@ -94,7 +95,11 @@ def test_a_tetrahedron_falls_into_a_corner(exported: Callable[..., Fmu]) -> None
 
 
 def test_balls_in_a_box_miss_no_impact(exported: Callable[..., Fmu]) -> None:
-    """Balls that roll along walls have forces and gaps of rounding there, whose roots must not hide an impact."""
+    """Balls that roll along walls have forces and gaps of rounding there, whose roots must not hide an impact.
+
+    In start 26 the force of a contact jumps where another one's slip comes to rest, and in start 64 a trial step that
+    comes to such a rest is given up: neither leaves a rest that hides the next event.
+    """
     around = [
         ((1, 0, 0), (-0.3, 0, 0)),
         ((-1, 0, 0), (0.3, 0, 0)),
@@ -110,7 +115,7 @@ def test_balls_in_a_box_miss_no_impact(exported: Callable[..., Fmu]) -> None:
             ends = f'between = ["p{i}0", "p{j}0"]\nradius = [0.1, 0.1]'
             text += f'[contacts.s{i}{j}]\nkind = "sphere_sphere"\n{ends}\n{laws}\n'
     fmu = exported(read(text, "box.toml"), optimised=True)
-    for seed in STARTS:
+    for seed in (*STARTS, 26, 64):
         random = np.random.default_rng(seed)
         start: dict[str, float] = {}
         for i in range(3):

@@ -95,6 +95,7 @@ typedef struct {
     int64_t event_held;                 /* the communication step ended at an event, before it was passed */
     int64_t due[SIZE_EVENTS];           /* the event functions that came down there */
     double event_rests[SIZE_EVENTS];    /* how far each of them was from 0 at its last event, by rounding */
+    double pending_rests[SIZE_EVENTS];  /* those from the pending event on, if it is passed */
     double contact_sizes[SIZE_EVENTS];  /* typical sizes of the event functions of contacts in their present modes */
     double event_time;                  /* s; of the last event */
     double step_ends[2];                /* s; with an importer's solver: of the last completed step, and before it of

@@ -11,4 +11,8 @@ double events_size(const Instance *instance, int k);
    event. */
 double events_noise(const Instance *instance, int k);
 
+/* The event that is pending is passed: what is left of its functions counts as 0 from now on. A trial step given up
+   leaves the rests as they are. */
+void events_take_rests(State *state);
+
 #endif

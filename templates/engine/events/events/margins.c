@@ -2,6 +2,7 @@
 #include "margins.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "contact_events.h"
 #include "derivative.h"
@@ -52,6 +53,12 @@ double events_size(const Instance *instance, int k) {
 
 double events_noise(const Instance *instance, int k) {
     return NOISE * events_size(instance, k) + instance->state.event_rests[k];
+}
+
+void events_take_rests(State *state) {
+    if (state->event_pending) {
+        memcpy(state->event_rests, state->pending_rests, sizeof state->event_rests);
+    }
 }
 
 void margins_turn(Instance *instance, int k) {

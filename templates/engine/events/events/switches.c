@@ -154,6 +154,9 @@ bool events_refresh(Instance *instance, bool *jumped) {
     if (!events_evaluate(instance, state->time, state->states, values)) {
         return arena_leave(mark, false);
     }
+    if (state->event_held) {
+        events_take_rests(state);
+    }
     for (int k = 0; k < N_EVENTS; k++) {
         const double noise = events_noise(instance, k);
         due[k] = values[k] < -noise || (state->event_held && state->due[k] && values[k] <= noise);

@@ -122,7 +122,8 @@ static bool is_rounding_of_states(Instance *instance, Step step, int k, double v
 
 /* Notes which events are due at the end of the step: those of functions that came down there together. If the step is
    no longer than rounding of the time, the first function is due whatever its value: no shorter step tells its root
-   better. A slip in space that comes to rest, for one, is never nearer to 0 than the solver's errors. */
+   better. A slip in space that comes to rest, for one, is never nearer to 0 than the solver's errors. A function that
+   only jumps there, with friction that turns round, leaves no rest. */
 static void note_due(Instance *instance, const Descents *found, Step step, const double values[]) {
     State *state = &instance->state;
     const double shortest = 4.0 * DBL_EPSILON * fabs(step.end), rounding = shortest * fabs(found->slope);
@@ -131,8 +132,9 @@ static void note_due(Instance *instance, const Descents *found, Step step, const
         const bool came_down = found->theta[k] <= 1.0 && values[k] <= noise;
         const bool first_due = k == found->first && (values[k] <= noise + rounding || step.length <= shortest ||
                                                      is_rounding_of_states(instance, step, k, values[k]));
+        const bool jumped = k != found->first && values[k] < -LOCATED * events_size(instance, k);
         state->due[k] = came_down || values[k] < -noise || first_due;
-        state->event_rests[k] = state->due[k] ? 4.0 * fabs(values[k]) : state->event_rests[k];
+        state->pending_rests[k] = state->due[k] && !jumped ? 4.0 * fabs(values[k]) : state->event_rests[k];
         state->event_pending = state->event_pending || state->due[k];
     }
 }
@@ -217,6 +219,7 @@ static bool stop_overdue(Instance *instance, Step *step, const double start[], b
     for (int k = 0; k < N_EVENTS; k++) {
         state->due[k] = k == N_SWITCHES + which;
     }
+    memcpy(state->pending_rests, state->event_rests, sizeof state->event_rests);
     state->event_pending = 1;
     return arena_leave(mark, repeat(instance, step, 0.0, values));
 }
@@ -327,7 +330,7 @@ bool events_at_hand(Instance *instance, double span) {
     state->event_pending = 0;
     for (int k = 0; k < N_EVENTS; k++) {
         state->due[k] = values[k] <= 0.0;
-        state->event_rests[k] = state->due[k] ? 4.0 * fabs(values[k]) : state->event_rests[k];
+        state->pending_rests[k] = state->due[k] ? 4.0 * fabs(values[k]) : state->event_rests[k];
         state->event_pending = state->event_pending || state->due[k];
     }
     return arena_leave(mark, state->event_pending != 0);
@@ -387,6 +390,7 @@ bool events_pass(Instance *instance) {
     for (int k = 0; k < N_EVENTS; k++) {
         due[k] = state->due[k] != 0;
     }
+    events_take_rests(state);
     state->event_pending = 0;
     if (!count_event(instance) || !count_in_step(instance) || !events_settle(instance, due, &jumped)) {
         return arena_leave(mark, false);
