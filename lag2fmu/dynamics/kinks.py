@@ -253,22 +253,23 @@ def _text(graph: Graph, margin: Node) -> str:
     return str(written(graph, [margin])[0]) if operations <= _READABLE else f"an expression of {operations} operations"
 
 
-def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node, moved: float = 0.0) -> float:
-    """The change of ``margin`` at the start if every variable changes by its nominal value, in SI units.
+def nominal_size(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node) -> float:
+    """The change of ``margin`` if every variable changes by its nominal value, in SI units.
 
-    The coordinates are ``moved`` from their starts by so many nominal values. A change of 0 is no size; the result then
-    is 1.
+    It is the greater one at the start and beside it, where each coordinate is at another part of its nominal value: a
+    lever may vanish at a symmetrical start, but for rounding. A change of 0 is no size; the result then is 1.
     """
     sizes = [mechanism.experiment.stop_time]
     sizes += 2 * [c.nominal for c in mechanism.coordinates]
     sizes += [state.nominal for state in integrated_states(mechanism)]
-    values = start_values(mechanism)
-    values |= {c.name: values[c.name] + moved * c.nominal for c in mechanism.coordinates}
-    inputs = v.signals
-    sizes += [abs(values.get(str(graph.leaf[u]), 0.0)) or 1.0 for u in inputs]
-    gradient = graph.evaluate(reverse(graph, {margin: graph.one}, (v.t, *v.states, *inputs)), values)
-    found = sum(abs(slope) * size for slope, size in zip(gradient, sizes, strict=True))
-    return found if math.isfinite(found) and found > 0.0 else 1.0
+    start, inputs = start_values(mechanism), v.signals
+    sizes += [abs(start.get(str(graph.leaf[u]), 0.0)) or 1.0 for u in inputs]
+    slopes, found = reverse(graph, {margin: graph.one}, (v.t, *v.states, *inputs)), 0.0
+    beside = {c.name: start[c.name] + (0.3 + 0.618 * i % 0.4) * c.nominal for i, c in enumerate(mechanism.coordinates)}
+    for values in (start, start | beside):
+        change = sum(abs(slope) * size for slope, size in zip(graph.evaluate(slopes, values), sizes, strict=True))
+        found = max(found, change) if math.isfinite(change) else found
+    return found or 1.0
 
 
 def _greatest(graph: Graph, v: Variables, mechanism: Mechanism, margin: Node) -> float:

@@ -96,7 +96,7 @@ def contact_events(equations: EquationsOfMotion) -> Iterator[EventFunction]:
     """The event functions of contacts and dry frictions.
 
     A contact has two: one of its gap (m) or force (N), and one of its slip (m/s). A dry friction has one. Nominal sizes
-    are those of gaps and slips, of the latter beside the start, too: the lever of a slip may vanish at the start.
+    are those of gaps and slips.
     """
     g, v, mechanism, rows = equations.graph, equations.variables, equations.mechanism, equations.rows
     for contact, gap in zip(mechanism.unilaterals, rows.gaps, strict=True):
@@ -105,5 +105,4 @@ def contact_events(equations: EquationsOfMotion) -> Iterator[EventFunction]:
         yield EventFunction(f"{contact.name}: slip or friction", size)
     first = len(rows.slips) + sum(rows.slips)
     for friction, slip in zip(mechanism.frictions, rows.velocities[first:], strict=False):
-        size = max(nominal_size(g, v, mechanism, slip, moved) for moved in (0.0, 0.5))
-        yield EventFunction(f"{friction.name}: slip or friction", size)
+        yield EventFunction(f"{friction.name}: slip or friction", nominal_size(g, v, mechanism, slip))

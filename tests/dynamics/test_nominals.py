@@ -10,7 +10,7 @@ import sympy as sp
 
 import lag2fmu
 from lag2fmu.description.symbols import Declared
-from lag2fmu.dynamics import derive
+from lag2fmu.dynamics import derive, lower
 from lag2fmu.errors import DerivationError
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
@@ -121,3 +121,19 @@ def test_a_ball_of_a_picogram_bounces_and_rests(exported) -> None:
     assert run["y"][180] == pytest.approx(0.64 * h, rel=1e-9)
     assert run.time[run["floor_mode"] != 1][0] == pytest.approx(9 * fall, abs=fall / 99)
     assert run["floor_force"][-1] == pytest.approx(9.81e-12, rel=1e-12)
+
+
+def test_a_switch_has_a_size_although_its_slope_vanishes_at_a_symmetrical_start() -> None:
+    """Balls one above the other: how far their normal leans has the slope 0 there, or 4e-16 by rounding.
+
+    With such a size the rounding of a normal that stays level made events without end among three balls in a box.
+    """
+    text = '[mechanism]\nname = "balls"\n[coordinates]\n'
+    for i, height in enumerate((0.3, 3 * 0.3)):
+        text += f'x{i} = {{ unit = "m" }}\ny{i} = {{ unit = "m" }}\nz{i} = {{ unit = "m", start = {height} }}\n'
+    for i in (0, 1):
+        text += f'[bodies.b{i}]\nposition = ["x{i}", "y{i}", "z{i}"]\nmass = 1\n'
+    text += '[contacts.c]\nkind = "sphere_sphere"\nbetween = ["b0", "b1"]\nradius = [0.1, 0.1]\nfriction = 0.3\n'
+    leans, *_ = lower(derive(read(text, "balls.toml"))).event_functions
+    assert "sqrt" in leans.name
+    assert 0.1 < leans.nominal < 10
