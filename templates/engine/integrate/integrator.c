@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contacts.h"
 #include "diagnosis.h"
 #include "event_steps.h"
 #include "inputs.h"
@@ -116,6 +117,24 @@ static bool take_step(Instance *instance, const Companion *with, Step step) {
     return with != NULL ? !instance->state.event_pending || with->pass(with->of) : end_solver_step(instance);
 }
 
+/* Halves a step that failed while a contact slides in space. Where its slip comes to rest, friction would turn round in
+   the step, which an implicit method seldom solves and a Rosenbrock method does not locate. Shorter steps end before
+   that, and the slip comes down to a speed that is at rest. */
+static bool halve_before_rest(Instance *instance, Step *step) {
+    const FailureKind kind = instance->failure.kind;
+    const double least = SLIVER * SLIVER * experiment_duration(&instance->state);
+    const bool unsolved = kind == FAILURE_ITERATION || kind == FAILURE_NOT_FINITE || kind == FAILURE_OVERFLOW;
+    if (!ENDS_AT_EVENTS || !(unsolved || kind == FAILURE_EVENT_POLE) || !(step->length > least) ||
+        !contacts_slide_in_space(instance)) {
+        return false;
+    }
+    instance->failure.kind = FAILURE_NONE;
+    instance->state.solver = instance->scratch.solver_before;
+    step->length *= 0.5;
+    step->end = instance->state.time + step->length;
+    return true;
+}
+
 /* A step of this length (s) to the next time (s), in parts if events come, or to where the communication step ends. */
 static bool step_to(Instance *instance, const Companion *with, double next, double length) {
     const Scratch *scratch = &instance->scratch;
@@ -126,8 +145,11 @@ static bool step_to(Instance *instance, const Companion *with, double next, doub
             step = (Step){scratch->step_end - state->time, scratch->step_end};
         }
         const double begun = state->time;
-        if (!take_step(instance, with, step)) {
-            return false;
+        Step part = step;
+        while (!take_step(instance, with, part)) {
+            if (!halve_before_rest(instance, &part)) {
+                return false;
+            }
         }
         step.length = state->time > begun ? step.end - state->time : step.length; /* an event at its beginning */
     } while (step.length > rounding_of_length(next) && step_goes_on(instance));
