@@ -318,6 +318,43 @@ def test_gaps_with_a_kink_are_told_on_both_sides_of_it() -> None:
     assert integrate(ball, times).trajectory["table_gap"] == pytest.approx(3 - np.minimum(times, 1), abs=1e-15)
 
 
+TURNTABLE = """
+mechanism = { name = "turntable" }
+gravity = { acceleration = 9.81 }
+[coordinates]
+x = { unit = "m", start = 0.3 }
+y = { unit = "m", velocity = 0.2 }
+z = { unit = "m", start = 0.05 }
+e0 = { start = 1.0 }
+e1 = { velocity = 7.0 }
+e2 = {}
+e3 = {}
+[frames]
+table = { rotations = [["z", "3*t"]] }
+ball = { origin = ["x", "y", "z"], quaternion = ["e0", "e1", "e2", "e3"] }
+[bodies.ball]
+frame = "ball"
+mass = 0.4
+inertia = [4e-4, 4e-4, 4e-4, 0, 0, 0]
+[contacts.floor]
+kind = "sphere_plane"
+between = ["ball", "table"]
+normal = "z"
+radius = 0.05
+friction = 5
+"""
+"""The ball rolls: its lowest point has the velocity (0, 0.9) m/s of the table."""
+
+
+def test_a_ball_rolls_in_circles_on_a_turntable() -> None:
+    """At 2/7 of its rate. The scalar part of the quaternion has no inertia at the start, but a force."""
+    x, y = run(read(TURNTABLE, "turntable"), 0.3).values[-1, :2]
+    rate = 2 / 7 * 3
+    assert [x, y] == pytest.approx(
+        [0.3 - 0.2 / rate * (1 - np.cos(0.3 * rate)), 0.2 / rate * np.sin(0.3 * rate)], abs=1e-9
+    )
+
+
 @pytest.mark.parametrize("name", ["woodpecker", "crane", "sliding_sphere"])
 def test_rates_of_many_rows_by_complex_steps_are_those_by_symbols(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Hundreds of contacts have their rates by complex steps; these mechanisms have both."""
