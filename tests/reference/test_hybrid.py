@@ -310,6 +310,17 @@ def test_a_contact_opens_where_the_forces_on_it_cancel() -> None:
     assert times_of(track, "opens") == pytest.approx([leaves], abs=1e-9)
 
 
+def test_what_a_closed_gap_has_drifted_is_no_impact() -> None:
+    """A ball leaves the floor as soon as this falls faster than by gravity: 20 cos(t) = -g."""
+    y, t = coordinate("y", "m"), sp.Symbol("t", real=True)
+    floor = Contact("floor", gap=y - 20 * (1 - sp.cos(t)))
+    ball = Mechanism("ball", coordinates=[y], bodies=[Body("ball", 1, (0, y))], contacts=[floor], gravity=G)
+    problem = HybridRun(HybridSystem(ball), signals_of(ball, None, 0.0), np.array([0.0, 3.0]))
+    track = Follower(problem, "DOP853", 1e-6, 500_000).follow(started(problem, {}))
+    assert times_of(track, "opens") == pytest.approx([np.arccos(-G / 20)], abs=1e-6)
+    assert not times_of(track, "impact")
+
+
 def test_gaps_with_a_kink_are_told_on_both_sides_of_it() -> None:
     y, t = coordinate("y", "m", start=3.0), sp.Symbol("t", real=True)
     table = Contact("table", gap=y - sp.Min(t, 1))
