@@ -14,6 +14,8 @@ from lag2fmu.language.vocabulary import Choice, symbol
 from lag2fmu.mechanism import Body, Constraint, Contact, Force, Friction, Mechanism, Stop, coordinate, parameter, signal
 from lag2fmu.reference import integrate, remedy_of_jumps
 from lag2fmu.reference.hybrid.following import Follower
+from lag2fmu.reference.hybrid.impacts import all_outcomes
+from lag2fmu.reference.hybrid.laws import PLANES, Item
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.run import HybridRun, Track, started
 from lag2fmu.reference.hybrid.system import HybridSystem
@@ -308,6 +310,38 @@ def test_a_contact_opens_where_the_forces_on_it_cancel() -> None:
     track = run(mass, 3.0)
     leaves = float(np.arccos(0.1))
     assert times_of(track, "opens") == pytest.approx([leaves], abs=1e-9)
+
+
+STACK = """
+mechanism = { name = "stack" }
+gravity = { acceleration = 9.81 }
+[coordinates]
+a = { unit = "m", start = 0.3 }
+b = { unit = "m", start = 0.8 }
+c = { unit = "m", start = 1.1 }
+[bodies]
+low = { mass = 3, position = [0, "a"] }
+middle = { mass = 2, position = [0, "b"] }
+high = { mass = 1, position = [0, "c"] }
+[contacts]
+ground = { gap = "a", restitution = 0.5 }
+under = { gap = "b - a - 0.1", restitution = 0.5 }
+top = { gap = "c - b - 0.1", restitution = 0.5 }
+"""
+
+
+def test_three_balls_come_to_rest_on_each_other() -> None:
+    """What is left of a low rebound is taken from a ball, and from none of those that bear it."""
+    track = run(read(STACK, "stack"), 1.0)
+    assert track.values[-1, :6] == pytest.approx([0, 0.1, 0.2, 0, 0, 0], abs=1e-9)
+
+
+def test_outcomes_of_an_impact_slide_in_space() -> None:
+    """Coulomb's friction of the impulse 1 N s against a slip of 0.5 m/s."""
+    contact = Item((*PLANES[2], Mode.OPEN), 0, (1, 2), 0.3, 0.3)
+    (outcome,) = all_outcomes(np.eye(3), np.array([-1.0, 0.5, 0.0]), [contact], 1.0)
+    assert outcome.forces == pytest.approx([1.0, -0.3, 0.0])
+    assert outcome.modes == (Mode.SLIDES,)
 
 
 def test_what_a_closed_gap_has_drifted_is_no_impact() -> None:
