@@ -95,16 +95,16 @@ MOST_KINKS, MOST_PIECES = 64, 256
 
 
 def in_pieces(
-    graph: Graph, functions: Sequence[Function], effective: Sequence[Node], moving: Collection[Node]
+    graph: Graph, functions: Sequence[Function], effective: Sequence[Node], moving: Collection[Node], *, forceful: bool
 ) -> tuple[Function, ...]:
     """``functions`` in which tables with kinks are replaced by choices between smooth pieces.
 
-    The kinks of the choices become switches as other kinks do: between them accelerations are smooth, also those of a
-    gap that follows monotone pieces. Replaced are the tables that ``effective`` nodes need and whose arguments contain
-    ``moving`` variables. A table with an error outside its data stays as it is, because a piece has no end at which to
-    report.
+    The kinks of the choices become switches as other kinks do. ``forceful``: events depend on forces, which jump with
+    the curvature of monotone pieces in a gap; so these are parted, too. Replaced are the tables that ``effective``
+    nodes need and whose arguments contain ``moving`` variables. A table with an error outside its data stays as it is,
+    because a piece has no end at which to report.
     """
-    chosen = _with_pieces(graph, effective, {*moving}) if graph.tables else {}
+    chosen = _with_pieces(graph, effective, {*moving}, forceful) if graph.tables else {}
     if not chosen:
         return tuple(functions)
     new: dict[Node, Node] = {}
@@ -118,11 +118,11 @@ def in_pieces(
     return tuple(with_nodes(functions, new))
 
 
-def _with_pieces(graph: Graph, effective: Sequence[Node], moving: set[Node]) -> dict[Node, list[int]]:
+def _with_pieces(graph: Graph, effective: Sequence[Node], moving: set[Node], forceful: bool) -> dict[Node, list[int]]:
     """{lookup that ``effective`` nodes need: the orders, by each argument, of the derivative that tells its kinks}.
 
-    These are the highest ones of the same table at the same arguments: velocities have to change to another piece
-    together with accelerations.
+    These are the highest ones of the same table at the same arguments if events are ``forceful``, because velocities
+    have to change to another piece together with accelerations; else 0.
     """
     orders: dict[tuple[Node, ...], list[int]] = {}
     found: dict[Node, tuple[Node, ...]] = {}
@@ -131,7 +131,7 @@ def _with_pieces(graph: Graph, effective: Sequence[Node], moving: set[Node]) -> 
         if arity is not None:
             table, *rest = graph.operands[node]
             found[node] = (table, *rest[arity:])
-            own = [int(graph.value(order)) for order in rest[:arity]]
+            own = [int(graph.value(order)) if forceful else 0 for order in rest[:arity]]
             orders[found[node]] = [max(pair) for pair in zip(own, orders.get(found[node], own), strict=True)]
     return {node: orders[at] for node, at in found.items() if _has_pieces(graph, at, orders[at], moving)}
 
