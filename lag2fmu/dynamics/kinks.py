@@ -69,7 +69,7 @@ def switched(
     F. E. Cellier, M. Otter, Object-oriented modeling of hybrid systems, ESS 1993.
     """
     moving = {variables.t, *variables.states, *variables.signals}
-    functions = in_pieces(graph, functions, _effective(functions), moving)
+    functions = in_pieces(graph, functions, _effective(functions), moving, forceful=mechanism.hybrid)
     effective = _effective(functions)
     kinks = _Kinks(graph, moving, {*variables.unknowns})
     margins = kinks.margins([*effective, *conditions])

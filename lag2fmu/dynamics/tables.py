@@ -30,6 +30,10 @@ LOOKUPS = {CODE["lookup"]: 1, CODE["lookup_2"]: 2}
 """{code of a lookup operation: the number of arguments of its table}."""
 
 
+SMOOTH = {"linear": 0, "pchip": 1, "cubic": 2}
+"""{interpolation: the greatest order of derivatives that are continuous at inner knots}."""
+
+
 def interpolant(table: Table) -> Interpolant:
     """The ``table`` as piecewise polynomials in SI units.
 
@@ -40,11 +44,11 @@ def interpolant(table: Table) -> Interpolant:
 
     knots = tuple(np.array(axis, dtype=np.float64) for axis in table.grid.axes)
     values = np.array(table.grid.values, dtype=np.float64).reshape([len(axis) for axis in knots])
-    found = _pieces(knots[0], values, table.interpolation)  # (d + 1, n - 1, ...)
+    found, smooth = _pieces(knots[0], values, table.interpolation), SMOOTH[table.interpolation]
     if len(knots) == 1:
-        return Interpolant(table.name, knots, np.ascontiguousarray(found.T), table.outside)
+        return Interpolant(table.name, knots, np.ascontiguousarray(found.T), table.outside, smooth)
     both = _pieces(knots[1], np.moveaxis(found, -1, 0), table.interpolation)  # (d + 1, m - 1, d + 1, n - 1)
-    return Interpolant(table.name, knots, np.ascontiguousarray(both.transpose(3, 1, 2, 0)), table.outside)
+    return Interpolant(table.name, knots, np.ascontiguousarray(both.transpose(3, 1, 2, 0)), table.outside, smooth)
 
 
 def _pieces(knots: Floats, values: Floats, kind: str) -> Floats:
@@ -91,15 +95,16 @@ MOST_KINKS, MOST_PIECES = 64, 256
 
 
 def in_pieces(
-    graph: Graph, functions: Sequence[Function], effective: Sequence[Node], moving: Collection[Node]
+    graph: Graph, functions: Sequence[Function], effective: Sequence[Node], moving: Collection[Node], *, forceful: bool
 ) -> tuple[Function, ...]:
     """``functions`` in which tables with kinks are replaced by choices between smooth pieces.
 
-    The kinks of the choices become switches as other kinks do. Replaced are the tables that ``effective`` nodes need
-    and whose arguments contain ``moving`` variables. A linear table with an error outside its data stays as it is,
+    The kinks of the choices become switches as other kinks do. ``forceful``: events depend on forces, which jump with
+    the curvature of monotone pieces in a gap; so these are parted, too. Replaced are the tables that ``effective``
+    nodes need and whose arguments contain ``moving`` variables. A table with an error outside its data stays as it is,
     because a piece has no end at which to report.
     """
-    chosen = {node for node in graph.cone(effective) if _has_pieces(graph, node, {*moving})} if graph.tables else set()
+    chosen = _with_pieces(graph, effective, {*moving}, forceful) if graph.tables else {}
     if not chosen:
         return tuple(functions)
     new: dict[Node, Node] = {}
@@ -107,18 +112,34 @@ def in_pieces(
         for node in nodes_of(graph, functions):
             operands = [new[operand] for operand in graph.operands[node]]
             if node in chosen:
-                new[node] = _pieced(graph, operands)
+                new[node] = _pieced(graph, operands, chosen[node])
             else:
                 new[node] = node if list(graph.operands[node]) == operands else graph.rebuild(node, operands)
     return tuple(with_nodes(functions, new))
 
 
-def _has_pieces(graph: Graph, node: Node, moving: set[Node]) -> bool:
-    arity = LOOKUPS.get(graph.code[node])
-    if arity is None:
-        return False
-    table, arguments = graph.tables[int(graph.value(graph.operands[node][0]))], graph.operands[node][-arity:]
-    counts = [len(table.kinks(axis)) for axis in range(arity)]
+def _with_pieces(graph: Graph, effective: Sequence[Node], moving: set[Node], forceful: bool) -> dict[Node, list[int]]:
+    """{lookup that ``effective`` nodes need: the orders, by each argument, of the derivative that tells its kinks}.
+
+    These are the highest ones of the same table at the same arguments if events are ``forceful``, because velocities
+    have to change to another piece together with accelerations; else 0.
+    """
+    orders: dict[tuple[Node, ...], list[int]] = {}
+    found: dict[Node, tuple[Node, ...]] = {}
+    for node in graph.cone(effective):
+        arity = LOOKUPS.get(graph.code[node])
+        if arity is not None:
+            table, *rest = graph.operands[node]
+            found[node] = (table, *rest[arity:])
+            own = [int(graph.value(order)) if forceful else 0 for order in rest[:arity]]
+            orders[found[node]] = [max(pair) for pair in zip(own, orders.get(found[node], own), strict=True)]
+    return {node: orders[at] for node, at in found.items() if _has_pieces(graph, at, orders[at], moving)}
+
+
+def _has_pieces(graph: Graph, at: tuple[Node, ...], orders: Sequence[int], moving: set[Node]) -> bool:
+    """Whether solvers stop at the kinks of the derivative of ``orders``, of the table and at the arguments ``at``."""
+    table, arguments = graph.tables[int(graph.value(at[0]))], at[1:]
+    counts = [len(table.kinks(axis, order)) for axis, order in enumerate(orders)]
     few = sum(counts) <= MOST_KINKS and math.prod(count + 1 for count in counts) <= MOST_PIECES
     located = [x for x in arguments if graph.code[x] != CODE["passed"] and not moving.isdisjoint(graph.cone([x]))]
     return table.outside != "error" and few and any(counts) and len(located) > 0
@@ -136,27 +157,35 @@ class _Cell:
     held: bool = False
 
 
-def _pieced(graph: Graph, operands: Sequence[Node]) -> Node:
-    """A lookup of ``operands`` as choices, at each kink between what is above and below it."""
-    table, arity = graph.tables[int(graph.value(operands[0]))], len(operands) // 2
-    return _chosen(graph, table, operands[1 : 1 + arity], operands[1 + arity :], ())
+def _pieced(graph: Graph, operands: Sequence[Node], highest: Sequence[int]) -> Node:
+    """A lookup of ``operands`` as choices, at each kink of the derivative of orders ``highest``."""
+    table, arity = graph.tables[int(graph.value(operands[0]))], len(highest)
+    orders, arguments = operands[1 : 1 + arity], [*zip(operands[1 + arity :], highest, strict=True)]
+    return _chosen(graph, table, orders, arguments, ())
 
 
 def _chosen(
-    graph: Graph, table: Interpolant, orders: Sequence[Node], arguments: Sequence[Node], cells: tuple[_Cell, ...]
+    graph: Graph,
+    table: Interpolant,
+    orders: Sequence[Node],
+    arguments: Sequence[tuple[Node, int]],
+    cells: tuple[_Cell, ...],
 ) -> Node:
-    """The choices along the arguments that have no cell yet; ``cells`` are those of the arguments before them."""
+    """The choices along the arguments that have no cell yet; ``cells`` are those of the arguments before them.
+
+    With each argument goes the order of the derivative whose kinks part the choices.
+    """
     if len(cells) == table.arity:
         return _piece(graph, table, orders, cells)
-    x, knots = arguments[len(cells)], table.knots[len(cells)]
-    inside = range(len(knots) - 1) if table.degree == 1 else [None]
+    (x, order), knots = arguments[len(cells)], table.knots[len(cells)]
+    inside = range(len(knots) - 1) if table.in_intervals(order) else [None]
     options = [_Cell(index, x) for index in inside]
     if table.outside == "hold":
         first, last = (graph.constant(float(knots[i])) for i in (0, -1))
         options = [_Cell(0, first, True), *options, _Cell(len(knots) - 2, last, True)]
     pieces = [_chosen(graph, table, orders, arguments, (*cells, option)) for option in options]
     result = pieces[0]
-    for bound, piece in zip(table.kinks(len(cells)), pieces[1:], strict=True):
+    for bound, piece in zip(table.kinks(len(cells), order), pieces[1:], strict=True):
         result = graph.choose(graph.subtract(x, graph.constant(float(bound))), piece, result)
     return result
 
@@ -168,13 +197,13 @@ def _piece(graph: Graph, table: Interpolant, orders: Sequence[Node], cells: Sequ
         return graph.zero
     if all(cell.held for cell in cells):
         return graph.constant(float(table(counts, *(float(graph.value(cell.at)) for cell in cells))))
-    if table.degree > 1:
+    if any(cell.index is None for cell in cells):
         return graph.lookup(_continued(graph, table), orders, [cell.at for cell in cells])
-    return _linear(graph, table, counts, cells)
+    return _in_one(graph, table, counts, cells)
 
 
-def _linear(graph: Graph, table: Interpolant, counts: Sequence[int], cells: Sequence[_Cell]) -> Node:
-    """The derivative of orders ``counts`` of the polynomial of a linear ``table`` in these ``cells``."""
+def _in_one(graph: Graph, table: Interpolant, counts: Sequence[int], cells: Sequence[_Cell]) -> Node:
+    """The derivative of orders ``counts`` of the polynomial of a ``table`` in these ``cells``, one interval each."""
     corner = [cell.index or 0 for cell in cells]
     knots = [float(axis[index]) for axis, index in zip(table.knots, corner, strict=True)]
     distances = [graph.subtract(cell.at, graph.constant(knot)) for cell, knot in zip(cells, knots, strict=True)]

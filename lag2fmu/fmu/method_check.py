@@ -40,7 +40,7 @@ def _check_time_stepping(mechanism: Mechanism, method: TimeStepping) -> None:
     if not mechanism.hybrid:
         raise ExportError(
             f"solver '{method.solver}' steps over impacts with an error of first order, and mechanism "
-            f"'{mechanism.name}' has no contacts, stops, dry friction or latches; take {DEFAULT_SOLVER}"
+            f"'{mechanism.name}' has no ideal contacts, stops, dry friction or latches; take {DEFAULT_SOLVER}"
         )
     if light:
         names = ", ".join(mechanism.coordinates[i].name for i in light)

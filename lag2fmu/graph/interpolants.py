@@ -26,12 +26,14 @@ class Interpolant:
       (n - 1, m - 1, d + 1, d + 1) for two arguments.
     - ``outside``: what holds beyond the knots: "hold" (the value at the nearest knot), "extrapolate" (the polynomial of
       the nearest interval) or "error" (no value).
+    - ``smooth``: the greatest order of derivatives that are continuous at the inner knots.
     """
 
     name: str
     knots: tuple[Floats, ...]
     coefficients: Floats
     outside: str
+    smooth: int
     degree: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -47,12 +49,19 @@ class Interpolant:
         """Knots and coefficients as lists of numbers."""
         return [knots.tolist() for knots in self.knots], self.coefficients.tolist()
 
-    def kinks(self, axis: int = 0) -> Floats:
-        """The knots (k,) of the argument ``axis`` where the slope jumps.
+    def in_intervals(self, order: int) -> bool:
+        """Whether a derivative of this ``order`` is pieced together at the inner knots.
 
-        These are the inner knots of a linear table, and both ends if the value is held outside.
+        It is where it jumps: lines, the curvature of monotone pieces. So are lines themselves, whose slope jumps.
         """
-        inside = self.knots[axis][1:-1] if self.degree == 1 else np.empty(0)
+        return order > self.smooth or self.degree == 1
+
+    def kinks(self, axis: int = 0, order: int = 0) -> Floats:
+        """The knots (k,) of the argument ``axis`` where a derivative of this ``order`` is pieced together.
+
+        These are inner knots, see ``in_intervals``, and both ends if the value is held outside.
+        """
+        inside = self.knots[axis][1:-1] if self.in_intervals(order) else np.empty(0)
         ends = self.knots[axis][[0, -1]] if self.outside == "hold" else np.empty(0)
         return np.sort(np.concatenate([inside, ends]))
 

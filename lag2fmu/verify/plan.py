@@ -114,9 +114,9 @@ def check_times(stop_time: float, step: float) -> None:
     """Raise LoadError unless 0 < ``step`` <= ``stop_time``, in s, are finite, with no more than MOST_POINTS steps."""
     for label, value in (("stop time", stop_time), ("step", step)):
         if not (math.isfinite(value) and value > 0):
-            raise LoadError(f"the {label} {value!r} s is not positive and finite")
+            raise LoadError(f"the {label} {float(value)!r} s is not positive and finite")
     if step > stop_time * (1 + 1e-9):  # a difference of two times is rounded
-        raise LoadError(f"the step {step!r} s is longer than the stop time {stop_time!r} s")
+        raise LoadError(f"the step {float(step)!r} s is longer than the stop time {float(stop_time)!r} s")
     if stop_time / step > MOST_POINTS:
         count = f"{stop_time / step:.3g} steps of {step:g} s in {stop_time:g} s"
         raise LoadError(f"{count} are too many, {MOST_POINTS:g} at most; give a longer step, or an earlier stop time")

@@ -119,8 +119,9 @@ def test_the_formulas_call_the_tables() -> None:
     assert "well(2*theta)" in str(derive(swing()).sympy.lagrangian)
 
 
+@pytest.mark.parametrize("forceful", [False, True])
 @pytest.mark.parametrize("kind", ["linear", "pchip", "cubic"])
-def test_pieces_are_the_table(kind: str) -> None:
+def test_pieces_are_the_table(kind: str, forceful: bool) -> None:
     """Choices at the kinks have the values and derivatives that the lookup has, inside, at and beyond the knots."""
     theta = coordinate("theta", "rad")
     m = Mechanism(
@@ -132,10 +133,11 @@ def test_pieces_are_the_table(kind: str) -> None:
     )
     equations = derive(m).apart()
     g, v = equations.graph, equations.variables
-    rows = [*equations.forcing, *forward(g, equations.forcing, {v.q[0]: g.one})]
+    slopes = forward(g, equations.forcing, {v.q[0]: g.one})
+    rows = [*equations.forcing, *slopes, *forward(g, slopes, {v.q[0]: g.one})]
     results = tuple(("f", i, node) for i, node in enumerate(rows))
     whole = Function("f", "", (Array("x", v.states),), ("f",), results)
-    (pieces,) = in_pieces(g, [whole], rows, {v.q[0]})
+    (pieces,) = in_pieces(g, [whole], rows, {v.q[0]}, forceful=forceful)
     new = [node for *_, node in pieces.results]
     assert new != rows
     values = {"t": 0.0, "Q_theta": 0.0, "theta_dot": 0.0, "theta": np.concatenate([INSIDE, OUTSIDE])}

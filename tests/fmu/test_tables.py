@@ -8,6 +8,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+import sympy as sp
 from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 from scipy.integrate import quad
@@ -19,7 +20,7 @@ from lag2fmu.dynamics import derive, lower
 from lag2fmu.dynamics.tables import interpolant
 from lag2fmu.fmu import Fmu
 from lag2fmu.language.vocabulary import Smooth
-from lag2fmu.mechanism import Energy, Mechanism, Output, Table, coordinate, signal
+from lag2fmu.mechanism import Body, Contact, Energy, Mechanism, Output, Table, coordinate, signal
 
 pytestmark = pytest.mark.fmu
 Floats = NDArray[np.float64]
@@ -157,6 +158,34 @@ def test_kinks_are_event_indicators(exported: Callable[..., Fmu]) -> None:
         forces={theta: Smooth(BROKEN.tables[0](theta.dot))},
     )
     assert lower(derive(smooth)).switches == 0
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_a_ball_leaves_a_track_where_its_curvature_jumps(kind: str, exported: Callable[..., Fmu]) -> None:
+    """Monotone pieces, at t = 1 s: from -0.8 to -17.4 m/s2; the ball falls freely from y = -2 m with -3.2 m/s.
+
+    The force of the contact has no root there, and the run ended with the word that it grows beyond all bounds.
+    """
+    y, t = coordinate("y", "m"), sp.Symbol("t", real=True)
+    track = Table("track", columns=[[0, 1, 2, 3, 4], [0, -2, -10, -20, -30]], interpolation="pchip")
+    ball = Mechanism(
+        "track",
+        coordinates=[y],
+        tables=[track],
+        bodies=[Body("ball", 1, (0, y))],
+        gravity=sp.Rational(981, 100),
+        contacts=[Contact("floor", gap=y - track(t))],
+    )
+    outputs = ["y", "floor_force", "floor_impacts", "floor_mode"]
+    run = simulate(exported(ball), stop_time=1.5, step=0.25, outputs=outputs, kind=kind)
+    on, off = run.time < 1, run.time >= 1
+    curve = PchipInterpolator([0, 1, 2, 3, 4], [0, -2, -10, -20, -30])
+    fall = run.time[off] - 1
+    assert run["y"][on] == pytest.approx(curve(run.time[on]), abs=1e-5)
+    assert run["y"][off] == pytest.approx(-2 - 3.2 * fall - 9.81 / 2 * fall**2, abs=1e-5)
+    assert run["floor_force"][on] == pytest.approx(9.81 + curve(run.time[on], 2), abs=1e-3)
+    assert run["floor_impacts"][-1] == 0
+    assert run["floor_mode"][-1] == 1
 
 
 @pytest.mark.parametrize("outside", ["hold", "extrapolate"])

@@ -99,6 +99,28 @@ def test_accumulating_impacts_take_friction_once(
     assert run["x_dot"][-1] == pytest.approx(10 - 0.1 * G * 5, abs=bar)
 
 
+@pytest.mark.parametrize("options", [{}, MODEL_EXCHANGE], ids=["co-simulation", "CVode"])
+def test_impacts_on_a_block_that_rests_accumulate(options: dict, exported) -> None:
+    """A ball, e = 0.5, falls 0.1 m on a block: at rest after 3 sqrt(0.2/g) s, by as many impacts as on the floor.
+
+    In model exchange it jumped on by 1e-9 m/s without end.
+    """
+    low, high, alone = (coordinate(name, "m", start=y) for name, y in (("low", 0.0), ("high", 0.1), ("alone", 0.1)))
+    gaps = {"ground": low, "top": high - low, "floor": alone}
+    stack = Mechanism(
+        "stack",
+        coordinates=[low, high, alone],
+        bodies=[Body(y.name, m, (i, y)) for i, (y, m) in enumerate([(low, 2), (high, 1), (alone, 1)])],
+        gravity=sp.Rational(981, 100),
+        contacts=[Contact(name, gap=gap, restitution=sp.Rational(1, 2)) for name, gap in gaps.items()],
+    )
+    outputs, rest = ["top_impacts", "floor_impacts", "top_gap", "top_mode"], 3 * np.sqrt(0.2 / G)
+    run = lag2fmu.simulate(exported(stack), stop_time=rest + 2e-6, outputs=outputs, **options)
+    assert run["top_impacts"][-1] == run["floor_impacts"][-1]
+    assert run["top_gap"][-1] == pytest.approx(0.0, abs=1e-15)
+    assert run["top_mode"][-1] == 3
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("family", "stop"), [("engaged", 1.0), ("loop", 0.5)])
 def test_the_direct_integration_passes_dead_centres_too(family: str, stop: float) -> None:

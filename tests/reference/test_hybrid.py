@@ -14,6 +14,8 @@ from lag2fmu.language.vocabulary import Choice, symbol
 from lag2fmu.mechanism import Body, Constraint, Contact, Force, Friction, Mechanism, Stop, coordinate, parameter, signal
 from lag2fmu.reference import integrate, remedy_of_jumps
 from lag2fmu.reference.hybrid.following import Follower
+from lag2fmu.reference.hybrid.impacts import all_outcomes
+from lag2fmu.reference.hybrid.laws import PLANES, Item
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.run import HybridRun, Track, started
 from lag2fmu.reference.hybrid.system import HybridSystem
@@ -310,12 +312,92 @@ def test_a_contact_opens_where_the_forces_on_it_cancel() -> None:
     assert times_of(track, "opens") == pytest.approx([leaves], abs=1e-9)
 
 
+STACK = """
+mechanism = { name = "stack" }
+gravity = { acceleration = 9.81 }
+[coordinates]
+a = { unit = "m", start = 0.3 }
+b = { unit = "m", start = 0.8 }
+c = { unit = "m", start = 1.1 }
+[bodies]
+low = { mass = 3, position = [0, "a"] }
+middle = { mass = 2, position = [0, "b"] }
+high = { mass = 1, position = [0, "c"] }
+[contacts]
+ground = { gap = "a", restitution = 0.5 }
+under = { gap = "b - a - 0.1", restitution = 0.5 }
+top = { gap = "c - b - 0.1", restitution = 0.5 }
+"""
+
+
+def test_three_balls_come_to_rest_on_each_other() -> None:
+    """What is left of a low rebound is taken from a ball, and from none of those that bear it."""
+    track = run(read(STACK, "stack"), 1.0)
+    assert track.values[-1, :6] == pytest.approx([0, 0.1, 0.2, 0, 0, 0], abs=1e-9)
+
+
+def test_outcomes_of_an_impact_slide_in_space() -> None:
+    """Coulomb's friction of the impulse 1 N s against a slip of 0.5 m/s."""
+    contact = Item((*PLANES[2], Mode.OPEN), 0, (1, 2), 0.3, 0.3)
+    (outcome,) = all_outcomes(np.eye(3), np.array([-1.0, 0.5, 0.0]), [contact], 1.0)
+    assert outcome.forces == pytest.approx([1.0, -0.3, 0.0])
+    assert outcome.modes == (Mode.SLIDES,)
+
+
+def test_what_a_closed_gap_has_drifted_is_no_impact() -> None:
+    """A ball leaves the floor as soon as this falls faster than by gravity: 20 cos(t) = -g."""
+    y, t = coordinate("y", "m"), sp.Symbol("t", real=True)
+    floor = Contact("floor", gap=y - 20 * (1 - sp.cos(t)))
+    ball = Mechanism("ball", coordinates=[y], bodies=[Body("ball", 1, (0, y))], contacts=[floor], gravity=G)
+    problem = HybridRun(HybridSystem(ball), signals_of(ball, None, 0.0), np.array([0.0, 3.0]))
+    track = Follower(problem, "DOP853", 1e-6, 500_000).follow(started(problem, {}))
+    assert times_of(track, "opens") == pytest.approx([np.arccos(-G / 20)], abs=1e-6)
+    assert not times_of(track, "impact")
+
+
 def test_gaps_with_a_kink_are_told_on_both_sides_of_it() -> None:
     y, t = coordinate("y", "m", start=3.0), sp.Symbol("t", real=True)
     table = Contact("table", gap=y - sp.Min(t, 1))
     ball = Mechanism("ball", coordinates=[y], bodies=[Body("ball", 1, (0, y))], contacts=[table])
     times = np.linspace(0, 2, 9)
     assert integrate(ball, times).trajectory["table_gap"] == pytest.approx(3 - np.minimum(times, 1), abs=1e-15)
+
+
+TURNTABLE = """
+mechanism = { name = "turntable" }
+gravity = { acceleration = 9.81 }
+[coordinates]
+x = { unit = "m", start = 0.3 }
+y = { unit = "m", velocity = 0.2 }
+z = { unit = "m", start = 0.05 }
+e0 = { start = 1.0 }
+e1 = { velocity = 7.0 }
+e2 = {}
+e3 = {}
+[frames]
+table = { rotations = [["z", "3*t"]] }
+ball = { origin = ["x", "y", "z"], quaternion = ["e0", "e1", "e2", "e3"] }
+[bodies.ball]
+frame = "ball"
+mass = 0.4
+inertia = [4e-4, 4e-4, 4e-4, 0, 0, 0]
+[contacts.floor]
+kind = "sphere_plane"
+between = ["ball", "table"]
+normal = "z"
+radius = 0.05
+friction = 5
+"""
+"""The ball rolls: its lowest point has the velocity (0, 0.9) m/s of the table."""
+
+
+def test_a_ball_rolls_in_circles_on_a_turntable() -> None:
+    """At 2/7 of its rate. The scalar part of the quaternion has no inertia at the start, but a force."""
+    x, y = run(read(TURNTABLE, "turntable"), 0.3).values[-1, :2]
+    rate = 2 / 7 * 3
+    assert [x, y] == pytest.approx(
+        [0.3 - 0.2 / rate * (1 - np.cos(0.3 * rate)), 0.2 / rate * np.sin(0.3 * rate)], abs=1e-9
+    )
 
 
 @pytest.mark.parametrize("name", ["woodpecker", "crane", "sliding_sphere"])

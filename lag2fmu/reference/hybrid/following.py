@@ -117,7 +117,10 @@ class Follower:
                 f"{', '.join(sorted(self._told(kind, i) for kind, i in due)) or f'at {last!r} s'}"
             )
         logged = len(self.memory.events)
-        state, new, gained = self.settling.settled(self.run.state(t, y), modes, due)
+        state = self.run.state(t, y)
+        if due:  # what is bound has moved by the errors of the integration alone since the last event: no impact
+            state = self.run.system.projected(state, modes)
+        state, new, gained = self.settling.settled(state, modes, due)
         for i, (a, b) in enumerate(zip(modes.contacts, new.contacts, strict=True)):
             if b is not Mode.OPEN and a is Mode.OPEN:
                 self.closings[i] = self.memory.impacts[i]

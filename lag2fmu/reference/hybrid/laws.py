@@ -75,7 +75,7 @@ def decided(
     ``pace``: the least size, in units of sqrt(D) of its row, that errors of w are measured by. None if no combination
     meets the laws (Painleve's paradox). Source: Ch. Glocker, Set-Valued Force Laws, 2001, chapters 4 to 7.
     """
-    if _in_space(items):
+    if in_space(items):
         return _iterated(D, c, items, pace)
     few = bool(np.prod([float(len(item.options)) for item in items]) <= MOST)
     tried = product(*(item.options for item in items)) if few else _near(items, cost)
@@ -99,7 +99,7 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
     return Outcome(modes, r, D @ r + c, tuple(item.direction for item in items))
 
 
-def _in_space(items: Sequence[Item]) -> bool:
+def in_space(items: Sequence[Item]) -> bool:
     """Whether one of the ``items`` may slide in space, in a direction that is not known yet."""
     return any(len(item.slips) == 2 and item.direction is None and len(item.options) > 1 for item in items)
 
@@ -115,12 +115,6 @@ def _near(items: Sequence[Item], cost: Callable[[tuple[Mode, ...]], float] | Non
         for changes in combinations(others, count):
             changed = dict(changes)
             yield tuple(changed.get(i, mode) for i, mode in enumerate(first))
-
-
-def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> list[Outcome]:
-    """Every combination of modes that meets the laws, in order; D is (k, k), c is (k,), ``pace`` as in ``decided``."""
-    outcomes = (lawful(D, c, items, modes, pace) for modes in product(*(item.options for item in items)))
-    return [outcome for outcome in outcomes if outcome is not None]
 
 
 def units(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:
@@ -238,7 +232,7 @@ def _tried(
 
     Projections find the modes soon, but the forces slowly where one row moves many others. None for slips in space.
     """
-    if _in_space(items) or any(mode not in item.options for item, mode in zip(items, reached.modes, strict=True)):
+    if in_space(items) or any(mode not in item.options for item, mode in zip(items, reached.modes, strict=True)):
         return None
     bound = [replace(item, friction=limit, static=limit) for item, limit in zip(items, limits, strict=True)]
     return lawful(D, c, bound, reached.modes, pace)

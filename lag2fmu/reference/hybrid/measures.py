@@ -16,6 +16,9 @@ TIME_LOCATED = 1e-12
 SLOW = 1e-3
 """Errors are measured by at least this part of nominal values as accelerations, per s^2: forces may cancel."""
 
+BOUND = 1e-11
+"""Constraints whose singular values are below this part of the greatest one are redundant."""
+
 SLOW_SLIP = 1e-5
 """Slips in space up to this part of their nominal size have no direction that an integration could tell."""
 BACK = 0.05
@@ -45,19 +48,37 @@ def rest_speeds(point: MotionPoint) -> Floats:
     return found
 
 
+def mobilities(point: MotionPoint) -> Floats:
+    """The acceleration of each coordinate by a unit of force along it alone, (n,) in SI units.
+
+    Where constraints hold, none is more mobile, in nominal values, than the most mobile one under them: the scalar part
+    of a quaternion has no inertia of its own near 1, and the norm holds it.
+    """
+    mass, G, nominal = point.terms.mass_matrix, point.constraints[3], point.nominal
+    alone: Floats = 1.0 / np.maximum(np.abs(np.diagonal(mass)), 1e-300)
+    if not len(G):
+        return alone
+    _, values, across = np.linalg.svd(G * nominal)
+    free = nominal[:, None] * across[int(np.sum(values > BOUND * values.max())) :].T  # (n, free directions)
+    if not free.size:
+        return alone
+    answer = free @ np.linalg.pinv(free.T @ mass @ free, hermitian=True) @ free.T
+    most: Floats = nominal**2 * (np.diagonal(answer) / nominal**2).max()
+    return np.minimum(alone, most)
+
+
 def pace(point: MotionPoint) -> float:
     """The size of the accelerations that all forces f make, |f| in the metric M^-1: sqrt(f . M^-1 f), in SI units.
 
     It is at least that of SLOW accelerations.
     """
-    mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
-    return float(np.sqrt(np.sum(np.maximum(point.forcing**2 / mass, mass * (SLOW * point.nominal) ** 2))))
+    mobile = mobilities(point)
+    return float(np.sqrt(np.sum(np.maximum(point.forcing**2 * mobile, (SLOW * point.nominal) ** 2 / mobile))))
 
 
 def force_sizes(point: MotionPoint) -> Floats:
     """The force along each row that would make ``pace``: (k,) in SI units."""
-    mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
-    found: Floats = pace(point) / np.sqrt(np.maximum((point.rows.jacobian**2) @ (1 / mass), 1e-300))
+    found: Floats = pace(point) / np.sqrt(np.maximum((point.rows.jacobian**2) @ mobilities(point), 1e-300))
     return np.maximum(found, 1e-12)
 
 
@@ -68,8 +89,7 @@ def touches(point: MotionPoint, i: int) -> bool:
 
 def is_free(point: MotionPoint, D: Floats, i: int) -> bool:
     """Whether constraints leave the gap of the contact ``i`` free; D (k, k) is the answer of rows to forces on rows."""
-    mass = np.maximum(np.abs(np.diagonal(point.terms.mass_matrix)), 1e-300)
-    return bool(D[i, i] > 1e-10 * (point.rows.jacobian[i] ** 2 @ (1 / mass)))
+    return bool(D[i, i] > 1e-10 * (point.rows.jacobian[i] ** 2 @ mobilities(point)))
 
 
 def slips_of(point: MotionPoint, i: int) -> tuple[int, ...]:

@@ -103,21 +103,26 @@ class Settling:
             e.set_sides(tuple(sides))
         return tuple(sides), conditions
 
-    def _undone(self, point: MotionPoint, low: list[int], D: Floats) -> Floats:
+    def _undone(self, point: MotionPoint, modes: Modes, low: list[int], D: Floats) -> Floats:
         """The impulses (k,) that take the velocities of the contacts ``low`` from them at once, D (k, k).
 
         The floor gave these velocities, and with them its friction: an impulse that is taken back has that of its size.
-        From rest to rest friction then has its part of weight times time, and no more.
+        From rest to rest friction then has its part of weight times time, and no more. What is bound in the ``modes``
+        stays at rest: it has passed these impulses on.
         """
         rows, e = point.rows, self.system.elements
-        spread = np.zeros((e.k, len(low)))
+        kept, stuck = self.system.bound_rows(modes)
+        bound = [row for row in (*kept, *stuck) if row not in low]
+        spread = np.zeros((e.k, len(low) + len(bound)))
         for j, i in enumerate(low):
             slip = rows.velocities[e.slip_rows[i]]
             speed = float(np.linalg.norm(slip))
             spread[i, j] = 1.0
             if speed > STILL * velocity_sizes(point)[i]:
                 spread[e.slip_rows[i], j] = -rows.friction[i] * slip / speed
-        taken: Floats = spread @ np.linalg.lstsq((D @ spread)[low], -rows.velocities[low], rcond=1e-11)[0]
+        spread[bound, np.arange(len(low), spread.shape[1])] = 1.0
+        change = np.concatenate([-rows.velocities[low], np.zeros(len(bound))])
+        taken: Floats = spread @ np.linalg.lstsq((D @ spread)[low + bound], change, rcond=1e-11)[0]
         return taken
 
     def _left(self, state: StateBatch, modes: Modes) -> Modes:
@@ -161,7 +166,7 @@ class Settling:
         _, X = system.responses(point, modes)
         D = point.rows.jacobian @ X
         v = point.rows.velocities
-        P = self._undone(point, low, D)
+        P = self._undone(point, modes, low, D)
         new = StateBatch(state.t, state.q, state.qd + X @ P, state.inputs)
         logged = len(self.memory.events)
         new, modes, _ = self.chosen(new, modes, frozenset(("gap", i) for i in low))

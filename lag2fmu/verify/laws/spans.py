@@ -1,46 +1,57 @@
 """Laws between the times of a run: what moves is the integral of its rate, and energy that of power.
 
-Three times in a row between which nothing happens give two rules for an integral, Simpson's and that of trapezoids. The
-difference of the two bounds the error of the better one, also where a rate jumps between the times.
+Spans of two steps in which nothing happens give two rules for an integral, Simpson's and that of trapezoids. The
+difference of the two bounds the error of the better one, also where a rate jumps between the times. It does not bound
+that of a pulse between two times, as where Euler's angles pass their singularity: a run with several times in each
+step tells it from a fault.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lag2fmu.description import names
 from lag2fmu.verify.laws.along import Along
 from lag2fmu.verify.laws.residual import Accuracy, Floats, Residual, worst
 
+INTEGRALS = (
+    "positions follow velocities",
+    "velocities follow accelerations",
+    "dissipated energy = work of friction",
+    "change of energy = work",
+)
+"""The laws of this module."""
 SPREAD = 6.0
 """A jump of the rate moves the integral from Simpson's rule by at most 4 times the difference of the two rules."""
 NEAR = 2
 """The difference of the rules may pass through 0: the greatest of so many times before and behind is taken."""
 
 
-def between_points(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
-    """The worst residual of each law that holds between times at which nothing happens."""
+def between_points(a: Along, accuracy: Accuracy, parts: int = 1) -> Iterator[Residual]:
+    """The worst residual of each law that holds between times at which nothing happens, ``parts`` of them a step."""
     q = [c.name for c in a.mechanism.coordinates]
     units = ["rad" if a.units.get(c, "m") == "rad" else "m" for c in q]
     nominal, step = a.system.nominal, accuracy.step
     bars = accuracy.states * np.maximum(np.ptp(a.q, axis=1), nominal)[:, None]
-    moved = Integral("positions follow velocities", q, units, a.q, a.qd, step, step * a.shifts)
-    yield from moved.residual(a, bars)
+    moved = Integral(INTEGRALS[0], q, units, a.q, a.qd, step, step * a.shifts)
+    yield from moved.residual(a, bars, parts)
     bars = accuracy.states * np.maximum(np.abs(a.qd).max(axis=1), nominal)[:, None]
     rates = [f"{unit}/s" for unit in units]
-    changed = Integral("velocities follow accelerations", q, rates, a.qd, a.qdd, step, shown=step * a.shifts)
-    yield from changed.residual(a, bars)
+    changed = Integral(INTEGRALS[1], q, rates, a.qd, a.qdd, step, shown=step * a.shifts)
+    yield from changed.residual(a, bars, parts)
     lost, whole = a.run[names.DISSIPATED_ENERGY][None], a.run["generalized_energy"][None]
     unsure = step * (np.abs(a.forces) * a.turning).sum(axis=0)[None]
     bars = np.full((1, 1), accuracy.motion * a.energy_size)
     for law, values, rate in (
-        ("dissipated energy = work of friction", lost, a.lost),
-        ("change of energy = work", whole + lost, a.power),
+        (INTEGRALS[2], lost, a.lost),
+        (INTEGRALS[3], whole + lost, a.power),
     ):
-        yield from Integral(law, ["energy"], ["J"], values, rate[None], step, unsure).residual(a, bars)
+        yield from Integral(law, ["energy"], ["J"], values, rate[None], step, unsure).residual(a, bars, parts)
 
 
 @dataclass(frozen=True)
@@ -59,22 +70,30 @@ class Integral:
     unsure: Floats | float = 0.0
     shown: Floats | float = 0.0
 
-    def residual(self, a: Along, bars: Floats) -> Iterator[Residual]:
-        """By how much the law is broken along ``a``, in units of values; ``bars`` (k, 1)."""
-        h, rates, values = np.diff(a.time), self.rates, self.values
+    def residual(self, a: Along, bars: Floats, parts: int) -> Iterator[Residual]:
+        """By how much the law is broken along ``a``, ``parts`` times a step, in units of values; ``bars`` (k, 1)."""
+        h, rates, values, count = np.diff(a.time), self.rates, self.values, 2 * parts
         even = np.isclose(h[:-1], h[1:], rtol=1e-6, atol=0.0)
-        at = np.flatnonzero(a.quiet[:-1] & a.quiet[1:] & even)
-        step, (x, y, z) = h[at], (rates[:, at], rates[:, at + 1], rates[:, at + 2])
-        simpson, trapezoids = step / 3 * (x + 4 * y + z), step / 2 * (x + 2 * y + z)
-        off = np.abs(values[:, at + 2] - values[:, at] - simpson)
+        at = np.flatnonzero(_rows(a.quiet, count).all(axis=-1) & _rows(even, count - 1).all(axis=-1))
+        step, spans = h[at], _rows(rates, count + 1)[:, at]
+        trapezoids, coarse = (k * step * (spans[..., k::k] + spans[..., :-k:k]).sum(axis=-1) / 2 for k in (1, 2))
+        simpson = (4 * trapezoids - coarse) / 3
+        off = np.abs(values[:, at + count] - values[:, at] - simpson)
         near = _near(rates)[:, at]  # a change may show in the span before or behind it
         spread = SPREAD * np.abs(simpson - trapezoids) + self.late * (near.max(axis=-1) - near.min(axis=-1))
         if self.late:
             unsure, shown = (np.broadcast_to(x, values.shape) for x in (self.unsure, self.shown))
             spread += 2 * step * _near(unsure)[:, at].max(axis=-1) + 2 * _near(shown)[:, at].max(axis=-1)
-        padded = np.pad(spread, ((0, 0), (NEAR, NEAR)))
-        spread = np.maximum.reduce([padded[:, i : i + len(at)] for i in range(2 * NEAR + 1)])
+        padded = np.pad(spread, ((0, 0), (NEAR * parts, NEAR * parts)))
+        spread = np.maximum.reduce([padded[:, i : i + len(at)] for i in range(2 * NEAR * parts + 1)])
         yield from worst(self.law, self.elements, self.units, a.time[at], off, bars + spread)
+
+
+def _rows(values: NDArray[Any], count: int) -> NDArray[Any]:
+    """All ``count`` neighbours along the last axis of ``values`` (..., m): (..., m - count + 1, count), or none."""
+    if count > values.shape[-1]:
+        return np.zeros((*values.shape[:-1], 0, count), dtype=values.dtype)
+    return np.lib.stride_tricks.sliding_window_view(values, count, axis=-1)
 
 
 def _near(values: Floats) -> Floats:

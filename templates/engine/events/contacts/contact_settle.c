@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "accelerations.h"
 #include "constraints.h"
 #include "contact_events.h"
 #include "contacts.h"
@@ -108,23 +109,36 @@ static bool stop_slips(Settling *settling, bool *jumped) {
     return arena_leave(mark, true);
 }
 
+/* How fast a gap falls in the present modes, m/s^2, where the coordinates have the accelerations qdd[N]. */
+static double fall(const Settling *settling, int contact, const double qdd[]) {
+    double change = settling->rows.gamma[contact];
+    for (int i = 0; i < N; i++) {
+        change += settling->rows.jacobian[contact * N + i] * qdd[i];
+    }
+    return -change;
+}
+
 /* Closes contacts at the top of the last rebound, which is lower than the tolerance; unless others have thrown them
    higher since. Their height and what is left of their velocity are lost. */
 static bool close_at_top(Settling *settling, bool *jumped) {
-    State *state = &settling->instance->state;
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    Instance *instance = settling->instance;
+    State *state = &instance->state;
     bool found = false, closed = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         found = found || at_top(settling, i);
     }
     if (!found) {
-        return true;
+        return arena_leave(mark, true);
     }
-    if (!settling_measure(settling)) {
-        return false;
+    if (!settling_measure(settling) ||
+        !accelerations_at(instance, state->time, state->states, inputs_at(instance, state->time), unknowns)) {
+        return arena_leave(mark, false);
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
         const int k = ROW_PLACES[i];
-        const double gap = settling->rows.positions[i], v = settling->velocity[k], a = -settling->free[k];
+        const double gap = settling->rows.positions[i], v = settling->velocity[k], a = fall(settling, i, unknowns);
         const double up = fmax(v, 0.0), low = 2.0 * settling_least_rebound(settling, i);
         if (!at_top(settling, i)) {
             continue;
@@ -138,7 +152,7 @@ static bool close_at_top(Settling *settling, bool *jumped) {
             closed = true;
         }
     }
-    return !closed || settling_move(settling, jumped);
+    return arena_leave(mark, !closed || settling_move(settling, jumped));
 }
 
 bool contacts_undo_drift(Instance *instance, bool *jumped) {
