@@ -18,6 +18,7 @@ from itertools import combinations, product
 import numpy as np
 
 from lag2fmu.deadline import check_time
+from lag2fmu.reference.hybrid.limits import FREE, Limit, facet, margin, nearest
 from lag2fmu.reference.hybrid.modes import SENSE, Mode
 from lag2fmu.reference.state import Floats
 
@@ -91,12 +92,29 @@ def decided(
 
 
 def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...], pace: float) -> Outcome | None:
-    """The outcome of these ``modes`` for D (k, k) and c (k,); None if it breaks a law."""
+    """The outcome of these ``modes`` for D (k, k) and c (k,); None if it breaks a law.
+
+    What others hold at rest sticks: a row that does not move as long as the other modes last does not slide.
+    """
     check_time()
-    r = _forces(D, c, items, modes)
-    if r is None or _violation(D @ r + c, r, items, modes, units(D, c, pace)) > EXACT:
+    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(D), 1e-300))
+    solved = _forces(D, c, items, modes, scale)
+    if solved is None:
         return None
-    return Outcome(modes, r, D @ r + c, tuple(item.direction for item in items))
+    load, free = solved
+    limits, bar = list(_limits(D, c, items, modes, scale)), EXACT * units(D, c, pace)[1] / scale
+    broken = [limit for limit in limits if margin(limit, load) < -bar[0]]
+    if broken and free.size and all(np.abs(facet(limit, load) @ free).max() > FREE for limit in broken):
+        shared = nearest(load, free, limits)
+        load = load if shared is None else shared
+    if any(margin(limit, load) < -bar[0] for limit in limits):
+        return None
+    r = scale * load
+    w = D @ r + c
+    slow = np.abs(w) * scale <= bar
+    if any(_held(D, items, modes, row) for row in _sliding(items, modes) if slow[row]):
+        return None
+    return Outcome(modes, r, w, tuple(item.direction for item in items))
 
 
 def _in_space(items: Sequence[Item]) -> bool:
@@ -130,49 +148,71 @@ def units(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:
     return pace * np.sqrt(diagonal), pace / np.sqrt(diagonal)
 
 
-def _forces(D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode]) -> Floats | None:
-    """r (k,) of least norm in these ``modes``; None where they contradict each other."""
+def _forces(
+    D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode], scale: Floats
+) -> tuple[Floats, Floats] | None:
+    """Loads r/``scale`` (k,) of least norm in these ``modes``, and what may be added to them, (k, d).
+
+    None where the modes contradict each other.
+    """
     k = len(c)
-    if not k:
-        return np.zeros(0)
     A, b = np.eye(k), np.zeros(k)
+    for row in _bound(items, modes):
+        A[row], b[row] = D[row], -c[row]
     for item, mode in zip(items, modes, strict=True):
         if item.normal is not None and mode is not Mode.OPEN:
-            A[item.normal], b[item.normal] = D[item.normal], -c[item.normal] - item.shift
-        for i, row in enumerate(item.slips):
-            if mode is Mode.STICKS:
-                A[row], b[row] = D[row], -c[row]
-            elif mode is not Mode.OPEN:
-                along = item.direction[i] if item.direction is not None else SENSE[mode]
-                if item.normal is None:
-                    b[row] = -item.friction * along
-                else:
-                    A[row, item.normal] = item.friction * along
-    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(D), 1e-300))
+            b[item.normal] -= item.shift
+        for i, row in enumerate(item.slips if mode not in (Mode.STICKS, Mode.OPEN) else ()):
+            along = item.direction[i] if item.direction is not None else SENSE[mode]
+            if item.normal is None:
+                b[row] = -item.friction * along
+            else:
+                A[row, item.normal] = item.friction * along
     weighed = A * scale
     length = np.maximum(np.abs(weighed).max(axis=1, initial=0.0), 1e-300)
-    r: Floats = scale * np.linalg.lstsq(weighed / length[:, None], b / length, rcond=1e-11)[0]
-    rest = np.abs(A @ r - b) / length
-    return r if (rest <= EXACT * max(1e-300, float(np.abs(b / length).max(initial=0.0)))).all() else None
+    u, s, across = np.linalg.svd(weighed / length[:, None])
+    rank = int(np.sum(s > 1e-11 * s.max(initial=0.0)))
+    load: Floats = across[:rank].T @ ((u.T @ (b / length))[:rank] / s[:rank])
+    rest = np.abs(weighed @ load - b) / length
+    met = (rest <= EXACT * max(1e-300, float(np.abs(b / length).max(initial=0.0)))).all()
+    return (load, across[rank:].T) if met else None
 
 
-def _violation(
-    w: Floats, r: Floats, items: Sequence[Item], modes: Sequence[Mode], sizes: tuple[Floats, Floats]
-) -> float:
-    """The greatest violation of an inequality, relative to ``sizes`` of w and r."""
-    answers, forces = w / sizes[0], r / sizes[1]
-    worst = 0.0
+def _bound(items: Sequence[Item], modes: Sequence[Mode]) -> list[int]:
+    """The rows that do not move: the normals of closed contacts, and what sticks."""
+    found = [item.normal for item, mode in zip(items, modes, strict=True) if mode is not Mode.OPEN]
+    stuck = (item.slips for item, mode in zip(items, modes, strict=True) if mode is Mode.STICKS)
+    return [*(row for row in found if row is not None), *(row for slips in stuck for row in slips)]
+
+
+def _sliding(items: Sequence[Item], modes: Sequence[Mode]) -> list[int]:
+    """The rows along a line that begin to slide."""
+    return [x.slips[0] for x, mode in zip(items, modes, strict=True) if mode in SENSE and x.direction is None]
+
+
+def _held(D: Floats, items: Sequence[Item], modes: Sequence[Mode], row: int) -> bool:
+    """Whether what does not move keeps the ``row`` from moving."""
+    bound = _bound(items, modes)
+    taken = D[row, bound] @ np.linalg.pinv(D[np.ix_(bound, bound)], rcond=1e-11) @ D[bound, row]
+    return bool(D[row, row] - taken <= EXACT * D[row, row])
+
+
+def _limits(
+    D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode], scale: Floats
+) -> Iterator[Limit]:
+    """The inequalities of the laws, for loads r/``scale`` (k,)."""
+    unit, none = np.eye(len(c)), np.zeros((0, len(c)))
     for item, mode in zip(items, modes, strict=True):
-        n = item.normal
+        n, slips = item.normal, list(item.slips)
         if n is not None:
-            worst = max(worst, -(answers[n] + item.shift / sizes[0][n]) if mode is Mode.OPEN else -forces[n])
-        for row in item.slips:
-            if mode is Mode.STICKS:
-                limit = item.static * (1.0 if n is None else r[n])
-                worst = max(worst, (float(np.hypot.reduce(r[list(item.slips)])) - limit) / sizes[1][row])
-            elif mode in SENSE and item.direction is None:
-                worst = max(worst, -SENSE[mode] * answers[row])
-    return worst
+            opens = scale[n] * (c[n] + item.shift), scale[n] * D[n] * scale, none
+            yield opens if mode is Mode.OPEN else (0.0, unit[n], none)
+        if mode is Mode.STICKS:
+            tangents, static = scale[slips, None] / scale[slips[0]] * unit[slips], item.static / scale[slips[0]]
+            yield (static, 0 * unit[0], tangents) if n is None else (0.0, static * scale[n] * unit[n], tangents)
+        elif mode in SENSE and item.direction is None:
+            sense, row = SENSE[mode], slips[0]
+            yield sense * scale[row] * c[row], sense * scale[row] * D[row] * scale, none
 
 
 def expanded(D: Floats, c: Floats, items: Sequence[Item], least: Sequence[float]) -> Floats | None:
