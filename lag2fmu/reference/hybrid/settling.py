@@ -9,7 +9,7 @@ import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.measures import STILL, gap_sizes, touches, velocity_sizes
-from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
+from lag2fmu.reference.hybrid.modes import SENSE, Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
@@ -43,6 +43,7 @@ class Settling:
         """
         energies = np.zeros(2)
         turned = {i for kind, i in due if kind == "side"}
+        state = self._at_rest(state, modes, due)
         for _ in range(PASSES):
             before = modes
             modes, bilateral = self._switched(state, modes, due, turned)
@@ -64,6 +65,20 @@ class Settling:
             f"mechanism '{self.system.mechanism.name}' at time {float(state.t)!r} s: the modes of contacts and "
             f"switches do not come to rest"
         )
+
+    def _at_rest(self, state: StateBatch, modes: Modes, due: Due) -> StateBatch:
+        """The ``state`` without what the errors of a step have left of slips along lines that have come to zero.
+
+        Rows that move with these are at rest then as well.
+        """
+        contacts, frictions = list(modes.contacts), list(modes.frictions)
+        for kind, i in due:
+            if kind == "friction":
+                frictions[i] = Mode.STICKS
+            elif kind == "slip" and contacts[i] in SENSE:
+                contacts[i] = Mode.STICKS
+        still = replace(modes, contacts=tuple(contacts), frictions=tuple(frictions))
+        return state if still == modes else self.system.projected(state, still)
 
     def _switched(self, state: StateBatch, modes: Modes, due: Due, turned: set[int]) -> tuple[Modes, bool]:
         """``modes`` with the sides of kinks and the latches that hold at ``state``; whether a latch begins to hold.
