@@ -15,10 +15,12 @@ from dataclasses import replace
 import numpy as np
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.hybrid.laws import PLANES, Item, all_outcomes, apart, decided, expanded
+from lag2fmu.reference.hybrid.laws import PLANES, Item, apart
 from lag2fmu.reference.hybrid.measures import STILL, force_sizes, is_free, slips_of, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
+from lag2fmu.reference.hybrid.projections import expanded
 from lag2fmu.reference.hybrid.records import MotionPoint
+from lag2fmu.reference.hybrid.search import all_outcomes, decided
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
 
