@@ -29,6 +29,8 @@ PLANES = {0: (Mode.SLIDES,), 1: CLOSED, 2: (Mode.STICKS, Mode.SLIDES)}
 
 EXACT = 1e-9
 """Relative violation of a law that counts as rounding."""
+LATE = 1e-6
+"""What gives way is located by a run whose errors make this part of its load at most."""
 
 
 @dataclass(frozen=True)
@@ -71,12 +73,13 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
     if solved is None:
         return None
     load, free = solved
-    limits, bar = list(_limits(D, c, items, modes, scale)), EXACT * units(D, c, pace)[1] / scale
-    broken = [limit for limit in limits if margin(limit, load) < -bar[0]]
+    size = float(np.max(units(D, c, pace)[0] * scale, initial=0.0))
+    limits, bar = list(_limits(D, c, items, modes, scale, LATE * size)), EXACT * size
+    broken = [limit for limit in limits if margin(limit, load) < -bar]
     if broken and free.size and all(np.abs(facet(limit, load) @ free).max() > FREE for limit in broken):
         shared = nearest(load, free, limits)
         load = load if shared is None else shared
-    if any(margin(limit, load) < -bar[0] for limit in limits):
+    if any(margin(limit, load) < -bar for limit in limits):
         return None
     r = scale * load
     w = D @ r + c
@@ -142,8 +145,10 @@ def _held(D: Floats, items: Sequence[Item], modes: Sequence[Mode], row: int) -> 
     return bool(D[row, row] - taken <= EXACT * D[row, row])
 
 
-def _limits(D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode], scale: Floats) -> Iterator[Limit]:
-    """The inequalities of the laws, for loads r/``scale`` (k,)."""
+def _limits(
+    D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode], scale: Floats, late: float
+) -> Iterator[Limit]:
+    """The inequalities of the laws, for loads r/``scale`` (k,); what cannot stick may turn back by ``late``."""
     unit, none = np.eye(len(c)), np.zeros((0, len(c)))
     for item, mode in zip(items, modes, strict=True):
         n, slips = item.normal, list(item.slips)
@@ -154,8 +159,8 @@ def _limits(D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode], 
             tangents, static = scale[slips, None] / scale[slips[0]] * unit[slips], item.static / scale[slips[0]]
             yield (static, 0 * unit[0], tangents) if n is None else (0.0, static * scale[n] * unit[n], tangents)
         elif mode in SENSE and item.direction is None:
-            sense, row = SENSE[mode], slips[0]
-            yield sense * scale[row] * c[row], sense * scale[row] * D[row] * scale, none
+            sense, row, back = SENSE[mode], slips[0], 0.0 if Mode.STICKS in item.options else late
+            yield back + sense * scale[row] * c[row], sense * scale[row] * D[row] * scale, none
 
 
 def apart(items: Sequence[Item]) -> tuple[list[int], list[Item]]:

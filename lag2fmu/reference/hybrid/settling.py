@@ -52,6 +52,7 @@ class Settling:
                 bilateral = bilateral or self.system.constraints.m > 0  # they may have a corner there
             state, gained, struck = self.resolved(state, modes, due, bilateral)
             energies = energies + gained
+            due = due | _stopped(modes) if struck else due
             for step in (self.chosen, self._rested):
                 state, modes, gained = step(state, modes, due)
                 energies = energies + gained
@@ -182,3 +183,9 @@ class Settling:
         new, modes, _ = self.chosen(new, modes, frozenset(("gap", i) for i in low))
         del self.memory.events[logged:]
         return new, modes, np.array([0.0, -0.5 * float(P @ (2 * v + D @ P))])
+
+
+def _stopped(modes: Modes) -> Due:
+    """The slips along lines that an impact may have brought to rest: those that slid before."""
+    sliding = [("friction", j) for j, mode in enumerate(modes.frictions) if mode in SENSE]
+    return frozenset([*sliding, *(("slip", i) for i, mode in enumerate(modes.contacts) if mode in SENSE)])
