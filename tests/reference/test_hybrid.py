@@ -107,6 +107,83 @@ def test_static_friction_holds_what_rests_at_the_start(element: str, start: floa
     assert run(read(text + rows[element], "held"), 1.0).values[-1, 0] == pytest.approx(start, abs=1e-12)
 
 
+PARALLEL = {
+    "frictions": """
+[frictions]
+guide = { on = "x_dot", force = 2, static = 2.5 }
+seal = { on = "x_dot", force = 1 }
+""",
+    "contact": """
+[contacts]
+floor = { gap = "y", slip = "x_dot", friction = 0.2, static_friction = 0.25 }
+[frictions]
+guide = { on = "-x_dot", force = 1.038, static = 1.0475 }
+""",
+    "stop": """
+[frictions]
+guide = { on = "x_dot", force = 3, static = 3.5 }
+[stops]
+wall = { of = "x", lower = 0 }
+""",
+}
+"""Elements along one slip that hold 3.5 N together and rub with 3 N."""
+
+
+@pytest.mark.parametrize("elements", PARALLEL)
+def test_elements_along_one_slip_rest_and_slide_together(elements: str) -> None:
+    """A force of 5 t, from t = 1 on of 10 - 5 t: v' = 5 t - 3 from 0.7 s on, and from 1 s on 7 - 5 t.
+
+    One of two frictions slid on at rest with its whole force, and the other one let go where the force turned.
+    """
+    head = "[mechanism]\nname = 'block'\n[coordinates]\nx = {}\ny = {}\n[energy]\n"
+    body = "kinetic = '(x_dot**2 + y_dot**2)/2'\npotential = '9.81*y'\n[forces]\nx = 'if(t < 1, 5*t, 10 - 5*t)'\n"
+    track = run(read(head + body + PARALLEL[elements], "parallel"), 3.0)
+    count = 1 + (elements != "stop")
+    assert times_of(track, "slides") == pytest.approx([*[0.7] * count, *[2.7] * count], abs=1e-10)
+    assert times_of(track, "sticks") == pytest.approx([(7 + 7.75**0.5) / 5] * count, abs=1e-10)
+
+
+def test_what_comes_to_rest_from_a_fast_motion_is_held() -> None:
+    """Of 1e4 m/s a step leaves 1e-7 m/s where the slip ends, which is no motion: 1.25 N are held by 1.4 N."""
+    text = """
+        [mechanism]
+        name = "shot"
+        [coordinates]
+        x = { velocity = 1e4 }
+        [energy]
+        kinetic = "1e-4*x_dot**2/2"
+        [forces]
+        x = "-1.2 + 0.05*sin(20*t)"
+        [frictions]
+        guide = { on = "x_dot", force = 1, static = 1.4 }
+    """
+    track = run(read(text, "shot"), 1.0)
+    assert [event.kind for event in track.events] == ["slides", "sticks"]
+    assert track.values[-1, 1] == 0
+
+
+def test_an_impact_brings_a_slip_to_rest() -> None:
+    """A block falls on the floor, whose friction in the impact stops it: 1.5 N are held by 2 N, although 1 N rub."""
+    text = """
+        [mechanism]
+        name = "fallen"
+        [coordinates]
+        x = { velocity = 0.1 }
+        y = { start = 0.1, velocity = -2 }
+        [energy]
+        kinetic = "(x_dot**2 + y_dot**2)/2"
+        potential = "y"
+        [forces]
+        x = "1.5"
+        [frictions]
+        guide = { on = "x_dot", force = 0.6, static = 1.2 }
+        [contacts]
+        floor = { gap = "y", slip = "x_dot", friction = 0.4, static_friction = 0.8, restitution = 0 }
+    """
+    track = run(read(text, "fallen"), 1.0)
+    assert track.values[-1, 2] == 0
+
+
 def test_stick_slip_on_a_belt() -> None:
     """2D/v + (2 pi - 2 atan(D w/v))/w with D = (Fs - Fk)/k."""
     assert np.diff(times_of(run(known.belt(), 30.0), "sticks"))[1:] == pytest.approx(8.902605407814523, abs=1e-10)
