@@ -14,7 +14,7 @@ from lag2fmu.verify.laws.events import at_events
 from lag2fmu.verify.laws.points import at_points
 from lag2fmu.verify.laws.residual import Accuracy, Residual
 from lag2fmu.verify.laws.spans import between_points
-from lag2fmu.verify.located import located
+from lag2fmu.verify.located import INNER, located
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.scalars import scalars_of
@@ -50,7 +50,8 @@ def law_checks(task: Task) -> Iterator[Check]:
         warned=lambda sentence: None,
     )
     system = None if missing else _system(task)
-    run = None if system is None else located(task.path, options, watched(task.mechanism))
+    inner = () if task.solver_step else INNER  # steps over events have no parts
+    run = None if system is None else located(task.path, options, watched(task.mechanism), inner)
     if system is None or run is None:
         unseen = f"the FMU does not show {', '.join(missing)}"
         slow = f"the equations are not derived in {_limit(task):g} s of CPU time; give a longer --limit"

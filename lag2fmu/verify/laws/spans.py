@@ -1,7 +1,8 @@
 """Laws between the times of a run: what moves is the integral of its rate, and energy that of power.
 
-Three times in a row between which nothing happens give two rules for an integral, Simpson's and that of trapezoids. The
-difference of the two bounds the error of the better one, also where a rate jumps between the times.
+Three times in a row between which nothing happens give two rules for an integral: that of the parabola through the
+rates, which is Simpson's where times are even, and that of trapezoids. The difference of the two bounds the error of
+the better one, also where a rate jumps between the times.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from lag2fmu.verify.laws.residual import Accuracy, Floats, Residual, worst
 
 SPREAD = 6.0
 """A jump of the rate moves the integral from Simpson's rule by at most 4 times the difference of the two rules."""
+EVEN = 0.2
+"""Two spans whose lengths have a ratio below this do not tell how a rate bends."""
 NEAR = 2
 """The difference of the rules may pass through 0: the greatest of so many times before and behind is taken."""
 
@@ -62,13 +65,15 @@ class Integral:
     def residual(self, a: Along, bars: Floats) -> Iterator[Residual]:
         """By how much the law is broken along ``a``, in units of values; ``bars`` (k, 1)."""
         h, rates, values = np.diff(a.time), self.rates, self.values
-        even = np.isclose(h[:-1], h[1:], rtol=1e-6, atol=0.0)
+        even = np.minimum(h[:-1], h[1:]) > EVEN * np.maximum(h[:-1], h[1:])
         at = np.flatnonzero(a.quiet[:-1] & a.quiet[1:] & even)
-        step, (x, y, z) = h[at], (rates[:, at], rates[:, at + 1], rates[:, at + 2])
-        simpson, trapezoids = step / 3 * (x + 4 * y + z), step / 2 * (x + 2 * y + z)
-        off = np.abs(values[:, at + 2] - values[:, at] - simpson)
+        first, second, (x, y, z) = h[at], h[at + 1], (rates[:, at], rates[:, at + 1], rates[:, at + 2])
+        step, bend = 0.5 * (first + second), (z - y) / second - (y - x) / first
+        trapezoids = 0.5 * (first * (x + y) + second * (y + z))
+        parabola = trapezoids - bend * (first**3 + second**3) / (12 * step)
+        off = np.abs(values[:, at + 2] - values[:, at] - parabola)
         near = _near(rates)[:, at]  # a change may show in the span before or behind it
-        spread = SPREAD * np.abs(simpson - trapezoids) + self.late * (near.max(axis=-1) - near.min(axis=-1))
+        spread = SPREAD * np.abs(parabola - trapezoids) + self.late * (near.max(axis=-1) - near.min(axis=-1))
         if self.late:
             unsure, shown = (np.broadcast_to(x, values.shape) for x in (self.unsure, self.shown))
             spread += 2 * step * _near(unsure)[:, at].max(axis=-1) + 2 * _near(shown)[:, at].max(axis=-1)
