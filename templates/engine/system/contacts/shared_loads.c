@@ -286,7 +286,7 @@ double loads_centre(const Sharing *sharing, double multipliers[]) {
     const int count = find_margins(p, margin);
     if (may_share(p) && spread_loads(p, margin, count, true, scaled)) {
         unscale(p, scaled, multipliers);
-        told = fmax(least_margin(margin, count, scaled), 0.0) + NO_MATTER * p->greatest;
+        told = least_margin(margin, count, scaled);
     }
     arena_release(mark);
     return told;
