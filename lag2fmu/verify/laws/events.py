@@ -95,11 +95,19 @@ class _Event:
 
     @cached_property
     def work(self) -> float:
-        """The energy (J) that the impulses bring, without what moving walls do: -sum of P (v+ + v-)/2."""
+        """The energy (J) that the impulses bring, without what moving walls do: -sum of P (v+ + v-)/2.
+
+        NaN where rows that share an impulse move differently: a stop that a body strikes, and a belt below the body.
+        """
         a, i = self.a, self.left
         moving = a.moving[[*self.rows, *range(a.e.k, len(a.moving))]]
+        driven = (moving[:, i] + moving[:, i + 1]) / 2
+        along = np.concatenate([a.slopes[self.rows, :, i + 1], a.G[:, :, i + 1]])
+        apart = driven - along @ np.linalg.lstsq(along, driven, rcond=RANK)[0]
+        if not self.impulses[1] and np.abs(apart).max(initial=0.0) > RANK * np.abs(driven).max(initial=0.0):
+            return np.nan
         kinetic = float(self.change @ a.mass[:, :, i + 1] @ (a.qd[:, i] + a.qd[:, i + 1])) / 2
-        return kinetic + float(self.impulses[0] @ (moving[:, i] + moving[:, i + 1])) / 2
+        return kinetic + float(self.impulses[0] @ driven)
 
 
 def at_events(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
