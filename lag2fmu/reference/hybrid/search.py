@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations, islice, product
 
 from lag2fmu.reference.hybrid.laws import Item, Outcome, lawful
-from lag2fmu.reference.hybrid.modes import Mode
+from lag2fmu.reference.hybrid.modes import SENSE, Mode
 from lag2fmu.reference.hybrid.projections import in_space, iterated
 from lag2fmu.reference.state import Floats
 
@@ -21,27 +22,44 @@ MOST = 3000
 def decided(
     D: Floats, c: Floats, items: Sequence[Item], pace: float, present: Sequence[Mode | None] | None = None
 ) -> Outcome | None:
-    """The modes that meet the laws, for D (k, k) and c (k,); of several those that change fewest ``present`` ones.
+    """The modes that meet the laws, for D (k, k) and c (k,): the ``present`` ones where they go on.
 
-    ``pace``: the least size, in units of sqrt(D) of its row, that errors of w are measured by. None if no combination
-    meets the laws (Painleve's paradox). Source: Ch. Glocker, Set-Valued Force Laws, 2001, chapters 4 to 7.
+    Otherwise what rests gives way to its static friction, and then rubs or holds with its sliding friction. Without
+    that either of two frictions in a row could slide and spare the other one. ``pace``: the least size, in units of
+    sqrt(D) of its row, that errors of w are measured by. None if no combination meets the laws (Painleve's paradox).
+    Source: Ch. Glocker, Set-Valued Force Laws, 2001, chapters 4 to 7.
     """
     if in_space(items):
         return iterated(D, c, items, pace)
     few = math.prod(len(item.options) for item in items) <= MOST
-    if present is None:
-        present = [None if few else item.options[0] for item in items]
-    for modes in islice(_in_turn(items, present), MOST):
-        outcome = lawful(D, c, items, modes, pace)
-        if outcome is not None:
+    known = [None if few else item.options[0] for item in items] if present is None else present
+
+    def found(tried: Sequence[Item], most: int) -> Outcome | None:
+        turns = islice(_in_turn(tried, known, most), MOST)
+        return next((o for modes in turns if (o := lawful(D, c, tried, modes, pace)) is not None), None)
+
+    going_on = found(items, 0)
+    if going_on is not None:
+        return going_on
+    tried = [x if x.direction or known[i] in SENSE else replace(x, friction=x.static) for i, x in enumerate(items)]
+    while True:
+        outcome = found(tried, len(items))
+        if outcome is None:
+            return found(items, len(items)) or (None if few else iterated(D, c, items, pace))
+        begun = [i for i, x in enumerate(tried) if outcome.modes[i] in SENSE and x.friction > items[i].friction]
+        if not begun:
             return outcome
-    return None if few else iterated(D, c, items, pace)
+        for i in begun:
+            tried[i] = replace(items[i], static=items[i].friction)
 
 
-def _in_turn(items: Sequence[Item], present: Sequence[Mode | None]) -> Iterator[tuple[Mode, ...]]:
-    """All combinations, those first that change fewest ``present`` modes; None, or what is no option, is no mode."""
+def _in_turn(items: Sequence[Item], present: Sequence[Mode | None], most: int) -> Iterator[tuple[Mode, ...]]:
+    """Combinations that change at most so many ``present`` modes, those first that change fewest.
+
+    None, or what is no option, is no mode.
+    """
     kept = [i for i, item in enumerate(items) if present[i] in item.options]
-    for count in range(len(kept) + 1):
+    for count in range(min(len(kept), most) + 1):
         for changed in combinations(reversed(kept), count):
             yield from product(
                 *(
