@@ -22,7 +22,7 @@ PATIENCE = 20
 
 
 def iterated(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> Outcome | None:
-    """The outcome by projections, first with static limits, then with sliding limits for items that slide."""
+    """The outcome for D (k, k), c (k,), first with static limits, then with sliding limits for items that slide."""
     found = _projected(D, c, items, [item.static for item in items], pace)
     if found is None:
         return None

@@ -33,19 +33,31 @@ def decided(
         return iterated(D, c, items, pace)
     few = math.prod(len(item.options) for item in items) <= MOST
     known = [None if few else item.options[0] for item in items] if present is None else present
+    return (
+        _found(D, c, items, pace, known, 0)
+        or _given_way(D, c, items, pace, known)
+        or _found(D, c, items, pace, known, len(items))
+        or (None if few else iterated(D, c, items, pace))
+    )
 
-    def found(tried: Sequence[Item], most: int) -> Outcome | None:
-        turns = islice(_in_turn(tried, known, most), MOST)
-        return next((o for modes in turns if (o := lawful(D, c, tried, modes, pace)) is not None), None)
 
-    going_on = found(items, 0)
-    if going_on is not None:
-        return going_on
-    tried = [x if x.direction or known[i] in SENSE else replace(x, friction=x.static) for i, x in enumerate(items)]
+def _found(
+    D: Floats, c: Floats, items: Sequence[Item], pace: float, present: Sequence[Mode | None], most: int
+) -> Outcome | None:
+    """The outcome for D (k, k), c (k,) that changes fewest ``present`` modes, and at most so many; None without any."""
+    turns = islice(_in_turn(items, present, most), MOST)
+    return next((o for modes in turns if (o := lawful(D, c, items, modes, pace)) is not None), None)
+
+
+def _given_way(
+    D: Floats, c: Floats, items: Sequence[Item], pace: float, present: Sequence[Mode | None]
+) -> Outcome | None:
+    """The outcome for D (k, k), c (k,) where static limits tell what gives way, and sliding ones then hold for that."""
+    tried = [x if x.direction or present[i] in SENSE else replace(x, friction=x.static) for i, x in enumerate(items)]
     while True:
-        outcome = found(tried, len(items))
+        outcome = _found(D, c, tried, pace, present, len(items))
         if outcome is None:
-            return found(items, len(items)) or (None if few else iterated(D, c, items, pace))
+            return None
         begun = [i for i, x in enumerate(tried) if outcome.modes[i] in SENSE and x.friction > items[i].friction]
         if not begun:
             return outcome

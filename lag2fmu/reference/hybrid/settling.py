@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lag2fmu.errors import SimulationError
+from lag2fmu.reference.hybrid.laws import LATE
 from lag2fmu.reference.hybrid.measures import STILL, gap_sizes, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import SENSE, Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.records import MotionPoint
@@ -52,7 +53,7 @@ class Settling:
                 bilateral = bilateral or self.system.constraints.m > 0  # they may have a corner there
             state, gained, struck = self.resolved(state, modes, due, bilateral)
             energies = energies + gained
-            due = due | _stopped(modes) if struck else due
+            due = due | _stopped(modes, struck=struck)
             for step in (self.chosen, self._rested):
                 state, modes, gained = step(state, modes, due)
                 energies = energies + gained
@@ -70,7 +71,7 @@ class Settling:
     def _at_rest(self, state: StateBatch, modes: Modes, due: Due) -> StateBatch:
         """The ``state`` without what the errors of a step have left of slips along lines that have come to zero.
 
-        Rows that move with these are at rest then as well.
+        Rows that move with these are at rest then as well. A slip that is zero by its lever leaves nothing.
         """
         contacts, frictions = list(modes.contacts), list(modes.frictions)
         for kind, i in due:
@@ -79,7 +80,11 @@ class Settling:
             elif kind == "slip" and contacts[i] in SENSE:
                 contacts[i] = Mode.STICKS
         still = replace(modes, contacts=tuple(contacts), frictions=tuple(frictions))
-        return state if still == modes else self.system.projected(state, still)
+        if still == modes:
+            return state
+        found = self.system.projected(state, still)
+        size = np.maximum(self.system.nominal, np.abs(state.qd))
+        return found if (np.abs(found.qd - state.qd) <= LATE * size).all() else state
 
     def _switched(self, state: StateBatch, modes: Modes, due: Due, turned: set[int]) -> tuple[Modes, bool]:
         """``modes`` with the sides of kinks and the latches that hold at ``state``; whether a latch begins to hold.
@@ -185,7 +190,8 @@ class Settling:
         return new, modes, np.array([0.0, -0.5 * float(P @ (2 * v + D @ P))])
 
 
-def _stopped(modes: Modes) -> Due:
-    """The slips along lines that an impact may have brought to rest: those that slid before."""
+def _stopped(modes: Modes, *, struck: bool) -> Due:
+    """The slips along lines that an impact, where it ``struck``, may have brought to rest: those that slid before."""
     sliding = [("friction", j) for j, mode in enumerate(modes.frictions) if mode in SENSE]
-    return frozenset([*sliding, *(("slip", i) for i, mode in enumerate(modes.contacts) if mode in SENSE)])
+    sliding += [("slip", i) for i, mode in enumerate(modes.contacts) if mode in SENSE]
+    return frozenset(sliding if struck else [])

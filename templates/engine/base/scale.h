@@ -120,8 +120,4 @@ static const double YIELDS = 1e-6;
    those of least norm but for this part. */
 static const double DAMPING = 1e-9;
 
-/* An event function has a pole, not a root, where it seems to be 0 and still has more than this part of its size. Near a
-   root a step leaves less by orders of magnitude, near a pole more. */
-static const double POLE = 1e-3;
-
 #endif

@@ -144,8 +144,7 @@ static bool rises(int k, const double values[], double noise) {
     return k >= N_SWITCHES && fabs(values[0]) <= noise && values[1] > 0.0 && values[2] > 0.0;
 }
 
-/* Notes the descents in a part of the step in *found. Values that rounding of the time makes count as 0, too, but no
-   more than a root may leave: in a part as short as that rounding, shared loads may differ from node to node. Returns
+/* Notes the descents in a part of the step in *found. Values that rounding of the time makes count as 0, too. Returns
    false if the part is too long: a function rises from 0, so that its first root is no event, and comes down later. */
 static bool search_zero(const Instance *instance, double from, double width, double values[][ROOT_NODES],
                         Descents *found) {
@@ -162,8 +161,7 @@ static bool search_zero(const Instance *instance, double from, double width, dou
             continue;
         }
         roots_fit(values[k], bernstein);
-        const double most = POLE * (fabs(values[k][0]) + events_size(instance, k));
-        const double noise = events_noise(instance, k) + smaller(rounding * fabs(roots_slope(bernstein, 0.0)), most);
+        const double noise = events_noise(instance, k) + rounding * fabs(roots_slope(bernstein, 0.0));
         double root = all_above(bernstein, ROOT_NODES, noise) ? NO_ROOT : roots_first_descent(bernstein, noise);
         if (root < ROOT_PLACES[2] && rises(k, values[k], noise)) {
             const bool stays = all_above(values[k] + 1, ROOT_NODES - 1, 0.0);

@@ -20,6 +20,10 @@ enum { MOST_CORRECTIONS = 8, MOST_EVENTS_AT_ONCE = 20, MOST_EVENTS_IN_A_STEP = 1
 /* Two events that come one after another by chance say little about the next one. */
 static const double LEAST_FALL = 0.25;
 
+/* A function has a pole, not a root, where it seems to be 0 and still has more than this part of its size. Near a root
+   a step leaves less by orders of magnitude, near a pole more. */
+static const double POLE = 1e-3;
+
 /* A step of fixed length is cut to CUT of it while its interpolant shows a root before EARLY of it, too early to be
    told. */
 static const double CUT = 0.25, EARLY = 0.1;
