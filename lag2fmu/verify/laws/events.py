@@ -146,9 +146,18 @@ def _jumps(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Resid
     bears = a.forces[: a.e.u] > 0
     loose = (bears[:, at + 1] & ~bears[:, at]).any(axis=0) | any(len(rows) > 1 for rows in a.e.slip_rows)
     bars = np.where(loose, fastest * accuracy.motion, size * accuracy.states)
-    bars = bars + accuracy.step * np.abs(a.qdd[:, at + 1] - a.qdd[:, at])
+    bars = bars + accuracy.step * np.abs(a.qdd[:, at + 1] - a.qdd[:, at]) + _ended(a, at, accuracy)
     rates = [f"{unit}/s" for unit in units]
     yield from worst("velocities jump at impacts only", q, rates, a.time[at], off, bars)
+
+
+def _ended(a: Along, at: NDArray[np.intp], accuracy: Accuracy) -> Floats:
+    """The velocities (n, events) that are left of rebounds too low to be seen, which end where their contacts close."""
+    u, nominal = a.e.u, a.system.nominal
+    closes = (a.forces[:u, at + 1] > 0) & (a.forces[:u, at] <= 0)
+    speed = np.sqrt(2 * LOW * accuracy.states * a.gap_sizes * np.abs(a.accelerations[:u, at]))
+    lever = np.maximum(np.einsum("kim,i->km", np.abs(a.slopes[:u][..., at]), nominal), 1e-300)
+    return np.asarray(nominal[:, None] * np.where(closes, speed / lever, 0.0).max(axis=0, initial=0.0))
 
 
 def _impacts(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
