@@ -176,20 +176,6 @@ FAMILIES: Mapping[str, Family] = {
         ("x1", "x2", "x3"),
         contacts=("wall_lower", "wall_upper"),
     ),
-    "row": Family(
-        _row,
-        (
-            _dry("floor1", "x1_dot", "limit1"),
-            _dry("guide1", "x1_dot", "limit_guide1"),
-            _dry("floor2", "x2_dot", "limit2"),
-            _dry("plate12", "slip12", "limit12"),
-            _dry("plate23", "slip23", "limit23"),
-            _dry("guide3", "x3_dot", "limit_guide3"),
-            _of_contact("floor3", ("x3_dot",), "limit3"),
-        ),
-        ("x1", "x2", "x3"),
-        contacts=("wall_lower", "wall_upper", "floor3"),
-    ),
     "yoke": Family(_yoke, (_dry("slide", "slip", "limit"),), ("a", "a_dot")),
     "loop": Family(_loop, (_dry("slide", "x_dot", "limit"), _dry("bearing", "a_dot", "limit_b")), ("a", "a_dot")),
     "engaged": Family(
@@ -226,6 +212,20 @@ FAMILIES: Mapping[str, Family] = {
         _ball, (_of_contact("table", ("slip_1", "slip_2"), "limit_table"),), ("x", "y"), contacts=("table",), flies=True
     ),
     "bang": Family(_bang, (_dry("guide", "x_dot", "limit"),), ("x", "x_dot")),
+    "row": Family(
+        _row,
+        (
+            _dry("floor1", "x1_dot", "limit1"),
+            _dry("guide1", "x1_dot", "limit_guide1"),
+            _dry("floor2", "x2_dot", "limit2"),
+            _dry("plate12", "slip12", "limit12"),
+            _dry("plate23", "slip23", "limit23"),
+            _dry("guide3", "x3_dot", "limit_guide3"),
+            _of_contact("floor3", ("x3_dot",), "limit3"),
+        ),
+        ("x1", "x2", "x3"),
+        contacts=("wall_lower", "wall_upper", "floor3"),
+    ),
 }
 
 
