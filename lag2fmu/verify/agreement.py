@@ -83,10 +83,11 @@ def widths_of(task: Task, reference: Reference) -> Floats:
     """By how much (s) an event may be earlier or later in another run, at each time of ``reference``, (m,).
 
     It is the bar of the run's errors over its speed, and two steps of an FMU that steps over events: what sticks there
-    may hold for one more.
+    may hold for one more. A coordinate that rests tells no speed: none takes longer than the run.
     """
     q = [c.name for c in task.mechanism.coordinates]
     pace = max(reference.scales[name] / reference.scales[names.velocity(name)] for name in q)
+    pace = min(pace, task.stop_time)
     widths: Floats = SAFETY * reference.growth * task.tolerance * pace + 2 * task.solver_step
     return widths
 

@@ -15,7 +15,7 @@ from lag2fmu.verify.laws.events import at_events
 from lag2fmu.verify.laws.points import at_points
 from lag2fmu.verify.laws.residual import Accuracy, Residual
 from lag2fmu.verify.laws.spans import INTEGRALS, between_points
-from lag2fmu.verify.located import located
+from lag2fmu.verify.located import INNER, located
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.scalars import scalars_of
@@ -53,7 +53,8 @@ def law_checks(task: Task) -> Iterator[Check]:
         warned=lambda sentence: None,
     )
     system = None if missing else _system(task)
-    along = None if system is None else _along(task, system, options, step)
+    inner = () if task.solver_step else INNER  # steps over events have no parts
+    along = None if system is None else _along(task, system, options, inner)
     if system is None or along is None:
         unseen = f"the FMU does not show {', '.join(missing)}"
         slow = f"the equations are not derived in {_limit(task):g} s of CPU time; give a longer --limit"
@@ -71,19 +72,21 @@ def _residuals(task: Task, system: HybridSystem, along: Along, options: Run) -> 
     for parts in PARTS if accuracy.step == 0.0 else ():
         if all(item.value <= item.bar for item in items if item.law in INTEGRALS):
             break
-        step = task.steps[1] / parts
-        finer = _along(task, system, replace(options, step=step), step)
+        finer = _along(task, system, replace(options, step=task.steps[1] / parts), ())
         better = {} if finer is None else {item.law: item for item in between_points(finer, accuracy, parts)}
         items = [better.get(item.law, item) for item in items]
     return items
 
 
-def _along(task: Task, system: HybridSystem, options: Run, step: float) -> Along | None:
-    """What the laws of the ``system`` speak of along a run; None where the FMU cannot go back to earlier states."""
-    run = located(task.path, options, watched(task.mechanism))
+def _along(task: Task, system: HybridSystem, options: Run, inner: tuple[float, ...]) -> Along | None:
+    """What the laws of the ``system`` speak of along a run, with ``inner`` points of its steps.
+
+    None where the FMU cannot go back to earlier states.
+    """
+    run = located(task.path, options, watched(task.mechanism), inner)
     if run is None:
         return None
-    signals = task.driving(step)
+    signals = task.driving(options.step or task.steps[1])
     inputs = {} if signals is None else signals.sampled(run.time)
     units = {v.name: v.unit for v in description_of(task.path).modelVariables if getattr(v, "unit", None)}
     return Along(system, run, inputs, units)

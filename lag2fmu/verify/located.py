@@ -6,6 +6,7 @@ what the FMU shows of it: a mode or a count of impacts is another one behind it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -26,6 +27,10 @@ from lag2fmu.verify.simulate import followed, initialize, recorder, setter
 
 MOST_EVENTS = 200
 """So many events of a run are seen from both sides; an event takes some 30 short steps."""
+INNER = (0.5 * (3.0 - math.sqrt(5.0)),)
+"""A point that divides a communication step by the golden ratio. No oscillation hides between points so uneven, as one
+does between even ones whose period is the step.
+"""
 BRACKET = 1e-10
 """The two sides of an event are this part of a communication step apart, or four roundings of the time."""
 
@@ -50,17 +55,18 @@ class _Stepper:
         return row
 
 
-def located(path: Path, run: Run, watched: list[str]) -> Trajectory | None:
+def located(path: Path, run: Run, watched: list[str], inner: tuple[float, ...] = INNER) -> Trajectory | None:
     """The co-simulation ``run`` of the FMU ``path`` at its communication points and on both sides of its events.
 
-    An event is where one of the ``watched`` variables changes. None for an FMU without FMU states. Raises
+    It is told at ``inner`` points, parts of communication steps, too. An event is where one of the ``watched``
+    variables changes. None for an FMU without FMU states. Raises
     SimulationError if the run fails.
     """
     if not description_of(path).coSimulation.canGetAndSetFMUstate:
         return None
 
     def here(path: Path, run: Run) -> Trajectory:
-        return _located(path, run, watched)
+        return _located(path, run, watched, inner)
 
     if not runs_apart(path):
         return here(path, run)
@@ -69,14 +75,14 @@ def located(path: Path, run: Run, watched: list[str]) -> Trajectory | None:
     return found
 
 
-def _located(path: Path, run: Run, watched: list[str]) -> Trajectory:
+def _located(path: Path, run: Run, watched: list[str], inner: tuple[float, ...]) -> Trajectory:
     description = description_of(path)
     plan = planned(description, scalars_of(description, path), run)
     asked = followed(plan) if is_fmi3(description) else ()
     with instance_of(path, "CoSimulation", followed=asked) as instance:
         try:
             stepper = (_of_fmi3 if is_fmi3(description) else _of_fmi2)(instance, run, plan, watched)
-            time, values = _followed(stepper, plan, [plan.names.index(name) for name in watched])
+            time, values = _followed(stepper, plan, [plan.names.index(name) for name in watched], inner)
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
     return Trajectory(np.array(time), tuple(plan.names), np.array(values))
@@ -104,18 +110,21 @@ def _of_fmi3(instance: Instance, run: Run, plan: Plan, watched: list[str]) -> _S
     return _Stepper(instance.fmu, record, watch, inputs.begin, step)
 
 
-def _followed(stepper: _Stepper, plan: Plan, watched: list[int]) -> tuple[list[float], list[Floats]]:
-    """The times (s) and rows (outputs,) of the whole run."""
+def _followed(
+    stepper: _Stepper, plan: Plan, watched: list[int], inner: tuple[float, ...]
+) -> tuple[list[float], list[Floats]]:
+    """The times (s) and rows (outputs,) of the whole run, with ``inner`` points of communication steps."""
     points, events = plan.points.tolist(), 0
     time, values = [points[0]], [stepper.row(len(plan.names))]
     for begin, end in pairwise(points):
         stepper.set_inputs(begin)
-        while time[-1] < end:
-            side = _Side(time[-1], values[-1])
-            found = _passed(stepper, plan, side, end, watched if events < MOST_EVENTS else [])
-            events += len(found) > 1
-            time += [side.time for side in found]
-            values += [side.row for side in found]
+        for goal in [begin + part * (end - begin) for part in inner] + [end]:
+            while time[-1] < goal:
+                side = _Side(time[-1], values[-1])
+                found = _passed(stepper, plan, side, goal, watched if events < MOST_EVENTS else [])
+                events += len(found) > 1
+                time += [side.time for side in found]
+                values += [side.row for side in found]
     return time, values
 
 

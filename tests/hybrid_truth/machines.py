@@ -66,6 +66,19 @@ def _chain(rng: Rng) -> dict[str, float]:
     return values
 
 
+def _row(rng: Rng) -> dict[str, float]:
+    """Blocks in a row with several frictions along one slip, in units of mass that are a power of two."""
+    values = {name: float(rng.uniform(0.2, 6.0)) for name in ("F1", "F2", "F12", "F23", "G3")}
+    values |= {name: float(rng.uniform(0.3, 3.0)) for name in ("m1", "m2", "m3")}
+    values |= {"A": float(rng.uniform(5.0, 40.0)), "w": float(rng.uniform(1.0, 15.0)), "k": float(rng.uniform(5, 500))}
+    values |= {"S": float(rng.choice([1.0, 1.3])), "mu": float(rng.uniform(0.05, 0.5))}
+    values |= {"e": float(rng.uniform(0.0, 0.9)), "top": float(rng.uniform(0.02, 1))}
+    values |= {"kg": 2.0 ** int(rng.integers(0, 21))}
+    if rng.uniform() < 0.7:  # else it starts at rest
+        values |= {f"x{i}_dot": float(rng.normal(0.0, 2.0)) for i in (1, 2, 3)}
+    return values
+
+
 def _yoke(rng: Rng) -> dict[str, float]:
     """A slide that is driven by the cosine of its crank."""
     start = float(rng.choice([0.0, np.pi, rng.uniform(0.0, 6.0)]))
@@ -199,6 +212,20 @@ FAMILIES: Mapping[str, Family] = {
         _ball, (_of_contact("table", ("slip_1", "slip_2"), "limit_table"),), ("x", "y"), contacts=("table",), flies=True
     ),
     "bang": Family(_bang, (_dry("guide", "x_dot", "limit"),), ("x", "x_dot")),
+    "row": Family(
+        _row,
+        (
+            _dry("floor1", "x1_dot", "limit1"),
+            _dry("guide1", "x1_dot", "limit_guide1"),
+            _dry("floor2", "x2_dot", "limit2"),
+            _dry("plate12", "slip12", "limit12"),
+            _dry("plate23", "slip23", "limit23"),
+            _dry("guide3", "x3_dot", "limit_guide3"),
+            _of_contact("floor3", ("x3_dot",), "limit3"),
+        ),
+        ("x1", "x2", "x3"),
+        contacts=("wall_lower", "wall_upper", "floor3"),
+    ),
 }
 
 

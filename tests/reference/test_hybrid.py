@@ -109,6 +109,89 @@ def test_static_friction_holds_what_rests_at_the_start(element: str, start: floa
     assert run(read(text + rows[element], "held"), 1.0).values[-1, 0] == pytest.approx(start, abs=1e-12)
 
 
+PARALLEL = {
+    "frictions": """
+[frictions]
+guide = { on = "x_dot", force = 2, static = 2.5 }
+seal = { on = "x_dot", force = 1 }
+""",
+    "contact": """
+[contacts]
+floor = { gap = "y", slip = "x_dot", friction = 0.2, static_friction = 0.25 }
+[frictions]
+guide = { on = "-x_dot", force = 1.038, static = 1.0475 }
+""",
+    "stop": """
+[frictions]
+guide = { on = "x_dot", force = 3, static = 3.5 }
+[stops]
+wall = { of = "x", lower = 0 }
+""",
+}
+"""Elements along one slip that hold 3.5 N together and rub with 3 N."""
+
+
+@pytest.mark.parametrize("elements", PARALLEL)
+def test_elements_along_one_slip_rest_and_slide_together(elements: str) -> None:
+    """A force of 5 t, behind 1 s of 2.4 N, and behind 2 s of 12.4 N - 5 t.
+
+    v' = 5 t - 3 from 0.7 s on, and then -0.6 until rest. One of two frictions slid on at rest with its whole force, so
+    that the other one let go soon after the force turned.
+    """
+    head = "[mechanism]\nname = 'block'\n[coordinates]\nx = {}\ny = {}\n[energy]\n"
+    head += "kinetic = '(x_dot**2 + y_dot**2)/2'\n"
+    body = "potential = '9.81*y'\n[forces]\nx = 'if(t < 1, 5*t, if(t < 2, 2.4, 12.4 - 5*t))'\n"
+    track = run(read(head + body + PARALLEL[elements], "parallel"), 3.3)
+    count = 1 + (elements != "stop")
+    assert times_of(track, "slides") == pytest.approx([*[0.7] * count, *[3.18] * count], abs=1e-10)
+    assert times_of(track, "sticks") == pytest.approx([1.625] * count, abs=1e-10)
+
+
+def test_errors_of_a_step_are_no_slip() -> None:
+    """A load of 1.2 N is held by 1.4 N, whatever the last step leaves of a slip that has come to zero."""
+    text = """
+        [mechanism]
+        name = "stopped"
+        [coordinates]
+        x = {}
+        [energy]
+        kinetic = "x_dot**2/2"
+        [forces]
+        x = "-1.2"
+        [frictions]
+        guide = { on = "x_dot", force = 1, static = 1.4 }
+    """
+    mechanism = read(text, "stopped")
+    problem = HybridRun(HybridSystem(mechanism), signals_of(mechanism, None, 0.0), np.array([0.0, 1.0]))
+    slides = replace(problem.started(np.zeros(2)), frictions=(Mode.FORWARD,))
+    settling = Follower(problem, "DOP853", 1e-12, 500_000).settling
+    state, modes, _ = settling.settled(problem.state(0.0, np.array([0.0, -1e-7])), slides, frozenset({("friction", 0)}))
+    assert modes.frictions == (Mode.STICKS,)
+    assert state.qd == pytest.approx([0], abs=1e-15)
+
+
+def test_an_impact_brings_a_slip_to_rest() -> None:
+    """A block falls on the floor, whose friction in the impact stops it: 1.5 N are held by 2 N, although 1 N rub."""
+    text = """
+        [mechanism]
+        name = "fallen"
+        [coordinates]
+        x = { velocity = 0.1 }
+        y = { start = 0.1, velocity = -2 }
+        [energy]
+        kinetic = "(x_dot**2 + y_dot**2)/2"
+        potential = "y"
+        [forces]
+        x = "1.5"
+        [frictions]
+        guide = { on = "x_dot", force = 0.6, static = 1.2 }
+        [contacts]
+        floor = { gap = "y", slip = "x_dot", friction = 0.4, static_friction = 0.8, restitution = 0 }
+    """
+    track = run(read(text, "fallen"), 1.0)
+    assert track.values[-1, 2] == 0
+
+
 def test_stick_slip_on_a_belt() -> None:
     """2D/v + (2 pi - 2 atan(D w/v))/w with D = (Fs - Fk)/k."""
     assert np.diff(times_of(run(known.belt(), 30.0), "sticks"))[1:] == pytest.approx(8.902605407814523, abs=1e-10)
@@ -413,3 +496,10 @@ def test_rates_of_many_rows_by_complex_steps_are_those_by_symbols(name: str, mon
     for part in ("gaps", "velocities", "gamma", "jacobian", "restitution", "friction", "static"):
         scale = 1 + np.abs(getattr(expected, part)).max(initial=0.0)
         assert getattr(found, part) == pytest.approx(getattr(expected, part), abs=1e-13 * scale)
+
+
+def test_what_holds_is_told_by_the_name_of_its_friction() -> None:
+    """The friction number 0 was told as the contact number 0, or ended in an IndexError without contacts."""
+    mechanism = known.belt()
+    problem = HybridRun(HybridSystem(mechanism), signals_of(mechanism, None, 0.0), np.array([0.0, 1.0]))
+    assert Follower(problem, "DOP853", 1e-9, 1e5)._told("hold", 0) == f"the hold of '{mechanism.frictions[0].name}'"

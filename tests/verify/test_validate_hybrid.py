@@ -223,3 +223,26 @@ def test_time_stepping_is_judged_by_its_order(exported) -> None:
 @pytest.mark.parametrize("model", ["woodpecker", "newtons_cradle", "crane", "falling_rod", "hopper_leg", "gripper"])
 def test_time_stepping_of_bundled_models_gives_no_false_alarm(model: str, exported) -> None:
     assert validate(exported(model, solver="moreau")).outcome == "ok"
+
+
+SHAKEN = """
+[mechanism]
+name = "shaken"
+[coordinates]
+x = { velocity = 100 }
+[energy]
+kinetic = "x_dot**2/2"
+[forces]
+x = "8*sin(300*t)"
+[frictions]
+guide = { on = "x_dot", force = 0.5 }
+[experiment]
+step = 0.02
+"""
+
+
+@pytest.mark.fmu
+def test_a_motion_as_fast_as_the_communication_steps_breaks_no_law(exported) -> None:
+    """At steps of 0.02 s a force of 300 rad/s looks like one of 14 rad/s, whose integrals are others."""
+    report = validate(exported(read(SHAKEN, "shaken")), stop_time=0.4)
+    assert report.outcome == "ok"

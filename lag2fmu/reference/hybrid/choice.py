@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.hybrid.laws import CLOSED, EXACT, PLANES, Item, Outcome, apart, decided, lawful, units
+from lag2fmu.reference.hybrid.laws import CLOSED, EXACT, PLANES, Item, Outcome, apart, lawful, units
 from lag2fmu.reference.hybrid.loads import giving_way
 from lag2fmu.reference.hybrid.measures import (
     BACK,
@@ -25,6 +25,7 @@ from lag2fmu.reference.hybrid.measures import (
 )
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.records import MotionPoint
+from lag2fmu.reference.hybrid.search import decided
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
 
@@ -94,9 +95,7 @@ class ModeChoice:
             if e.f:
                 items += self._friction_items(due, beyond, going, *e.capacities(point.state, *borne))
             rows, moved = apart(items)
-            found = decided(
-                D[np.ix_(rows, rows)], c[rows], moved, pace(point), lambda chosen: _changes(chosen, present)
-            )
+            found = decided(D[np.ix_(rows, rows)], c[rows], moved, pace(point), present)
             if found is not None:
                 found = _shared(D[np.ix_(rows, rows)], c[rows], moved, found, pace(point))
             if found is None or not e.load_dependent:
@@ -227,11 +226,6 @@ def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: 
     other = lawful(D, c, items, modes, least)
     takers = [item.normal for item, x in zip(items, idle, strict=True) if x and item.normal is not None]
     return other if other and (other.forces[takers] > EXACT * force[takers]).all() else found
-
-
-def _changes(chosen: Sequence[Mode], present: Sequence[Mode | None]) -> float:
-    """How many modes differ from the ``present`` ones."""
-    return float(sum(a is not b for a, b in zip(chosen, present, strict=True)))
 
 
 def _change(old: Mode, new: Mode) -> str:

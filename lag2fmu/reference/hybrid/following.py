@@ -139,7 +139,7 @@ class Follower:
             return f"the condition number {i + 1} of an expression"
         if kind == "condition":
             return f"the condition of '{e.latches[i]}'"
-        return f"the {kind} of '{e.frictions[i] if kind == 'friction' else e.contacts[i]}'"
+        return f"the {kind} of '{e.frictions[i] if kind in ('friction', 'hold') else e.contacts[i]}'"
 
     def _measure_rebounds(self, state: StateBatch, modes: Modes, logged: int) -> None:
         """Add to the impacts from number ``logged`` on how high they rebound, and how high they lift other contacts.

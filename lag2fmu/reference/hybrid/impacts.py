@@ -11,15 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.hybrid.laws import PLANES, Item, Outcome, apart, decided, expanded, in_space, lawful
+from lag2fmu.reference.hybrid.laws import PLANES, Item, apart
 from lag2fmu.reference.hybrid.measures import STILL, force_sizes, is_free, slips_of, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
+from lag2fmu.reference.hybrid.projections import expanded
 from lag2fmu.reference.hybrid.records import MotionPoint
+from lag2fmu.reference.hybrid.search import all_outcomes, decided
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
 
@@ -204,18 +205,6 @@ class Impacts:
             self.memory.log(float(point.state.t), e.contacts[i], "painleve", float(P[i]))
         s = point.state
         return StateBatch(s.t, s.q, s.qd + X @ P, s.inputs), -0.5 * float(P @ (2 * v + D @ P))
-
-
-def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> list[Outcome]:
-    """Every combination of modes that meets the laws, in order; D is (k, k), c is (k,), ``pace`` as in ``decided``.
-
-    Of slips in space, whose directions are not known, the one that projections find.
-    """
-    if in_space(items):
-        found = decided(D, c, items, pace)
-        return [] if found is None else [found]
-    outcomes = (lawful(D, c, items, modes, pace) for modes in product(*(item.options for item in items)))
-    return [outcome for outcome in outcomes if outcome is not None]
 
 
 def impact_item(point: MotionPoint, i: int, shift: float) -> Item:

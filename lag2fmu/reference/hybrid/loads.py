@@ -1,8 +1,4 @@
-"""How redundant contacts that stay at rest share their load: with the least norm among the ways that obey the laws.
-
-The nearest point of a polyhedron as a problem of nonnegative least squares: C. L. Lawson, R. J. Hanson, Solving Least
-Squares Problems, 1974, chapter 23 (least distance programming). A round cone is met by cutting off what lies outside.
-"""
+"""How redundant contacts that stay at rest share their load: with the least norm among the ways that obey the laws."""
 
 from __future__ import annotations
 
@@ -11,23 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lag2fmu.reference.hybrid.limits import FREE, Limit, farthest, margin, nearest
 from lag2fmu.reference.hybrid.modes import Mode, Modes, closed_contacts
 from lag2fmu.reference.hybrid.records import Answer, MotionPoint
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats
 
-FREE = 1e-9
-"""Singular values below this belong to loads that no motion feels; the rows have unit length."""
-WITHIN_CONES = 1e-11
-"""Cones are met to this part of the greatest load."""
-CUTS = 60
-FAR = 1e-3
-"""Loads that are this part of the greatest one within all limits are far from them."""
 AT_LIMIT = 1e-6
 """A cone is at its limit to this part."""
-EXACTLY = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-MOST = 1e3
-"""No load is looked for beyond so many times the greatest of least norm."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +28,7 @@ class _Sharing:
     size: Floats
     least: Floats
     free: Floats
-    limits: list[tuple[float, Floats, Floats]]
+    limits: list[Limit]
 
     def told(self, answer: Answer, loads: Floats) -> Answer:
         """The ``answer`` with these ``loads`` (r,)."""
@@ -57,8 +44,8 @@ def shared(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answe
     forces obey, and where a contact slides whose friction another sharing would change.
     """
     sharing = _sharing(system, point, modes, answer)
-    nearest = None if sharing is None else _nearest(sharing.least, sharing.free, sharing.limits)
-    return answer if sharing is None or nearest is None else sharing.told(answer, nearest)
+    found = None if sharing is None else nearest(sharing.least, sharing.free, sharing.limits)
+    return answer if sharing is None or found is None else sharing.told(answer, found)
 
 
 def centred(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
@@ -68,9 +55,9 @@ def centred(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answ
     are within the limits, and where ``shared`` would let it be.
     """
     sharing = _sharing(system, point, modes, answer)
-    if sharing is None or all(_margin(limit, sharing.least) > 0 for limit in sharing.limits):
+    if sharing is None or all(margin(limit, sharing.least) > 0 for limit in sharing.limits):
         return answer
-    return sharing.told(answer, _farthest(sharing.least, sharing.free, sharing.limits))
+    return sharing.told(answer, farthest(sharing.least, sharing.free, sharing.limits))
 
 
 def giving_way(system: HybridSystem, point: MotionPoint, modes: Modes) -> dict[int, tuple[float, ...]]:
@@ -83,10 +70,10 @@ def giving_way(system: HybridSystem, point: MotionPoint, modes: Modes) -> dict[i
     if sharing is None:
         return {}
     more = 0.1 * AT_LIMIT * float(np.abs(sharing.least).max())
-    nearest = _nearest(sharing.least, sharing.free, [(o + more, a, T) for o, a, T in sharing.limits])
-    if nearest is None:
+    loads = nearest(sharing.least, sharing.free, [(o + more, a, T) for o, a, T in sharing.limits])
+    if loads is None:
         return {}
-    forces, found = sharing.told(answer, nearest).forces, {}
+    forces, found = sharing.told(answer, loads).forces, {}
     for i in closed_contacts(modes):
         friction = forces[point.rows.slip_rows[i]]
         length = float(np.hypot.reduce(friction, initial=0.0))
@@ -128,7 +115,7 @@ def _rubs(system: HybridSystem, point: MotionPoint, modes: Modes, free: Floats, 
 
 def _limits(
     system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer, place: dict[int, int], size: Floats
-) -> Iterator[tuple[float, Floats, Floats]]:
+) -> Iterator[Limit]:
     """What holds: (o, a, T) for o + a x >= |T x| with the scaled loads x (r,); a is (r,) and T (slips, r)."""
     rows, e, unit = point.rows, system.elements, np.diag(size)
     for i in closed_contacts(modes):
@@ -141,70 +128,3 @@ def _limits(
         if mode is Mode.STICKS:
             at = place[int(row)]
             yield float(answer.holding[j]) / size[at], np.zeros(len(size)), unit[[at]] / size[at]
-
-
-def _margin(limit: tuple[float, Floats, Floats], loads: Floats) -> float:
-    """How far the ``loads`` (r,) are within the ``limit``."""
-    offset, slope, tangents = limit
-    return offset + float(slope @ loads) - float(np.linalg.norm(tangents @ loads))
-
-
-def _facet(limit: tuple[float, Floats, Floats], loads: Floats) -> Floats:
-    """The slope (r,) of the margin of the ``limit`` at the ``loads`` (r,)."""
-    _, slope, tangents = limit
-    force = tangents @ loads
-    length = float(np.linalg.norm(force))
-    return slope - (force / length if length > 0 else 0 * force) @ tangents
-
-
-def _nearest(least: Floats, free: Floats, limits: list[tuple[float, Floats, Floats]]) -> Floats | None:
-    """The loads ``least`` + ``free`` z (r,) within the ``limits`` that are nearest to ``least``; None without any."""
-    load, found = max(float(np.abs(least).max()), 1e-300), least
-    facets: list[tuple[float, Floats]] = []
-    for _ in range(CUTS):
-        cuts = [(limit[0], _facet(limit, found)) for limit in limits if _margin(limit, found) < -WITHIN_CONES * load]
-        beyond = [(offset, facet) for offset, facet in cuts if np.abs(facet @ free).max() > FREE]
-        if not beyond:
-            return found
-        facets += beyond
-        z = _least_distance(
-            np.array([a @ free for _, a in facets]), -np.array([o + a @ least for o, a in facets]) / load
-        )
-        if z is None:
-            return None
-        found = least + load * (free @ z)
-    return found
-
-
-def _farthest(least: Floats, free: Floats, limits: list[tuple[float, Floats, Floats]]) -> Floats:
-    """The loads ``least`` + ``free`` z (r,) whose least margin to the ``limits`` is greatest, by cutting planes.
-
-    Loads that are FAR within the limits will do.
-    Source: J. E. Kelley, The Cutting-Plane Method for Solving Convex Programs, J. SIAM 8, 1960.
-    """
-    from scipy.optimize import linprog
-
-    load, d = max(float(np.abs(least).max()), 1e-300), free.shape[1]
-    found, facets = least, [(limit[0], limit[1]) for limit in limits]
-    for _ in range(CUTS):
-        facets += [(limit[0], _facet(limit, found)) for limit in limits]
-        A = np.array([np.append(-(a @ free), 1.0) for _, a in facets])
-        b = np.array([o + a @ least for o, a in facets]) / load
-        bounds = [(-MOST, MOST)] * d + [(None, MOST)]
-        result = linprog(np.append(np.zeros(d), -1.0), A_ub=A, b_ub=b, bounds=bounds, options=EXACTLY)
-        if result.x is None:
-            return found
-        found = least + load * (free @ result.x[:d])
-        if min(_margin(limit, found) for limit in limits) >= load * min(result.x[-1] - WITHIN_CONES, FAR):
-            break
-    return found
-
-
-def _least_distance(A: Floats, b: Floats) -> Floats | None:
-    """The z (d,) of least norm with A z >= b, for A (p, d) and b (p,); None if there is none."""
-    from scipy.optimize import nnls
-
-    right = np.append(np.zeros(A.shape[1]), 1.0)
-    matrix = np.vstack([A.T, b])
-    rest = matrix @ nnls(matrix, right)[0] - right
-    return None if np.linalg.norm(rest) < FREE else np.asarray(-rest[:-1] / rest[-1])

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from lag2fmu.errors import SimulationError
+from lag2fmu.reference.hybrid.laws import LATE
 from lag2fmu.reference.hybrid.measures import STILL, gap_sizes, touches, velocity_sizes
-from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
+from lag2fmu.reference.hybrid.modes import SENSE, Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
@@ -43,6 +44,7 @@ class Settling:
         """
         energies = np.zeros(2)
         turned = {i for kind, i in due if kind == "side"}
+        state = self._at_rest(state, modes, due)
         for _ in range(PASSES):
             before = modes
             modes, bilateral = self._switched(state, modes, due, turned)
@@ -51,6 +53,7 @@ class Settling:
                 bilateral = bilateral or self.system.constraints.m > 0  # they may have a corner there
             state, gained, struck = self.resolved(state, modes, due, bilateral)
             energies = energies + gained
+            due = due | _stopped(modes, struck=struck)
             for step in (self.chosen, self._rested):
                 state, modes, gained = step(state, modes, due)
                 energies = energies + gained
@@ -64,6 +67,24 @@ class Settling:
             f"mechanism '{self.system.mechanism.name}' at time {float(state.t)!r} s: the modes of contacts and "
             f"switches do not come to rest"
         )
+
+    def _at_rest(self, state: StateBatch, modes: Modes, due: Due) -> StateBatch:
+        """The ``state`` without what the errors of a step have left of slips along lines that have come to zero.
+
+        Rows that move with these are at rest then as well. A slip that is zero by its lever leaves nothing.
+        """
+        contacts, frictions = list(modes.contacts), list(modes.frictions)
+        for kind, i in due:
+            if kind == "friction":
+                frictions[i] = Mode.STICKS
+            elif kind == "slip" and contacts[i] in SENSE:
+                contacts[i] = Mode.STICKS
+        still = replace(modes, contacts=tuple(contacts), frictions=tuple(frictions))
+        if still == modes:
+            return state
+        found = self.system.projected(state, still)
+        size = np.maximum(self.system.nominal, np.abs(state.qd))
+        return found if (np.abs(found.qd - state.qd) <= LATE * size).all() else state
 
     def _switched(self, state: StateBatch, modes: Modes, due: Due, turned: set[int]) -> tuple[Modes, bool]:
         """``modes`` with the sides of kinks and the latches that hold at ``state``; whether a latch begins to hold.
@@ -172,3 +193,10 @@ class Settling:
         new, modes, _ = self.chosen(new, modes, frozenset(("gap", i) for i in low))
         del self.memory.events[logged:]
         return new, modes, np.array([0.0, -0.5 * float(P @ (2 * v + D @ P))])
+
+
+def _stopped(modes: Modes, *, struck: bool) -> Due:
+    """The slips along lines that an impact, where it ``struck``, may have brought to rest: those that slid before."""
+    sliding = [("friction", j) for j, mode in enumerate(modes.frictions) if mode in SENSE]
+    sliding += [("slip", i) for i, mode in enumerate(modes.contacts) if mode in SENSE]
+    return frozenset(sliding if struck else [])

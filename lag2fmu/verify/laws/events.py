@@ -95,11 +95,19 @@ class _Event:
 
     @cached_property
     def work(self) -> float:
-        """The energy (J) that the impulses bring, without what moving walls do: -sum of P (v+ + v-)/2."""
+        """The energy (J) that the impulses bring, without what moving walls do: -sum of P (v+ + v-)/2.
+
+        NaN where rows that share an impulse move differently: a stop that a body strikes, and a belt below the body.
+        """
         a, i = self.a, self.left
         moving = a.moving[[*self.rows, *range(a.e.k, len(a.moving))]]
+        driven = (moving[:, i] + moving[:, i + 1]) / 2
+        along = np.concatenate([a.slopes[self.rows, :, i + 1], a.G[:, :, i + 1]])
+        apart = driven - along @ np.linalg.lstsq(along, driven, rcond=RANK)[0]
+        if not self.impulses[1] and np.abs(apart).max(initial=0.0) > RANK * np.abs(driven).max(initial=0.0):
+            return np.nan
         kinetic = float(self.change @ a.mass[:, :, i + 1] @ (a.qd[:, i] + a.qd[:, i + 1])) / 2
-        return kinetic + float(self.impulses[0] @ (moving[:, i] + moving[:, i + 1])) / 2
+        return kinetic + float(self.impulses[0] @ driven)
 
 
 def at_events(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
@@ -138,9 +146,18 @@ def _jumps(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Resid
     bears = a.forces[: a.e.u] > 0
     loose = (bears[:, at + 1] & ~bears[:, at]).any(axis=0) | any(len(rows) > 1 for rows in a.e.slip_rows)
     bars = np.where(loose, fastest * accuracy.motion, size * accuracy.states)
-    bars = bars + accuracy.step * np.abs(a.qdd[:, at + 1] - a.qdd[:, at])
+    bars = bars + accuracy.step * np.abs(a.qdd[:, at + 1] - a.qdd[:, at]) + _ended(a, at, accuracy)
     rates = [f"{unit}/s" for unit in units]
     yield from worst("velocities jump at impacts only", q, rates, a.time[at], off, bars)
+
+
+def _ended(a: Along, at: NDArray[np.intp], accuracy: Accuracy) -> Floats:
+    """The velocities (n, events) that are left of rebounds too low to be seen, which end where their contacts close."""
+    u, nominal = a.e.u, a.system.nominal
+    closes = (a.forces[:u, at + 1] > 0) & (a.forces[:u, at] <= 0)
+    speed = np.sqrt(2 * LOW * accuracy.states * a.gap_sizes * np.abs(a.accelerations[:u, at]))
+    lever = np.maximum(np.einsum("kim,i->km", np.abs(a.slopes[:u][..., at]), nominal), 1e-300)
+    return np.asarray(nominal[:, None] * np.where(closes, speed / lever, 0.0).max(axis=0, initial=0.0))
 
 
 def _impacts(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:

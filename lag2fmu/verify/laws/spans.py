@@ -1,9 +1,9 @@
 """Laws between the times of a run: what moves is the integral of its rate, and energy that of power.
 
-Spans of two steps in which nothing happens give two rules for an integral, Simpson's and that of trapezoids. The
-difference of the two bounds the error of the better one, also where a rate jumps between the times. It does not bound
-that of a pulse between two times, as where Euler's angles pass their singularity: a run with several times in each
-step tells it from a fault.
+Three times in a row between which nothing happens give two rules for an integral: that of the parabola through the
+rates, which is Simpson's where times are even, and that of trapezoids. The difference of the two bounds the error of
+the better one, also where a rate jumps between the times. It does not bound that of a pulse between two times, as where
+Euler's angles pass their singularity: a run with several times in each step tells it from a fault.
 """
 
 from __future__ import annotations
@@ -28,22 +28,27 @@ INTEGRALS = (
 """The laws of this module."""
 SPREAD = 6.0
 """A jump of the rate moves the integral from Simpson's rule by at most 4 times the difference of the two rules."""
+EVEN = 0.2
+"""Two spans whose lengths have a ratio below this do not tell how a rate bends."""
 NEAR = 2
 """The difference of the rules may pass through 0: the greatest of so many times before and behind is taken."""
 
 
-def between_points(a: Along, accuracy: Accuracy, parts: int = 1) -> Iterator[Residual]:
-    """The worst residual of each law that holds between times at which nothing happens, ``parts`` of them a step."""
+def between_points(a: Along, accuracy: Accuracy, count: int = 2) -> Iterator[Residual]:
+    """The worst residual of each law that holds over ``count`` intervals between times at which nothing happens.
+
+    ``count`` is even.
+    """
     q = [c.name for c in a.mechanism.coordinates]
     units = ["rad" if a.units.get(c, "m") == "rad" else "m" for c in q]
     nominal, step = a.system.nominal, accuracy.step
     bars = accuracy.states * np.maximum(np.ptp(a.q, axis=1), nominal)[:, None]
     moved = Integral(INTEGRALS[0], q, units, a.q, a.qd, step, step * a.shifts)
-    yield from moved.residual(a, bars, parts)
+    yield from moved.residual(a, bars, count)
     bars = accuracy.states * np.maximum(np.abs(a.qd).max(axis=1), nominal)[:, None]
     rates = [f"{unit}/s" for unit in units]
     changed = Integral(INTEGRALS[1], q, rates, a.qd, a.qdd, step, shown=step * a.shifts)
-    yield from changed.residual(a, bars, parts)
+    yield from changed.residual(a, bars, count)
     lost, whole = a.run[names.DISSIPATED_ENERGY][None], a.run["generalized_energy"][None]
     unsure = step * (np.abs(a.forces) * a.turning).sum(axis=0)[None]
     bars = np.full((1, 1), accuracy.motion * a.energy_size)
@@ -51,7 +56,7 @@ def between_points(a: Along, accuracy: Accuracy, parts: int = 1) -> Iterator[Res
         (INTEGRALS[2], lost, a.lost),
         (INTEGRALS[3], whole + lost, a.power),
     ):
-        yield from Integral(law, ["energy"], ["J"], values, rate[None], step, unsure).residual(a, bars, parts)
+        yield from Integral(law, ["energy"], ["J"], values, rate[None], step, unsure).residual(a, bars, count)
 
 
 @dataclass(frozen=True)
@@ -70,22 +75,25 @@ class Integral:
     unsure: Floats | float = 0.0
     shown: Floats | float = 0.0
 
-    def residual(self, a: Along, bars: Floats, parts: int) -> Iterator[Residual]:
-        """By how much the law is broken along ``a``, ``parts`` times a step, in units of values; ``bars`` (k, 1)."""
-        h, rates, values, count = np.diff(a.time), self.rates, self.values, 2 * parts
-        even = np.isclose(h[:-1], h[1:], rtol=1e-6, atol=0.0)
+    def residual(self, a: Along, bars: Floats, count: int) -> Iterator[Residual]:
+        """By how much the law is broken over ``count`` intervals of ``a``, in units of values; ``bars`` (k, 1)."""
+        h, rates, values = np.diff(a.time), self.rates, self.values
+        even = np.minimum(h[:-1], h[1:]) > EVEN * np.maximum(h[:-1], h[1:])
         at = np.flatnonzero(_rows(a.quiet, count).all(axis=-1) & _rows(even, count - 1).all(axis=-1))
-        step, spans = h[at], _rows(rates, count + 1)[:, at]
-        trapezoids, coarse = (k * step * (spans[..., k::k] + spans[..., :-k:k]).sum(axis=-1) / 2 for k in (1, 2))
-        simpson = (4 * trapezoids - coarse) / 3
-        off = np.abs(values[:, at + count] - values[:, at] - simpson)
+        lengths, spans = _rows(h, count)[at], _rows(rates, count + 1)[:, at]
+        first, second, step = lengths[:, ::2], lengths[:, 1::2], lengths.sum(axis=-1) / 2
+        slopes = np.diff(spans, axis=-1) / lengths
+        bends = (slopes[..., 1::2] - slopes[..., ::2]) / (first + second)
+        trapezoids = (lengths * (spans[..., 1:] + spans[..., :-1])).sum(axis=-1) / 2
+        parabolas = trapezoids - (bends * (first**3 + second**3)).sum(axis=-1) / 6
+        off = np.abs(values[:, at + count] - values[:, at] - parabolas)
         near = _near(rates)[:, at]  # a change may show in the span before or behind it
-        spread = SPREAD * np.abs(simpson - trapezoids) + self.late * (near.max(axis=-1) - near.min(axis=-1))
+        spread = SPREAD * np.abs(parabolas - trapezoids) + self.late * (near.max(axis=-1) - near.min(axis=-1))
         if self.late:
             unsure, shown = (np.broadcast_to(x, values.shape) for x in (self.unsure, self.shown))
             spread += 2 * step * _near(unsure)[:, at].max(axis=-1) + 2 * _near(shown)[:, at].max(axis=-1)
-        padded = np.pad(spread, ((0, 0), (NEAR * parts, NEAR * parts)))
-        spread = np.maximum.reduce([padded[:, i : i + len(at)] for i in range(2 * NEAR * parts + 1)])
+        padded = np.pad(spread, ((0, 0), (NEAR * count // 2, NEAR * count // 2)))
+        spread = np.maximum.reduce([padded[:, i : i + len(at)] for i in range(NEAR * count + 1)])
         yield from worst(self.law, self.elements, self.units, a.time[at], off, bars + spread)
 
 

@@ -23,6 +23,7 @@ static void set_slips(Settling *settling, int contact) {
     const int first = SLIP_ROWS[contact], end = SLIP_ROWS[contact + 1];
     const double speed = settling_slip_speed(settling, contact), mu = settling->friction[contact];
     double along[2] = {0.0};
+    const double holding = fmax(mu, settling->holding[contact]);
     const bool stops = settling->stopping[2 * contact + 1];
     const bool rests = end > first && (stops || (speed <= settling_least_speed(settling, first) &&
                                                  !moves_without_lever(settling, first)));
@@ -35,8 +36,7 @@ static void set_slips(Settling *settling, int contact) {
         settling->row[ROW_PLACES[row]] = (Row){.law = rests ? ROW_TANGENTIAL : ROW_SLIDING,
                                                .normal = ROW_PLACES[contact],
                                                .friction = yields ? mu * (1.0 - YIELDS) : mu,
-                                               .holding = yields ? mu * (1.0 - YIELDS)
-                                                                 : fmax(mu, settling->holding[contact]),
+                                               .holding = holding * (yields ? 1.0 - YIELDS : 1.0),
                                                .value = rests ? 0.0 : along[row - first] / length,
                                                .holds = stops || (contact_sticks(state, contact) && !yields),
                                                .slid = !contact_sticks(state, contact)};
@@ -65,10 +65,10 @@ static void set_settled_friction(Settling *settling, int friction, double force,
     const bool yields = friction_sticks(state, friction) && settling_due(settling, 2 * N_UNILATERALS + friction);
     const bool stops = settling->stopping[2 * N_UNILATERALS + friction];
     if (stops || (fabs(w) <= settling_least_speed(settling, row) && !moves_without_lever(settling, row))) {
-        const double least = fmax(force - YIELDS * greatest, 0.0);
+        const double less = yields ? YIELDS * greatest : 0.0;
         settling->row[k] = (Row){.law = ROW_BOUNDED,
-                                 .friction = yields ? least : force,
-                                 .holding = yields ? least : fmax(force, capacity),
+                                 .friction = fmax(force - less, 0.0),
+                                 .holding = fmax(fmax(force, capacity) - less, 0.0),
                                  .holds = stops || (friction_sticks(state, friction) && !yields),
                                  .slid = !friction_sticks(state, friction)};
     } else {

@@ -1,0 +1,138 @@
+"""The laws met by a prox iteration: projected Gauss-Seidel on normal forces and round cones until nothing changes.
+
+Source: P. Alart, A. Curnier, A mixed formulation for frictional contact problems, Comp. Meth. Appl. Mech. Eng. 92
+(1991), pp. 353-375.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lag2fmu.deadline import check_time
+from lag2fmu.reference.hybrid.laws import EXACT, Item, Outcome, lawful, units
+from lag2fmu.reference.hybrid.modes import Mode
+from lag2fmu.reference.state import Floats
+
+SWEEPS, STILL = 50_000, 1e-15
+PATIENCE = 20
+"""After every so many sweeps the modes that the projections have reached are tried."""
+
+
+def iterated(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> Outcome | None:
+    """The outcome for D (k, k), c (k,), first with static limits, then with sliding limits for items that slide."""
+    found = _projected(D, c, items, [item.static for item in items], pace)
+    if found is None:
+        return None
+    slides = [mode not in (Mode.OPEN, Mode.STICKS) for mode in found.modes]
+    if not any(s and item.static > item.friction for s, item in zip(slides, items, strict=True)):
+        return found
+    limits = [item.friction if s else item.static for s, item in zip(slides, items, strict=True)]
+    bound = [
+        replace(item, options=tuple(o for o in item.options if o is not Mode.STICKS)) if s else item
+        for s, item in zip(slides, items, strict=True)
+    ]
+    return _projected(D, c, bound, limits, pace)
+
+
+def _projected(
+    D: Floats,
+    c: Floats,
+    items: Sequence[Item],
+    limits: Sequence[float],
+    pace: float,
+    least: Sequence[float] | None = None,
+) -> Outcome | None:
+    """The prox iteration: projected Gauss-Seidel on the laws until nothing changes; None if it does not converge."""
+    least = least or [0.0] * len(items)
+    k, diagonal = len(c), np.maximum(np.diagonal(D), 1e-300)
+    r, size = np.zeros(k), units(D, c, pace)[1]
+    for sweep in range(1, SWEEPS + 1):
+        check_time()
+        change = 0.0
+        for item, limit, lowest in zip(items, limits, least, strict=True):
+            rows = [*item.slips] if item.normal is None else [item.normal, *item.slips]
+            before, n = r[rows].copy(), item.normal
+            if n is not None:
+                r[n] = max(lowest, r[n] - (D[n] @ r + c[n] + item.shift) / diagonal[n])
+            _slip_forces(D, c, item, limit if n is None else limit * r[n], r, diagonal)
+            change = max(change, float(np.max(np.abs(r[rows] - before) / size[rows], initial=0.0)))
+        if change <= STILL * max(1.0, float(np.max(np.abs(r) / size, initial=0.0))):
+            return _read(D, c, items, limits, r, size)
+        if sweep % PATIENCE == 0 and not any(least):
+            tried = _tried(D, c, items, limits, _read(D, c, items, limits, r, size), pace)
+            if tried is not None:
+                return tried
+    return None
+
+
+def _tried(
+    D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], reached: Outcome, pace: float
+) -> Outcome | None:
+    """The outcome with the modes that were ``reached``, if it meets the laws and all modes are options, else None.
+
+    Projections find the modes soon, but the forces slowly where one row moves many others. None for slips in space.
+    """
+    if in_space(items) or any(mode not in item.options for item, mode in zip(items, reached.modes, strict=True)):
+        return None
+    bound = [replace(item, friction=limit, static=limit) for item, limit in zip(items, limits, strict=True)]
+    return lawful(D, c, bound, reached.modes, pace)
+
+
+def _slip_forces(D: Floats, c: Floats, item: Item, limit: float, r: Floats, diagonal: Floats) -> None:
+    """Project the tangential forces of ``item`` once, within r (k,), to a size of at most ``limit``."""
+    slips = list(item.slips)
+    if not slips:
+        return
+    if item.direction is not None:
+        normal = 1.0 if item.normal is None else r[item.normal]
+        r[slips] = -item.friction * normal * np.array(item.direction)
+        return
+    trial = r[slips] - (D[slips] @ r + c[slips]) / diagonal[slips].max()
+    length = float(np.hypot.reduce(trial))
+    r[slips] = trial if length <= limit else trial * (limit / length)
+
+
+def _read(D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], r: Floats, size: Floats) -> Outcome:
+    """The modes that the forces r (k,) belong to."""
+    w = D @ r + c
+    found = []
+    for item, coefficient in zip(items, limits, strict=True):
+        limit = coefficient * (1.0 if item.normal is None else r[item.normal])
+        found.append(_mode_of(item, limit, r, w, size))
+    return Outcome(tuple(mode for mode, _ in found), r, w, tuple(direction for _, direction in found))
+
+
+def _mode_of(item: Item, limit: float, r: Floats, w: Floats, size: Floats) -> tuple[Mode, tuple[float, ...] | None]:
+    """The mode of ``item`` and the direction in which it slides, for forces r and motions w (k,)."""
+    slips, direction, n = list(item.slips), item.direction, item.normal
+    if n is not None and r[n] <= EXACT * size[n] and Mode.OPEN in item.options:
+        return Mode.OPEN, direction
+    if not slips:
+        return Mode.SLIDES, direction
+    if direction is None:
+        force, moves = float(np.hypot.reduce(r[slips])), float(np.hypot.reduce(w[slips]))
+        if (Mode.STICKS in item.options and moves <= EXACT) or force < limit * (1 - EXACT):
+            return Mode.STICKS, direction
+        if len(slips) == 1:
+            return _sense(-r[slips[0]]), direction
+        direction = tuple(-r[slips] / force) if force > 0 else tuple(w[slips] / moves)
+    return (_sense(direction[0]) if len(slips) == 1 else Mode.SLIDES), direction
+
+
+def _sense(slip: float) -> Mode:
+    """The mode that slides along a line in the direction of the sign of ``slip``."""
+    return Mode.FORWARD if slip > 0 else Mode.BACKWARD
+
+
+def in_space(items: Sequence[Item]) -> bool:
+    """Whether one of the ``items`` may slide in space, in a direction that is not known yet."""
+    return any(len(item.slips) == 2 and item.direction is None and len(item.options) > 1 for item in items)
+
+
+def expanded(D: Floats, c: Floats, items: Sequence[Item], least: Sequence[float]) -> Floats | None:
+    """r (k,) with normal forces of ``least`` or more; they are greater only where w would be negative otherwise."""
+    found = _projected(D, c, items, [item.friction for item in items], 0.0, least)
+    return None if found is None else found.forces

@@ -1,0 +1,93 @@
+"""The search for modes that meet the laws: by combinations, those near the present ones first, or by projections.
+
+Source: Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 4 to 7.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations, islice, product
+
+from lag2fmu.reference.hybrid.laws import Item, Outcome, lawful
+from lag2fmu.reference.hybrid.modes import SENSE, Mode
+from lag2fmu.reference.hybrid.projections import in_space, iterated
+from lag2fmu.reference.state import Floats
+
+MOST = 3000
+"""If there are more combinations, only the first ones are tried, and then the prox iteration."""
+
+
+def decided(
+    D: Floats, c: Floats, items: Sequence[Item], pace: float, present: Sequence[Mode | None] | None = None
+) -> Outcome | None:
+    """The modes that meet the laws, for D (k, k) and c (k,): the ``present`` ones where they go on.
+
+    Otherwise what rests gives way to its static friction, and then rubs or holds with its sliding friction. Without
+    that either of two frictions in a row could slide and spare the other one. ``pace``: the least size, in units of
+    sqrt(D) of its row, that errors of w are measured by. None if no combination meets the laws (Painleve's paradox).
+    Source: Ch. Glocker, Set-Valued Force Laws, 2001, chapters 4 to 7.
+    """
+    if in_space(items):
+        return iterated(D, c, items, pace)
+    few = math.prod(len(item.options) for item in items) <= MOST
+    known = [None if few else item.options[0] for item in items] if present is None else present
+    return (
+        _found(D, c, items, pace, known, 0)
+        or _given_way(D, c, items, pace, known)
+        or _found(D, c, items, pace, known, len(items))
+        or (None if few else iterated(D, c, items, pace))
+    )
+
+
+def _found(
+    D: Floats, c: Floats, items: Sequence[Item], pace: float, present: Sequence[Mode | None], most: int
+) -> Outcome | None:
+    """The outcome for D (k, k), c (k,) that changes fewest ``present`` modes, and at most so many; None without any."""
+    turns = islice(_in_turn(items, present, most), MOST)
+    return next((o for modes in turns if (o := lawful(D, c, items, modes, pace)) is not None), None)
+
+
+def _given_way(
+    D: Floats, c: Floats, items: Sequence[Item], pace: float, present: Sequence[Mode | None]
+) -> Outcome | None:
+    """The outcome for D (k, k), c (k,) where static limits tell what gives way, and sliding ones then hold for that."""
+    tried = [x if x.direction or present[i] in SENSE else replace(x, friction=x.static) for i, x in enumerate(items)]
+    while True:
+        outcome = _found(D, c, tried, pace, present, len(items))
+        if outcome is None:
+            return None
+        begun = [i for i, x in enumerate(tried) if outcome.modes[i] in SENSE and x.friction > items[i].friction]
+        if not begun:
+            return outcome
+        for i in begun:
+            tried[i] = replace(items[i], static=items[i].friction)
+
+
+def _in_turn(items: Sequence[Item], present: Sequence[Mode | None], most: int) -> Iterator[tuple[Mode, ...]]:
+    """Combinations that change at most so many ``present`` modes, those first that change fewest.
+
+    None, or what is no option, is no mode.
+    """
+    kept = [i for i, item in enumerate(items) if present[i] in item.options]
+    for count in range(min(len(kept), most) + 1):
+        for changed in combinations(reversed(kept), count):
+            yield from product(
+                *(
+                    [mode for mode in item.options if i not in kept or (mode is present[i]) is (i not in changed)]
+                    for i, item in enumerate(items)
+                )
+            )
+
+
+def all_outcomes(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> list[Outcome]:
+    """Every combination of modes that meets the laws, in order; D is (k, k), c is (k,), ``pace`` as in ``decided``.
+
+    Of slips in space, whose directions are not known, the one that projections find.
+    """
+    if in_space(items):
+        found = decided(D, c, items, pace)
+        return [] if found is None else [found]
+    outcomes = (lawful(D, c, items, modes, pace) for modes in product(*(item.options for item in items)))
+    return [outcome for outcome in outcomes if outcome is not None]
