@@ -137,7 +137,7 @@ static void choose_loads(Instance *instance, double time, const double states[],
         double *multipliers = point->unknowns + N_COORDINATES;
         const bool well = instance->shown_loads != LOADS_CENTRED && loads_least(&sharing, multipliers);
         if (!well && instance->shown_loads != LOADS_LEAST) {
-            point->told = loads_centre(&sharing, instance->shown_loads != LOADS_CENTRED, multipliers);
+            point->told = loads_centre(&sharing, multipliers);
         }
         scratch->loads_shared = true;
         find_limits(instance, time, states, point);

@@ -265,27 +265,6 @@ static bool follows_another(const Instance *instance, Descents *found, const dou
     return true;
 }
 
-/* Where loads are shared, all margins come down to 0 together in the search. Of those that do, the one at its limit is
-   the first one. Sets values[N_EVENTS] to the functions at the end of the step that tell them apart. */
-static bool tell_apart(Instance *instance, Descents *found, Step step, double values[]) {
-    const double theta = found->theta[found->first];
-    double least = HUGE_VAL;
-    if (instance->shown_loads != LOADS_CENTRED) {
-        return true;
-    }
-    instance->shown_loads = LOADS_BY_MARGIN;
-    const bool known = events_evaluate(instance, step.end, instance->scratch.new_states, values);
-    instance->shown_loads = LOADS_CENTRED;
-    for (int k = N_SWITCHES; k < N_EVENTS && known; k++) {
-        const double value = values[k] / events_size(instance, k);
-        if (found->theta[k] <= theta + SLIVER && found->first >= N_SWITCHES && value < least) {
-            found->first = k;
-            least = value;
-        }
-    }
-    return known;
-}
-
 /* Ends the step at the first root that was found. start[N_EVENTS] are the event functions at the beginning of the step,
    values[N_EVENTS] those at its end. */
 static bool end_at_root(Instance *instance, Descents *found, Step *step, const double start[], double values[]) {
@@ -300,9 +279,6 @@ static bool end_at_root(Instance *instance, Descents *found, Step *step, const d
         return report_pole(instance, found->first); /* before it is taken for what an event has left */
     }
     found->slope /= whole;
-    if (!tell_apart(instance, found, *step, values)) {
-        return false;
-    }
     note_due(instance, found, *step, values);
     return true;
 }

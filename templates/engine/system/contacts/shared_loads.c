@@ -276,7 +276,7 @@ static void unscale(const Shares *p, const double scaled[], double multipliers[]
     }
 }
 
-double loads_centre(const Sharing *sharing, bool apart, double multipliers[]) {
+double loads_centre(const Sharing *sharing, double multipliers[]) {
     const ArenaMark mark = arena_mark(sharing->arena);
     WORK_OF(mark, Shares, p);
     WORK(mark, Margin, margin, MOST_MARGINS);
@@ -286,8 +286,7 @@ double loads_centre(const Sharing *sharing, bool apart, double multipliers[]) {
     const int count = find_margins(p, margin);
     if (may_share(p) && spread_loads(p, margin, count, true, scaled)) {
         unscale(p, scaled, multipliers);
-        const double least = least_margin(margin, count, scaled);
-        told = apart ? fmax(least, 0.0) + NO_MATTER * p->greatest : least;
+        told = fmax(least_margin(margin, count, scaled), 0.0) + NO_MATTER * p->greatest;
     }
     arena_release(mark);
     return told;

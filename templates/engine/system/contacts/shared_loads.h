@@ -21,10 +21,8 @@ void loads_obey(const Sharing *sharing, double multipliers[]);
 
 /* Of the same multipliers[m] those whose least margin is greatest; it is negative where none obey the laws. Returns the
    margin, in units of the scaled rows, up to which they tell one: many loads have the same least margin, and greater
-   ones are those of any of them. That is the least margin itself, which alone moves steadily from point to point, or
-   with apart a little more, so that what comes to its limit is told from the others. HUGE_VAL where nothing is shared.
-*/
-double loads_centre(const Sharing *sharing, bool apart, double multipliers[]);
+   ones are those of any of them. HUGE_VAL where nothing is shared. */
+double loads_centre(const Sharing *sharing, double multipliers[]);
 
 /* Of the same multipliers[m] those of least norm. Returns whether their margins are far from 0. */
 bool loads_least(const Sharing *sharing, double multipliers[]);
