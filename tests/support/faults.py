@@ -90,8 +90,9 @@ FAULTS = (
     Fault(
         "the static coefficient is ignored",
         "block_on_belt",
-        *_CAPACITY,
-        "const double capacity = point->force[friction];",
+        "mechanism.c",
+        "H[0] = p[5];",
+        "H[0] = p[6];",
     ),
     Fault(
         "the capacity is ignored: what sticks holds any load",

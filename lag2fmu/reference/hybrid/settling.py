@@ -15,7 +15,8 @@ from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
 
-PASSES = 50
+PASSES = 200
+"""Impacts that hand a motion on to each other halve it in four rounds or so, down to rounding."""
 ZERO = 1e-12
 """Margins of kinks and conditions whose size is at most this do not tell their side."""
 
