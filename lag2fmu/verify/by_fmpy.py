@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from lag2fmu.deadline import check_time
 from lag2fmu.errors import LoadError
 from lag2fmu.verify.co_simulation import Writer
 from lag2fmu.verify.hosted import MOST_STEPS
@@ -66,7 +67,7 @@ def by_fmpy(instance: Instance, run: Run, plan: Plan) -> tuple[Floats, Floats]:
             input=None if plan.held is None else _signals(plan, constants, run.kind),
             output=sorted({s.variable.name for s in recorded}),
             record_events=False,
-            step_finished=None if run.progress is None else _progress(run.progress),
+            step_finished=_progress(run.progress),
             model_description=description,
             fmu_instance=fmu,
         )
@@ -134,9 +135,13 @@ def _signals(plan: Plan, constants: Mapping[str, float], kind: Kind) -> Any:
     return table
 
 
-def _progress(report: Callable[[float], None]) -> Callable[[float, object], bool]:
+def _progress(report: Callable[[float], None] | None) -> Callable[[float, object], bool]:
+    """What fmpy calls behind each step; it raises OutOfTimeError where the time of the run is over."""
+
     def finished(time: float, recorder: object) -> bool:
-        report(time)
+        check_time()
+        if report is not None:
+            report(time)
         return True
 
     return finished

@@ -9,21 +9,49 @@ from numpy.typing import NDArray
 
 from lag2fmu.analysis.canonical import action
 from lag2fmu.analysis.conserved import Conserved, conserved
+from lag2fmu.deadline import Budget, OutOfTimeError
 from lag2fmu.description import names
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.lagrange import derive
 from lag2fmu.errors import SimulationError
 from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.batches import evaluate
 from lag2fmu.reference.hamilton import integrate_canonically
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.verify.agreement import SAFETY, has_rows, horizon_of, on_grid
 from lag2fmu.verify.report import Check
+from lag2fmu.verify.task import Task
 
 Floats = NDArray[np.float64]
 
 HORIZON, POINTS = 0.1, 40
 """The part of the run over which Hamilton's equations are integrated, and the number of points at which conserved
 quantities are checked."""
+
+
+def analysis_checks(task: Task, run: Trajectory, reference: Reference, budget: Budget) -> tuple[list[Check], list[str]]:
+    """Checks of conserved quantities and of Hamilton's equations, for a run without inputs, and notes.
+
+    What integrates takes its time from the ``budget``.
+    """
+    if has_rows(task.mechanism):
+        return [], [
+            "Conserved quantities and Hamilton's equations are for mechanisms without contacts and dry friction."
+        ]
+    if task.inputs is not None:
+        return [], ["Conserved quantities and Hamilton's equations are compared in runs without inputs only."]
+    if not task.mechanism.coordinates:
+        return [], ["Nothing moves by itself: there are no conserved quantities and no equations of Hamilton."]
+    equations, horizon = derive(task.mechanism), horizon_of(task, reference)
+    rows = on_grid(reference, run.time)
+    try:
+        with budget.spent():
+            checks, notes = hamilton_checks(equations, reference, horizon, SAFETY * task.tolerance)
+    except OutOfTimeError:
+        checks, notes = [], [f"Hamilton's equations are not compared: the {task.limit:g} s of CPU time were over."]
+    drifts = drift_checks(equations, run, reference, rows, horizon, SAFETY * task.tolerance)
+    return [*drifts, *checks], [*notes, action_note(equations, reference)]
 
 
 def drift_checks(

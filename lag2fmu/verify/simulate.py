@@ -13,6 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from lag2fmu.deadline import OutOfTimeError
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.apart import came_through, run_apart, runs_apart
@@ -60,7 +61,7 @@ def _simulated(path: Path, run: Run) -> Trajectory:
     with instance_of(path, FMI_TYPES[run.kind], events=run.events, followed=asked) as instance:
         try:
             time, values = _loop(description, run, plan)(instance, run, plan)
-        except LoadError:  # of what a feedback gives
+        except (LoadError, OutOfTimeError):  # of what a feedback gives, and of the bound of a run
             raise
         except Exception as error:  # fmpy raises bare exceptions
             raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -13,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from lag2fmu.checking.schema import problems
-from lag2fmu.deadline import LIMIT, Budget, OutOfTimeError
+from lag2fmu.deadline import LIMIT, OutOfTimeError, within
 from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.errors import ExportError, SimulationError
@@ -30,13 +31,13 @@ from lag2fmu.reference.initial_value_problem import prepare
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify import time_stepping
-from lag2fmu.verify.agreement import SAFETY, has_rows, horizon_of, most_left_out, on_grid
+from lag2fmu.verify.agreement import has_rows, horizon_of, most_left_out, on_grid
 from lag2fmu.verify.balances import constraint_checks, energy_checks
 from lag2fmu.verify.comparison import Windows, compare, extent_check, extent_note, own_check, windows_after
 from lag2fmu.verify.hybrid import extent, row_checks, row_outputs
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange
-from lag2fmu.verify.invariants import action_note, drift_checks, hamilton_checks
+from lag2fmu.verify.invariants import analysis_checks
 from lag2fmu.verify.law_checks import law_checks
 from lag2fmu.verify.plan import check_limit, check_tolerance, checked_stop, input_orders, times_of
 from lag2fmu.verify.pointwise import pointwise_checks
@@ -68,11 +69,11 @@ def validate(  # noqa: PLR0913 (a run, the choices of an export, a bound)
     An FMU of lag2fmu carries its mechanism inside. For a model that is no FMU yet, ``values`` are parameters and start
     values in SI units, and ``solver`` and ``fmi`` are choices of its export. ``tolerance`` is the relative one of the
     FMU's solver. ``inputs`` and ``hold`` are those of ``simulate``. ``limit`` is the CPU time, in s, of the direct
-    integrations, to which the runs of the FMU come; where it is over, the report says until when was compared, and
-    gives no judgement if that is too little. ``progress`` is told the share that is done, 0 to 1. Raises Lag2FmuError
-    if one side cannot be run, ExportError for values and choices of an FMU, LoadError for a limit that is no time;
-    differences are reported, not raised. Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential
-    Equations I, section I.14.
+    integrations, to which the runs of the FMU come, and of its model exchange; where it is over, the report says until
+    when was compared, and gives no judgement if that is too little. ``progress`` is told the share that is done, 0 to
+    1. Raises Lag2FmuError if one side cannot be run, ExportError for values and choices of an FMU, LoadError for a
+    limit that is no time; differences are reported, not raised. Source: E. Hairer, S. P. Norsett, G. Wanner, Solving
+    Ordinary Differential Equations I, section I.14.
     """
     if is_fmu(model) and (values or fmi != "2.0"):
         raise ExportError(f"'{fmu_path(model)}' is an FMU: values= and fmi= belong to its export; give the model")
@@ -139,13 +140,19 @@ def _compared(own: Task, references: References, checks: list[Check]) -> Report:
     warnings: dict[str, list[str]] = {}
     for label, kind, step, events in _plan(task):
         reference = time_stepping.as_seen(task, references.of(step), kind)
-        run = _run(task, kind, step, events, warnings.setdefault(label, []).append)
+        try:
+            with within(task.limit if kind == "model-exchange" else math.inf):
+                run = _run(task, kind, step, events, warnings.setdefault(label, []).append)
+        except OutOfTimeError:
+            detail = f"the run does not end in {task.limit:g} s of CPU time; give a longer --limit"
+            checks.append(Check(f"{label}, share not compared", 1.0, most_left_out(task), detail, extent=True))
+            continue
         runs[label] = run = run.until(float(reference.trajectory.time[-1]))
         if task.states and step <= horizon_of(task, reference) * (1 + 1e-9):  # else the start alone
             checks.append(compare(task, label, run, reference))
         if (kind, step, events) == ("co-simulation", task.steps[1], False):
             energy = energy_checks(task, run, reference)
-            analysis, analysis_notes = _analysis(task, run, reference, references.budget)
+            analysis, analysis_notes = analysis_checks(task, run, reference, references.budget)
     direct = references.of(task.steps[1])
     reference, windows = time_stepping.as_seen(task, direct), windows_after(task, direct, references.window)
     checks += [
@@ -256,30 +263,6 @@ def _laws_checks(task: Task, runs: dict[str, Trajectory], references: References
     of_it = {label: run for label, run in runs.items() if not task.holds or label.endswith(f"{task.steps[1]:.3g} s")}
     rows = {label: on_grid(reference, run.time) for label, run in of_it.items()}
     return [*row_checks(task, of_it, reference, rows), *law_checks(task)]
-
-
-def _analysis(task: Task, run: Trajectory, reference: Reference, budget: Budget) -> tuple[list[Check], list[str]]:
-    """Checks of conserved quantities and of Hamilton's equations, for a run without inputs, and notes.
-
-    What integrates takes its time from the ``budget``.
-    """
-    if has_rows(task.mechanism):
-        return [], [
-            "Conserved quantities and Hamilton's equations are for mechanisms without contacts and dry friction."
-        ]
-    if task.inputs is not None:
-        return [], ["Conserved quantities and Hamilton's equations are compared in runs without inputs only."]
-    if not task.mechanism.coordinates:
-        return [], ["Nothing moves by itself: there are no conserved quantities and no equations of Hamilton."]
-    equations, horizon = derive(task.mechanism), horizon_of(task, reference)
-    rows = on_grid(reference, run.time)
-    try:
-        with budget.spent():
-            checks, notes = hamilton_checks(equations, reference, horizon, SAFETY * task.tolerance)
-    except OutOfTimeError:
-        checks, notes = [], [f"Hamilton's equations are not compared: the {task.limit:g} s of CPU time were over."]
-    drifts = drift_checks(equations, run, reference, rows, horizon, SAFETY * task.tolerance)
-    return [*drifts, *checks], [*notes, action_note(equations, reference)]
 
 
 def _solver_notes(task: Task, warnings: Mapping[str, Sequence[str]]) -> list[str]:

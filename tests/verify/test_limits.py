@@ -194,3 +194,19 @@ def test_sections_of_an_analysis_say_that_their_time_was_over() -> None:
     sections = analysis_sections(derive(load("double_pendulum")), limit=1e-9)
     assert sections
     assert all("The time was over" in str(section.lines[0]) for section in sections)
+
+
+def test_model_exchange_without_end_is_not_judged(exported, monkeypatch) -> None:
+    """As of a ball that jumped on by 1e-9 m/s; the time is over at its third step here."""
+    turns = iter([False, False])
+
+    def check_time() -> None:
+        if next(turns, True):
+            raise OutOfTimeError
+
+    monkeypatch.setattr("lag2fmu.verify.by_fmpy.check_time", check_time)
+    report = validate_fmu(load("pendulum"), exported("pendulum").path, stop_time=1.0)
+    (unjudged,) = (check for check in report.checks if check.outcome != "ok")
+    assert unjudged.name == "model exchange, CVode of fmpy, share not compared"
+    assert unjudged.detail == "the run does not end in 60 s of CPU time; give a longer --limit"
+    assert report.outcome == "not judged"
