@@ -271,7 +271,7 @@ def test_export_keeps_what_another_mechanism_wrote(run) -> None:
 
 @pytest.mark.fmu
 def test_validate_exits_with_1_when_a_check_fails(run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(import_module("lag2fmu.verify.validate"), "SAFETY", 1e-9)
+    monkeypatch.setattr(import_module("lag2fmu.verify.invariants"), "SAFETY", 1e-9)
     result = run("validate", MODEL, "--stop-time", "1")
     assert result.exit_code == 1
     assert "FAILED" in result.output
