@@ -348,7 +348,7 @@ def test_impacts_with_friction_in_space(exported) -> None:
     assert np.abs(run["z"]).max() < 1e-12
 
 
-@pytest.mark.parametrize(("model", "reason"), [("double_pendulum", "no contacts"), ("crane", "")])
+@pytest.mark.parametrize(("model", "reason"), [("double_pendulum", "no ideal contacts"), ("crane", "")])
 def test_what_has_no_contacts_is_refused(model: str, reason: str) -> None:
     mechanism = derive(load(model)).mechanism
     if reason:
