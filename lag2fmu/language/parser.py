@@ -15,6 +15,7 @@ import sympy as sp
 from lag2fmu.errors import ExpressionError
 from lag2fmu.language import remedies
 from lag2fmu.language.conditions import is_condition, is_writable, put
+from lag2fmu.language.rebuilding import call
 from lag2fmu.language.vocabulary import (
     CONSTANTS,
     FUNCTIONS,
@@ -238,7 +239,7 @@ class _Parser:
         width = sum(len(a.args) if a.func == constructor else 1 for a in arguments)
         if width > MAX_ARGUMENTS:
             raise self.fail(f"{name} of {width} arguments; at most {MAX_ARGUMENTS} are read")
-        return self.checked(constructor(*arguments))
+        return self.checked(call(constructor, *arguments))
 
     def function(self, name: str, column: int) -> tuple[int, float, Callable[..., sp.Expr]]:
         """The least and the largest number of arguments of the function ``name``, and what makes its calls."""

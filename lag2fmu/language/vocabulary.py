@@ -13,6 +13,7 @@ from sympy.printing.latex import LatexPrinter
 from sympy.printing.str import StrPrinter
 
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.rebuilding import replaced
 
 TIME = sp.Symbol("t", real=True)
 """The time, in seconds."""
@@ -201,7 +202,7 @@ def normal_form(expression: object, where: str) -> sp.Expr:
         raise MechanismError(f"{where}: expected a scalar expression, {found}; a condition is Choice(margin, 1, 0)")
     numbers = {number: _exact(float(number), where) for number in result.atoms(sp.Float)}
     symbols = {old: symbol(old.name) for old in result.free_symbols if old != symbol(old.name)}
-    result = _rebuilt(result.xreplace({**numbers, **symbols}))
+    result = replaced(result, {**numbers, **symbols}, again=True)
     _refuse_foreign(result, where)
     for node in result.atoms(sp.Number, sp.Pow, sp.Function):
         if fault := excess(node):
@@ -209,14 +210,6 @@ def normal_form(expression: object, where: str) -> sp.Expr:
         if node.args and node.is_number:
             _refuse_unreal(node, where)
     return result
-
-
-def _rebuilt(expression: sp.Expr) -> sp.Expr:
-    """``expression`` evaluated again from its leaves, as reading its text does: SymPy leaves abs(abs(x)) at times."""
-    if not expression.args:
-        return expression
-    arguments = tuple(_rebuilt(a) for a in expression.args)
-    return expression.func(*arguments)
 
 
 def _refuse_unreal(number: sp.Expr, where: str) -> None:
@@ -264,8 +257,8 @@ def value_of(
     """The value of an expression in plain floats, ``values`` being those of its symbols.
 
     ``known`` has those of parts found before, by id, for SymPy compares whole trees. SymPy's own evaluation may take
-    forever. Raises OverflowError beyond the floats, ValueError or ZeroDivisionError
-    where there is no real value, KeyError for a symbol without value and for a table.
+    forever. Raises OverflowError beyond the floats, ValueError or ZeroDivisionError where there is no real value,
+    KeyError for a symbol without value and for a table.
     """
     values, known = values or {}, {} if known is None else known
     if number.is_Rational:

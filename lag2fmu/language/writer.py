@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from typing import Any
 
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
+from lag2fmu.language.rebuilding import replaced
 from lag2fmu.language.vocabulary import NAME_OF
 
 
@@ -66,7 +68,7 @@ def with_decimals(expression: Any, *, alike: bool = False) -> Any:
     found = {number: _decimal(number) for number in numbers}
     if alike and any(found[number] != number for number in numbers):
         found = {number: _decimal(number, len(_LONG)) for number in numbers - _exponents(expression)}
-    return expression.xreplace(found)
+    return expression.applyfunc(partial(replaced, known=found)) if expression.is_Matrix else replaced(expression, found)
 
 
 def _exponents(expression: Any) -> set[sp.Rational]:

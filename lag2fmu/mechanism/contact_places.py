@@ -21,6 +21,7 @@ from lag2fmu.description.description import Description
 from lag2fmu.description.events import CONTACTS, Contact
 from lag2fmu.description.joints import across, direction
 from lag2fmu.errors import MechanismError
+from lag2fmu.language.rebuilding import call
 from lag2fmu.language.vocabulary import Choice, Smooth
 from lag2fmu.mechanism.planar_joints import angle_of
 from lag2fmu.mechanism.poses import Pose, Poses, crossed, location_of, times
@@ -111,7 +112,7 @@ def _along_axes(contact: Contact, a: Pose, b: Pose, apart: sp.Matrix) -> tuple[s
 
 def _within(x: sp.Expr, most: sp.Expr) -> sp.Expr:
     """``x`` from -most to most; gaps have no kink where it gets there."""
-    return Smooth(sp.Max(-most, sp.Min(most, x, evaluate=False), evaluate=False))
+    return Smooth(call(sp.Max, -most, call(sp.Min, most, x)))
 
 
 def _ends(m: Description, contact: Contact, poses: Poses) -> tuple[Pose, Pose, sp.Matrix]:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import pytest
 import sympy as sp
+from sympy.functions.elementary.miscellaneous import MinMaxBase
 
 from lag2fmu.errors import ExpressionError, MechanismError
 from lag2fmu.language.conditions import put
@@ -265,6 +266,17 @@ def test_hostile_texts_are_refused_at_once(text: str, message: str) -> None:
 def test_other_values_have_no_normal_form(value: object, message: str) -> None:
     with pytest.raises(MechanismError, match=f"^masses.m: .*({message})"):
         normal_form(value, "masses.m")
+
+
+def test_formulas_of_any_size_are_not_compared_for_the_largest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """SymPy compares arguments as formulas, which takes minutes for lengths along places of a robot."""
+    long, short = "+".join(f"sin({k}*x)*cos({k}*y)" for k in range(1, 30)), parse("max(x, x + 1)")
+    assert short == x + 1
+    monkeypatch.setattr(MinMaxBase, "_is_connected", lambda *_: pytest.fail("compared"))
+    found = parse(f"max(x, {long})")
+    assert isinstance(found, sp.Max)
+    assert normal_form(found, "e") == found
+    assert parse(to_text(found)) == found
 
 
 def test_the_normal_form_has_real_symbols_and_exact_numbers() -> None:

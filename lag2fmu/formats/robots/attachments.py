@@ -22,6 +22,7 @@ from lag2fmu.formats.robots.parts import DAMPINGS, INERTIAS, STIFFNESSES, Parts
 from lag2fmu.formats.robots.poses import JointPose
 from lag2fmu.formats.robots.tree import Closure, Coupling, Robot, Span, Tendon
 from lag2fmu.formats.robots.writing import number, numbers, turns_of
+from lag2fmu.language.rebuilding import call
 
 _ENDS = 2
 """The places between which springs and dampers act by themselves."""
@@ -122,10 +123,10 @@ def _free_length(tendon: Tendon, at: sp.Expr, longest: sp.Expr, name: str, parts
     if low == high:
         return longest
     if not low and isinstance(tendon.length, Span):  # no way is shorter than 0
-        return sp.Min(longest, at)
+        return call(sp.Min, longest, at)
     unit = "m" if isinstance(tendon.length, Span) else None
     doc = f"shortest free length of the tendon {tendon.name}"
-    return sp.Max(parts.parameter(f"shortest_{name}", low, unit, doc), sp.Min(longest, at))
+    return call(sp.Max, parts.parameter(f"shortest_{name}", low, unit, doc), call(sp.Min, longest, at))
 
 
 def _close(closure: Closure, name: str, parts: Parts) -> None:

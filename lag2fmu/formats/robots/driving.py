@@ -18,6 +18,7 @@ from lag2fmu.formats.robots.parts import Parts
 from lag2fmu.formats.robots.tree import Activation, Actuator, Limits, Muscle, Robot, RobotJoint, Span, Turning, Wrench
 from lag2fmu.formats.robots.turning import angular_velocity, velocity
 from lag2fmu.formats.robots.writing import numbers
+from lag2fmu.language.rebuilding import call
 from lag2fmu.language.vocabulary import Choice, Smooth, symbol
 
 
@@ -109,7 +110,7 @@ def saturated(x: sp.Expr, limits: Limits | None, name: str, parts: Parts) -> sp.
     low, high = (
         parts.parameter(f"{what}_{name}", limit) for what, limit in zip(("least", "most"), limits, strict=True)
     )
-    return Smooth(sp.Max(low, sp.Min(high, x)))
+    return Smooth(call(sp.Max, low, call(sp.Min, high, x)))
 
 
 def _activated(actuator: Actuator, state: Activation, u: sp.Expr, parts: Parts) -> sp.Expr:

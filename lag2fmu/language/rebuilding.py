@@ -1,0 +1,36 @@
+"""Expressions built again, of any size: with other leaves, and as if their text were read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import islice
+
+import sympy as sp
+
+COMPARED = 40
+"""Nodes of an argument that SymPy may compare with another: of longer ones that takes seconds, of long ones minutes."""
+
+
+def call(function: Callable[..., sp.Expr], *arguments: sp.Expr) -> sp.Expr:
+    """``function`` of ``arguments``, without a search for the least or greatest of them where one is long.
+
+    SymPy's Min and Max compare their arguments as formulas, to leave out those that others make superfluous.
+    """
+    if function in (sp.Min, sp.Max) and any(_is_long(a) for a in arguments):
+        return function(*arguments, evaluate=False)
+    return function(*arguments)
+
+
+def _is_long(expression: sp.Expr) -> bool:
+    return next(islice(sp.preorder_traversal(expression), COMPARED, None), None) is not None
+
+
+def replaced(expression: sp.Expr, known: dict[sp.Expr, sp.Expr], *, again: bool = False) -> sp.Expr:
+    """``expression`` with parts replaced by those of ``known``, as ``xreplace`` does.
+
+    ``known`` keeps what is found. ``again``: what has no other parts is evaluated again, too; SymPy leaves abs(abs(x)).
+    """
+    if expression.args and expression not in known:
+        parts = tuple(replaced(a, known, again=again) for a in expression.args)
+        known[expression] = call(expression.func, *parts) if again or parts != expression.args else expression
+    return known.get(expression, expression)
