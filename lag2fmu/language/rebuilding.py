@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import islice
+from typing import Any
 
 import sympy as sp
 
@@ -25,12 +26,16 @@ def _is_long(expression: sp.Expr) -> bool:
     return next(islice(sp.preorder_traversal(expression), COMPARED, None), None) is not None
 
 
-def replaced(expression: sp.Expr, known: dict[sp.Expr, sp.Expr], *, again: bool = False) -> sp.Expr:
-    """``expression`` with parts replaced by those of ``known``, as ``xreplace`` does.
+def replaced(expression: sp.Expr, new: Mapping[Any, sp.Expr], *, again: bool = False) -> sp.Expr:
+    """``expression`` with parts replaced by those of ``new``, as ``xreplace`` does.
 
-    ``known`` keeps what is found. ``again``: what has no other parts is evaluated again, too; SymPy leaves abs(abs(x)).
+    ``again``: what has no other parts is evaluated again, too, for SymPy leaves abs(abs(x)) at times.
     """
+    return _replaced(expression, {**new}, again)
+
+
+def _replaced(expression: sp.Expr, known: dict[sp.Expr, sp.Expr], again: bool) -> sp.Expr:
     if expression.args and expression not in known:
-        parts = tuple(replaced(a, known, again=again) for a in expression.args)
+        parts = tuple(_replaced(a, known, again) for a in expression.args)
         known[expression] = call(expression.func, *parts) if again or parts != expression.args else expression
     return known.get(expression, expression)

@@ -68,7 +68,7 @@ def with_decimals(expression: Any, *, alike: bool = False) -> Any:
     found = {number: _decimal(number) for number in numbers}
     if alike and any(found[number] != number for number in numbers):
         found = {number: _decimal(number, len(_LONG)) for number in numbers - _exponents(expression)}
-    return expression.applyfunc(partial(replaced, known=found)) if expression.is_Matrix else replaced(expression, found)
+    return expression.applyfunc(partial(replaced, new=found)) if expression.is_Matrix else replaced(expression, found)
 
 
 def _exponents(expression: Any) -> set[sp.Rational]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import sympy as sp
 
@@ -20,6 +20,7 @@ from lag2fmu.description.parts import Damper, Load
 from lag2fmu.description.places import Body
 from lag2fmu.description.tables import Table
 from lag2fmu.language.definitions import calls, written_out
+from lag2fmu.language.rebuilding import replaced
 from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice, symbol
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.momenta import in_fixed_frame
@@ -90,7 +91,7 @@ class Composition:
         Long definitions become calls, see ``language.definitions``.
         """
         known = sp.S.Zero if expression is None else with_data(sp.sympify(expression), _tables(self.mechanism))
-        return known.xreplace(self._meaning)
+        return replaced(known, self._meaning)
 
     def rate(self, expression: sp.Expr) -> sp.Expr:
         """The total time derivative of a function of t, q, qd, further states and motion inputs, by the chain rule."""
@@ -114,6 +115,7 @@ class Composition:
             (moving if qd & term.free_symbols else resting).append(term)
         return sp.Add(*moving), -sp.Add(*resting)
 
+    @cached_property
     def jumps(self) -> tuple[tuple[str, str], ...]:
         """What in the forces jumps as the motion goes on, (call, margin) as texts; qdd jumps where the margin is 0."""
         moving = {*self.symbols.q, *self.symbols.qd}

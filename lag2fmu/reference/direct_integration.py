@@ -219,7 +219,7 @@ class HybridRuns:
 
 def remedy_of_jumps(mechanism: Mechanism) -> str:
     """A phrase that names the forces that jump during the motion, and the remedy; "" if there are none."""
-    jumps = composition_of(mechanism).jumps()
+    jumps = composition_of(mechanism).jumps
     if not jumps:
         return ""
     first, named = jumps[0][1], ", ".join(call for call, _ in jumps)

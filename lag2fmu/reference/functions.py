@@ -22,6 +22,7 @@ from sympy.utilities.iterables import numbered_symbols
 
 from lag2fmu.deadline import paced
 from lag2fmu.language.definitions import separated
+from lag2fmu.language.rebuilding import replaced
 from lag2fmu.language.vocabulary import NAME_OF, Choice, Smooth
 from lag2fmu.reference.tables import Tabulated, number_of, tabulated
 
@@ -226,7 +227,7 @@ def _compiled(
     arguments: tuple[sp.Symbol, ...], expressions: tuple[sp.Expr, ...]
 ) -> Callable[[Array, Sequence[float]], Array]:
     renamed = {old: sp.Symbol(f"a{i}", real=True) for i, old in enumerate(arguments)}
-    outputs = [expression.xreplace(renamed) for expression in expressions]
+    outputs = [replaced(expression, renamed) for expression in expressions]
     function = sp.lambdify(
         list(renamed.values()), outputs, modules=[NUMERIC], printer=NumericPrinter({"order": "none"}), cse=shared
     )

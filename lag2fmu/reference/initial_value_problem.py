@@ -57,7 +57,7 @@ class InitialValueProblem:
         self.last = float(times[0]), start
         self._compiled = CompiledLater(equations.energies, equations.scale, small=equations.small)
         self.progress: Callable[[float], None] | None = None
-        self.jumps = equations.energies.composition.jumps()
+        self.jumps = equations.energies.composition.jumps
         self.most: float = MAX_WITH_JUMPS if self.jumps else MAX_EVALUATIONS
         self.share = 0.0  # the share of the work done before the present run; each run is half of all work
         self.reached = float(times[0])  # s, the greatest time that a method reached before it took too many evaluations

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from lag2fmu.building.build_cache import kept
 from lag2fmu.building.process import run, zig, zig_version
 from lag2fmu.errors import BuildError
+from lag2fmu.language.rebuilding import replaced
 from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.constraints import constraint_expressions
@@ -257,7 +258,7 @@ def _function(name: str, kind: str, expressions: Sequence[sp.Expr], names: dict[
 def _written(expressions: Sequence[sp.Expr], names: dict[sp.Symbol, sp.Symbol]) -> tuple[list[str], list[str]]:
     """Lines of common subexpressions, and the texts of ``expressions``, in C."""
     printer = _CPrinter({"order": "none"})
-    common, left = shared([x.xreplace(names) for x in expressions])
+    common, left = shared([replaced(x, names) for x in expressions])
     return [f"const Z {name} = {printer.doprint(x)};" for name, x in common], [printer.doprint(x) for x in left]
 
 

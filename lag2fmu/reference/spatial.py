@@ -18,6 +18,7 @@ import sympy as sp
 from lag2fmu.description.outputs import ACCELERATIONS
 from lag2fmu.description.parts import Damper, Load, Spring
 from lag2fmu.description.places import WORLD, Body
+from lag2fmu.language.rebuilding import replaced
 from lag2fmu.language.vocabulary import TIME
 from lag2fmu.reference.composition import Composition
 from lag2fmu.reference.frames import (
@@ -153,7 +154,7 @@ class Spatial:
         found = self.efforts([sp.sympify(rate) for rate in self.rates(values, sp.sqrt)])
         names = [sp.Dummy(real=True) for _ in found]  # an effort may depend on velocities, but is not differentiated
         power, known = sp.sympify(self.power(values, names, sp.sqrt)), dict(zip(names, found, strict=True))
-        return [power.diff(v).xreplace(known) for v in self._composition.symbols.qd]
+        return [replaced(power.diff(v), known) for v in self._composition.symbols.qd]
 
     def rates(self, values: Array, root: Callable[[Any], Any]) -> list[Any]:
         """The rates (m/s) at which the dampers with a force grow longer; ``values`` are those of ``terms``."""

@@ -9,6 +9,7 @@ import sympy as sp
 from numpy.typing import ArrayLike
 
 from lag2fmu.errors import DerivationError, SimulationError
+from lag2fmu.language.rebuilding import replaced
 from lag2fmu.language.vocabulary import TIME
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.energies import EnergyFunctions
@@ -85,5 +86,10 @@ def lagrange_equations(energies: EnergyFunctions) -> tuple[sp.Matrix, sp.Matrix]
         Q + load + lagrangian.diff(q) - dissipation.diff(v) - plain(p)
         for Q, load, q, v, p in zip(c.forces, loads, s.q, s.qd, momenta, strict=True)
     ]
-    # SymPy leaves d|x|/dx undone
-    return sp.Matrix([[p.diff(v) for v in s.qd] for p in momenta]).doit(), sp.Matrix(forcing).doit()
+    mass = sp.Matrix([[p.diff(v) for v in s.qd] for p in momenta])
+    return mass.applyfunc(_done), sp.Matrix(forcing).applyfunc(_done)
+
+
+def _done(expression: sp.Expr) -> sp.Expr:
+    """``expression`` with the derivatives that SymPy leaves undone, as d|x|/dx."""
+    return replaced(expression, {x: x.doit() for x in expression.atoms(sp.Derivative)})
