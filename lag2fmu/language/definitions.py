@@ -66,13 +66,13 @@ class Defined(Own):
             cls._partial[k] = derivative if simple else define(cls.definition, derivative, (*cls.by, cls.parameters[k]))
         return cls._partial[k]
 
-    def value(self, values: Mapping[str, float]) -> float:
+    def value(self, values: Mapping[str, float], known: dict[int, float]) -> float:
         """The value of the call at ``values`` {symbol: SI value}; each definition is evaluated once."""
         steps, (last,) = separated([self])
-        known = dict(values)
+        given = dict(values)
         for name, meaning in steps:
-            known[name.name] = value_of(meaning, known)
-        return value_of(last, known)
+            given[name.name] = value_of(meaning, given)
+        return value_of(last, given)
 
     def _sympystr(self, printer: StrPrinter) -> str:
         """The name of the definition, or its derivative as a fraction."""

@@ -236,9 +236,8 @@ class _Parser:
         if not least <= len(arguments) <= most:
             wanted = str(least) if least == most else f"{least} or more" if most == math.inf else f"{least} to {most}"
             raise self.fail(f"{name} takes {wanted} argument(s), got {len(arguments)}, before the text")
-        width = sum(len(a.args) if a.func == constructor else 1 for a in arguments)
-        if width > MAX_ARGUMENTS:
-            raise self.fail(f"{name} of {width} arguments; at most {MAX_ARGUMENTS} are read")
+        if len(arguments) > MAX_ARGUMENTS:
+            raise self.fail(f"{name} of {len(arguments)} arguments; at most {MAX_ARGUMENTS} are read")
         return self.checked(call(constructor, *arguments))
 
     def function(self, name: str, column: int) -> tuple[int, float, Callable[..., sp.Expr]]:

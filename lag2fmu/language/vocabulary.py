@@ -31,9 +31,9 @@ class Own(sp.Function):  # type: ignore[misc]
     def _tex(self, printer: LatexPrinter) -> str:
         raise NotImplementedError
 
-    def value(self, values: Mapping[str, float]) -> float:
-        """Its value, ``values`` being those of its symbols; raises KeyError for what has none by itself."""
-        return _FLOAT[self.func](*(value_of(a, values) for a in self.args))
+    def value(self, values: Mapping[str, float], known: dict[int, float]) -> float:
+        """Its value, as ``value_of`` finds it; raises KeyError for what has none by itself."""
+        return _of_parts(self, values, known)
 
 
 class Choice(Own):
@@ -63,9 +63,9 @@ class Choice(Own):
         """Whether it is 1 or 0 always, as a comparison, and as what ``and`` and ``or`` are made of."""
         return all(x in (0, 1) or (isinstance(x, Choice) and x.is_condition) for x in self.args[1:])
 
-    def value(self, values: Mapping[str, float]) -> float:
+    def value(self, values: Mapping[str, float], known: dict[int, float]) -> float:
         """The value of the chosen one; the other may be undefined."""
-        return value_of(self.args[1 if value_of(self.args[0], values) > 0 else 2], values)
+        return value_of(self.args[1 if value_of(self.args[0], values, known) > 0 else 2], values, known)
 
     def _sympystr(self, printer: StrPrinter) -> str:
         """The text that reads back to it, see ``parser``."""
@@ -265,13 +265,16 @@ def value_of(
         return int(number.p) / int(number.q)
     if number.is_Symbol:
         return values[number.name]
-    if isinstance(number, Own):
-        return number.value(values)
-    if not number.args:
+    is_own = isinstance(number, Own)
+    if not is_own and not number.args:
         return float(number)
     if id(number) not in known:
-        known[id(number)] = _FLOAT[number.func](*(value_of(a, values, known) for a in number.args))
+        known[id(number)] = number.value(values, known) if is_own else _of_parts(number, values, known)
     return known[id(number)]
+
+
+def _of_parts(call: sp.Expr, values: Mapping[str, float], known: dict[int, float]) -> float:
+    return _FLOAT[call.func](*(value_of(a, values, known) for a in call.args))
 
 
 def _refuse_foreign(expression: sp.Expr, where: str) -> None:

@@ -235,7 +235,7 @@ def test_a_name_is_resolved_or_unknown() -> None:
         ("(-8)**(1/3)", "not real"),
         ("exp(" * 50 + "1" + ")" * 50, "too large"),
         ("log(cos(" * 25 + "1" + "))" * 25, "nested too deeply"),
-        ("min(" * 50 + "x" + "".join(f",y{i})" for i in range(50)), "min of 17 arguments"),
+        ("min(x" + "".join(f",y{i}" for i in range(16)) + ")", "min of 17 arguments"),
     ],
 )
 def test_hostile_texts_are_refused_at_once(text: str, message: str) -> None:
@@ -272,6 +272,7 @@ def test_formulas_of_any_size_are_not_compared_for_the_largest(monkeypatch: pyte
     """SymPy compares arguments as formulas, which takes minutes for lengths along places of a robot."""
     long, short = "+".join(f"sin({k}*x)*cos({k}*y)" for k in range(1, 30)), parse("max(x, x + 1)")
     assert short == x + 1
+    assert isinstance(parse("min(" * 50 + "x" + "".join(f",y{i})" for i in range(50))), sp.Min)
     monkeypatch.setattr(MinMaxBase, "_is_connected", lambda *_: pytest.fail("compared"))
     found = parse(f"max(x, {long})")
     assert isinstance(found, sp.Max)
