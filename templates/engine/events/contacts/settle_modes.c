@@ -63,7 +63,8 @@ void settling_close(Settling *settling, int contact) {
 /* A contact that has come to bear nothing opens. Its gap grows with a high power of the time at first, or not at all,
    as that of a ball which rolls along a wall: slower than what a projection leaves of a gap, and than the errors of an
    importer's solver, which starts anew here. Its event function begins so far above 0. So does that of a contact which
-   rises no higher than the importer's errors. */
+   rises no higher than the importer's errors. One that an impact lifts needs no more than what it begins below 0: what
+   it fell beyond that would make each of its accumulating impacts as fast as the one before. */
 static void lift_off(Settling *settling, int contact) {
     State *state = &settling->instance->state;
     const bool imported = !settling->instance->policy->integrate;
@@ -72,6 +73,8 @@ static void lift_off(Settling *settling, int contact) {
     const bool slowly = contact_closed(state, contact) && !lifted;
     if (slowly || (imported && state->cascading[contact] == CASCADE_RISES)) {
         *rest = fmax(*rest, (imported ? solver_tolerance(state) : AT_REST) * row_size(&settling->rows, contact));
+    } else if (lifted && !imported) {
+        *rest = fmin(*rest, fmax(-settling->rows.positions[contact], 0.0));
     }
     contact_open(state, contact);
 }
