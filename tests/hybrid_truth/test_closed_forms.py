@@ -9,6 +9,7 @@ from late_hosts import EULER, RK4, fixed_steps
 from machines import mechanism
 
 import lag2fmu
+from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Body, Contact, Energy, Mechanism, coordinate
 
 pytestmark = pytest.mark.fmu
@@ -119,6 +120,57 @@ def test_impacts_on_a_block_that_rests_accumulate(options: dict, exported) -> No
     assert run["top_impacts"][-1] == run["floor_impacts"][-1]
     assert run["top_gap"][-1] == pytest.approx(0.0, abs=1e-15)
     assert run["top_mode"][-1] == 3
+
+
+SHARED = """
+[mechanism]
+name = "shared"
+[parameters]
+F = { value = 0.0 }
+X = { value = 0.0 }
+Y = { value = 0.0 }
+[coordinates]
+u = {}
+x = {}
+y = {}
+z = {}
+[energy]
+kinetic = "(u_dot**2 + x_dot**2 + y_dot**2 + z_dot**2)/2"
+potential = "10*z"
+[forces]
+u = "F"
+x = "X"
+y = "Y"
+[contacts]
+table = { gap = "z", slip = ["x_dot", "y_dot"], friction = 0.5 }
+[frictions]
+guide = { on = "u_dot", force = 6 }
+seal = { on = "u_dot", force = 5 }
+brush = { on = "u_dot", force = 1 }
+along = { on = "x_dot", force = 2 }
+across = { on = "y_dot", force = 1 }
+"""
+
+
+@pytest.mark.parametrize(("slider", "block"), [(0.04, 0.01), (0.01, 0.04)])
+def test_each_group_of_shared_loads_has_its_own_margin(slider: float, block: float, exported) -> None:
+    """Three frictions of a slider share F, a table and two guides what pushes a block: 12 - F = 3 t, |T| = 5 - t.
+
+    The greatest least margins: those of the other group were the ones of any loads, and jumped from time to time.
+    """
+    table = np.array([0.6, 0.8]) * (5 - block)
+    pushes = dict(zip("XY", [table[0] + 2 - block, table[1] + 1 - block], strict=True))
+    fmu = exported(read(SHARED, "shared.toml"))
+    _, indicators = fixed_steps(fmu.path, {"F": 12 - 3 * slider, **pushes}, [], 0.1, 0.1, EULER)
+    assert indicators[:, 1:] == pytest.approx(np.tile([block, *3 * [slider], block, block], (2, 1)), abs=1e-7)
+
+
+@pytest.mark.parametrize(("load", "shares"), [(2.7, (0.9, 0.9, 0.9)), (9.0, (4, 4, 1)), (11.4, (5.4, 5, 1))])
+def test_shared_loads_are_those_of_least_norm(load: float, shares: tuple[float, ...], exported) -> None:
+    """Equal forces of 6, 5 and 1 N at most, less where one of them bears no more."""
+    names = [f"{name}_force" for name in ("guide", "seal", "brush")]
+    rows, _ = fixed_steps(exported(read(SHARED, "shared.toml")).path, {"F": load}, names, 0.1, 0.1, EULER)
+    assert -rows == pytest.approx(np.tile(shares, (2, 1)), abs=1e-6)
 
 
 @pytest.mark.slow
