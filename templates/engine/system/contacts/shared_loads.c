@@ -278,8 +278,8 @@ static void hold_part(Shares *p, const Margin *margin, const double part[]) {
     arena_release(mark);
 }
 
-/* Holds the margins that bar the level from rising, by their forces[3 * count] at the end of the program: beside that
-   end there is another one only along the edges of their cones. */
+/* Holds the margins that bar the level from rising, by their forces[3 * count] at the end of the program. Where it is
+   not the tip of their cones, there may be others along the edge. */
 static void hold_margins(Shares *p, Margin margin[], int count, double level, const double forces[]) {
     double greatest = 0.0;
     for (int c = 0; c < count; c++) {
@@ -290,13 +290,12 @@ static void hold_margins(Shares *p, Margin margin[], int count, double level, co
         if (margin[c].held || z[0] <= NO_MATTER * greatest) {
             continue;
         }
-        const double force[3] = {1.0, z[1] / z[0], z[2] / z[0]}, edge[3] = {1.0, -force[1], -force[2]};
-        const double across[3] = {0.0, -force[2], force[1]};
+        const bool tip = vector_length(z + 1, 2) < (1.0 - NO_MATTER) * z[0];
+        const double force[3] = {1.0, z[1] / z[0], z[2] / z[0]}, last[3] = {0.0, 0.0, tip ? 1.0 : 0.0};
+        const double across[3] = {0.0, tip ? 1.0 : -force[2], tip ? 0.0 : force[1]};
         hold_part(p, &margin[c], force);
         hold_part(p, &margin[c], across);
-        if (vector_length(force + 1, 2) < 1.0 - NO_MATTER) { /* it ends at the tip of the cone */
-            hold_part(p, &margin[c], edge);
-        }
+        hold_part(p, &margin[c], last);
         margin[c].factor[1] = margin[c].factor[2] = 0.0;
         margin[c].offset -= level;
         margin[c].held = true;
