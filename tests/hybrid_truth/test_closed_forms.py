@@ -122,6 +122,34 @@ def test_impacts_on_a_block_that_rests_accumulate(options: dict, exported) -> No
     assert run["top_mode"][-1] == 3
 
 
+SLOW = """
+[mechanism]
+name = "slow"
+[parameters]
+g = { value = 9.81e-12 }
+[coordinates]
+y = { start = 0.1 }
+[energy]
+kinetic = "y_dot**2/2"
+potential = "g*y"
+[forces]
+y = "g*t/2e6"
+[contacts]
+floor = { gap = "y", restitution = 0.5 }
+[experiment]
+stop_time = 2.1e6
+step = 1e3
+"""
+
+
+def test_the_time_that_accumulating_impacts_leave_is_no_rounding_of_a_force(exported) -> None:
+    """A ball that came to rest rises from 2e6 s on: y = g t^3/12 in units of 1e6 s. It was held down by 0.02 g."""
+    run = lag2fmu.simulate(exported(read(SLOW, "slow.toml")), outputs=["y", "floor_force", "floor_impacts"])
+    assert run["floor_impacts"][-1] > 5
+    assert run["floor_force"].min() == 0
+    assert run["y"][-1] == pytest.approx(G * 0.1**3 / 12, rel=1e-9)
+
+
 SHARED = """
 [mechanism]
 name = "shared"
