@@ -436,6 +436,33 @@ def test_a_contact_opens_with_the_friction_beside_it_where_their_event_is_locate
     assert outcome.modes == (Mode.OPEN, Mode.FORWARD)
 
 
+BREAKING = """
+[mechanism]
+name = "breaking"
+[coordinates]
+low = {}
+high = {}
+[energy]
+kinetic = "(1.926*low_dot**2 + 1.768*high_dot**2)/2"
+[forces]
+low = 2.448
+high = -6.674
+[frictions]
+guide = { on = "low_dot", force = 0.767, static = 0.843 }
+plate = { on = "high_dot - low_dot", force = 4.384, static = 5.029 }
+"""
+
+
+def test_errors_of_a_start_leave_what_rests_at_rest() -> None:
+    """The plate would hold 5.02 N, and holds 5.06 N of it as long as the guide bears its static friction: it slips.
+
+    A start that slips along the guide by errors alone has another motion: both blocks go on together.
+    """
+    reference = integrate(read(BREAKING, "breaking.toml"), np.linspace(0.0, 0.5, 51), rtol=1e-9)
+    assert reference.trajectory["high_dot"][-1] < reference.trajectory["low_dot"][-1]
+    assert reference.growth.max() < 10
+
+
 def test_what_a_closed_gap_has_drifted_is_no_impact() -> None:
     """A ball leaves the floor as soon as this falls faster than by gravity: 20 cos(t) = -g."""
     y, t = coordinate("y", "m"), sp.Symbol("t", real=True)
