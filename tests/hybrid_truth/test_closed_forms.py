@@ -9,6 +9,7 @@ from late_hosts import EULER, RK4, fixed_steps
 from machines import mechanism
 
 import lag2fmu
+from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Body, Contact, Energy, Mechanism, coordinate
 
 pytestmark = pytest.mark.fmu
@@ -119,6 +120,91 @@ def test_impacts_on_a_block_that_rests_accumulate(options: dict, exported) -> No
     assert run["top_impacts"][-1] == run["floor_impacts"][-1]
     assert run["top_gap"][-1] == pytest.approx(0.0, abs=1e-15)
     assert run["top_mode"][-1] == 3
+
+
+SLOW = """
+[mechanism]
+name = "slow"
+[parameters]
+g = { value = 9.81e-12 }
+[coordinates]
+y = { start = 0.1 }
+[energy]
+kinetic = "y_dot**2/2"
+potential = "g*y"
+[forces]
+y = "g*t/2e6"
+[contacts]
+floor = { gap = "y", restitution = 0.5 }
+[experiment]
+stop_time = 2.1e6
+step = 1e3
+"""
+
+
+def test_the_time_that_accumulating_impacts_leave_is_no_rounding_of_a_force(exported) -> None:
+    """A ball that came to rest rises from 2e6 s on: y = g t^3/12 in units of 1e6 s. It was held down by 0.02 g."""
+    run = lag2fmu.simulate(exported(read(SLOW, "slow.toml")), outputs=["y", "floor_force", "floor_impacts"])
+    assert run["floor_impacts"][-1] > 5
+    assert run["floor_force"].min() == 0
+    assert run["y"][-1] == pytest.approx(G * 0.1**3 / 12, rel=1e-9)
+
+
+SHARED = """
+[mechanism]
+name = "shared"
+[parameters]
+F = { value = 0.0 }
+B = { value = 1.0 }
+X = { value = 0.0 }
+Y = { value = 0.0 }
+[coordinates]
+u = {}
+x = {}
+y = {}
+z = {}
+[energy]
+kinetic = "(u_dot**2 + x_dot**2 + y_dot**2 + z_dot**2)/2"
+potential = "10*z"
+[forces]
+u = "F"
+x = "X"
+y = "Y"
+[contacts]
+table = { gap = "z", slip = ["x_dot", "y_dot"], friction = 0.5 }
+[frictions]
+guide = { on = "u_dot", force = 6 }
+seal = { on = "u_dot", force = 5 }
+brush = { on = "u_dot", force = "B" }
+along = { on = "x_dot", force = 2 }
+across = { on = "y_dot", force = 1 }
+"""
+
+
+@pytest.mark.parametrize(
+    ("load", "brush", "slider", "block"),
+    [(11.88, 1.0, 3 * [0.04], 0.01), (11.97, 1.0, 3 * [0.01], 0.04), (0.0, 0.02, [0.12, 0.12, 0.02], 0.05)],
+)
+def test_each_group_of_shared_loads_has_its_own_margin(
+    load: float, brush: float, slider: list[float], block: float, exported
+) -> None:
+    """Three frictions of a slider share F, a table and two guides what pushes a block: 12 - F = 3 t, |T| = 5 - t.
+
+    The greatest least margins: those of the other group were the ones of any loads, and jumped from time to time. Where
+    they exceed the least one by 1 % of the weight, 10 N, no more is told.
+    """
+    table = np.array([0.6, 0.8]) * (5 - block)
+    values = {"F": load, "B": brush, "X": table[0] + 2 - block, "Y": table[1] + 1 - block}
+    _, indicators = fixed_steps(exported(read(SHARED, "shared.toml")).path, values, [], 0.1, 0.1, EULER)
+    assert indicators[:, 1:] == pytest.approx(np.tile([block, *slider, block, block], (2, 1)), abs=1e-7)
+
+
+@pytest.mark.parametrize(("load", "shares"), [(2.7, (0.9, 0.9, 0.9)), (9.0, (4, 4, 1)), (11.4, (5.4, 5, 1))])
+def test_shared_loads_are_those_of_least_norm(load: float, shares: tuple[float, ...], exported) -> None:
+    """Equal forces of 6, 5 and 1 N at most, less where one of them bears no more."""
+    names = [f"{name}_force" for name in ("guide", "seal", "brush")]
+    rows, _ = fixed_steps(exported(read(SHARED, "shared.toml")).path, {"F": load}, names, 0.1, 0.1, EULER)
+    assert -rows == pytest.approx(np.tile(shares, (2, 1)), abs=1e-6)
 
 
 @pytest.mark.slow

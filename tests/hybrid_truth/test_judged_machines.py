@@ -49,9 +49,9 @@ def _broken(family: str, fmu: Fmu, seed: int) -> Iterator[str]:
             yield f"{family} {seed}: {item.law}: {item.value:g} {item.unit}, bar {item.bar:g}, {item.where}"
 
 
-@pytest.mark.parametrize("family", [family for family in FAMILIES if family != "row"])
+@pytest.mark.parametrize("family", FAMILIES)
 def test_no_law_is_broken_beside_events(family: str, exported) -> None:
-    """Every other one of a hundred machines but for blocks in a row, whose shared loads still end some such runs.
+    """Every other one of a hundred machines.
 
     They take turns; test_random_machines.py has most of them.
     """

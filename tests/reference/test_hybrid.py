@@ -18,6 +18,7 @@ from lag2fmu.reference.hybrid.impacts import all_outcomes
 from lag2fmu.reference.hybrid.laws import PLANES, Item
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.run import HybridRun, Track, started
+from lag2fmu.reference.hybrid.search import decided
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.signals import signals_of
 from tests.reference import hybrid_mechanisms as known
@@ -425,6 +426,41 @@ def test_outcomes_of_an_impact_slide_in_space() -> None:
     (outcome,) = all_outcomes(np.eye(3), np.array([-1.0, 0.5, 0.0]), [contact], 1.0)
     assert outcome.forces == pytest.approx([1.0, -0.3, 0.0])
     assert outcome.modes == (Mode.SLIDES,)
+
+
+def test_a_contact_opens_with_the_friction_beside_it_where_their_event_is_located_early() -> None:
+    """A pull of 1 N but for 1e-8 N at a mass of 1 kg: neither opening nor staying met the laws."""
+    items = [Item((Mode.OPEN, Mode.SLIDES), 0), Item((Mode.FORWARD, Mode.BACKWARD), None, (1,), 1.0, 1.0)]
+    outcome = decided(np.ones((2, 2)), np.full(2, 1 - 1e-8), items, 1.0, [Mode.OPEN, None])
+    assert outcome is not None
+    assert outcome.modes == (Mode.OPEN, Mode.FORWARD)
+
+
+BREAKING = """
+[mechanism]
+name = "breaking"
+[coordinates]
+low = {}
+high = {}
+[energy]
+kinetic = "(1.926*low_dot**2 + 1.768*high_dot**2)/2"
+[forces]
+low = 2.448
+high = -6.674
+[frictions]
+guide = { on = "low_dot", force = 0.767, static = 0.843 }
+plate = { on = "high_dot - low_dot", force = 4.384, static = 5.029 }
+"""
+
+
+def test_errors_of_a_start_leave_what_rests_at_rest() -> None:
+    """The plate would hold 5.02 N, and holds 5.06 N of it as long as the guide bears its static friction: it slips.
+
+    A start that slips along the guide by errors alone has another motion: both blocks go on together.
+    """
+    reference = integrate(read(BREAKING, "breaking.toml"), np.linspace(0.0, 0.5, 51), rtol=1e-9)
+    assert reference.trajectory["high_dot"][-1] < reference.trajectory["low_dot"][-1]
+    assert reference.growth.max() < 10
 
 
 def test_what_a_closed_gap_has_drifted_is_no_impact() -> None:

@@ -136,6 +136,13 @@ FAULTS = (
         "    move(settling, result->impulses);",
         "    move(settling, result->impulses), move(settling, result->impulses);",
     ),
+    Fault(
+        "shared loads are shown beyond their limits",
+        "row",
+        "shared_loads.c",
+        "bool obey = least_margin(p, margin, count) < 0.0 && may_share(p);",
+        "bool obey = least_margin(p, margin, count) < -HUGE_VAL && may_share(p);",
+    ),
 )
 
 _SETTLE, _COEFFICIENTS = "step_modes.c", "step_impulses.c"

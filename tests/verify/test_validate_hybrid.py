@@ -209,6 +209,29 @@ def test_another_acceleration_than_the_modes_ask_for_is_seen(sliding: tuple[Task
     assert "accelerations and forces of the run" in failed(task, reference, x_ddot=x)
 
 
+HELD = """
+[mechanism]
+name = "held"
+[coordinates]
+x = {}
+[energy]
+kinetic = "x_dot**2/2"
+[forces]
+x = "3*sin(t)"
+[frictions]
+guide = { on = "x_dot", force = 3 }
+seal = { on = "x_dot", force = 2 }
+"""
+
+
+def test_frictions_along_one_slip_are_judged_by_their_sum() -> None:
+    """How they share what holds the block is not determined; their sum is."""
+    task, reference = compared(read(HELD, "held.toml"), 1.0)
+    guide, seal = (reference.trajectory[f"{name}_force"] for name in ("guide", "seal"))
+    assert failed(task, reference, guide_force=guide + 0.1, seal_force=seal - 0.1) == set()
+    assert "accelerations and forces of the run" in failed(task, reference, guide_force=guide + 1e-6)
+
+
 @pytest.mark.fmu
 def test_time_stepping_is_judged_by_its_order(exported) -> None:
     """What is up to a step late is no fault, and the error at the FMU's own step is told."""

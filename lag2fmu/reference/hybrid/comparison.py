@@ -7,12 +7,13 @@ times of one impact in two runs the velocities differ by the whole rebound, whic
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.reference.hybrid.modes import Event, Mode, Modes
+from lag2fmu.reference.hybrid.measures import rest_speeds
+from lag2fmu.reference.hybrid.modes import Event, Mode, Modes, closed_contacts
 from lag2fmu.reference.hybrid.run import HybridRun, Track
 from lag2fmu.reference.state import Floats
 
@@ -43,18 +44,26 @@ class HybridResult:
 def perturbed(run: HybridRun, start: Floats, scales: Floats, modes: Modes) -> Floats:
     """The ``start`` moved by 1e-8 of the ``scales`` (s,), along a direction without symmetry.
 
-    Contacts that are closed at the start stay closed.
+    Contacts that are closed at the start stay closed, and what rests begins to slip from rest: by its static friction.
     """
     n, system = run.n, run.system
     direction = np.cos(np.arange(1, run.size + 1))
     moved = start + PERTURBATION * scales * direction / np.abs(direction).max()
     t = float(run.times[0])
     system.elements.set_sides(modes.sides)
-    gaps = system.elements.rows(run.state(t, start)).gaps
-    touching = tuple(Mode.SLIDES if gap <= 1e-9 else Mode.OPEN for gap in gaps)
+    point, slips = system.point(run.state(t, start)), system.elements.slip_rows
+    touching = tuple(Mode.SLIDES if gap <= 1e-9 else Mode.OPEN for gap in point.rows.gaps)
     still = Modes(touching, tuple(Mode.FORWARD for _ in modes.frictions), modes.held, modes.sides, {}, modes.offsets)
     onto = system.projected(run.state(t, moved), still).q
-    both = system.projected(run.state(t, np.concatenate([onto, moved[n:]])), modes)
+    rests, e = np.abs(point.rows.velocities) <= rest_speeds(point), system.elements
+    closed = {i for i in closed_contacts(modes) if len(slips[i]) and rests[slips[i]].all()}
+    held = rests[e.friction_rows]
+    resting = replace(
+        modes,
+        contacts=tuple(Mode.STICKS if i in closed else mode for i, mode in enumerate(modes.contacts)),
+        frictions=tuple(Mode.STICKS if rest else mode for rest, mode in zip(held, modes.frictions, strict=True)),
+    )
+    both = system.projected(run.state(t, np.concatenate([onto, moved[n:]])), resting)
     return np.concatenate([onto, both.qd, moved[2 * n :]])
 
 

@@ -148,12 +148,13 @@ def _held(D: Floats, items: Sequence[Item], modes: Sequence[Mode], row: int) -> 
 def _limits(
     D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode], scale: Floats, late: float
 ) -> Iterator[Limit]:
-    """The inequalities of the laws, for loads r/``scale`` (k,); what cannot stick may turn back by ``late``."""
+    """The inequalities of the laws, for loads r/``scale`` (k,); what gives way may turn back by ``late``."""
     unit, none = np.eye(len(c)), np.zeros((0, len(c)))
     for item, mode in zip(items, modes, strict=True):
         n, slips = item.normal, list(item.slips)
         if n is not None:
-            opens = scale[n] * (c[n] + item.shift), scale[n] * D[n] * scale, none
+            back = late if item.options[0] is Mode.OPEN else 0.0
+            opens = back + scale[n] * (c[n] + item.shift), scale[n] * D[n] * scale, none
             yield opens if mode is Mode.OPEN else (0.0, unit[n], none)
         if mode is Mode.STICKS:
             tangents, static = scale[slips, None] / scale[slips[0]] * unit[slips], item.static / scale[slips[0]]

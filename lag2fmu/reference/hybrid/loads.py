@@ -1,4 +1,4 @@
-"""How redundant contacts that stay at rest share their load: with the least norm among the ways that obey the laws."""
+"""How redundant contacts that stay at rest may share their load."""
 
 from __future__ import annotations
 
@@ -37,22 +37,25 @@ class _Sharing:
         return replace(answer, multipliers=found[:m], forces=forces)
 
 
-def shared(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
-    """The ``answer`` at ``point`` with forces of least norm that obey the laws in these ``modes``.
+def as_shown(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer, forces: Floats) -> Answer:
+    """The ``answer`` at ``point`` with those loads among all with the same motion that are nearest to ``forces`` (k,).
 
-    The norm is that of forces by which each row by itself gives the same motion. The answer stays as it is where no
-    forces obey, and where a contact slides whose friction another sharing would change.
+    What the motion tells of them is their sum J^T r, not how rows that depend on one another share it. The answer stays
+    as it is where loads are unique, and where a contact slides whose friction another sharing would change.
     """
     sharing = _sharing(system, point, modes, answer)
-    found = None if sharing is None else nearest(sharing.least, sharing.free, sharing.limits)
-    return answer if sharing is None or found is None else sharing.told(answer, found)
+    if sharing is None:
+        return answer
+    m = len(answer.multipliers)
+    apart = forces[sharing.bound] / sharing.size[m:] - sharing.least[m:]
+    return sharing.told(answer, sharing.least + sharing.free @ np.linalg.lstsq(sharing.free[m:], apart, rcond=None)[0])
 
 
 def centred(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
     """The ``answer`` at ``point`` with those forces among all with the same motion that are farthest from all limits.
 
     Where they come to a limit, no forces obey the laws in these ``modes``. The answer stays as it is where its forces
-    are within the limits, and where ``shared`` would let it be.
+    are within the limits, and where ``as_shown`` would let it be.
     """
     sharing = _sharing(system, point, modes, answer)
     if sharing is None or all(margin(limit, sharing.least) > 0 for limit in sharing.limits):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lag2fmu.mechanism.record import Mechanism
-from lag2fmu.reference.hybrid.loads import shared
+from lag2fmu.reference.hybrid.loads import as_shown
 from lag2fmu.reference.hybrid.measures import pace, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Mode, Modes
 from lag2fmu.reference.hybrid.records import MotionPoint
@@ -54,8 +54,8 @@ class Points:
         """qdd (n,) and forces along all rows (k,), in SI units, in the ``modes`` of contacts and frictions.
 
         A slip in space that errors of a run with this relative ``tolerance`` may turn has the direction of the friction
-        in the forces ``shown`` (k,). None if there is no friction, or
-        the state does not tell whether a latch holds.
+        in the forces ``shown`` (k,), and loads that the motion does not determine are those nearest to them. None if
+        there is no friction, or the state does not tell whether a latch holds.
         """
         state = self.system.energies.state(t, q, qd, inputs)
         contacts, frictions = (tuple(map(Mode, part)) for part in modes)
@@ -68,7 +68,7 @@ class Points:
             return None
         offsets = (0.0,) * len(held)
         found = Modes(contacts, frictions, held, sides, directions, offsets, steadied)
-        answer = shared(self.system, point, found, self.system.answer(point, found))
+        answer = as_shown(self.system, point, found, self.system.answer(point, found), shown)
         return answer.qdd, answer.forces
 
     def _sides(self, state: StateBatch) -> tuple[tuple[int, ...], tuple[bool, ...], bool]:

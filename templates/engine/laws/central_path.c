@@ -324,6 +324,9 @@ bool central_path(const ConeProgram *program, PathOptions options, double y[]) {
         if (rest < best) {
             best = rest;
             memcpy(y, path.y, bytes);
+            if (program->forces != NULL) {
+                memcpy(program->forces, path.z, 3 * (size_t)program->cones * sizeof(double));
+            }
         }
         if (!(rest < HUGE_VAL) || size > MOST_PATH_GROWTH || best <= SOLVED || !path_step(&path, gap)) {
             break;

@@ -20,6 +20,7 @@ typedef struct {
     double *offset;   /* [size] */
     Sparse map;       /* [3 * cones * size] */
     double *shift;    /* [3 * cones] */
+    double *forces;   /* NULL, or room for the multipliers z, which are 0 but at the limits of the cones [3 * cones] */
     const int *first; /* NULL, or the first entry that y[i] meets in the matrix or in a cone [size] */
 } ConeProgram;
 

@@ -64,12 +64,15 @@ static bool at_top(const Settling *settling, int contact) {
            (settling_due(settling, 2 * contact + 1) || state->time >= state->top_time[contact]);
 }
 
-/* Ends cascades whose time is over, or whose contact bears nothing or comes down before the top. */
+/* Ends cascades whose time is over, or whose contact bears nothing or comes down before the top. What was left of the
+   time is no rounding of the force, the event function of a contact that rests. */
 static void end_cascades(Settling *settling) {
     State *state = &settling->instance->state;
     for (int i = 0; i < N_UNILATERALS; i++) {
         const bool over = state->cascading[i] == CASCADE_RESTS && state->time >= state->rest_time[i];
         if (state->cascading[i] && (settling_due(settling, 2 * i) || over) && !at_top(settling, i)) {
+            double *rest = &state->event_rests[N_SWITCHES + 2 * i];
+            *rest = state->cascading[i] == CASCADE_RESTS ? 0.0 : *rest;
             state->cascading[i] = CASCADE_NONE;
         }
     }

@@ -12,15 +12,16 @@
 
 enum { MOST_MARGINS = SIZE_UNILATERALS + SIZE_FRICTIONS };
 
-/* Margins of this part of the greatest load are no matter of sharing. */
+/* Margins of this part of the greatest load are no matter of sharing. What bars them has more than this part of the
+   greatest force that does. */
 static const double NO_MATTER = 0.01;
 
 typedef struct {
     const Sharing *sharing;
     int loads;
     double *load[K + 1]; /* each [m]; orthonormal, in units of the scaled rows; behind them memory for another one */
-    double least[K];     /* the scaled multipliers of least norm */
-    double greatest;     /* of them */
+    double scaled[K];    /* the scaled multipliers, those of least norm at first */
+    double greatest;     /* of those of least norm */
 } Shares;
 
 static double shares_product(const double a[], const double b[], int size) {
@@ -91,13 +92,14 @@ typedef struct {
     double factor[3];
     int row[3];
     double offset;
+    bool held; /* it has come to the level that no loads exceed; what is left of it may not become negative */
 } Margin;
 
 static Margin contact_margin(const Shares *p, int contact) {
     const int normal = ROW_PLACES[contact], first = SLIP_ROWS[contact];
     const double holding = p->sharing->holding[contact];
     const bool sticks = contact_sticks(p->sharing->state, contact) && holding > 0.0;
-    Margin margin = {.factor = {sticks ? holding : 1.0, 0.0, 0.0}, .row = {normal, normal, normal}, .offset = 0.0};
+    Margin margin = {.factor = {sticks ? holding : 1.0, 0.0, 0.0}, .row = {normal, normal, normal}, .held = false};
     for (int i = 0; sticks && first + i < SLIP_ROWS[contact + 1]; i++) {
         margin.row[1 + i] = ROW_PLACES[first + i];
         margin.factor[1 + i] = scale_of(p, margin.row[1 + i]) / scale_of(p, normal);
@@ -111,11 +113,10 @@ static Margin friction_margin(const Shares *p, int friction) {
     return (Margin){.factor = {0.0, 1.0, 0.0}, .row = {row, row, row}, .offset = capacity};
 }
 
-/* Of the scaled multipliers[m]. */
-static double margin_of(const Margin *margin, const double multipliers[]) {
+static double margin_of(const Shares *p, const Margin *margin) {
     double s[3];
     for (int i = 0; i < 3; i++) {
-        s[i] = margin->factor[i] * multipliers[margin->row[i]];
+        s[i] = margin->factor[i] * p->scaled[margin->row[i]];
     }
     return margin->offset + s[0] - vector_length(s + 1, 2);
 }
@@ -142,11 +143,11 @@ static bool rubs(const Shares *p, int contact) {
 static void begin_sharing(const Sharing *sharing, const double multipliers[], Shares *p) {
     memset(p, 0, sizeof *p);
     p->sharing = sharing;
-    memcpy(p->least, multipliers, sizeof p->least);
-    constraints_spread(sharing->arena, sharing->constraints, p->least);
+    memcpy(p->scaled, multipliers, sizeof p->scaled);
+    constraints_spread(sharing->arena, sharing->constraints, p->scaled);
     for (int k = 0; k < K; k++) {
-        p->least[k] = scale_of(p, k) > 0.0 ? p->least[k] / scale_of(p, k) : 0.0;
-        p->greatest = fmax(p->greatest, fabs(p->least[k]));
+        p->scaled[k] = scale_of(p, k) > 0.0 ? p->scaled[k] / scale_of(p, k) : 0.0;
+        p->greatest = fmax(p->greatest, fabs(p->scaled[k]));
     }
 }
 
@@ -167,41 +168,59 @@ static int find_margins(const Shares *p, Margin margin[]) {
     return count;
 }
 
-/* Adds the cone of a margin, unless loads do not change it. */
-static void put_margin(const Shares *p, const Margin *margin, ConeProgram *program) {
-    double *map = program->map.value + 3 * program->cones * program->size, most = 0.0;
-    for (int i = 0; i < 3; i++) {
-        double *row = map + i * program->size;
-        for (int j = 0; j < p->loads; j++) {
-            row[j] = margin->factor[i] * p->load[j][margin->row[i]];
-        }
-        most = fmax(most, shares_product(row, row, p->loads));
-        program->shift[3 * program->cones + i] =
-            (i == 0 ? margin->offset : 0.0) + margin->factor[i] * p->least[margin->row[i]];
-    }
-    if (most > OBEYED * OBEYED) {
-        program->cones++;
-    } else {
-        memset(map, 0, 3 * (size_t)program->size * sizeof(double));
-        memset(program->shift + 3 * program->cones, 0, 3 * sizeof(double));
-    }
+/* What a unit of the load j changes of the part i of a margin. */
+static double part_change(const Shares *p, const Margin *margin, int i, int j) {
+    return margin->factor[i] * p->load[j][margin->row[i]];
 }
 
-/* A program with all entries, of which there are none yet. False: there is no memory. */
-static bool take_full_program(Arena *arena, int size, int cones, ConeProgram *program) {
-    const size_t n = (size_t)size, rows = 3 * (size_t)cones;
+/* Keeps the margins that loads change, in their order; returns how many. */
+static int find_shared_margins(const Shares *p, Margin margin[], int count) {
+    int shared = 0;
+    for (int c = 0; c < count; c++) {
+        double most = 0.0;
+        for (int k = 0; k < 3 * p->loads; k++) {
+            most = fmax(most, fabs(part_change(p, &margin[c], k % 3, k / 3)));
+        }
+        margin[shared] = margin[c];
+        shared += most > OBEYED ? 1 : 0;
+    }
+    return shared;
+}
+
+/* Adds the cone of a margin. */
+static void put_margin(const Shares *p, const Margin *margin, ConeProgram *program) {
+    for (int i = 0; i < 3; i++) {
+        const int row = 3 * program->cones + i;
+        for (int j = 0; j < p->loads; j++) {
+            program->map.value[row * program->size + j] = part_change(p, margin, i, j);
+        }
+        program->shift[row] = (i == 0 ? margin->offset : 0.0) + margin->factor[i] * p->scaled[margin->row[i]];
+    }
+    program->cones++;
+}
+
+/* The program of the loads' weights and of so many further unknowns, with the cones of all margins and room for one
+   more. False: there is no memory. */
+static bool take_shares_program(const Shares *p, const Margin margin[], int count, int further, ConeProgram *program) {
+    Arena *arena = p->sharing->arena;
+    const size_t n = (size_t)(p->loads + further), rows = 3 * (size_t)count + 3;
     if (!arena_reserve(arena, sparse_bytes(n, n * n) + sparse_bytes(rows, rows * n) +
-                                  arena_bytes(n + rows, sizeof(double)))) {
+                                  arena_bytes(2 * n + 2 * rows, sizeof(double)))) {
         return false;
     }
-    double *vectors = (double *)arena_take(arena, (n + rows) * sizeof(double));
-    memset(vectors, 0, (n + rows) * sizeof(double));
+    double *vectors = (double *)arena_take(arena, 2 * (n + rows) * sizeof(double));
+    memset(vectors, 0, 2 * (n + rows) * sizeof(double));
     *program = (ConeProgram){.arena = arena,
-                             .size = size,
-                             .matrix = sparse_full(arena, size, size),
+                             .size = (int)n,
+                             .matrix = sparse_full(arena, (int)n, (int)n),
                              .offset = vectors,
-                             .map = sparse_full(arena, 3 * cones, size),
-                             .shift = vectors + size};
+                             .map = sparse_full(arena, (int)rows, (int)n),
+                             .shift = vectors + n,
+                             .forces = vectors + n + rows};
+    for (int c = 0; c < count; c++) {
+        put_margin(p, &margin[c], program);
+    }
+    program->map.rows = 3 * count;
     return true;
 }
 
@@ -214,65 +233,126 @@ static bool may_share(Shares *p) {
     return may;
 }
 
-/* Adds the weights x[loads] of the loads to the multipliers of least norm. */
-static void combine(const Shares *p, const double x[], double scaled[]) {
-    for (int k = 0; k < K; k++) {
-        scaled[k] = p->least[k];
-        for (int i = 0; i < p->loads; i++) {
-            scaled[k] += x[i] * p->load[i][k];
-        }
-    }
-}
-
-static double least_margin(const Margin margin[], int count, const double scaled[]) {
+static double least_margin(const Shares *p, const Margin margin[], int count) {
     double least = HUGE_VAL;
     for (int i = 0; i < count; i++) {
-        least = fmin(least, margin_of(&margin[i], scaled));
+        least = fmin(least, margin_of(p, &margin[i]));
     }
     return least;
 }
 
-/* The scaled multipliers[m] of least norm within all margins, or those whose least margin is greatest: that is then one
-   more unknown t, which all margins exceed, up to the greatest load; the norm has a weight that only decides on loads
-   without a margin. False: no margin depends on the loads, or there is no memory. */
-static bool spread_loads(const Shares *p, const Margin margin[], int count, bool centre, double scaled[]) {
-    const ArenaMark mark = arena_mark(p->sharing->arena);
-    const int size = p->loads + (centre ? 1 : 0);
-    ConeProgram program;
-    if (!take_full_program(p->sharing->arena, size, count + 1, &program)) {
-        return arena_leave(mark, false);
-    }
-    double *x = take_shares(p, (size_t)size);
-    if (x == NULL) {
-        return arena_leave(mark, false);
-    }
-    for (int i = 0; i < count; i++) {
-        put_margin(p, &margin[i], &program);
-    }
-    if (program.cones == 0) {
-        return arena_leave(mark, false);
-    }
-    for (int i = 0; i < p->loads; i++) {
-        program.matrix.value[i * size + i] = centre ? YIELDS : 1.0;
-    }
-    if (centre) {
-        program.offset[p->loads] = -p->greatest;
-        for (int c = 0; c < program.cones; c++) {
-            program.map.value[3 * c * size + p->loads] = -1.0;
+/* Adds the loads of so many weights x[loads] to the multipliers. */
+static void add_loads(Shares *p, const double x[]) {
+    for (int j = 0; j < p->loads; j++) {
+        for (int k = 0; k < K; k++) {
+            p->scaled[k] += x[j] * p->load[j][k];
         }
-        program.map.value[3 * program.cones * size + p->loads] = -1.0;
-        program.shift[3 * program.cones++] = p->greatest;
     }
-    program.map.rows = 3 * program.cones;
+}
+
+/* Gives up the loads that change this sum of the parts of a margin: a reflection makes that the last one alone. */
+static void hold_part(Shares *p, const Margin *margin, const double part[]) {
+    const ArenaMark mark = arena_mark(p->sharing->arena);
+    WORK(mark, double, normal, K + 1);
+    for (int j = 0; j < p->loads; j++) {
+        normal[j] = 0.0;
+        for (int i = 0; i < 3; i++) {
+            normal[j] += part[i] * part_change(p, margin, i, j);
+        }
+    }
+    const double length = vector_length(normal, p->loads);
+    if (length > OBEYED) {
+        p->loads--;
+        normal[p->loads] += normal[p->loads] < 0.0 ? -length : length;
+        const double square = shares_product(normal, normal, p->loads + 1);
+        for (int k = 0; k < K; k++) {
+            double sum = 0.0;
+            for (int j = 0; j <= p->loads; j++) {
+                sum += normal[j] * p->load[j][k];
+            }
+            for (int j = 0; j < p->loads; j++) {
+                p->load[j][k] -= 2.0 * sum / square * normal[j];
+            }
+        }
+    }
+    arena_release(mark);
+}
+
+/* Holds the margins that bar the level from rising, by their forces[3 * count] at the end of the program. Where it is
+   not the tip of their cones, there may be others along the edge. */
+static void hold_margins(Shares *p, Margin margin[], int count, double level, const double forces[]) {
+    double greatest = 0.0;
+    for (int c = 0; c < count; c++) {
+        greatest = fmax(greatest, margin[c].held ? 0.0 : forces[3 * c]);
+    }
+    for (int c = 0; c < count; c++) {
+        const double *z = forces + 3 * c;
+        if (margin[c].held || z[0] <= NO_MATTER * greatest) {
+            continue;
+        }
+        const bool tip = vector_length(z + 1, 2) < (1.0 - NO_MATTER) * z[0];
+        const double force[3] = {1.0, z[1] / z[0], z[2] / z[0]}, last[3] = {0.0, 0.0, tip ? 1.0 : 0.0};
+        const double across[3] = {0.0, tip ? 1.0 : -force[2], tip ? 0.0 : force[1]};
+        hold_part(p, &margin[c], force);
+        hold_part(p, &margin[c], across);
+        hold_part(p, &margin[c], last);
+        margin[c].factor[1] = margin[c].factor[2] = 0.0;
+        margin[c].offset -= level;
+        margin[c].held = true;
+    }
+}
+
+/* Adds the loads of least norm with which no margin is negative, or, if a level is asked for, those whose least margin,
+   but for those held, is greatest. The level is one more unknown then, which all margins exceed, up to the most that
+   matters; the norm has a weight that only decides on loads without a margin, and what bars the level is held. False:
+   no margin depends on the loads, or there is no memory. */
+static bool spread_loads(Shares *p, Margin margin[], int count, double most, double *level) {
+    const ArenaMark mark = arena_mark(p->sharing->arena);
+    const int last = p->loads;
+    ConeProgram program;
+    if (count == 0 || !take_shares_program(p, margin, count, level != NULL ? 1 : 0, &program)) {
+        return arena_leave(mark, false);
+    }
+    double *x = program.forces + 3 * count + 3;
+    for (int i = 0; i < last; i++) {
+        program.matrix.value[i * program.size + i] = level != NULL ? YIELDS : 1.0;
+    }
+    if (level != NULL) {
+        program.offset[last] = -p->greatest;
+        for (int c = 0; c <= count; c++) {
+            program.map.value[3 * c * program.size + last] = c < count && margin[c].held ? 0.0 : -1.0;
+        }
+        program.shift[3 * program.cones++] = most;
+        program.map.rows = 3 * program.cones;
+    }
     const bool found = central_path(&program, (PathOptions){0.0, 0.0, 0.0}, x);
-    combine(p, x, scaled);
+    add_loads(p, x);
+    if (level != NULL) {
+        *level = x[last];
+        hold_margins(p, margin, count, *level, program.forces);
+    }
     return arena_leave(mark, found);
 }
 
-/* multipliers[m] for scaled ones; those without a row are kept. */
-static void unscale(const Shares *p, const double scaled[], double multipliers[]) {
+/* Raises the level of all margins, then that of those which did not bar it, and so on. Returns the level beyond which
+   margins do not matter, HUGE_VAL where none depends on the loads. */
+static double centre_loads(Shares *p, Margin margin[], int count) {
+    double told = HUGE_VAL, level = 0.0;
+    for (int loads = K + 1; p->loads < loads && level < (1.0 - YIELDS) * told;) {
+        loads = p->loads;
+        count = find_shared_margins(p, margin, count);
+        if (!spread_loads(p, margin, count, fmin(told, p->greatest), &level)) {
+            break;
+        }
+        told = fmin(told, fmin(p->greatest, fmax(level, 0.0) + NO_MATTER * p->greatest));
+    }
+    return told;
+}
+
+/* Sets multipliers[m]; those without a row are kept. */
+static void unscale(const Shares *p, double multipliers[]) {
     for (int k = 0; k < K; k++) {
-        multipliers[k] = scale_of(p, k) > 0.0 ? scale_of(p, k) * scaled[k] : multipliers[k];
+        multipliers[k] = scale_of(p, k) > 0.0 ? scale_of(p, k) * p->scaled[k] : multipliers[k];
     }
 }
 
@@ -280,13 +360,11 @@ double loads_centre(const Sharing *sharing, double multipliers[]) {
     const ArenaMark mark = arena_mark(sharing->arena);
     WORK_OF(mark, Shares, p);
     WORK(mark, Margin, margin, MOST_MARGINS);
-    WORK(mark, double, scaled, K);
     begin_sharing(sharing, multipliers, p);
     double told = HUGE_VAL;
-    const int count = find_margins(p, margin);
-    if (may_share(p) && spread_loads(p, margin, count, true, scaled)) {
-        unscale(p, scaled, multipliers);
-        told = fmax(least_margin(margin, count, scaled), 0.0) + NO_MATTER * p->greatest;
+    if (may_share(p)) {
+        told = centre_loads(p, margin, find_margins(p, margin));
+        unscale(p, multipliers);
     }
     arena_release(mark);
     return told;
@@ -298,7 +376,7 @@ static bool all_hold_well(const Shares *p, const Margin margin[], int count) {
     for (int i = 0; i < N_UNILATERALS; i++) {
         slides = slides || (takes_part(p, i) && shared_contact_slides(p, i));
     }
-    return !slides && least_margin(margin, count, p->least) > NO_MATTER * p->greatest;
+    return !slides && least_margin(p, margin, count) > NO_MATTER * p->greatest;
 }
 
 bool loads_least(const Sharing *sharing, double multipliers[]) {
@@ -306,7 +384,7 @@ bool loads_least(const Sharing *sharing, double multipliers[]) {
     WORK_OF(mark, Shares, p);
     WORK(mark, Margin, margin, MOST_MARGINS);
     begin_sharing(sharing, multipliers, p);
-    unscale(p, p->least, multipliers);
+    unscale(p, multipliers);
     return arena_leave(mark, all_hold_well(p, margin, find_margins(p, margin)));
 }
 
@@ -314,16 +392,20 @@ void loads_obey(const Sharing *sharing, double multipliers[]) {
     const ArenaMark mark = arena_mark(sharing->arena);
     WORK_OF(mark, Shares, p);
     WORK(mark, Margin, margin, MOST_MARGINS);
-    WORK(mark, double, scaled, K);
     begin_sharing(sharing, multipliers, p);
-    const int count = find_margins(p, margin);
-    const double least = least_margin(margin, count, p->least), met = -YIELDS * p->greatest;
-    bool obey = least < 0.0 && may_share(p) && spread_loads(p, margin, count, false, scaled);
-    if (obey && least_margin(margin, count, scaled) < met) {
-        obey = spread_loads(p, margin, count, true, scaled) && least_margin(margin, count, scaled) > met;
+    int count = find_margins(p, margin);
+    const double met = -YIELDS * p->greatest;
+    bool obey = least_margin(p, margin, count) < 0.0 && may_share(p);
+    if (obey) {
+        count = find_shared_margins(p, margin, count);
+        obey = spread_loads(p, margin, count, 0.0, NULL);
+    }
+    if (obey && least_margin(p, margin, count) < met) {
+        double level;
+        obey = spread_loads(p, margin, count, p->greatest, &level) && level > met;
     }
     if (obey) {
-        unscale(p, scaled, multipliers);
+        unscale(p, multipliers);
         for (int i = 0; i < N_UNILATERALS; i++) {
             multipliers[ROW_PLACES[i]] = fmax(multipliers[ROW_PLACES[i]], 0.0);
         }

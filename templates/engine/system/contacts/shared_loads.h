@@ -19,9 +19,11 @@ typedef struct {
    negative. Nothing is changed where there are none, and where a contact slides whose friction would change. */
 void loads_obey(const Sharing *sharing, double multipliers[]);
 
-/* Of the same multipliers[m] those whose least margin is greatest; it is negative where none obey the laws. Returns the
-   margin, in units of the scaled rows, up to which they tell one: many loads have the same least margin, and greater
-   ones are those of any of them. HUGE_VAL where nothing is shared. */
+/* Of the same multipliers[m] those whose least margin is greatest; it is negative where none obey the laws. Of these
+   those whose least margin is greatest among the rows that may have a greater one, and so on: such margins are unique,
+   and move steadily with time. Returns the margin, in units of the scaled rows, beyond which they are not looked for.
+   HUGE_VAL where nothing is shared. Source: Schmeidler, The nucleolus of a characteristic function game, SIAM J. Appl.
+   Math. 17, 1969. */
 double loads_centre(const Sharing *sharing, double multipliers[]);
 
 /* Of the same multipliers[m] those of least norm. Returns whether their margins are far from 0. */
