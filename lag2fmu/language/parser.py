@@ -121,7 +121,7 @@ class _Parser:
         """x > y is Choice(x - y, 1, 0) and x >= y is Choice(y - x, 0, 1): at a tie both are exact."""
         left, operator = self.sum(), self.token
         if operator in ("=", "==", "!="):
-            raise self.fail(f"'{operator}' is not an operator; conditions are made of <, <=, > and >=")
+            raise self.fail(f"'{operator}' is not an operator; conditions have <, <=, > or >=; write a = b as a - b")
         if operator not in ("<", "<=", ">", ">="):
             return left
         self.advance()

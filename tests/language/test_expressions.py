@@ -166,7 +166,7 @@ def test_a_choice_is_lazy_and_differentiated_beside_its_switch() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("x == y", "'==' is not an operator; conditions are made of <, <=, > and >= at column 3"),
+        ("x == y", "'==' is not an operator; conditions have <, <=, > or >=; write a = b as a - b at column 3"),
         ("x < y < 1", "two comparisons in a row; join them by 'and'"),
         ("if(x, 1, 2)", "'x' is no condition, such as x > 0"),
         ("x and y > 0", "'x' is no condition"),
