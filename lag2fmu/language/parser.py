@@ -85,8 +85,7 @@ class _Parser:
             raise ExpressionError(f"{self.where}: the expression is empty")
         result = self.expression()
         if self.kind:
-            remedy = remedies.of_rest(self.kind, self.token, self.text[: self.column].rstrip())
-            raise self.fail(f"unexpected '{self.token}'", remedy)
+            raise self.fail(f"unexpected '{self.token}'", self.remedy())
         return result
 
     def expression(self) -> sp.Expr:
@@ -254,10 +253,12 @@ class _Parser:
 
     def expect(self, token: str) -> None:
         if self.token != token:
-            raise self.fail(
-                f"expected '{token}', got '{self.token}'" if self.token else f"expected '{token}' at the end"
-            )
+            got = f", got '{self.token}'" if self.token else " at the end"
+            raise self.fail(f"expected '{token}'{got}", self.remedy())
         self.advance()
+
+    def remedy(self) -> str:
+        return remedies.of_rest(self.kind, self.token, self.text[: self.column].rstrip())
 
     def checked(self, value: sp.Expr) -> sp.Expr:
         """``value``, unless it has no real value or is a number or power too large to be meant."""
