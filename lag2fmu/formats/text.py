@@ -6,10 +6,7 @@ Numbers are exact until they are converted to SI units, where they are rounded o
 
 from __future__ import annotations
 
-import re
-import sys
 from collections.abc import Callable, Iterable, Mapping
-from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
 
@@ -23,23 +20,16 @@ from lag2fmu.description.visuals import Visual
 from lag2fmu.errors import LoadError, MechanismError, TextError
 from lag2fmu.formats.keys import CONSTRAINT, NAMED, SINGLE, TABLES
 from lag2fmu.formats.robots import ENDINGS, robot
+from lag2fmu.formats.syntax import parse_toml
 from lag2fmu.formats.toml_table import Surroundings, TomlTable
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import DIMENSIONLESS, SECOND, Unit
 from lag2fmu.mechanism.assembly import Settable, settable
 from lag2fmu.mechanism.record import Mechanism, complete
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib  # type: ignore[import-not-found,unused-ignore]
-
 MAX_BYTES = 1_000_000
-MAX_KEY_PARTS = 32
 MAX_FILES = 8
 """A longer chain of files that name each other counts as a circle."""
-
-_DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)")
 
 
 def read_file(path: Path) -> Mechanism:
@@ -73,29 +63,9 @@ def read(text: str, where: str) -> Mechanism:
         raise TextError(f"{where}: has {len(text)} characters; a mechanism of more than {MAX_BYTES} is not read")
     try:
         path = Path(where)
-        return complete(_description(_parse_toml(text), Surroundings(path.parent, files=(path.absolute(),), known={})))
+        return complete(_description(parse_toml(text), Surroundings(path.parent, files=(path.absolute(),), known={})))
     except MechanismError as error:
         raise TextError(f"{where}: {error}") from error
-
-
-def _parse_toml(text: str) -> dict[str, Any]:
-    """The tables of ``text`` with exact numbers (int, Decimal); raises TextError with line and column."""
-    for number, line in enumerate(text.splitlines(), 1):
-        if line.split("=", 1)[0].count(".") > MAX_KEY_PARTS and not line.lstrip().startswith("#"):
-            raise TextError(f"line {number}: a key of more than {MAX_KEY_PARTS} parts")
-    try:
-        content: dict[str, Any] = tomllib.loads(text, parse_float=Decimal)
-    except tomllib.TOMLDecodeError as error:
-        comma = _DECIMAL_COMMA.search(text)
-        remedy = f"; decimals have a point: {comma[1]}.{comma[2]} instead of {comma[1]},{comma[2]}" if comma else ""
-        raise TextError(f"no valid TOML: {error}{remedy}") from error
-    except RecursionError:
-        raise TextError("no valid TOML: arrays or tables are nested too deeply") from None
-    except InvalidOperation:
-        raise TextError("no valid TOML: the exponent of a number has too many digits") from None
-    except ValueError as error:
-        raise TextError(f"no valid TOML: {error}") from error
-    return content
 
 
 # ---------------------------------------------------------------------------------------------------------- tables
@@ -292,7 +262,7 @@ def _mechanism_in(file: Path, table: TomlTable) -> Description:
     try:
         if file not in around.known:
             around.known[file] = (
-                robot(file) if file.suffix in ENDINGS else _description(_parse_toml(_text_in(file)), around)
+                robot(file) if file.suffix in ENDINGS else _description(parse_toml(_text_in(file)), around)
             )
         return around.known[file]
     except (MechanismError, LoadError) as error:

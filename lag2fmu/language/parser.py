@@ -86,8 +86,7 @@ class _Parser:
             raise ExpressionError(f"{self.where}: the expression is empty")
         result = self.expression()
         if self.kind:
-            remedy = remedies.of_rest(self.kind, self.token, self.text[: self.column].rstrip())
-            raise self.fail(f"unexpected '{self.token}'", remedy)
+            raise self.fail(f"unexpected '{self.token}'", self.remedy())
         return result
 
     def expression(self) -> sp.Expr:
@@ -122,7 +121,7 @@ class _Parser:
         """x > y is Choice(x - y, 1, 0) and x >= y is Choice(y - x, 0, 1): at a tie both are exact."""
         left, operator = self.sum(), self.token
         if operator in ("=", "==", "!="):
-            raise self.fail(f"'{operator}' is not an operator; conditions are made of <, <=, > and >=")
+            raise self.fail(f"'{operator}' is not an operator; conditions have <, <=, > or >=; write a = b as a - b")
         if operator not in ("<", "<=", ">", ">="):
             return left
         self.advance()
@@ -254,10 +253,12 @@ class _Parser:
 
     def expect(self, token: str) -> None:
         if self.token != token:
-            raise self.fail(
-                f"expected '{token}', got '{self.token}'" if self.token else f"expected '{token}' at the end"
-            )
+            got = f", got '{self.token}'" if self.token else " at the end"
+            raise self.fail(f"expected '{token}'{got}", self.remedy())
         self.advance()
+
+    def remedy(self) -> str:
+        return remedies.of_rest(self.kind, self.token, self.text[: self.column].rstrip())
 
     def checked(self, value: sp.Expr) -> sp.Expr:
         """``value``, unless it has no real value or is a number or power too large to be meant."""

@@ -33,7 +33,8 @@ def of_rest(kind: str, token: str, before: str) -> str:
     if token == "," and behind_number:
         return "the decimal sign is '.'"
     operand = kind == "name" or token == "(" or (kind == "number" and not behind_number)
-    return "is a '*' missing before it?" if operand else ""
+    unit = " Numbers are in SI units, without a name of them" if kind == "name" and behind_number else ""
+    return f"is a '*' missing before it?{unit}" if operand else ""
 
 
 def of_call(name: str, functions: Iterable[str]) -> str:

@@ -196,11 +196,18 @@ def fixed_parameters(m: Description, scope: Scope, gaps: Iterable[sp.Expr] = ())
 def check_presence(m: Description, scope: Scope) -> None:
     """Raise MechanismError unless every coordinate appears in an energy, dissipation or position."""
     used: set[str] = set()
+    acting = {force.coordinate: f"forces.{force.coordinate}" for force in m.forces}
     for entry in m.entries():
+        found = scope.names_in(entry.where, entry.expression)
         if entry.table in ("energy", "frames", "bodies", "points", "springs", "dampers", "constraints"):
-            used |= scope.names_in(entry.where, entry.expression)
+            used |= found
+        elif entry.table in ("contacts", "stops", "frictions"):
+            acting = dict.fromkeys(found, entry.where) | acting
     for q in m.coordinates:
-        if not used & {q.name, names.velocity(q.name)}:
+        its = (q.name, names.velocity(q.name))
+        if used.isdisjoint(its):
+            where = next((acting[name] for name in its if name in acting), None)
+            remedy = f"{where} acts on it: give what moves there a mass or inertia" if where else "leave it out"
             raise MechanismError(
-                f"coordinates.{q.name}: appears in no energy, frame, body, spring, damper or constraint; leave it out"
+                f"coordinates.{q.name}: appears in no energy, frame, body, spring, damper or constraint; {remedy}"
             )

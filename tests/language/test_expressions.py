@@ -167,7 +167,7 @@ def test_a_choice_is_lazy_and_differentiated_beside_its_switch() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("x == y", "'==' is not an operator; conditions are made of <, <=, > and >= at column 3"),
+        ("x == y", "'==' is not an operator; conditions have <, <=, > or >=; write a = b as a - b at column 3"),
         ("x < y < 1", "two comparisons in a row; join them by 'and'"),
         ("if(x, 1, 2)", "'x' is no condition, such as x > 0"),
         ("x and y > 0", "'x' is no condition"),
@@ -198,6 +198,8 @@ def test_a_name_is_resolved_or_unknown() -> None:
         ("x[0]", r"unexpected character '\['"),
         ("1_000", "unexpected '_000'"),
         ("0x10", "unexpected 'x10'"),
+        ("5 N", r"unexpected 'N' at column 3 of '5 N'; .* Numbers are in SI units"),
+        ("cos(30 deg)", r"expected '\)', got 'deg' at column 8 of .*; is a '\*' missing .* Numbers are in SI units"),
         ("x y", r"unexpected 'y' at column 3 of 'x y'; is a '\*' missing before it\?"),
         ("l sin(x)", r"unexpected 'sin' at column 3 of 'l sin\(x\)'; is a '\*' missing before it\?"),
         ("(x) (y)", r"unexpected '\(' at column 5 .*; is a '\*' missing before it\?"),

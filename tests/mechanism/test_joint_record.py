@@ -13,7 +13,8 @@ from lag2fmu.description.joints import JOINTS, across, direction
 from lag2fmu.errors import MechanismError
 from lag2fmu.formats.loading import with_values
 from lag2fmu.formats.schema import schema
-from lag2fmu.formats.text import read, tomllib
+from lag2fmu.formats.syntax import tomllib
+from lag2fmu.formats.text import read
 from lag2fmu.formats.write import write
 from lag2fmu.language.expressions import symbol
 from lag2fmu.mechanism import (

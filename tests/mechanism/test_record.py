@@ -16,6 +16,7 @@ from lag2fmu.language.expressions import symbol
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism import (
     Body,
+    Contact,
     Coordinate,
     Damper,
     Definition,
@@ -120,7 +121,11 @@ a, b, x = symbol("a"), symbol("b"), symbol("x")
     ("changes", "message"),
     [
         ({"coordinates": [], "inputs": []}, "coordinates: mechanism 'p' has none, and no prescribed motion"),
-        ({"coordinates": [theta, coordinate("q")]}, "coordinates.q: appears in no energy"),
+        ({"coordinates": [theta, coordinate("q")]}, "coordinates.q: appears in no energy.*; leave it out"),
+        (
+            {"coordinates": [theta, coordinate("q")], "contacts": [Contact("c", gap=2 - symbol("q"))]},
+            "coordinates.q: appears in no energy.*; contacts.c.gap acts on it: give what moves there a mass or inertia",
+        ),
         ({"coordinates": [m]}, "coordinates: expected a coordinate, got Parameter"),
         (
             {"coordinates": [coordinate("theta", start=float("nan"))]},

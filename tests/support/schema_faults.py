@@ -5,7 +5,7 @@ from __future__ import annotations
 from jsonschema import Draft7Validator
 
 from lag2fmu.formats.schema import schema
-from lag2fmu.formats.text import tomllib
+from lag2fmu.formats.syntax import tomllib
 
 VALIDATOR = Draft7Validator(schema())
 

@@ -157,7 +157,7 @@ static bool search_zero(const Instance *instance, double from, double width, dou
             continue;
         }
         found->theta[k] = NO_ROOT;
-        if (is_far(values[k], 0.0)) {
+        if (found->left_out[k] || is_far(values[k], 0.0)) {
             continue;
         }
         roots_fit(values[k], bernstein);

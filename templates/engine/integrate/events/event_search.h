@@ -7,11 +7,12 @@
 
 /* The descents in a trial step. Places are given by theta, the part of the step's length. */
 typedef struct {
-    double theta[SIZE_EVENTS]; /* where each event function comes down, NO_ROOT for those that do not */
-    int first;                 /* the function that comes down first, -1 if there is none */
-    double slope;              /* its slope there by theta */
-    double start;              /* its value where the step begins */
-    double earliest, latest;   /* theta between which the root lies in truth: the interpolant is wrong by less */
+    double theta[SIZE_EVENTS];  /* where each event function comes down, NO_ROOT for those that do not */
+    bool left_out[SIZE_EVENTS]; /* functions that are not searched, set before */
+    int first;                  /* the function that comes down first, -1 if there is none */
+    double slope;               /* its slope there by theta */
+    double start;               /* its value where the step begins */
+    double earliest, latest;    /* theta between which the root lies in truth: the interpolant is wrong by less */
 } Descents;
 
 /* Are all event functions so far from 0 on Hermite's cubic of the step that a better interpolant makes no difference?

@@ -120,20 +120,23 @@ static bool is_rounding_of_states(Instance *instance, Step step, int k, double v
     return arena_leave(mark, value <= rounding);
 }
 
-/* Notes which events are due at the end of the step: those of functions that came down there together. If the step is
-   no longer than rounding of the time, the first function is due whatever its value: no shorter step tells its root
-   better. A slip in space that comes to rest, for one, is never nearer to 0 than the solver's errors. A function that
-   only jumps there, with friction that turns round, leaves no rest. */
-static void note_due(Instance *instance, const Descents *found, Step step, const double values[]) {
+/* Notes which events are due at the end of the step, which had the length `whole` (s) before: those of functions that
+   came down there together. Conditions on one quantity do so at once, however far rounding of the time leaves it from
+   0. If the step is no longer than this rounding, the first function is due whatever its value: no shorter step tells
+   its root better. A slip in space that comes to rest, for one, is never nearer to 0 than the solver's errors. A
+   function that only jumps there, with friction that turns round, leaves no rest. */
+static void note_due(Instance *instance, const Descents *found, Step step, double whole, const double values[]) {
     State *state = &instance->state;
-    const double shortest = 4.0 * DBL_EPSILON * fabs(step.end), rounding = shortest * fabs(found->slope);
+    const int first = found->first;
+    const double shortest = 4.0 * DBL_EPSILON * fabs(step.end), rounding = shortest * fabs(found->slope) / whole;
+    const bool first_due = values[first] <= events_noise(instance, first) + rounding || step.length <= shortest ||
+                           is_rounding_of_states(instance, step, first, values[first]);
     for (int k = 0; k < N_EVENTS; k++) {
         const double noise = events_noise(instance, k);
-        const bool came_down = found->theta[k] <= 1.0 && values[k] <= noise;
-        const bool first_due = k == found->first && (values[k] <= noise + rounding || step.length <= shortest ||
-                                                     is_rounding_of_states(instance, step, k, values[k]));
-        const bool jumped = k != found->first && values[k] < -LOCATED * events_size(instance, k);
-        state->due[k] = came_down || values[k] < -noise || first_due;
+        const bool with_first = first_due && fabs(found->theta[k] - found->theta[first]) * whole <= shortest;
+        const bool came_down = found->theta[k] < NO_ROOT && (values[k] <= noise || with_first);
+        const bool jumped = k != first && values[k] < -LOCATED * events_size(instance, k);
+        state->due[k] = came_down || values[k] < -noise;
         state->pending_rests[k] = state->due[k] && !jumped ? 4.0 * fabs(values[k]) : state->event_rests[k];
         state->event_pending = state->event_pending || state->due[k];
     }
@@ -224,6 +227,24 @@ static bool stop_overdue(Instance *instance, Step *step, const double start[], b
     return arena_leave(mark, repeat(instance, step, 0.0, values));
 }
 
+/* Leaves switches out of the search in this step whose margins have stayed at 0 through several events here, as the
+   velocity of a foot that a latch holds: the interpolant falls on either side of 0, by its error. Where both sides push
+   the motion back there is an event. */
+static bool leave_out_held(Instance *instance, Step step, const double start[], bool left_out[]) {
+    const State *state = &instance->state;
+    const bool again = state->events_there >= MOST_EVENTS_AT_ONCE / 2 &&
+                       fabs(state->time - state->event_time) <= 4.0 * DBL_EPSILON * fabs(step.end);
+    for (int k = 0; k < N_EVENTS; k++) {
+        bool pushed = false;
+        left_out[k] = again && k < N_SWITCHES && fabs(start[k]) <= AT_REST * events_size(instance, k);
+        if (left_out[k] && !events_push_back(instance, k, &pushed)) {
+            return false;
+        }
+        left_out[k] = left_out[k] && !pushed;
+    }
+    return true;
+}
+
 /* The first descent in a trial step, by shared loads of least norm. Where these seem to break the laws, there may be
    others that obey them: the search begins again with those that are farthest from the limits. A change from the ones
    to the others within a step would be a jump. */
@@ -278,8 +299,7 @@ static bool end_at_root(Instance *instance, Descents *found, Step *step, const d
     if (fabs(values[found->first]) > POLE * (fabs(found->start) + events_size(instance, found->first))) {
         return report_pole(instance, found->first); /* before it is taken for what an event has left */
     }
-    found->slope /= whole;
-    note_due(instance, found, *step, values);
+    note_due(instance, found, *step, whole, values);
     return true;
 }
 
@@ -302,7 +322,8 @@ static bool end_step(Instance *instance, Step *step) {
     if (far || overdue) {
         return arena_leave(mark, true);
     }
-    if (!find_first(instance, step, start, found) || !cut_repetition(instance, start, step, found)) {
+    if (!leave_out_held(instance, *step, start, found->left_out) || !find_first(instance, step, start, found) ||
+        !cut_repetition(instance, start, step, found)) {
         return arena_leave(mark, false);
     }
     return arena_leave(mark, found->first < 0 || end_at_root(instance, found, step, start, values));

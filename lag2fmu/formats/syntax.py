@@ -1,0 +1,48 @@
+"""The syntax of the text format, TOML: its numbers stay exact, and its errors say what may help."""
+
+from __future__ import annotations
+
+import re
+import sys
+from decimal import Decimal, InvalidOperation
+from typing import Any
+
+from lag2fmu.errors import TextError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib  # type: ignore[import-not-found,unused-ignore]
+
+MAX_KEY_PARTS = 32
+
+_DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)")
+_NO_QUOTES = re.compile(r"=\s*(?!true\b|false\b)([^\W\d][\w.*/^-]*)")
+_LINE = re.compile(r"at line (\d+)")
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The tables of ``text`` with exact numbers (int, Decimal); raises TextError with line and column."""
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.split("=", 1)[0].count(".") > MAX_KEY_PARTS and not line.lstrip().startswith("#"):
+            raise TextError(f"line {number}: a key of more than {MAX_KEY_PARTS} parts")
+    try:
+        content: dict[str, Any] = tomllib.loads(text, parse_float=Decimal)
+    except tomllib.TOMLDecodeError as error:
+        raise TextError(f"no valid TOML: {error}{_remedy(text, str(error))}") from error
+    except RecursionError:
+        raise TextError("no valid TOML: arrays or tables are nested too deeply") from None
+    except InvalidOperation:
+        raise TextError("no valid TOML: the exponent of a number has too many digits") from None
+    except ValueError as error:
+        raise TextError(f"no valid TOML: {error}") from error
+    return content
+
+
+def _remedy(text: str, error: str) -> str:
+    """What may help against the ``error`` of the TOML parser, '' where nothing is known."""
+    if comma := _DECIMAL_COMMA.search(text):
+        return f"; decimals have a point: {comma[1]}.{comma[2]} instead of {comma[1]},{comma[2]}"
+    place = _LINE.search(error)
+    bare = _NO_QUOTES.search(text.split("\n")[int(place[1]) - 1]) if place else None
+    return f'; texts have quotes: "{bare[1]}" instead of {bare[1]}' if bare else ""
