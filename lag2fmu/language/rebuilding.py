@@ -17,13 +17,14 @@ def call(function: Callable[..., sp.Expr], *arguments: sp.Expr) -> sp.Expr:
 
     SymPy's Min and Max compare their arguments as formulas, to leave out those that others make superfluous.
     """
-    if function in (sp.Min, sp.Max) and any(_is_long(a) for a in arguments):
+    if function in (sp.Min, sp.Max) and any(has_more_nodes(a, COMPARED) for a in arguments):
         return function(*arguments, evaluate=False)
     return function(*arguments)
 
 
-def _is_long(expression: sp.Expr) -> bool:
-    return next(islice(sp.preorder_traversal(expression), COMPARED, None), None) is not None
+def has_more_nodes(expression: sp.Expr, count: int) -> bool:
+    """Whether ``expression`` has more than ``count`` nodes; no more of them are looked at."""
+    return next(islice(sp.preorder_traversal(expression), count, None), None) is not None
 
 
 def replaced(expression: sp.Expr, new: Mapping[Any, sp.Expr], *, again: bool = False) -> sp.Expr:

@@ -11,6 +11,7 @@ from lag2fmu.description.events import Contact, Stop
 from lag2fmu.description.names import stop_side
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.parts_of import free_names, parts_of
+from lag2fmu.language.rebuilding import has_more_nodes
 from lag2fmu.language.units import METRE, Unit
 from lag2fmu.language.vocabulary import Choice, TableCall
 from lag2fmu.language.writer import to_text
@@ -23,6 +24,9 @@ from lag2fmu.mechanism.unit_check import units_in
 _ROUNDING = 1e-9
 _SOLVED = 1e-6
 """A gap counts as 0 up to this part of its terms: if its starts are typed, and if they are solved for constraints."""
+
+_JUDGED = 40
+"""Nodes of a gap whose sign SymPy is asked for: of long ones that takes seconds."""
 
 UnitOf = Callable[[sp.Expr], "Unit | None"]
 
@@ -62,7 +66,8 @@ def _of_stop(stop: Stop, unit_of: UnitOf) -> Iterator[Unilateral]:
 
 
 def check_gaps(m: Description, found: Iterable[Unilateral]) -> None:
-    """Raise MechanismError for a gap without a coordinate, and for one without a value at the start."""
+    """Raise MechanismError for a gap without a coordinate, one that is never negative, or has no value at the start."""
+    _check_sides(m)
     poses, start, coordinates = poses_of(m), start_values(m), {q.name for q in m.coordinates}
     for unilateral in found:
         gap = poses.resolved(unilateral.gap)
@@ -79,6 +84,17 @@ def check_gaps(m: Description, found: Iterable[Unilateral]) -> None:
             raise MechanismError(
                 f"{unilateral.where}: the gap '{to_text(unilateral.gap)}' cannot be evaluated at the start, where {at} "
                 "(SI); start elsewhere, or correct it"
+            )
+
+
+def _check_sides(m: Description) -> None:
+    """Raise MechanismError for a gap that is no less than 0 on either side of where it closes, as a distance is."""
+    for contact in m.contacts:
+        gap = sp.sympify(contact.gap)
+        if gap is not None and not has_more_nodes(gap, _JUDGED) and gap.is_nonnegative:
+            raise MechanismError(
+                f"contacts.{contact.name}: the gap '{to_text(gap)}' is never below 0, so nothing tells that a body "
+                "goes through; give one that is negative where it must not be, as x - 1 instead of abs(x - 1)"
             )
 
 

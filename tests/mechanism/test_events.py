@@ -472,6 +472,14 @@ REFUSED = {
         CONTACT + 'gap = "y > r"',
         "contacts.c: the gap '(y - r > 0)' contains no coordinate outside of conditions, so no force",
     ),
+    "gap that is a distance": (
+        CONTACT + 'gap = "abs(y - r)"',
+        "contacts.c: the gap 'abs(r - y)' is never below 0, so nothing tells that a body goes through",
+    ),
+    "gap that is a square, of a spring": (
+        CONTACT + 'gap = "y**2 + r**2"\nlaw = "compliant"\nstiffness = 1',
+        "contacts.c: the gap 'r**2 + y**2' is never below 0",
+    ),
     "gap without a value": (
         CONTACT + 'gap = "log(y - 10*r)"',
         "contacts.c: the gap 'log(y - 10*r)' cannot be evaluated at the start, where r = 0.1, y = 1 (SI)",
