@@ -539,3 +539,34 @@ def test_what_holds_is_told_by_the_name_of_its_friction() -> None:
     mechanism = known.belt()
     problem = HybridRun(HybridSystem(mechanism), signals_of(mechanism, None, 0.0), np.array([0.0, 1.0]))
     assert Follower(problem, "DOP853", 1e-9, 1e5)._told("hold", 0) == f"the hold of '{mechanism.frictions[0].name}'"
+
+
+def test_latches_hand_over_at_one_instant() -> None:
+    """A state of 1e6 1/s moves by 1e-9 while the time is rounded: one latch catches as the other lets go.
+
+    After 1e-4 s + ln 2 us x is held, and momentum along y stays: of the velocity 1 m/s of x, y gets 1/5.
+    """
+    text = """
+[mechanism]
+name = "handing_over"
+[coordinates]
+x = { unit = "m", velocity = 1 }
+y = { unit = "m" }
+[bodies]
+a = { mass = 1, position = ["x", 0] }
+b = { mass = 1, position = ["y", 0] }
+middle = { mass = 1, position = ["(x + y)/2", 0] }
+[parameters]
+at = { value = 7.6, unit = "s" }
+rate = { value = 1e6, unit = "1/s" }
+[states.s]
+start = -1
+derivative = "rate*(if(t > at, 1, -1) - s)"
+[constraints.holonomic]
+second = { expression = "x", while = "s" }
+first = { expression = "y", while = "-s" }
+"""
+    reference = integrate(read(text, "handing_over.toml"), np.array([7.5999, 7.6001]))
+    later = np.log(2) * 1e-6
+    assert reference.trajectory["x"][-1] == pytest.approx(1e-4 + later, rel=1e-9)
+    assert reference.trajectory["y"][-1] == pytest.approx((1e-4 - later) / 5, rel=1e-9)

@@ -144,6 +144,12 @@ class Piece:
                 found.append(answer.holding[i] - abs(answer.forces[e.friction_rows[i]]))
         return np.array(found)
 
+    def _in_an_instant(self, t: float, y: Floats) -> Floats:
+        """What the event functions without forces change by while the time (s) changes by its rounding, (plain,)."""
+        instant = 64 * np.spacing(abs(t))
+        y = np.stack([y, y + instant * self.slope(t, y)])
+        return np.asarray(np.abs(np.diff(self.margins(np.array([t, t + instant]), y))[:, 0]) / 16)
+
     def floors(self, t: float, y: Floats) -> Floats:
         """The sizes below which event functions are zero up to rounding: (count,)."""
         system, e = self.system, self.system.elements
@@ -153,9 +159,10 @@ class Piece:
         velocity = np.abs(rows.jacobian) @ np.maximum(system.nominal, np.abs(y[self.n : 2 * self.n]))
         force, found = force_sizes(point), []
         largest = max(1.0, abs(t), float(np.abs(y).max()), float(np.abs(point.state.inputs).max(initial=0.0)))
-        for kind, i in self.labels:
+        instant = self._in_an_instant(t, y)
+        for row, (kind, i) in enumerate(self.labels):
             if kind in ("side", "condition"):
-                found.append(ROUNDING * largest)
+                found.append(ROUNDING * largest + instant[row])
             elif kind == "gap":
                 found.append(ROUNDING * gap[i])
             elif kind == "slip":

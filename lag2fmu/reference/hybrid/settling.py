@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -44,7 +44,7 @@ class Settling:
         cone, slip, friction. Raises SimulationError where modes change without end.
         """
         energies = np.zeros(2)
-        turned = {i for kind, i in due if kind == "side"}
+        turned = frozenset(label for label in due if label[0] in ("side", "condition"))
         state = self._at_rest(state, modes, due)
         for _ in range(PASSES):
             before = modes
@@ -52,6 +52,7 @@ class Settling:
             if modes.sides != before.sides:
                 modes = self._left(state, modes)
                 bilateral = bilateral or self.system.constraints.m > 0  # they may have a corner there
+            margins = self._margins(state)
             state, gained, struck = self.resolved(state, modes, due, bilateral)
             energies = energies + gained
             due = due | _stopped(modes, struck=struck)
@@ -61,13 +62,24 @@ class Settling:
             if any(kind == "slip" and i in before.steadied for kind, i in due):
                 state = self.system.projected(state, modes)  # what is left of a slow slip is no velocity
             due = frozenset()
-            turned = set() if struck else turned  # an impact moves the margins on
+            turned = self._unmoved(turned, margins, state) if struck else turned
             if before == modes and not struck:
                 return self.system.projected(state, modes), modes, energies
         raise SimulationError(
             f"mechanism '{self.system.mechanism.name}' at time {float(state.t)!r} s: the modes of contacts and "
             f"switches do not come to rest"
         )
+
+    def _margins(self, state: StateBatch) -> dict[tuple[str, int], float]:
+        """The margins of sides and conditions at ``state`` by their labels."""
+        margins, conditions, *_ = self.system.elements.events(state)
+        sides = {("side", i): float(margin) for i, margin in enumerate(margins)}
+        return sides | {("condition", j): float(value) for j, value in enumerate(conditions)}
+
+    def _unmoved(self, turned: Due, margins: Mapping[tuple[str, int], float], state: StateBatch) -> Due:
+        """Those of ``turned`` whose ``margins`` an impact has not moved: they do not know of velocities."""
+        moved = self._margins(state)
+        return frozenset(label for label in turned if moved[label] == margins[label])
 
     def _at_rest(self, state: StateBatch, modes: Modes, due: Due) -> StateBatch:
         """The ``state`` without what the errors of a step have left of slips along lines that have come to zero.
@@ -87,10 +99,10 @@ class Settling:
         size = np.maximum(self.system.nominal, np.abs(state.qd))
         return found if (np.abs(found.qd - state.qd) <= LATE * size).all() else state
 
-    def _switched(self, state: StateBatch, modes: Modes, due: Due, turned: set[int]) -> tuple[Modes, bool]:
+    def _switched(self, state: StateBatch, modes: Modes, due: Due, turned: Due) -> tuple[Modes, bool]:
         """``modes`` with the sides of kinks and the latches that hold at ``state``; whether a latch begins to hold.
 
-        The sides in ``turned`` come from the event itself: a steep margin may be beyond ZERO at the time nearest to its
+        What is in ``turned`` comes from the event itself: a steep margin may be beyond ZERO at the time nearest to its
         root.
         """
         e = self.system.elements
@@ -98,7 +110,8 @@ class Settling:
         held, offsets = list(modes.held), list(modes.offsets)
         closes, rows = False, e.rows(state)
         for j, value in enumerate(conditions):
-            now = not held[j] if ("condition", j) in due else held[j] if abs(value) <= ZERO else bool(value > 0)
+            kept = ("condition", j) in turned or abs(value) <= ZERO
+            now = not held[j] if ("condition", j) in due else held[j] if kept else bool(value > 0)
             if now != held[j]:
                 self.memory.log(float(state.t), e.latches[j], "holds" if now else "releases")
                 closes |= now
@@ -106,7 +119,7 @@ class Settling:
             held[j] = now
         return replace(modes, sides=sides, held=tuple(held), offsets=tuple(offsets)), closes
 
-    def _sides(self, state: StateBatch, modes: Modes, due: Due, turned: set[int]) -> tuple[tuple[int, ...], Floats]:
+    def _sides(self, state: StateBatch, modes: Modes, due: Due, turned: Due) -> tuple[tuple[int, ...], Floats]:
         """The sides of kinks at ``state``, where due sides are turned, and the values of conditions, (l,)."""
         e, sides = self.system.elements, list(modes.sides)
         for kind, i in sorted(due):
@@ -116,7 +129,7 @@ class Settling:
         for _ in range(len(sides) + 1):  # margins may contain other sides
             margins, conditions, *_ = e.events(state)
             new = [
-                side if i in turned or abs(margin) <= ZERO else (1 if margin > 0 else -1)
+                side if ("side", i) in turned or abs(margin) <= ZERO else (1 if margin > 0 else -1)
                 for i, (side, margin) in enumerate(zip(sides, margins, strict=True))
             ]
             if new == sides:
