@@ -76,10 +76,12 @@ class _Worker:
     """The process of an FMU on a worker, by the ``control`` connection to the task that has this ``future``."""
 
     def __init__(self, control: Any, future: Future[None], content: bytes) -> None:
-        self._control, self._future, self._content = control, future, content
-        self._folder = Path()
+        self._control, self._future = control, future
+        self._folder: Path | None = None
         with suppress(EOFError, OSError):  # of a worker that is lost already the next call tells
-            self._folder = Path(control.recv())
+            folder = Path(control.recv())
+            if (folder / _NAME).read_bytes() == content:  # it is this machine's
+                self._folder = folder
 
     def end(self) -> None:
         """The task ends the process when nobody is at the other end any more."""
@@ -98,9 +100,8 @@ class _Worker:
             self._control.poll(PATIENCE)
         self.end()
         wait_for([self._future], PATIENCE)
-        with suppress(OSError):
-            if (self._folder / _NAME).read_bytes() == self._content:  # it is this machine's
-                shutil.rmtree(self._folder, ignore_errors=True)
+        if self._folder:  # a worker that was killed as it removed its files has left some of them
+            shutil.rmtree(self._folder, ignore_errors=True)
 
 
 def _accepted(server: socket.socket, key: bytes, future: Future[None]) -> Any:
