@@ -11,7 +11,8 @@ Source: Landau, Lifshitz, Mechanics, sections 6, 7, 9 and 40; E. Noether, Invari
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -33,8 +34,7 @@ CONSTANT_IF = 1e-9
 _MAX_WRITTEN = 120
 
 
-@dataclass(frozen=True)
-class Conserved:
+class Conserved(NamedTuple):
     """A quantity that is constant along the motion: a ``node`` on ``graph``, a copy of the graph of the equations.
 
     ``meaning`` is a phrase that says what it is. ``expression`` is its formula, None if it is long. ``drift`` is the

@@ -143,7 +143,7 @@ def _with_columns(
         ("f", "J", "pivots"),
         (*derivative.results, *J),
     )
-    return replace(functions.program, functions=(*parts, slopes)), tuple((row, column) for row, column, _ in chosen)
+    return functions.program._replace(functions=(*parts, slopes)), tuple((row, column) for row, column, _ in chosen)
 
 
 def _at_start(

@@ -148,8 +148,7 @@ class _ModeSearch:
         )
         free = self._free_forces(held)
         pushed = [g.subtract(r, x) for r, x in zip(e.residual[:n], pushes(g, rows, v.qd), strict=True)]
-        variables = replace(
-            v,
+        variables = v._replace(
             multipliers=joined(v.multipliers, rows.forces),
             further_rates=tuple(g.substitute(v.further_rates, free)),
         )

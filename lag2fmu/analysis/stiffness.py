@@ -10,7 +10,6 @@ G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, sections IV.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -30,8 +29,7 @@ FAST = 100
 """A vibration is fast if the experiment has more of its periods than this."""
 
 
-@dataclass(frozen=True)
-class Stiffness:
+class Stiffness(NamedTuple):
     """``rate`` of the fastest decay and ``pace`` of the fastest oscillation or growth, at least 1 / duration: 1/s."""
 
     rate: float

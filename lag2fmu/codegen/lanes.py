@@ -82,7 +82,7 @@ def render_lanes(program: Program, tables: RuntimeTables, method: LaneMethod, la
     }
     folder = resource_folder("templates") / "ensemble"
     files = {path.name: path.read_text("utf-8") for path in folder.glob("*.[ch]") if path.name not in left_out}
-    files |= _lookup_files(replace(program, functions=functions))
+    files |= _lookup_files(program._replace(functions=functions))
     generated = ("lane_sizes.h", "lane_equations.h", "lane_equations.c")
     files |= {name: render(f"ensemble/{name}.jinja", context) for name in generated}
     files["step_control.h"] = step_control_header()
@@ -127,7 +127,7 @@ def render_function(functions: PlainFunctions, name: str, lanes: int, *, jacobia
     The Jacobians have a library of their own, as they take the compiler twenty times as long as the derivatives.
     """
     chosen = replace(functions.program.functions[jacobian], name="lanes_values")
-    program = replace(functions.program, functions=(chosen,))
+    program = functions.program._replace(functions=(chosen,))
     sizes = _sizes(functions)
     results = sum(array != "pivots" for array, *_ in chosen.results)
     context = {**sizes, **_printing(program, (chosen,)), "name": name, "lanes": lanes, "results": results}
@@ -186,7 +186,7 @@ def with_angles(program: Program) -> tuple[Program, int]:
     ]
     functions = tuple(replace(f, arguments=(*f.arguments, *values)) for f in program.functions)
     first = filling("angles", "The angles a whose sines and cosines are needed.", known, a=chosen)
-    return replace(program, functions=(first, *functions)), len(chosen)
+    return program._replace(functions=(first, *functions)), len(chosen)
 
 
 def _pattern(rows: int, columns: int, places: Sequence[tuple[int, int]]) -> list[int]:
@@ -210,7 +210,7 @@ def _printing(program: Program, functions: tuple[Function, ...]) -> dict[str, ob
     """The context of the templates that print equations in lanes."""
     return {
         "functions": functions,
-        "lookups": lookups_of(replace(program, functions=functions)),
+        "lookups": lookups_of(program._replace(functions=functions)),
         "lane_prototype": lambda function: c_prototype(function, LANES),
         "lane_function": lambda function: c_function(program, function, LANES),
     }

@@ -77,7 +77,7 @@ def render_sources(
     The files of the engine are copied from templates/engine; the generated ones contain the ``guid``. ``gate`` is
     the folder with the functions of one version of FMI.
     """
-    context = {
+    context: dict[str, object] = {
         "program": program,
         "tables": tables,
         "method": method,
@@ -116,7 +116,7 @@ def render_sources(
 def _called(program: Program, text: str, seldom: Collection[str]) -> Program:
     """``program`` with those of its functions that C ``text`` calls; those named in ``seldom`` are rare."""
     used = (f for f in program.functions if f"{f.name}(" in text)
-    return replace(program, functions=tuple(replace(f, rare=f.rare or f.name in seldom) for f in used))
+    return program._replace(functions=tuple(replace(f, rare=f.rare or f.name in seldom) for f in used))
 
 
 def _asked_for(method: Method, gate: str, observes: bool) -> tuple[str, ...]:
@@ -146,7 +146,7 @@ def _printed(program: Program, functions: Sequence[Function], *, patient: bool =
 
     ``patient`` is that of ``c_definition``.
     """
-    part = replace(program, functions=tuple(functions))
+    part = program._replace(functions=tuple(functions))
     texts = [c_definition(program, function, patient=patient) for function in functions]
     listed = any(RUN in text for text in texts)
     return {"definitions": texts, "listed": listed, "lookups": lookups_of(part), "helpers": helpers_of(part)}
@@ -173,14 +173,14 @@ def page_sources(sources: Mapping[str, str], program: Program, functions: Mappin
     for name, other in functions.items():
         (function,) = other.functions
         files |= _page_file(name, f"{name}.c", other, other.functions, "A function of the live page.")
-        context = {"name": name, "function": function, "size": max(1, len(function.results))}
+        context: dict[str, object] = {"name": name, "function": function, "size": max(1, len(function.results))}
         files[f"{name}.h"] = render("mechanism/page_function.h.jinja", context)
     return dict(sorted(files.items()))
 
 
 def _page_file(header: str, file: str, program: Program, functions: Sequence[Function], subject: str) -> dict[str, str]:
     """{file name: text} of a ``file`` with ``functions`` of ``program`` for a page, and of what it includes."""
-    context = {"name": header, "subject": subject} | _printed(program, functions, patient=True)
+    context: dict[str, object] = {"name": header, "subject": subject} | _printed(program, functions, patient=True)
     parts = [*(_LOOKUP if context["lookups"] else ()), *(_LISTING if context["listed"] else ())]
     return {file: render("mechanism/page_functions.c.jinja", context)} | _texts_of("base", parts)
 

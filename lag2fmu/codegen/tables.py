@@ -77,8 +77,7 @@ class ObserverTable(NamedTuple):
     simplex: bool
 
 
-@dataclass(frozen=True)
-class RuntimeTables:
+class RuntimeTables(NamedTuple):
     """The numbers and names of one mechanism; values in SI units, states are (q, qd), slots in value reference order.
 
     - ``holonomic``: the number of holonomic constraints.

@@ -7,9 +7,9 @@ form of parts, the check of names and the check of units derive from it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields, replace
+from dataclasses import MISSING, field, fields
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from lag2fmu.language.units import Unit
 
@@ -28,8 +28,7 @@ OWN = "own"
 """Stands for the unit that the part itself declares."""
 
 
-@dataclass(frozen=True)
-class Key:
+class Key(NamedTuple):
     """A key of a table.
 
     - ``kind``: the kind of values that it takes, one of ``schema.VALUES``; a tuple lists the only strings that it
@@ -107,11 +106,10 @@ def keys_of(part: Any) -> Mapping[str, Key]:
 @cache
 def _keys_in(part: type) -> tuple[Key, ...]:
     found = ((item.name, item.metadata["key"]) for item in fields(part) if "key" in item.metadata)
-    return tuple(replace(known, field=field, name=known.name or field) for field, known in found)
+    return tuple(known._replace(field=field, name=known.name or field) for field, known in found)
 
 
-@dataclass(frozen=True)
-class TableKey:
+class TableKey(NamedTuple):
     """A table of the text: what kind of ``part`` it holds, a sentence for the editor, and its ``form``.
 
     "single": the keys of one part; "tables": a table [TABLE.NAME] for each part; "lines": a line NAME = { ... } for

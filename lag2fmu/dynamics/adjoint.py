@@ -11,7 +11,6 @@ and 15.3 (implicit functions).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from lag2fmu.dynamics.balance import VALUES
 from lag2fmu.dynamics.functions import Array, Function, Program
@@ -62,7 +61,7 @@ def with_adjoints(program: Program) -> Program:
     if "balance" in sweeps.functions:
         what = "the sum of what mechanism_balance gives, each by its weights,"
         found.append(sweeps.adjoint("balance_adjoint", what, _BALANCE, _VARIABLES))
-    return replace(program, graph=graph, functions=(*program.functions, *(f.check(graph) for f in found)))
+    return program._replace(graph=graph, functions=(*program.functions, *(f.check(graph) for f in found)))
 
 
 _VARIABLES = ("t", "x", "u", "p")

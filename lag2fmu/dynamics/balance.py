@@ -8,7 +8,6 @@ Source: J. E. Marsden, M. West, Discrete mechanics and variational integrators, 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from lag2fmu.dynamics.functions import Array, Function, Program, filling
 from lag2fmu.graph.autodiff import forward
@@ -43,7 +42,7 @@ def with_balance(program: Program) -> Program:
         filling("mechanism_balance", f"The {what}.", known, **values),
         filling("mechanism_balance_tangent", f"Directional derivatives of {what}.", (*known, *seeds), **slopes),
     )
-    return replace(program, graph=graph, functions=(*program.functions, *(f.check(graph) for f in found)))
+    return program._replace(graph=graph, functions=(*program.functions, *(f.check(graph) for f in found)))
 
 
 def _values(graph: Graph, functions: Mapping[str, Function], mu: Sequence[Node]) -> dict[str, list[Node]]:

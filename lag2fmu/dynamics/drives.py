@@ -39,7 +39,7 @@ def drive_forces(
     y, y_dot = tuple(a for a, _ in v.driven), tuple(b for _, b in v.driven)
     own = replace(energies, direct=energies.on_motions, carried={})
     rate, accelerating = (Forward(graph, v.direction(graph, along)) for along in (False, True))
-    residual = unconstrained_residual(graph, replace(v, q=y, qd=y_dot), own, rate, accelerating)
+    residual = unconstrained_residual(graph, v._replace(q=y, qd=y_dot), own, rate, accelerating)
     bearing = zip(mechanism.constraints, constraints.velocities, v.multipliers, strict=True)
     pairs = [(velocity, force) for c, velocity, force in bearing if not c.massless]
     borne = _borne(graph, (*pairs, *zip(rows.velocities, rows.forces, strict=True)))

@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from lag2fmu.dynamics.row_tables import SparseRows
 
 
-@dataclass(frozen=True)
-class Array:
+class Array(NamedTuple):
     """An argument: its ``name`` in the printed code, and its entries as nodes; ``scalar`` if it is no array there."""
 
     name: str
@@ -77,7 +76,7 @@ def with_nodes(functions: Sequence[Function], new: Mapping[Node, Node]) -> list[
     return [
         replace(
             f,
-            arguments=tuple(replace(a, entries=tuple(new[node] for node in a.entries)) for a in f.arguments),
+            arguments=tuple(a._replace(entries=tuple(new[node] for node in a.entries)) for a in f.arguments),
             results=tuple((array, index, new[node]) for array, index, node in f.results),
         )
         for f in functions
@@ -107,8 +106,7 @@ class EventFunction(NamedTuple):
     timed: bool = False
 
 
-@dataclass(frozen=True)
-class Program:
+class Program(NamedTuple):
     """The functions of one mechanism on one graph, and the names of the entries of the FMU's vectors.
 
     - ``locals``: the names of the entries of ``mechanism_locals``.
@@ -231,7 +229,7 @@ def with_held_inputs(program: Program, wanted: Container[str]) -> Program:
         if f.name in wanted:
             rates = [node for a in f.arguments if a.name == "u" for node in a.entries[k:]]
             nodes = graph.substitute([node for *_, node in f.results], dict.fromkeys(rates, graph.zero))
-            arguments = tuple(replace(a, entries=a.entries[:k]) if a.name == "u" else a for a in f.arguments)
+            arguments = tuple(a._replace(entries=a.entries[:k]) if a.name == "u" else a for a in f.arguments)
             results = tuple((array, i, node) for (array, i, _), node in zip(f.results, nodes, strict=True))
             functions.append(replace(f, arguments=arguments, results=results))
-    return replace(program, graph=graph, signals=k, functions=tuple(functions))
+    return program._replace(graph=graph, signals=k, functions=tuple(functions))

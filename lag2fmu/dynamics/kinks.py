@@ -231,7 +231,7 @@ def _with_modes(graph: Graph, function: Function, switches: tuple[Node, ...], ma
     return replace(
         function,
         arguments=tuple(
-            replace(a, entries=(*a.entries[:masks], *inserted[a.name], *a.entries[masks:])) if a.name in inserted else a
+            a._replace(entries=(*a.entries[:masks], *inserted[a.name], *a.entries[masks:])) if a.name in inserted else a
             for a in function.arguments
         ),
     )

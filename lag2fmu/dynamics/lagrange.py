@@ -204,7 +204,7 @@ def _carrying(mechanism: Mechanism, carried: Mapping[int, float]) -> _Inertia:
     graph = Graph()
     variables = declare(graph, mechanism)
     put = translator(graph, mechanism, variables)
-    variables = replace(variables, further_rates=tuple(put(state.derivative) for state in mechanism.states))
+    variables = variables._replace(further_rates=tuple(put(state.derivative) for state in mechanism.states))
     composer = Composer(graph, mechanism, put, variables)
     constraints = compose(graph, mechanism, composer.put, variables)
     inertias = {constraints.velocities[k]: graph.constant(Fraction(weight)) for k, weight in sorted(carried.items())}

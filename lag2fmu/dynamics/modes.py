@@ -63,7 +63,7 @@ def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, ModeNumb
         *v.multipliers[held:],
         *(rows.forces[row] for row in rest),
     ]
-    variables = replace(v, multipliers=tuple(multipliers), parameters=(*modes.numbers, *v.parameters))
+    variables = v._replace(multipliers=tuple(multipliers), parameters=(*modes.numbers, *v.parameters))
     forces = pushes(g, rows, v.qd)
     accelerating = Forward(g, v.direction(g, True))
     residual = (
@@ -71,8 +71,7 @@ def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, ModeNumb
         *accelerating(constraints.velocities),
     )
     taken = g.symbol(names.DISSIPATED_ENERGY, "state")
-    variables = replace(
-        variables,
+    variables = variables._replace(
         further=(*variables.further, taken),
         further_rates=(*variables.further_rates, _dissipated_power(equations)),
     )

@@ -14,8 +14,7 @@ from lag2fmu.graph.vectors import (
 )
 
 
-@dataclass(frozen=True)
-class Variables:
+class Variables(NamedTuple):
     """The variables as nodes: t; q, qd, qdd, Q of n entries each; plain inputs, motions and independent parameters.
 
     - ``further``: the further states z, (f,).

@@ -8,7 +8,7 @@ Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, section 15.3
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from lag2fmu.description.names import rate, residual
 from lag2fmu.dynamics.elimination import solve
@@ -73,7 +73,7 @@ def plain_functions(
         doc = "Entries J of the Jacobians of f, see PlainFunctions."
         functions.append(_filling("jacobian", doc, arrays, "J", entries, pivots))
     checked = tuple(f.check(g) for f in functions)
-    return PlainFunctions(replace(whole, graph=g, signals=len(v.inputs), functions=checked), sparsity)
+    return PlainFunctions(whole._replace(graph=g, signals=len(v.inputs), functions=checked), sparsity)
 
 
 def _refused(mechanism: Mechanism, *, hybrid: bool) -> str:

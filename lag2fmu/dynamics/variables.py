@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from graphlib import TopologicalSorter
 
 import sympy as sp
@@ -58,7 +57,7 @@ def declare(graph: Graph, mechanism: Mechanism) -> Variables:
     if not mechanism.has_input_rates:
         return v
     first = [names.rate(str(graph.leaf[node])) for node in v.inputs]
-    return replace(v, rates=nodes([*first, *map(names.rate, first)]))
+    return v._replace(rates=nodes([*first, *map(names.rate, first)]))
 
 
 def _forces(mechanism: Mechanism) -> list[str]:

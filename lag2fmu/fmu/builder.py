@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from lag2fmu.codegen.tables import RuntimeTables, Slot
 from lag2fmu.fmu.scalar_variable import ScalarVariable
@@ -18,7 +18,7 @@ class Builder:
 
     def add(self, variable: ScalarVariable, kind: str, index: int) -> None:
         """Add ``variable`` with a value reference of its own: the slot of this ``kind`` and ``index`` in C."""
-        self.variables.append(replace(variable, value_reference=len(self.slots)))
+        self.variables.append(variable._replace(value_reference=len(self.slots)))
         output = variable.causality == "output"
         self.slots.append(Slot(variable.name, kind, index, variable.minimum, variable.maximum, output))
 

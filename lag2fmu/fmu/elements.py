@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import replace
 from typing import NamedTuple
 
 from lag2fmu.description import names
@@ -58,16 +57,16 @@ def element_variables(mechanism: Mechanism) -> Iterator[tuple[ScalarVariable, st
     (unilaterals, frictions), units = element_names(mechanism), calculated_units(mechanism)
     for i, name in enumerate((*unilaterals, *frictions)):
         of = f"the dry friction {name}" if i >= len(unilaterals) else name
-        yield replace(discrete(names.mode(name), f"how {of} holds"), type=MODE), "VARIABLE_MODE", i
+        yield discrete(names.mode(name), f"how {of} holds")._replace(type=MODE), "VARIABLE_MODE", i
     for i, u in enumerate(mechanism.unilaterals):
         doc = f"number of impacts of {u.name} since the start"
-        yield replace(discrete(names.impacts(u.name), doc), type="Integer", minimum=0.0), "VARIABLE_IMPACTS", i
+        yield discrete(names.impacts(u.name), doc)._replace(type="Integer", minimum=0.0), "VARIABLE_IMPACTS", i
         name, doc = names.impulse(u.name), f"normal impulse of the last impact of {u.name}, 0 before the first"
-        yield replace(discrete(name, doc), unit=units[name]), "VARIABLE_IMPULSE", i
+        yield discrete(name, doc)._replace(unit=units[name]), "VARIABLE_IMPULSE", i
 
 
 def add_elements(builder: Builder, mechanism: Mechanism, outputs: Collection[str]) -> None:
     """Add the variables of ``element_variables`` to ``builder``; those named in ``outputs`` are outputs."""
     for variable, kind, index in element_variables(mechanism):
         causality = "output" if variable.name in outputs else "local"
-        builder.add(replace(variable, causality=causality), kind, index)
+        builder.add(variable._replace(causality=causality), kind, index)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import replace
 
 from lag2fmu.description import names
 from lag2fmu.dynamics.functions import Program
@@ -27,7 +26,7 @@ def add_event_variables(builder: Builder, mechanism: Mechanism, program: Program
         doc = f"ticks at each impact of {contact.name}"
         causality = "output" if names.impact(contact.name) in program.outputs else "local"
         clock = ScalarVariable(names.impact(contact.name), 0, causality, "discrete", doc=doc)
-        builder.add(replace(clock, type=CLOCK), "VARIABLE_CLOCK", i)
+        builder.add(clock._replace(type=CLOCK), "VARIABLE_CLOCK", i)
 
 
 def event_names(mechanism: Mechanism, program: Program) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from lag2fmu.codegen.firmware import (
@@ -94,7 +94,7 @@ def firmware(  # noqa: PLR0913 (choices of the user)
     found = derived(mechanism, solver, outputs=outputs, bounded=True)
     table = build_table(found.equations, found.program)
     bound = step_bound(found.mechanism, table.tables.default_solver_step, step, solver_steps)
-    tables = bounded(replace(table.tables, vibrations=found.vibrations), bound)
+    tables = bounded(table.tables._replace(vibrations=found.vibrations), bound)
     sources = firmware_sources(found.program, tables, METHODS[found.solver], style)
     size = constant(sources, HEADER, SIZE, compiler)
     if ram is not None and ram <= 0:

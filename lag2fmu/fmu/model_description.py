@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from lag2fmu.codegen.tables import StepBound
 from lag2fmu.fmu.scalar_variable import ScalarVariable
@@ -14,8 +13,7 @@ if TYPE_CHECKING:
     from lag2fmu.fmu.ports import Port
 
 
-@dataclass(frozen=True)
-class Interface:
+class Interface(NamedTuple):
     """The capabilities of FMUs of a backend: {kind of FMU: attributes}, beside the attributes that all FMUs have.
 
     ``log_categories`` {name: description}; ``event_indicators``: their number, None where the attribute is left out.
@@ -26,8 +24,7 @@ class Interface:
     event_indicators: int | None = None
 
 
-@dataclass(frozen=True)
-class ModelDescription:
+class ModelDescription(NamedTuple):
     """The content of modelDescription.xml: the mechanism, its variables in order, the identifier and the GUID.
 
     ``fmi`` is the version of the standard, ``version`` that of lag2fmu. ``source_files`` are the names of the files in

@@ -77,8 +77,7 @@ def observed_table(table: VariableTable, found: Observation) -> VariableTable:
             raise ExportError(f"the observer needs the name '{variable.name}', which the mechanism has; rename that")
         builder.add(variable, kind, i)
         builder.slots[-1] = replace(builder.slots[-1], output=False)  # it has no time derivatives
-    tables = replace(
-        table.tables,
+    tables = table.tables._replace(
         slots=tuple(builder.slots),
         default_solver_step=found.step,
         observer=_observer_table(found, tuple(v.start or 0.0 for v, _ in rows)),
@@ -90,7 +89,7 @@ def observing_interface(interface: Interface) -> Interface:
     """The capabilities of an FMU that observes, of those that FMUs with this ``interface`` have."""
     kept = ("canHandleVariableCommunicationStepSize", "hasEventMode")
     offered = {word: value for word, value in interface.capabilities["CoSimulation"].items() if word in kept}
-    return replace(interface, capabilities={"CoSimulation": offered})
+    return interface._replace(capabilities={"CoSimulation": offered})
 
 
 def _observer_table(found: Observation, starts: tuple[float, ...]) -> ObserverTable:
@@ -123,9 +122,9 @@ def _slot(slot: Slot, found: Observation) -> Slot:
 def _variable(v: ScalarVariable, found: Observation) -> ScalarVariable:
     """A parameter that is estimated is an output; parameters that follow from others may change with it."""
     if v.name in found.asked.estimate:
-        return replace(v, causality="output", variability="continuous", dependencies=())
+        return v._replace(causality="output", variability="continuous", dependencies=())
     if v.causality == "calculatedParameter" and found.asked.estimate:
-        return replace(v, causality="local", variability="continuous")
+        return v._replace(causality="local", variability="continuous")
     return v
 
 

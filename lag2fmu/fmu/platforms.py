@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import platform as machine
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.wasm.draft import FOLDER as WASM_FOLDER
 from lag2fmu.fmu.wasm.draft import NAME as WASM_NAME
 
 
-@dataclass(frozen=True)
-class Platform:
+class Platform(NamedTuple):
     """A platform: its folders in ``binaries/``, the suffix of its libraries, its targets as zig calls them.
 
     The libraries of several targets are joined in one file. ``folders`` are those of FMI 2.0, ``tuples`` those of
@@ -100,7 +99,7 @@ def choose_platforms(choice: str, compiler: str = "zig") -> tuple[Platform, ...]
     found = PLATFORMS[host]
     if machine.machine() == "x86_64" and len(found.folders) > 1:
         # a library built on an Intel Mac does not run on Apple silicon
-        found = replace(found, folders=found.folders[1:], tuples=found.tuples[1:])
+        found = found._replace(folders=found.folders[1:], tuples=found.tuples[1:])
     return (found,)
 
 

@@ -78,7 +78,7 @@ def _with_aliases(table: VariableTable) -> list[Port]:
         elif base.one.causality == "output":
             beside.append(Port(v.name, kind, v.value_reference, (v,)))
         else:
-            one = replace(base.one, derivative_of=v.derivative_of)
+            one = base.one._replace(derivative_of=v.derivative_of)
             found[v.value_reference] = replace(base, members=(one,), aliases={**base.aliases, v.name: v.doc})
     return [*found.values(), *beside]
 

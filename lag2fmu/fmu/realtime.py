@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 from lag2fmu.codegen.tables import RuntimeTables, StepBound
@@ -46,7 +45,7 @@ def step_bound(
 
 def bounded(tables: RuntimeTables, bound: StepBound) -> RuntimeTables:
     """The ``tables`` of a mechanism whose steps have this ``bound``."""
-    return replace(tables, bound=bound, default_solver_step=bound.longest / bound.solver_steps)
+    return tables._replace(bound=bound, default_solver_step=bound.longest / bound.solver_steps)
 
 
 def check_profile(profile: str, backend: str, step: float | None) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from lag2fmu.language.units import Unit
 
 
-@dataclass(frozen=True)
-class ScalarVariable:
+class ScalarVariable(NamedTuple):
     """One ScalarVariable; ``start`` and bounds are in SI units; ``dependencies`` are names, None if not listed.
 
     ``derivative_of`` names the state whose derivative the variable is; ``state`` marks the continuous states, and

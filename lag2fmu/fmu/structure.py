@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 from lag2fmu.fmu.scalar_variable import ScalarVariable
@@ -63,7 +62,7 @@ def _at_start(variables: Sequence[ScalarVariable], solved: set[str]) -> Iterator
             yield v
         else:
             listed = {used for name in v.dependencies or () for used in (name, *moved.get(name, ()))}
-            yield replace(v, dependencies=tuple(sorted(listed, key=order.__getitem__)))
+            yield v._replace(dependencies=tuple(sorted(listed, key=order.__getitem__)))
 
 
 def _is_initial_unknown(v: ScalarVariable) -> bool:

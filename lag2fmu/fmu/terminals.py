@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from lag2fmu.description import names
 from lag2fmu.description.outputs import QUANTITIES, TURNING
@@ -26,8 +26,7 @@ _PLACE_MEMBER = re.compile(rf"({'|'.join(sorted({*_FORCES, *QUANTITIES, *TURNING
 """The endings of the names of a port's variables, behind PLACE_."""
 
 
-@dataclass(frozen=True)
-class Terminal:
+class Terminal(NamedTuple):
     """What is connected together: ``members`` {member: variable}; those in ``flows`` add up to zero.
 
     By the ``rule`` bus members of one name match. By that of places, JOINED, both terminals tell poses and hear forces,
@@ -75,7 +74,7 @@ def terminals_of(description: ModelDescription) -> tuple[Terminal, ...]:
         name = terminal.name
         while name in (other.name for other in found):
             name += "_"
-        found.append(replace(terminal, name=name, members=members))
+        found.append(terminal._replace(name=name, members=members))
     return tuple(terminal for terminal in found if terminal.members)
 
 

@@ -9,7 +9,6 @@ Citations are of the FMI 2.0.5 specification.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
 from difflib import get_close_matches
 
 from lag2fmu.description import names
@@ -84,7 +83,7 @@ def build_table(
         for some in (found, start_dependencies(equations))
     ]
     variables = tuple(
-        replace(v, dependencies=listed[0].get(v.name), start_dependencies=listed[1].get(v.name, ()))
+        v._replace(dependencies=listed[0].get(v.name), start_dependencies=listed[1].get(v.name, ()))
         for v in builder.variables
     )
     return VariableTable(variables, runtime_tables(mechanism, program, builder.slots, variables))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from lag2fmu.graph.graph import Graph, Node
 
@@ -36,8 +36,7 @@ def apply(g: Graph, matrix: Sequence[Vector], a: Vector) -> Vector:
     return tuple(g.dot(row, a) for row in matrix)
 
 
-@dataclass(frozen=True)
-class AxisTurn:
+class AxisTurn(NamedTuple):
     """A rotation about the unit vector ``axis`` ((3,) nodes) by ``angle``, in rad."""
 
     axis: Vector

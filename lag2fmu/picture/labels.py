@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -70,8 +69,7 @@ class Label(NamedTuple):
     size: float
 
 
-@dataclass(frozen=True)
-class Wish:
+class Wish(NamedTuple):
     """A label for the point ``near`` (2,), at least ``away`` from it; with ``inside`` over it, if there is room."""
 
     part: str

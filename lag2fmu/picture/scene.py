@@ -7,7 +7,7 @@ units of the picture, and about 60 units are as long as the mechanism; y points 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -125,7 +125,7 @@ class Canvas:
     def finished(self, title: str, unit: float) -> Scene:
         """The scene, with the labels where there is room."""
         size = _LARGE if len(self.wishes) <= _MANY else _SMALL
-        wishes = [replace(w, size=size) for w in self.wishes]
+        wishes = [w._replace(size=size) for w in self.wishes]
         strokes = [m for m in self.marks if isinstance(m, Stroke)]
         lines = [np.array(m.points) for m in strokes]
         lines += [line + side for line, m in zip(lines, strokes, strict=True) if m.style == "rod" for side in _SIDES]

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
-from functools import cached_property
-from typing import TypeVar
+from functools import cache
+from typing import NamedTuple, TypeVar
 
 from lag2fmu.solvers.order_conditions import order_of
 
@@ -21,8 +20,7 @@ Row = tuple[Fraction, ...]
 Number = TypeVar("Number", float, complex)
 
 
-@dataclass(frozen=True)
-class Collocation:
+class Collocation(NamedTuple):
     """A method of s stages with the abscissae ``c`` (s,).
 
     - ``nodes`` (k,): the times from 0 to 1 in a step at which the constraints of a variational method hold. Such a
@@ -38,25 +36,25 @@ class Collocation:
     c: Row
     nodes: Row = ()
     error_order: int = 0
-    safety = 0.9
-    generated_files = ("collocation.c",)
+    safety: float = 0.9
+    generated_files: tuple[str, ...] = ("collocation.c",)
 
     def check(self) -> None:
         """Raise ValueError unless the method has the order that is claimed; that of a pair follows from others."""
         if self.a == self.hat and (derived := order_of(self.a, self.b, self.order + 1)) != self.order:
             raise ValueError(f"method '{self.solver}': b has order {derived}, not {self.order}")
 
-    @cached_property
+    @property
     def a(self) -> tuple[Row, ...]:
         """The matrix (s, s) of the collocation method."""
         return _integrals(self.c, self.c)
 
-    @cached_property
+    @property
     def b(self) -> Row:
         """The weights (s,) of the collocation method."""
         return _weights(self.c)
 
-    @cached_property
+    @property
     def hat(self) -> tuple[Row, ...]:
         """The ``a`` of the velocities (s, s): of a variational method the one that is a symplectic pair with ``a``.
 
@@ -144,8 +142,7 @@ class Collocation:
         return "variational" if self.variational else "radau"
 
 
-@dataclass(frozen=True)
-class StageModes:
+class StageModes(NamedTuple):
     """a = from_modes . diag(real, [[x, y], [-y, x]]) . to_modes for a of 3 stages; ``pair`` is (x, y).
 
     ``to_modes`` and ``from_modes`` are (3, 3).
@@ -228,14 +225,15 @@ def _integral(nodes: Sequence[Fraction], j: int, end: Fraction) -> Fraction:
     return sum((x * end ** (power + 1) / (power + 1) for power, x in enumerate(coefficients)), Fraction(0))
 
 
-def _integrals(nodes: Sequence[Fraction], ends: Sequence[Fraction]) -> tuple[Row, ...]:
+@cache
+def _integrals(nodes: Row, ends: Row) -> tuple[Row, ...]:
     """The weights (ends, nodes) of the integrals, from 0 to each of ``ends``, of a function known at the ``nodes``."""
     return tuple(tuple(_integral(nodes, j, end) for j in range(len(nodes))) for end in ends)
 
 
-def _weights(nodes: Sequence[Fraction]) -> Row:
+def _weights(nodes: Row) -> Row:
     """The weights of the integral from 0 to 1 of a function known at the ``nodes``."""
-    return _integrals(nodes, [Fraction(1)])[0]
+    return _integrals(nodes, (Fraction(1),))[0]
 
 
 _ACTION = "J. E. Marsden, M. West, Discrete mechanics and variational integrators, Acta Numerica 2001"

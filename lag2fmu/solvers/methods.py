@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from lag2fmu.solvers.collocation import COLLOCATIONS, Collocation
 from lag2fmu.solvers.tableaus import TABLEAUS, Tableau
 
 
-@dataclass(frozen=True)
-class LinearlyImplicit:
+class LinearlyImplicit(NamedTuple):
     """A method of fixed cost, written out in the folder ``family`` of the engine's solvers; letters as in Tableau."""
 
     solver: str
@@ -18,15 +17,15 @@ class LinearlyImplicit:
     order: int
     family: str
     all_stages: int
-    generated_files = ()
-    implicit = True
-    variational = False
-    error_order = 0
-    dense_rows = dense_order = 0
+    generated_files: tuple[str, ...] = ()
+    implicit: bool = True
+    variational: bool = False
+    error_order: int = 0
+    dense_rows: int = 0
+    dense_order: int = 0
 
 
-@dataclass(frozen=True)
-class TimeStepping:
+class TimeStepping(NamedTuple):
     """A method whose steps contain impacts and changes of modes, in the folder ``family``; letters as in Tableau."""
 
     solver: str
@@ -34,12 +33,13 @@ class TimeStepping:
     source: str
     order: int
     family: str
-    generated_files = ("row_tables.h", "row_tables.c")
-    all_stages = 1
-    implicit = False
-    variational = False
-    error_order = 0
-    dense_rows = dense_order = 0
+    all_stages: int = 1
+    generated_files: tuple[str, ...] = ("row_tables.h", "row_tables.c")
+    implicit: bool = False
+    variational: bool = False
+    error_order: int = 0
+    dense_rows: int = 0
+    dense_order: int = 0
 
 
 Method = Tableau | LinearlyImplicit | Collocation | TimeStepping

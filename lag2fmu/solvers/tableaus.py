@@ -6,16 +6,15 @@ conditions of rooted trees, which takes 16 ms, a fiftieth of a small export.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 from lag2fmu.solvers.order_conditions import dense_order_of, order_of, stability_interval
 
 Row = tuple[Fraction, ...]
 
 
-@dataclass(frozen=True)
-class Tableau:
+class Tableau(NamedTuple):
     """An explicit method of s ``stages``: ``a`` (s, s) strictly lower triangular, ``b`` (s,), ``c`` = row sums of a.
 
     - ``embedded`` (s,), ``embedded_order``: weights and order of the method for the error estimate; None for a fixed
@@ -43,9 +42,10 @@ class Tableau:
     dense: tuple[Row, ...] = ()
     dense_order: int = 0
     safety: float = 0.9
-    family = "runge_kutta"
-    generated_files = ("tableau.c",)
-    implicit = variational = False
+    family: str = "runge_kutta"
+    generated_files: tuple[str, ...] = ("tableau.c",)
+    implicit: bool = False
+    variational: bool = False
 
     def check(self) -> None:
         """Raise ValueError unless the coefficients have the shape and the orders that are claimed."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import math
 import struct
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -90,7 +89,7 @@ def test_a_compiler_reads_the_same_numbers_and_strings(tmp_path: Path) -> None:
 
 
 def program_of(graph: Graph, function: Function) -> Program:
-    return replace(lower(derive(load("pendulum"))), graph=graph, functions=(function,))
+    return lower(derive(load("pendulum")))._replace(graph=graph, functions=(function,))
 
 
 def test_a_function_is_one_statement_an_operation() -> None:

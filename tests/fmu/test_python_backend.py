@@ -479,7 +479,7 @@ def test_equations_of_another_form_are_refused() -> None:
     equations = derive(load("pendulum"))
     program = lower(equations)
     assert printable(program)
-    other = replace(program, functions=tuple(replace(f, arrays=("M", "f", "G")) for f in program.functions))
+    other = program._replace(functions=tuple(replace(f, arrays=("M", "f", "G")) for f in program.functions))
     with pytest.raises(ExportError, match="the python backend cannot write the equations of 'pendulum'"):
         python_fmu(equations, other, ["linux64"], BLANK)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -17,7 +16,7 @@ def test_orders_are_as_claimed(name: str) -> None:
     method.check()
     if method.a == method.hat:
         with pytest.raises(ValueError, match=f"'{name}': b has order {method.order}, not {method.order + 1}"):
-            replace(method, order=method.order + 1).check()
+            method._replace(order=method.order + 1).check()
 
 
 def test_pairs_of_variational_methods() -> None:

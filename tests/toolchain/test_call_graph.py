@@ -10,7 +10,6 @@ import re
 import subprocess
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -141,7 +140,7 @@ def _trees(folder: Path) -> Iterator[tuple[Path, Mapping[str, str]]]:
         trees["page"] = page_sources(trees["2.0"], found.program, extra)
         trees["batch"] = render_scalar(found.program, table.tables, method)
         if METHODS[solver].error_order == 0:
-            bounded = replace(table.tables, bound=StepBound(0.01, 10))
+            bounded = table.tables._replace(bound=StepBound(0.01, 10))
             trees["firmware"] = firmware_sources(found.program, bounded, method, FirmwareStyle("a", own_math=True))
         if solver in SOLVERS:
             studied = with_adjoints(with_balance(found.program))

@@ -6,7 +6,6 @@ import hashlib
 import uuid
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -161,7 +160,7 @@ def _without_sources(description: ModelDescription, platforms: Sequence[Platform
             kind: {word: value for word, value in words.items() if word not in NOT_OFFERED}
             for kind, words in capabilities.items()
         }
-    return replace(description, source_files=(), interface=replace(description.interface, capabilities=capabilities))
+    return description._replace(source_files=(), interface=description.interface._replace(capabilities=capabilities))
 
 
 def _taken(
@@ -217,13 +216,13 @@ def describe(  # noqa: PLR0913 (choices of the user)
     """
     table = build_table(equations, program, events=version.has_ports, clocks=clocks)
     table = observed_table(table, observed) if observed else table
-    tables = replace(table.tables, vibrations=vibrations)
+    tables = table.tables._replace(vibrations=vibrations)
     if realtime:
         tables = bounded(tables, step_bound(mechanism, tables.default_solver_step, realtime.step))
     ports, numbers = _ports(mechanism, table, arrays=arrays) if version.has_ports else ((), None)
-    tables = replace(tables, ports=numbers)
+    tables = tables._replace(ports=numbers)
     identifier = identifier_of(mechanism.name)
-    interface = replace(version.interface, event_indicators=len(program.event_functions))
+    interface = version.interface._replace(event_indicators=len(program.event_functions))
     interface = observing_interface(interface) if observed else interface
     blank = ModelDescription(
         mechanism,
@@ -241,7 +240,7 @@ def describe(  # noqa: PLR0913 (choices of the user)
     texts = render_sources(program, tables, METHODS[solver], _BLANK, version.gate)
     guid = _guid(blank, texts)
     sources = {file: text.replace(_BLANK, guid) for file, text in texts.items()}
-    return replace(blank, guid=guid, source_files=(ALL,)), sources
+    return blank._replace(guid=guid, source_files=(ALL,)), sources
 
 
 def _ports(mechanism: Mechanism, table: VariableTable, *, arrays: bool) -> tuple[tuple[Port, ...], PortTable | None]:

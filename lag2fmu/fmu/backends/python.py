@@ -10,7 +10,6 @@ import hashlib
 import re
 import uuid
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -139,10 +138,10 @@ def python_fmu(
             f"the signs of {found}; use --backend c, or smooth(...) around kinks that a solver step may pass over"
         )
     table = build_table(equations, program)
-    description = replace(blank, variables=table.variables)
+    description = blank._replace(variables=table.variables)
     shared = _runtime() | _pythonfmu()
     guid = _guid(description, shared | {"": _module(program, table.tables, description)})
-    description = replace(description, guid=f"{{{guid}}}")
+    description = description._replace(guid=f"{{{guid}}}")
     module = f"{description.model_identifier}_{guid.hex[:12]}"
     return description, {
         **shared,
