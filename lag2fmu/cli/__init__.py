@@ -5,7 +5,6 @@ Exit code 0: done, 1: a check failed, 2: bad usage or bad input, 3: too little w
 
 from __future__ import annotations
 
-import atexit
 import errno
 import gc
 import os
@@ -13,7 +12,6 @@ import signal
 import sys
 import threading
 import warnings
-from contextlib import suppress
 from typing import Any
 
 import click
@@ -64,17 +62,6 @@ class _BadInputError(click.ClickException):
 class _Commands(click.Group):
     """A group that turns every error of lag2fmu into one line and exit code 2."""
 
-    def __call__(self, *args: Any, **kwargs: Any) -> None:
-        """Run as the program: the process ends with the command."""
-        ending: list[int] = []
-        atexit.register(_end_process, ending)  # called after whatever is registered later
-        try:
-            super().__call__(*args, **kwargs)
-        except SystemExit as leaving:
-            if isinstance(leaving.code, int):
-                ending.append(leaving.code)
-            raise
-
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; if it is terminated, its temporary folders are removed."""
         _exit_when_terminated()
@@ -94,19 +81,6 @@ class _Commands(click.Group):
             where = f"'{error.filename}': " if error.filename else ""
             remedy = "is there room, and the right to write, there and in the folder for temporary files (TMPDIR)?"
             raise _BadInputError(f"{where}{error.strerror or error}; {remedy}") from error
-
-
-def _end_process(ending: list[int]) -> None:
-    """End this process with the exit code in ``ending``, if there is one.
-
-    What the modules and the equations are made of goes with the process. Python alone takes it apart object by object,
-    which is a thirtieth of a small export.
-    """
-    with suppress(OSError):  # of a reader that is gone Python tells
-        sys.stdout.flush()
-        sys.stderr.flush()
-        if ending:
-            os._exit(*ending)
 
 
 def _exit_when_terminated() -> None:
