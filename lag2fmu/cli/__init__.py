@@ -6,7 +6,6 @@ Exit code 0: done, 1: a check failed, 2: bad usage or bad input, 3: too little w
 from __future__ import annotations
 
 import errno
-import gc
 import os
 import signal
 import sys
@@ -39,13 +38,6 @@ from lag2fmu.version import VERSION
 __all__ = ["main"]
 
 
-_YOUNG = 300_000
-"""Objects that a command makes before the first collection of garbage.
-
-Modules and equations are made of objects that stay. Python's own 700 take a tenth of the time of a small export.
-"""
-
-
 _THREADS = "OPENBLAS_NUM_THREADS"
 """The environment variable of the linear algebra of NumPy and SciPy: how many threads share a product of matrices.
 
@@ -66,7 +58,6 @@ class _Commands(click.Group):
         """Run the command; if it is terminated, its temporary folders are removed."""
         _exit_when_terminated()
         os.environ.setdefault(_THREADS, "1")
-        gc.set_threshold(_YOUNG, *gc.get_threshold()[1:])
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter(
