@@ -80,6 +80,7 @@ class DoubtWatch:
         elements = [*(u.name for u in m.unilaterals), *(f.name for f in m.frictions)]
         shown = [*q, *map(names.velocity, q), *self.equations.forces, *map(names.mode, elements)]
         shown += [names.residual(item.name) for item in m.constraints]
+        shown += [names.DISSIPATED_ENERGY] if m.hybrid else []
         self.outputs = list(dict.fromkeys([*shown, *sorted(self._symbols)])) if len(rows) or len(c) else []
 
     @cached_property
@@ -211,17 +212,23 @@ class DoubtWatch:
             at = int(np.argmax(off))
             if off[at] > OPEN * tolerance * self._size(run, own, rates=True):
                 yield f"{name} sticks and slips by {abs(slip[at]):.3g} (SI) at t = {run.time[at]:.4g} s"
-        yield from self._moving_at_rest(run, stuck, tolerance)
+        if stuck.any():
+            yield from self._moving_at_rest(run, stuck, tolerance)
 
     def _moving_at_rest(self, run: Trajectory, stuck: np.ndarray, tolerance: float) -> Iterator[str]:
-        """The coordinate that moves while every velocity is 0 and a friction sticks."""
+        """The coordinate that moves while every velocity is 0 and a friction sticks.
+
+        What slips and rests again between two points moves, too; friction has taken energy then.
+        """
         coordinates = self.mechanism.coordinates
         slow = [np.abs(run[names.velocity(q.name)]) <= tolerance * q.nominal for q in coordinates]
         still = np.logical_and.reduce([stuck, *slow])
+        undissipated = np.diff(run[names.DISSIPATED_ENERGY]) == 0.0
         edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
         for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
             for q in coordinates if end - begin >= STILL else ():
-                moved = float(abs(run[q.name][end - 1] - run[q.name][begin]))
+                steps = np.diff(run[q.name][begin:end]) * undissipated[begin : end - 1]
+                moved = float(abs(steps.sum()))
                 span = float(run.time[end - 1] - run.time[begin])
                 if moved > OPEN * tolerance * q.nominal * max(1.0, span):
                     yield f"{q.name} creeps by {moved:.3g} (SI) at rest, from t = {run.time[begin]:.4g} s on"

@@ -106,6 +106,13 @@ def test_what_obeys_is_silent(share: float) -> None:
     assert told(at_rest(block(), **falling, floor_force=gone, x_dot=gone + 3, a_dot=gone + 6, **_sliding())) == ""
 
 
+def test_what_slips_between_two_points_has_not_crept() -> None:
+    """The bearing lets go, slides and sticks again between the same two points, which takes 4 N.m times the angle."""
+    slipped = {"a": 1e-2 * LATER, "dissipated_energy": 4e-2 * LATER}
+    assert told(at_rest(block(), **slipped)) == ""
+    assert "a creeps by 0.0098" in told(at_rest(block(), a=1e-2 * (LATER + TIMES), dissipated_energy=4e-2 * LATER))
+
+
 @pytest.mark.parametrize(("weight", "normal", "over", "silent"), [
     (20.0, 1e-8, 1e-8, True),
     (20.0, 0.0, 1e-6, True),
