@@ -44,6 +44,8 @@ AGREE, AGREE_LATE = 1e-5, 0.15
 """Parts of a coordinate, and of 1 in SI units, by which two ways may differ: 100 tolerances, and of late hosts."""
 TIPPING = 129
 """The seed of a box whose lowest rebounds decide whether a foot sticks or slips."""
+CLOSING = 846
+"""The seed of a row in which a contact between two blocks closes in the step in which the slips of both turn."""
 HYSTERESIS = 1e-8
 """What an indicator may be beside its slip: its hysteresis, and what an event in the last step has left of it."""
 QUICK = ("chain", "loop", "clutch", "disc", "puck")
@@ -107,6 +109,8 @@ def _chosen() -> Iterator[object]:
         yield pytest.param(family, range(4), marks=marks, id=f"{family}-0")
     # a box begins to tip: the force and the friction of a foot come to 0 at one time
     yield pytest.param("box", (TIPPING,), marks=pytest.mark.slow, id="box-tips")
+    # where the contact has closed the one block slides on as before
+    yield pytest.param("row", (CLOSING,), marks=pytest.mark.slow, id="row-closes")
 
 
 @pytest.mark.parametrize(("family", "seeds"), _chosen())

@@ -102,6 +102,9 @@ static bool stop_slips(Settling *settling, bool *jumped) {
         return arena_leave(mark, false);
     }
     find_touching(settling);
+    if (*jumped) {
+        slips_forget_moving(settling, slips);
+    }
     slips_stop(settling, slips);
     if (slips->stopped && settling_find_states(settling, states) &&
         (slips->within_step || changes_little(settling, states))) {

@@ -35,6 +35,18 @@ bool slips_find(Settling *settling, StoppingSlips *slips) {
     return found;
 }
 
+void slips_forget_moving(Settling *settling, StoppingSlips *slips) {
+    const State *state = &settling->instance->state;
+    for (int function = 0; function < FUNCTIONS; function++) {
+        const int row = row_of_function(function);
+        if (slips->direction[function] * settling->velocity[ROW_PLACES[row]] >
+            row_least_speed(state, &settling->rows, row)) {
+            slips->direction[function] = 0.0;
+            settling->stopping[function] = false;
+        }
+    }
+}
+
 static void stick(State *state, int function) {
     if (is_friction(function)) {
         friction_stick(state, function - 2 * N_UNILATERALS);

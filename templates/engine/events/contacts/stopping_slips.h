@@ -14,6 +14,10 @@ typedef struct {
 /* Notes those that are due, in settling->stopping too; they are no longer due. Returns whether there are any. */
 bool slips_find(Settling *settling, StoppingSlips *slips);
 
+/* Forgets those that slide in the direction that each had: a contact that has closed at this event has given them other
+   velocities than those with which they were due. */
+void slips_forget_moving(Settling *settling, StoppingSlips *slips);
+
 /* Those that forces hold from now on stick, by the laws at the measured point. The others pass through 0, as the slip
    of a slider does at the dead centre of its crank, where its velocities do not make it slip: they slide in the other
    direction. */
