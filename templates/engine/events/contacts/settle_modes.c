@@ -11,7 +11,7 @@
 /* Does an open contact close here although it moves apart? It does if its gap is negative by rounding and the motion is
    too slow to make the gap positive. */
 static bool stays_near(const Settling *settling, int contact) {
-    return settling_due(settling, 2 * contact) && !contact_closed(&settling->instance->state, contact);
+    return settling->due[2 * contact] && !contact_closed(&settling->instance->state, contact);
 }
 
 /* Impacts of these contacts, which have just rebounded or stay near, accumulate: what is left of them is lower than the
@@ -82,7 +82,7 @@ static void lift_off(Settling *settling, int contact) {
 /* Has the force of a closed contact come down to 0 here? Its friction then comes to its limit together with it. */
 static bool gives_way(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
-    const bool due = settling_due(settling, 2 * contact) || settling_due(settling, 2 * contact + 1);
+    const bool due = settling->due[2 * contact] || settling->due[2 * contact + 1];
     return due && contact_closed(state, contact) && !state->cascading[contact] &&
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
@@ -105,7 +105,7 @@ static bool follows(const Settling *settling, int contact) {
     for (int i = 0; i < N_UNILATERALS; i++) {
         given = given || (i != contact && gives_way(settling, i));
     }
-    return given && !contact_closed(state, contact) && !settling_due(settling, 2 * contact) &&
+    return given && !contact_closed(state, contact) && !settling->due[2 * contact] &&
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
 

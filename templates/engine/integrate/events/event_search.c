@@ -7,6 +7,7 @@
 #include "dense_output.h"
 #include "event_noise.h"
 #include "events.h"
+#include "failure.h"
 #include "scale.h"
 #include "settings.h"
 #include "step_size.h"
@@ -94,10 +95,7 @@ static bool switches_told(Instance *instance, double values[][ROOT_NODES]) {
     for (int k = 0; k < N_SWITCHES; k++) {
         if (!TIMED_SWITCHES[k] && greatest_of(values[k]) > CLEAR * events_noise(instance, k) &&
             !roots_resolved(values[k])) {
-            instance->failure.kind = FAILURE_CHATTERING;
-            instance->failure.time = instance->state.time;
-            instance->failure.event = k;
-            return false;
+            return report_event(instance, FAILURE_CHATTERING, instance->state.time, k);
         }
     }
     return true;
@@ -206,13 +204,11 @@ static bool find_timed(Instance *instance, double from, double to, TimedRoots *t
     if (timed->first >= 0 || timed->known >= to) {
         return true;
     }
-    instance->failure.kind = FAILURE_EVENT_POLE;
-    instance->failure.time = timed->known;
-    instance->failure.event = 0;
+    int last = 0;
     for (int k = N_SWITCHES - 1; k >= 0; k--) {
-        instance->failure.event = TIMED_SWITCHES[k] ? k : instance->failure.event;
+        last = TIMED_SWITCHES[k] ? k : last;
     }
-    return false;
+    return report_event(instance, FAILURE_EVENT_POLE, timed->known, last);
 }
 
 bool far_from_events(Instance *instance, Step step, const double start[], bool *far) {
