@@ -87,15 +87,6 @@ static bool gives_way(const Settling *settling, int contact) {
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
 
-/* Does a contact that touches slide, while others relieve it of its load? It is open: the motion shares loads evenly
-   among all that are closed, and could not do without a pull. */
-static bool is_relieved(const Settling *settling, int contact) {
-    const int first = SLIP_ROWS[contact];
-    return first < SLIP_ROWS[contact + 1] && settling->row[ROW_PLACES[first]].law == ROW_SLIDING &&
-           settling->friction[contact] > 0.0 &&
-           !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
-}
-
 /* Where a contact gives way, or has just done so, one that is open does not close for a force that is rounding. Else
    the contacts of a body that leaves its support at once would take turns in being the last one, and one would close
    again for the rounding of an input that is set at this time. */
@@ -167,7 +158,7 @@ bool settling_modes(Settling *settling, bool *jumped) {
     watch_solutions(settling);
     begin_cascades(settling);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        leaves[i] = gives_way(settling, i) || is_relieved(settling, i) || follows(settling, i);
+        leaves[i] = gives_way(settling, i) || follows(settling, i);
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
         const int64_t cascade = instance->state.cascading[i];
