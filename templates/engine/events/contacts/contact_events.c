@@ -171,13 +171,6 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
     return arena_leave(mark, true);
 }
 
-/* Does an open contact approach below 0 by more than rounding? */
-static bool sinks(const State *state, const ElementRows *rows, int contact, double gap) {
-    const double size = row_size(rows, contact);
-    return !contact_closed(state, contact) && gap < -HYSTERESIS * size &&
-           rows->velocities[contact] < -10.0 * HYSTERESIS * size;
-}
-
 /* Is a slip in space, which has a direction by itself, slower than errors of the states? The solver would follow the
    noise of its direction in ever shorter steps. */
 static bool fades(const Instance *instance, const ElementRows *rows, int contact) {
@@ -222,18 +215,17 @@ int contacts_overdue(Instance *instance, const double values[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, ElementRows, rows);
     const State *state = &instance->state;
-    const double *gaps = values + N_SWITCHES;
-    bool possible = false;
+    const double *margins = values + N_SWITCHES;
+    bool slow = false;
     int overdue = -1;
     for (int i = 0; i < N_UNILATERALS; i++) {
-        possible = possible || (!contact_closed(state, i) && gaps[2 * i] < 0.0) ||
-                   (contact_slides_in_space(state, i) && gaps[2 * i + 1] < slow_slip(state, i));
+        slow = slow || (contact_slides_in_space(state, i) && margins[2 * i + 1] < slow_slip(state, i));
     }
-    if (possible) {
+    if (slow) {
         rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), rows);
     }
-    for (int i = 0; i < N_UNILATERALS && possible && overdue < 0; i++) {
-        overdue = sinks(state, rows, i, gaps[2 * i]) ? 2 * i : fades(instance, rows, i) ? 2 * i + 1 : -1;
+    for (int i = 0; i < N_UNILATERALS && slow && overdue < 0; i++) {
+        overdue = fades(instance, rows, i) ? 2 * i + 1 : -1;
     }
     arena_release(mark);
     return overdue;
