@@ -87,15 +87,11 @@ static bool gives_way(const Settling *settling, int contact) {
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
 
-/* Where a contact gives way, or has just done so, one that is open does not close for a force that is rounding. Else
-   the contacts of a body that leaves its support at once would take turns in being the last one, and one would close
-   again for the rounding of an input that is set at this time. */
-static bool follows(const Settling *settling, int contact) {
+/* A contact that has just given way does not close again for a force that is rounding, as that of an input which is set
+   at this time. */
+static bool stays_open(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
-    bool given = state->due[N_SWITCHES + 2 * contact] && state->event_time >= state->time;
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        given = given || (i != contact && gives_way(settling, i));
-    }
+    const bool given = state->due[N_SWITCHES + 2 * contact] && state->event_time >= state->time;
     return given && !contact_closed(state, contact) && !settling->due[2 * contact] &&
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
@@ -158,7 +154,7 @@ bool settling_modes(Settling *settling, bool *jumped) {
     watch_solutions(settling);
     begin_cascades(settling);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        leaves[i] = gives_way(settling, i) || follows(settling, i);
+        leaves[i] = gives_way(settling, i) || stays_open(settling, i);
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
         const int64_t cascade = instance->state.cascading[i];
