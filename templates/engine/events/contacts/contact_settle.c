@@ -174,19 +174,8 @@ bool contacts_undo_drift(Instance *instance, bool *jumped) {
     return arena_leave(mark, settling_move(settling, jumped));
 }
 
-/* Does an open contact come to be closed here whose next flight would begin inside? An importer's solver ends its steps
-   there; the own one does so where a gap opens by less than rounding. A gap that sinks although its velocity is not
-   negative, as with an input whose velocity is not that of its position, would only sink again. */
-static bool overlaps(const Settling *settling, int contact) {
-    const Instance *instance = settling->instance;
-    const double least = -AT_REST * row_size(&settling->rows, contact);
-    const bool strikes = settling->rows.positions[contact] < least && settling->rows.velocities[contact] < 0.0;
-    return !contact_closed(&instance->state, contact) && settling->due[2 * contact] &&
-           (!instance->policy->integrate || strikes);
-}
-
-/* Bodies that meet a little inside of each other are put back to where they touch, so that no gap is negative after the
-   event. If they cannot all touch, they stay where they are. */
+/* An importer's solver ends its steps where bodies are a little inside of each other. They are put back to where they
+   touch, so that no gap is negative after the event. If they cannot all touch, they stay where they are. */
 static bool undo_overlap(Settling *settling, bool *jumped) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, double, states, N_STATES);
@@ -194,14 +183,14 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
     Instance *instance = settling->instance;
     State *state = &instance->state;
     bool found = false, moved;
-    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
         open[i] = !contact_closed(state, i);
-        found = found || overlaps(settling, i);
+        found = found || (open[i] && settling->due[2 * i]);
     }
-    if (!found) {
+    if (instance->policy->integrate || !found) {
         return arena_leave(mark, true);
     }
+    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
         row_activate(state, i, !open[i] || meets(settling, i));
     }
