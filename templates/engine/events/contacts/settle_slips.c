@@ -59,7 +59,8 @@ bool settling_stop_in_space(Settling *settling, bool *jumped) {
     return settling_move(settling, jumped);
 }
 
-/* Is there friction beyond the rounding of forces? A foot that others relieve of its load has none. */
+/* Is there friction beyond the rounding of forces? A foot whose load the others bear has none, and rounding tells no
+   direction. */
 static bool bears_friction(const Settling *settling, int contact) {
     bool found = false;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {

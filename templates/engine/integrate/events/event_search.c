@@ -29,9 +29,9 @@ static const double WRONG = 0.125;
 /* A part is longer than the one before it by this factor at most. */
 static const double GROWTH_OF_SEARCH = 4.0;
 
-/* A step longer than this part of the experiment is repeated with another length where the margin of a switch turns
-   more often than even its shortest parts tell. */
-static const double CLEAR = 1e3; /* units of rounding, beyond which a margin has to be told */
+/* In units of rounding: the margin of a switch that is greater has to be resolved in the shortest parts of a step. A
+   step in which it turns more often than they tell is repeated with another length. */
+static const double CLEAR = 1e3;
 
 /* Sets values[k][i] to the event functions k at the node i of a part of the step in state->dense. With cubic,
    the states there are those of Hermite's cubic alone. */
