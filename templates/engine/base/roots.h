@@ -24,9 +24,9 @@ bool roots_resolved(const double values[]);
 /* The slope of the polynomial at theta. */
 double roots_slope(const double bernstein[ROOT_NODES], double theta);
 
-/* The least theta in [0, 1] where the polynomial comes down: from positive to not positive. What is not greater than
-   noise at theta = 0 counts as 0 there, and what is below, or falls from there, comes down at 0. NO_ROOT if it does
-   not come down, or stays within the noise. */
+/* The least theta in [0, 1] where the polynomial comes down: from positive to not positive. A value up
+   to the noise counts as 0 at theta = 0. A polynomial that is below 0 there, or falls from 0, comes down at theta = 0.
+   NO_ROOT if it does not come down, or stays within the noise. */
 double roots_first_descent(const double bernstein[ROOT_NODES], double noise);
 
 #endif

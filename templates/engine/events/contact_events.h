@@ -8,10 +8,8 @@
 /* values[N_EVENTS - N_SWITCHES] of their event functions, as events_evaluate says. */
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]);
 
-/* An event that the event functions do not show, given their values[N_EVENTS] at the present point; -1 for none. An
-   open contact is below 0 by more than rounding, and approaches: an input whose position and velocity do not belong
-   together can bring it there behind the back of a function that comes down to 0 elsewhere. Or a slip in space has
-   become slower than errors of the states. */
+/* An event that the event functions do not show, given their values[N_EVENTS] at the present point; -1 for none: a slip
+   in space has become slower than errors of the states. */
 int contacts_overdue(Instance *instance, const double values[]);
 
 /* At the present point: friction of a slip in space that has turned far from the direction of its mode, and is not

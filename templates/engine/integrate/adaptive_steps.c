@@ -7,6 +7,7 @@
 #include "contacts.h"
 #include "dense_output.h"
 #include "event_steps.h"
+#include "failure.h"
 #include "projection.h"
 #include "scale.h"
 #include "settings.h"
@@ -66,10 +67,7 @@ static bool is_at_pole(Instance *instance, int pole, double shortest) {
     if (pole < 0 || !(instance->state.next_step < NEAR_POLE * shortest)) {
         return false;
     }
-    instance->failure.kind = FAILURE_EVENT_POLE;
-    instance->failure.time = instance->state.time;
-    instance->failure.event = pole;
-    return true;
+    return !report_event(instance, FAILURE_EVENT_POLE, instance->state.time, pole);
 }
 
 /* The time at which a slip in space ends is as uncertain as the states, over their rates. So that it is right to about

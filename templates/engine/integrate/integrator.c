@@ -7,6 +7,7 @@
 #include "contacts.h"
 #include "diagnosis.h"
 #include "event_steps.h"
+#include "failure.h"
 #include "inputs.h"
 #include "notices.h"
 #include "projection.h"
@@ -198,10 +199,7 @@ bool integrate_in_equal_steps(Instance *instance, const Companion *with) {
     const double whole = span * (1.0 - INSTANT) - rounding_of_length(end); /* less: H = 10 h takes 10 steps */
     const double count = whole <= longest ? 1.0 : ceil(whole / longest);
     if (!(count <= (double)MOST_SOLVER_STEPS)) {
-        instance->failure.kind = FAILURE_STEP_COUNT;
-        instance->failure.time = begun;
-        instance->failure.amount = count;
-        return false;
+        return report_amount(instance, FAILURE_STEP_COUNT, begun, count);
     }
     if (!update_first_stage(instance)) {
         return false;

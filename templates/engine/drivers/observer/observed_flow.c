@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "failure.h"
 #include "finite.h"
 #include "inputs.h"
 #include "orthogonal.h"
@@ -69,9 +70,7 @@ static double steps_between(Instance *instance, double start, double end) {
     if (count <= (double)MOST_SOLVER_STEPS) {
         return count;
     }
-    instance->failure.kind = FAILURE_STEP_COUNT;
-    instance->failure.time = start;
-    instance->failure.amount = count;
+    report_amount(instance, FAILURE_STEP_COUNT, start, count);
     return 0.0;
 }
 

@@ -11,6 +11,7 @@
 #include "accelerations.h"
 #include "contact_modes.h"
 #include "contacts.h"
+#include "failure.h"
 #include "inputs.h"
 #include "scale.h"
 #include "settings.h"
@@ -144,13 +145,6 @@ static void choose_loads(Instance *instance, double time, const double states[],
     }
 }
 
-static bool report_memory(Instance *instance, double time) {
-    instance->failure.kind = FAILURE_MEMORY;
-    instance->failure.time = time;
-    instance->failure.amount = (double)instance->arena->refused;
-    return false;
-}
-
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, ContactPoint, point);
@@ -163,7 +157,8 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
         }
         choose_loads(instance, time, states, point);
         if (instance->arena->refused > 0) {
-            return arena_leave(mark, report_memory(instance, time));
+            const double refused = (double)instance->arena->refused;
+            return arena_leave(mark, report_amount(instance, FAILURE_MEMORY, time, refused));
         }
     }
     mechanism_slips(time, states, inputs, parameters, point->gaps, point->slips);
@@ -176,19 +171,12 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
     return arena_leave(mark, true);
 }
 
-/* Does an open contact approach below 0 by more than rounding? */
-static bool sinks(const State *state, const ElementRows *rows, int contact, double gap) {
-    const double size = row_size(rows, contact);
-    return !contact_closed(state, contact) && gap < -HYSTERESIS * size &&
-           rows->velocities[contact] < -10.0 * HYSTERESIS * size;
-}
-
 /* Is a slip in space, which has a direction by itself, slower than errors of the states? The solver would follow the
    noise of its direction in ever shorter steps. */
 static bool fades(const Instance *instance, const ElementRows *rows, int contact) {
     const State *state = &instance->state;
     const int first = SLIP_ROWS[contact];
-    return contact_slips(contact) == 2 && contact_slides(state, contact) && contact_steady(state, contact) == 0.0 &&
+    return contact_slides_in_space(state, contact) && contact_steady(state, contact) == 0.0 &&
            hypot(rows->velocities[first], rows->velocities[first + 1]) <= contact_loose_speed(instance, rows, contact);
 }
 
@@ -212,14 +200,10 @@ void contacts_turn(Instance *instance) {
     mechanism_slips(state->time, state->states, inputs_at(instance, state->time), state->parameters, gaps, slips);
     for (int i = 0; i < N_UNILATERALS; i++) {
         const double *slip = slips + SLIP_ROWS[i] - FIRST_SLIP;
-        if (contact_slips(i) < 2 || !contact_slides(state, i) || contact_steady(state, i) > 0.0) {
+        if (!contact_slides_in_space(state, i) || contact_steady(state, i) > 0.0) {
             continue;
         }
-        const double along = contact_slip_margin(state, i, slip);
-        double speed = 0.0;
-        for (int k = 0; k < contact_slips(i); k++) {
-            speed = hypot(speed, slip[k]);
-        }
+        const double along = contact_slip_margin(state, i, slip), speed = hypot(slip[0], slip[1]);
         if (speed > slow_slip(state, i) && along > 0.0 && along < TURNED_AWAY * speed) {
             contact_slide(state, i, slip, 0.0);
         }
@@ -231,38 +215,20 @@ int contacts_overdue(Instance *instance, const double values[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, ElementRows, rows);
     const State *state = &instance->state;
-    const double *gaps = values + N_SWITCHES;
-    bool possible = false;
+    const double *margins = values + N_SWITCHES;
+    bool slow = false;
+    int overdue = -1;
     for (int i = 0; i < N_UNILATERALS; i++) {
-        possible = possible || (!contact_closed(state, i) && gaps[2 * i] < 0.0) ||
-                   (contact_slips(i) == 2 && contact_slides(state, i) && gaps[2 * i + 1] < slow_slip(state, i));
+        slow = slow || (contact_slides_in_space(state, i) && margins[2 * i + 1] < slow_slip(state, i));
     }
-    if (!possible) {
-        arena_release(mark);
-        return -1;
+    if (slow) {
+        rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), rows);
     }
-    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), rows);
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        if (sinks(state, rows, i, gaps[2 * i])) {
-            arena_release(mark);
-            return 2 * i;
-        }
-        if (fades(instance, rows, i)) {
-            arena_release(mark);
-            return 2 * i + 1;
-        }
+    for (int i = 0; i < N_UNILATERALS && slow && overdue < 0; i++) {
+        overdue = fades(instance, rows, i) ? 2 * i + 1 : -1;
     }
     arena_release(mark);
-    return -1;
-}
-
-static bool report_pushing(Instance *instance, double time, int friction, double force) {
-    Failure *failure = &instance->failure;
-    failure->kind = FAILURE_PUSHING;
-    failure->time = time;
-    failure->count = ROW_PLACES[FIRST_FRICTION + friction];
-    failure->amount = force;
-    return false;
+    return overdue;
 }
 
 bool contacts_oppose(Instance *instance, double time, const double states[], const double unknowns[]) {
@@ -285,7 +251,8 @@ bool contacts_oppose(Instance *instance, double time, const double states[], con
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
         if (!(point->force[i] >= -OBEYED * greatest)) {
-            return arena_leave(mark, report_pushing(instance, time, i, point->force[i]));
+            const int row = ROW_PLACES[FIRST_FRICTION + i];
+            return arena_leave(mark, report_constraint(instance, FAILURE_PUSHING, time, row, point->force[i]));
         }
     }
     return arena_leave(mark, true);

@@ -8,6 +8,7 @@
 #include "constraints.h"
 #include "contact_events.h"
 #include "contacts.h"
+#include "failure.h"
 #include "inputs.h"
 #include "scale.h"
 #include "settings.h"
@@ -33,7 +34,7 @@ static bool update_latches(Settling *settling) {
 
 /* Does the contact come to be closed here, or touch by chance? */
 static bool meets(const Settling *settling, int contact) {
-    return settling_due(settling, 2 * contact) ||
+    return settling->due[2 * contact] ||
            settling->rows.positions[contact] <= AT_REST * row_size(&settling->rows, contact);
 }
 
@@ -61,7 +62,7 @@ static void forget_modes(State *state) {
 static bool at_top(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     return state->cascading[contact] == CASCADE_RISES &&
-           (settling_due(settling, 2 * contact + 1) || state->time >= state->top_time[contact]);
+           (settling->due[2 * contact + 1] || state->time >= state->top_time[contact]);
 }
 
 /* Ends cascades whose time is over, or whose contact bears nothing or comes down before the top. What was left of the
@@ -70,7 +71,7 @@ static void end_cascades(Settling *settling) {
     State *state = &settling->instance->state;
     for (int i = 0; i < N_UNILATERALS; i++) {
         const bool over = state->cascading[i] == CASCADE_RESTS && state->time >= state->rest_time[i];
-        if (state->cascading[i] && (settling_due(settling, 2 * i) || over) && !at_top(settling, i)) {
+        if (state->cascading[i] && (settling->due[2 * i] || over) && !at_top(settling, i)) {
             double *rest = &state->event_rests[N_SWITCHES + 2 * i];
             *rest = state->cascading[i] == CASCADE_RESTS ? 0.0 : *rest;
             state->cascading[i] = CASCADE_NONE;
@@ -176,19 +177,8 @@ bool contacts_undo_drift(Instance *instance, bool *jumped) {
     return arena_leave(mark, settling_move(settling, jumped));
 }
 
-/* Does an open contact come to be closed here whose next flight would begin inside? An importer's solver ends its steps
-   there; the own one does so where a gap opens by less than rounding. A gap that sinks although its velocity is not
-   negative, as with an input whose velocity is not that of its position, would only sink again. */
-static bool overlaps(const Settling *settling, int contact) {
-    const Instance *instance = settling->instance;
-    const double least = -AT_REST * row_size(&settling->rows, contact);
-    const bool strikes = settling->rows.positions[contact] < least && settling->rows.velocities[contact] < 0.0;
-    return !contact_closed(&instance->state, contact) && settling_due(settling, 2 * contact) &&
-           (!instance->policy->integrate || strikes);
-}
-
-/* Bodies that meet a little inside of each other are put back to where they touch, so that no gap is negative after the
-   event. If they cannot all touch, they stay where they are. */
+/* An importer's solver ends its steps where bodies are a little inside of each other. They are put back to where they
+   touch, so that no gap is negative after the event. If they cannot all touch, they stay where they are. */
 static bool undo_overlap(Settling *settling, bool *jumped) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, double, states, N_STATES);
@@ -196,14 +186,14 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
     Instance *instance = settling->instance;
     State *state = &instance->state;
     bool found = false, moved;
-    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
         open[i] = !contact_closed(state, i);
-        found = found || overlaps(settling, i);
+        found = found || (open[i] && settling->due[2 * i]);
     }
-    if (!found) {
+    if (instance->policy->integrate || !found) {
         return arena_leave(mark, true);
     }
+    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
         row_activate(state, i, !open[i] || meets(settling, i));
     }
@@ -212,7 +202,7 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
                        constraints_project(instance, state->time, inputs_at(instance, state->time), states, &moved);
     for (int i = 0; i < N_UNILATERALS; i++) {
         row_activate(state, i, !open[i]);
-        if (touch && open[i] && settling_due(settling, 2 * i)) {
+        if (touch && open[i] && settling->due[2 * i]) {
             state->event_rests[N_SWITCHES + 2 * i] = 0.0; /* the next impact is not as far inside */
         }
     }
@@ -225,14 +215,11 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
 
 /* Is no gap negative at the start? Gaps that are closed but for a part of nominal values are. */
 static bool starts_apart(Settling *settling) {
-    Failure *failure = &settling->instance->failure;
+    Instance *instance = settling->instance;
     for (int i = 0; i < N_UNILATERALS; i++) {
-        if (settling->rows.positions[i] < -TYPED * row_size(&settling->rows, i)) {
-            failure->kind = FAILURE_PENETRATION;
-            failure->time = settling->instance->state.time;
-            failure->count = ROW_PLACES[i];
-            failure->amount = settling->rows.positions[i];
-            return false;
+        const double gap = settling->rows.positions[i];
+        if (gap < -TYPED * row_size(&settling->rows, i)) {
+            return report_constraint(instance, FAILURE_PENETRATION, instance->state.time, ROW_PLACES[i], gap);
         }
     }
     return true;

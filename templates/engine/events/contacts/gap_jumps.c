@@ -2,6 +2,7 @@
 
 #include "contact_events.h"
 #include "contact_modes.h"
+#include "failure.h"
 #include "inputs.h"
 #include "scale.h"
 
@@ -31,11 +32,8 @@ bool contacts_jump(Instance *instance, const double before[]) {
             instance->state.event_rests[N_SWITCHES + 2 * i] = 0.0; /* it was of the force, not of the gap */
             contact_open(&instance->state, i);
         } else if (change < -most * size && gap < -most * size) {
-            instance->failure.kind = FAILURE_JUMP;
-            instance->failure.time = instance->state.time;
-            instance->failure.count = ROW_PLACES[i];
-            instance->failure.amount = gap;
-            return arena_leave(mark, false);
+            return arena_leave(
+                mark, report_constraint(instance, FAILURE_JUMP, instance->state.time, ROW_PLACES[i], gap));
         }
     }
     return arena_leave(mark, true);

@@ -9,7 +9,7 @@
 #include "scale.h"
 #include "settling.h"
 
-/* So many times a velocity that is as good as 0 may be left of one that an impact stops. */
+/* What may be left of a velocity that an impact stops, in units of a velocity that is as good as 0. */
 static const double LEFT = 100.0;
 
 static bool approaches(const Settling *settling, int contact) {

@@ -27,7 +27,7 @@ static void set_slips(Settling *settling, int contact) {
     const bool stops = settling->stopping[2 * contact + 1];
     const bool rests = end > first && (stops || (speed <= settling_least_speed(settling, first) &&
                                                  !moves_without_lever(settling, first)));
-    const bool yields = contact_sticks(state, contact) && settling_due(settling, 2 * contact + 1);
+    const bool yields = contact_sticks(state, contact) && settling->due[2 * contact + 1];
     if (!rests) {
         settling_slip_direction(settling, contact, along);
     }
@@ -62,7 +62,7 @@ static void set_settled_friction(Settling *settling, int friction, double force,
     const State *state = &settling->instance->state;
     const int row = FIRST_FRICTION + friction, k = ROW_PLACES[row];
     const double w = settling_slip_located(settling, row, 2 * N_UNILATERALS + friction);
-    const bool yields = friction_sticks(state, friction) && settling_due(settling, 2 * N_UNILATERALS + friction);
+    const bool yields = friction_sticks(state, friction) && settling->due[2 * N_UNILATERALS + friction];
     const bool stops = settling->stopping[2 * N_UNILATERALS + friction];
     if (stops || (fabs(w) <= settling_least_speed(settling, row) && !moves_without_lever(settling, row))) {
         const double less = yields ? YIELDS * greatest : 0.0;
@@ -169,7 +169,7 @@ static void find_vanishing(Settling *settling) {
 static bool sticks_at_limit(const Settling *settling, int contact) {
     const int first = SLIP_ROWS[contact];
     double friction = 0.0;
-    if (!contact_sticks(&settling->instance->state, contact) || settling_due(settling, 2 * contact + 1) ||
+    if (!contact_sticks(&settling->instance->state, contact) || settling->due[2 * contact + 1] ||
         settling->row[ROW_PLACES[first]].law != ROW_TANGENTIAL) {
         return false;
     }
@@ -186,7 +186,7 @@ static bool give_way_together(Settling *settling) {
     const State *state = &settling->instance->state;
     bool given = false, found = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
-        given = given || (contact_sticks(state, i) && settling_due(settling, 2 * i + 1));
+        given = given || (contact_sticks(state, i) && settling->due[2 * i + 1]);
     }
     for (int i = 0; i < N_UNILATERALS && given; i++) {
         if (sticks_at_limit(settling, i)) {

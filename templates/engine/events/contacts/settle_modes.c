@@ -11,7 +11,7 @@
 /* Does an open contact close here although it moves apart? It does if its gap is negative by rounding and the motion is
    too slow to make the gap positive. */
 static bool stays_near(const Settling *settling, int contact) {
-    return settling_due(settling, 2 * contact) && !contact_closed(&settling->instance->state, contact);
+    return settling->due[2 * contact] && !contact_closed(&settling->instance->state, contact);
 }
 
 /* Impacts of these contacts, which have just rebounded or stay near, accumulate: what is left of them is lower than the
@@ -82,30 +82,17 @@ static void lift_off(Settling *settling, int contact) {
 /* Has the force of a closed contact come down to 0 here? Its friction then comes to its limit together with it. */
 static bool gives_way(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
-    const bool due = settling_due(settling, 2 * contact) || settling_due(settling, 2 * contact + 1);
+    const bool due = settling->due[2 * contact] || settling->due[2 * contact + 1];
     return due && contact_closed(state, contact) && !state->cascading[contact] &&
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
 
-/* Does a contact that touches slide, while others relieve it of its load? It is open: the motion shares loads evenly
-   among all that are closed, and could not do without a pull. */
-static bool is_relieved(const Settling *settling, int contact) {
-    const int first = SLIP_ROWS[contact];
-    return first < SLIP_ROWS[contact + 1] && settling->row[ROW_PLACES[first]].law == ROW_SLIDING &&
-           settling->friction[contact] > 0.0 &&
-           !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
-}
-
-/* Where a contact gives way, or has just done so, one that is open does not close for a force that is rounding. Else
-   the contacts of a body that leaves its support at once would take turns in being the last one, and one would close
-   again for the rounding of an input that is set at this time. */
-static bool follows(const Settling *settling, int contact) {
+/* A contact that has just given way does not close again for a force that is rounding, as that of an input which is set
+   at this time. */
+static bool stays_open(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
-    bool given = state->due[N_SWITCHES + 2 * contact] && state->event_time >= state->time;
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        given = given || (i != contact && gives_way(settling, i));
-    }
-    return given && !contact_closed(state, contact) && !settling_due(settling, 2 * contact) &&
+    const bool given = state->due[N_SWITCHES + 2 * contact] && state->event_time >= state->time;
+    return given && !contact_closed(state, contact) && !settling->due[2 * contact] &&
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
 
@@ -167,7 +154,7 @@ bool settling_modes(Settling *settling, bool *jumped) {
     watch_solutions(settling);
     begin_cascades(settling);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        leaves[i] = gives_way(settling, i) || is_relieved(settling, i) || follows(settling, i);
+        leaves[i] = gives_way(settling, i) || stays_open(settling, i);
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
         const int64_t cascade = instance->state.cascading[i];

@@ -17,7 +17,7 @@ static double loose_speed(const Settling *settling, int contact) {
 
 /* Is the slip in space so slow that it may be at rest? */
 static bool is_slow(const Settling *settling, int contact) {
-    return slips_in_space(contact) && contact_slides(&settling->instance->state, contact) &&
+    return contact_slides_in_space(&settling->instance->state, contact) &&
            settling_slip_speed(settling, contact) <= loose_speed(settling, contact);
 }
 
@@ -25,7 +25,7 @@ static bool is_slow(const Settling *settling, int contact) {
    that is slow at the event of another contact is so before its own: it would turn within errors of the states. */
 static bool comes_to_rest(const Settling *settling, int contact) {
     const bool steadied = contact_steady(&settling->instance->state, contact) > 0.0;
-    return (settling_due(settling, 2 * contact + 1) || !steadied) && is_slow(settling, contact);
+    return (settling->due[2 * contact + 1] || !steadied) && is_slow(settling, contact);
 }
 
 /* Brings velocity[] up to date for contacts in space, if one of them slides. */
@@ -59,7 +59,8 @@ bool settling_stop_in_space(Settling *settling, bool *jumped) {
     return settling_move(settling, jumped);
 }
 
-/* Is there friction beyond the rounding of forces? A foot that others relieve of its load has none. */
+/* Is there friction beyond the rounding of forces? A foot whose load the others bear has none, and rounding tells no
+   direction. */
 static bool bears_friction(const Settling *settling, int contact) {
     bool found = false;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
@@ -115,7 +116,7 @@ static bool goes_on(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     double slips[2] = {0.0};
     if (!contact_slides(state, contact) || !(contact_steady(state, contact) > 0.0) ||
-        settling_due(settling, 2 * contact + 1)) {
+        settling->due[2 * contact + 1]) {
         return false;
     }
     for (int i = 0; i < contact_slips(contact); i++) {

@@ -4,22 +4,17 @@
 #include <string.h>
 
 #include "constraints.h"
+#include "failure.h"
 #include "inputs.h"
 #include "mass_matrix.h"
 #include "scale.h"
 #include "settings.h"
 #include "system.h"
 
-bool settling_due(const Settling *settling, int function) {
-    return settling->due[function];
-}
-
 bool settling_fail(Instance *instance) {
     const size_t refused = instance->arena->refused;
-    instance->failure.kind = refused > 0 ? FAILURE_MEMORY : FAILURE_MODES;
-    instance->failure.time = instance->state.time;
-    instance->failure.amount = (double)refused;
-    return false;
+    const FailureKind kind = refused > 0 ? FAILURE_MEMORY : FAILURE_MODES;
+    return report_amount(instance, kind, instance->state.time, (double)refused);
 }
 
 double settling_least_speed(const Settling *settling, int row) {
@@ -88,27 +83,19 @@ static void fill_delassus(Settling *settling) {
     }
 }
 
-static bool report_law(Settling *settling, FailureKind kind, int contact, double coefficient) {
-    Failure *failure = &settling->instance->failure;
-    failure->kind = kind;
-    failure->time = settling->instance->state.time;
-    failure->count = ROW_PLACES[contact];
-    failure->amount = coefficient;
-    return false;
-}
-
 /* The coefficients of the contacts at the present parameters, if the laws of contact have a meaning for them. */
 static bool find_coefficients(Settling *settling) {
-    const State *state = &settling->instance->state;
-    mechanism_contacts(state->time, state->states, inputs_at(settling->instance, state->time), state->parameters,
+    Instance *instance = settling->instance;
+    const State *state = &instance->state;
+    mechanism_contacts(state->time, state->states, inputs_at(instance, state->time), state->parameters,
                        settling->restitution, settling->friction, settling->holding);
     for (int i = 0; i < N_UNILATERALS; i++) {
         const double restitution = settling->restitution[i], friction = settling->friction[i];
         if (!(restitution >= 0.0 && restitution <= 1.0)) {
-            return report_law(settling, FAILURE_RESTITUTION, i, restitution);
+            return report_constraint(instance, FAILURE_RESTITUTION, state->time, ROW_PLACES[i], restitution);
         }
         if (!(friction >= 0.0)) {
-            return report_law(settling, FAILURE_FRICTION, i, friction);
+            return report_constraint(instance, FAILURE_FRICTION, state->time, ROW_PLACES[i], friction);
         }
     }
     return true;

@@ -7,11 +7,12 @@
 #include "linear_solve.h"
 
 /* All K = N_CONSTRAINTS constraints, rows that modes switch included, whatever their modes. A touching contact has a
-   gap of 0. The contacts that leave have a gap that opens. */
+   gap of 0. due and stopping are by event function: 2 i and 2 i + 1 of contact i, 2 N_UNILATERALS + i of dry friction
+   i. They have one place more, because there may be none. */
 typedef struct {
     Instance *instance;
-    bool due[2 * N_UNILATERALS + N_FRICTIONS + 1];    /* as contacts_settle says; one more: there may be none */
-    bool stopping[2 * N_UNILATERALS + N_FRICTIONS + 1]; /* by event function: a slip along a line that is due */
+    bool due[2 * N_UNILATERALS + N_FRICTIONS + 1];      /* as contacts_settle says */
+    bool stopping[2 * N_UNILATERALS + N_FRICTIONS + 1]; /* a slip along a line that is due */
     ElementRows rows;
     double jacobian[N_CONSTRAINTS * N_COORDINATES];
     double response[N_CONSTRAINTS * N_COORDINATES];   /* row k: M^-1 g_k */
@@ -81,9 +82,6 @@ void settling_slip_direction(const Settling *settling, int contact, double direc
 
 /* Lets a closed contact with friction slide or stick, as the laws have decided. */
 void settling_carry_out_slip(Settling *settling, int contact);
-
-/* Is something due with this event function: 2 i and 2 i + 1 of contact i, 2 N_UNILATERALS + i of dry friction i? */
-bool settling_due(const Settling *settling, int function);
 
 /* Impacts: changes velocities until nothing approaches, and latches hold. *jumped is set if velocities changed. */
 bool settling_impacts(Settling *settling, bool *jumped);

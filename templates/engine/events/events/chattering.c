@@ -3,6 +3,7 @@
 
 #include "event_noise.h"
 #include "events.h"
+#include "failure.h"
 #include "margins.h"
 #include "scale.h"
 #include "settings.h"
@@ -43,10 +44,7 @@ bool events_go_on(Instance *instance) {
             return false;
         }
         if (pushed) {
-            instance->failure.kind = FAILURE_CHATTERING;
-            instance->failure.time = state->time;
-            instance->failure.event = k;
-            return false;
+            return report_event(instance, FAILURE_CHATTERING, state->time, k);
         }
     }
     return true;

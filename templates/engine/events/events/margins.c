@@ -8,6 +8,7 @@
 #include "derivative.h"
 #include "event_noise.h"
 #include "events.h"
+#include "failure.h"
 #include "inputs.h"
 #include "scale.h"
 #include "settings.h"
@@ -20,10 +21,7 @@ bool margins_evaluate(Instance *instance, double time, const double states[], do
     mechanism_switches(time, states, inputs_at(instance, time), instance->state.parameters, margins);
     for (int k = 0; k < N_SWITCHES; k++) {
         if (!isfinite(margins[k])) {
-            instance->failure.kind = FAILURE_EVENT_VALUE;
-            instance->failure.time = time;
-            instance->failure.event = k;
-            return false;
+            return report_event(instance, FAILURE_EVENT_VALUE, time, k);
         }
     }
     return true;

@@ -7,6 +7,7 @@
 #include "dense_output.h"
 #include "event_noise.h"
 #include "events.h"
+#include "failure.h"
 #include "scale.h"
 #include "settings.h"
 #include "step_size.h"
@@ -28,9 +29,9 @@ static const double WRONG = 0.125;
 /* A part is longer than the one before it by this factor at most. */
 static const double GROWTH_OF_SEARCH = 4.0;
 
-/* A step longer than this part of the experiment is repeated with another length where the margin of a switch turns
-   more often than even its shortest parts tell. */
-static const double CLEAR = 1e3; /* units of rounding, beyond which a margin has to be told */
+/* In units of rounding: the margin of a switch that is greater has to be resolved in the shortest parts of a step. A
+   step in which it turns more often than they tell is repeated with another length. */
+static const double CLEAR = 1e3;
 
 /* Sets values[k][i] to the event functions k at the node i of a part of the step in state->dense. With cubic,
    the states there are those of Hermite's cubic alone. */
@@ -94,10 +95,7 @@ static bool switches_told(Instance *instance, double values[][ROOT_NODES]) {
     for (int k = 0; k < N_SWITCHES; k++) {
         if (!TIMED_SWITCHES[k] && greatest_of(values[k]) > CLEAR * events_noise(instance, k) &&
             !roots_resolved(values[k])) {
-            instance->failure.kind = FAILURE_CHATTERING;
-            instance->failure.time = instance->state.time;
-            instance->failure.event = k;
-            return false;
+            return report_event(instance, FAILURE_CHATTERING, instance->state.time, k);
         }
     }
     return true;
@@ -206,13 +204,11 @@ static bool find_timed(Instance *instance, double from, double to, TimedRoots *t
     if (timed->first >= 0 || timed->known >= to) {
         return true;
     }
-    instance->failure.kind = FAILURE_EVENT_POLE;
-    instance->failure.time = timed->known;
-    instance->failure.event = 0;
+    int last = 0;
     for (int k = N_SWITCHES - 1; k >= 0; k--) {
-        instance->failure.event = TIMED_SWITCHES[k] ? k : instance->failure.event;
+        last = TIMED_SWITCHES[k] ? k : last;
     }
-    return false;
+    return report_event(instance, FAILURE_EVENT_POLE, timed->known, last);
 }
 
 bool far_from_events(Instance *instance, Step step, const double start[], bool *far) {

@@ -11,6 +11,7 @@
 #include "event_noise.h"
 #include "event_search.h"
 #include "events.h"
+#include "failure.h"
 #include "projection.h"
 #include "scale.h"
 #include "step_size.h"
@@ -146,10 +147,7 @@ static void note_due(Instance *instance, const Descents *found, Step step, doubl
    does whose lever vanishes. A shorter step may end before that, or tell the root better. */
 static bool report_pole(Instance *instance, int k) {
     instance->state.event_pending = 0;
-    instance->failure.kind = FAILURE_EVENT_POLE;
-    instance->failure.time = instance->state.time;
-    instance->failure.event = k;
-    return false;
+    return report_event(instance, FAILURE_EVENT_POLE, instance->state.time, k);
 }
 
 /* An event at the beginning of a step, of this length (s) before it was repeated, that has just been passed there
@@ -165,10 +163,7 @@ static bool seems_to_repeat(Instance *instance, const Descents *found, Step step
         !events_push_back(instance, found->first, &pushed) || pushed) {
         return false;
     }
-    instance->failure.kind = FAILURE_CHATTERING;
-    instance->failure.time = state->time;
-    instance->failure.event = found->first;
-    return true;
+    return !report_event(instance, FAILURE_CHATTERING, state->time, found->first);
 }
 
 /* Cuts a step of fixed length at whose beginning one event has just been passed several times. Its interpolant is not
@@ -203,10 +198,7 @@ static bool is_lost(Instance *instance, const Descents *found, Step step, const 
         fabs(values[k]) <= POLE * fabs(found->start) + rounding) {
         return false;
     }
-    instance->failure.kind = FAILURE_CHATTERING;
-    instance->failure.time = instance->state.time;
-    instance->failure.event = k;
-    return true;
+    return !report_event(instance, FAILURE_CHATTERING, instance->state.time, k);
 }
 
 /* Ends the step at its beginning if an event is overdue there and none has just been passed. */
@@ -380,10 +372,8 @@ static bool count_event(Instance *instance) {
     const int last = events_latest(state, state->time), latest = last > 0 ? last : 0;
     bool pushed = true;
     const bool known = latest >= N_SWITCHES || events_push_back(instance, latest, &pushed);
-    instance->failure.kind = known && pushed ? FAILURE_CHATTERING : FAILURE_EVENT_POLE;
-    instance->failure.time = state->time;
-    instance->failure.event = latest;
-    return false;
+    const FailureKind kind = known && pushed ? FAILURE_CHATTERING : FAILURE_EVENT_POLE;
+    return report_event(instance, kind, state->time, latest);
 }
 
 /* Lets the solver forget what it knows of the equations before the event. */
@@ -394,13 +384,8 @@ static void start_anew(Instance *instance) {
 
 /* Counts the events of a communication step, the number of which bounds the work in it. */
 static bool count_in_step(Instance *instance) {
-    if (++instance->scratch.events_passed <= MOST_EVENTS_IN_A_STEP) {
-        return true;
-    }
-    instance->failure.kind = FAILURE_EVENT_COUNT;
-    instance->failure.time = instance->state.time;
-    instance->failure.amount = (double)MOST_EVENTS_IN_A_STEP;
-    return false;
+    return ++instance->scratch.events_passed <= MOST_EVENTS_IN_A_STEP ||
+           report_amount(instance, FAILURE_EVENT_COUNT, instance->state.time, (double)MOST_EVENTS_IN_A_STEP);
 }
 
 bool events_pass(Instance *instance) {

@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "event_noise.h"
+#include "failure.h"
 #include "intervals.h"
 #include "scale.h"
 #include "settings.h"
@@ -43,10 +44,7 @@ static bool margins_at(Instance *instance, double time, double values[]) {
         }
         values[k] *= side_of(instance, k);
         if (!isfinite(values[k])) {
-            instance->failure.kind = FAILURE_EVENT_VALUE;
-            instance->failure.time = time;
-            instance->failure.event = k;
-            return false;
+            return report_event(instance, FAILURE_EVENT_VALUE, time, k);
         }
     }
     return true;

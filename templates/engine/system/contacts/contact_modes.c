@@ -119,23 +119,10 @@ double contact_loose_speed(const Instance *instance, const ElementRows *rows, in
     return fmax(least * (1.0 + SLIP_ERROR / AT_REST * tolerance), contact_steady(state, contact) / STEADIER);
 }
 
-/* The speed of a slip, in m/s, slips[] being those of all frictional rows. */
-static double slip_speed(int contact, const double slips[]) {
-    double speed = 0.0;
-    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
-        speed = hypot(speed, slips[row - FIRST_SLIP]);
-    }
-    return speed;
-}
-
-static bool slides_in_space(const State *state, int contact) {
-    return contact_slips(contact) == 2 && contact_slides(state, contact);
-}
-
 bool contacts_slide_in_space(const Instance *instance) {
     bool found = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
-        found = found || slides_in_space(&instance->state, i);
+        found = found || contact_slides_in_space(&instance->state, i);
     }
     return found;
 }
@@ -152,8 +139,9 @@ double contacts_decay(Instance *instance) {
     }
     mechanism_slips(state->time, state->states, inputs_at(instance, state->time), state->parameters, gaps, slips);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        if (slides_in_space(state, i)) {
-            const double speed = slip_speed(i, slips) + contact_steady(state, i);
+        if (contact_slides_in_space(state, i)) {
+            const double *slip = slips + SLIP_ROWS[i] - FIRST_SLIP;
+            const double speed = hypot(slip[0], slip[1]) + contact_steady(state, i);
             greatest = fmax(greatest, state->slip_decelerations[i] / speed);
         }
     }

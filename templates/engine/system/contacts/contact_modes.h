@@ -54,6 +54,10 @@ static inline int contact_slips(int contact) {
     return SLIP_ROWS[contact + 1] - SLIP_ROWS[contact];
 }
 
+static inline bool contact_slides_in_space(const State *state, int contact) {
+    return contact_slips(contact) == 2 && contact_slides(state, contact);
+}
+
 /* Of a dry friction: at rest, or sliding in the direction of the sign of w. */
 void friction_stick(State *state, int friction);
 void friction_slide(State *state, int friction, double w);

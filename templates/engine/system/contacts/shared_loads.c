@@ -400,11 +400,7 @@ void loads_obey(const Sharing *sharing, double multipliers[]) {
         count = find_shared_margins(p, margin, count);
         obey = spread_loads(p, margin, count, 0.0, NULL);
     }
-    if (obey && least_margin(p, margin, count) < met) {
-        double level;
-        obey = spread_loads(p, margin, count, p->greatest, &level) && level > met;
-    }
-    if (obey) {
+    if (obey && least_margin(p, margin, count) >= met) {
         unscale(p, multipliers);
         for (int i = 0; i < N_UNILATERALS; i++) {
             multipliers[ROW_PLACES[i]] = fmax(multipliers[ROW_PLACES[i]], 0.0);
