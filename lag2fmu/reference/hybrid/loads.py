@@ -37,25 +37,11 @@ class _Sharing:
         return replace(answer, multipliers=found[:m], forces=forces)
 
 
-def as_shown(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer, forces: Floats) -> Answer:
-    """The ``answer`` at ``point`` with those loads among all with the same motion that are nearest to ``forces`` (k,).
-
-    What the motion tells of them is their sum J^T r, not how rows that depend on one another share it. The answer stays
-    as it is where loads are unique, and where a contact slides whose friction another sharing would change.
-    """
-    sharing = _sharing(system, point, modes, answer)
-    if sharing is None:
-        return answer
-    m = len(answer.multipliers)
-    apart = forces[sharing.bound] / sharing.size[m:] - sharing.least[m:]
-    return sharing.told(answer, sharing.least + sharing.free @ np.linalg.lstsq(sharing.free[m:], apart, rcond=None)[0])
-
-
 def centred(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
     """The ``answer`` at ``point`` with those forces among all with the same motion that are farthest from all limits.
 
     Where they come to a limit, no forces obey the laws in these ``modes``. The answer stays as it is where its forces
-    are within the limits, and where ``as_shown`` would let it be.
+    are unique or within the limits, and where a contact slides whose friction other forces would change.
     """
     sharing = _sharing(system, point, modes, answer)
     if sharing is None or all(margin(limit, sharing.least) > 0 for limit in sharing.limits):
