@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.laws import CLOSED, EXACT, PLANES, Item, Outcome, apart, lawful, units
 from lag2fmu.reference.hybrid.loads import giving_way
 from lag2fmu.reference.hybrid.measures import (
@@ -20,7 +19,7 @@ from lag2fmu.reference.hybrid.measures import (
     pace,
     rest_speeds,
     slips_of,
-    touches,
+    touching,
     velocity_sizes,
 )
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
@@ -64,9 +63,7 @@ class ModeChoice:
                 return state, self._named(modes, candidates, found, point), energies
             state, lost = self.without_collision(point, modes, candidates)
             energies[1] += lost
-        raise SimulationError(
-            f"mechanism '{system.mechanism.name}' at time {float(state.t)!r} s: no modes of the contacts meet the laws"
-        )
+        raise system.stops(state.t, "no modes of the contacts meet the laws")
 
     def _problem(self, point: MotionPoint, modes: Modes, due: Due) -> tuple[Outcome | None, list[int]]:
         """The outcome of the choice for all frictions and touching contacts, and the indices of these contacts."""
@@ -75,17 +72,12 @@ class ModeChoice:
         D, c = point.rows.jacobian @ X, point.rows.jacobian @ a + point.rows.gamma
         sizes, rests = velocity_sizes(point), rest_speeds(point)
         v = point.rows.velocities
-        contacts = [
-            i
-            for i in range(e.u)
-            if (touches(point, i) or modes.contacts[i] is not Mode.OPEN or ("gap", i) in due)
-            and v[i] < STILL * sizes[i]
-            and is_free(point, D, i)
-        ]
+        contacts = [i for i in touching(point, modes, due, D) if v[i] < STILL * sizes[i]]
         borne = np.zeros(system.constraints.m), np.zeros(e.k)
         present = self._lasting(modes, contacts, due)
         before: tuple[Mode, ...] | None = None
-        giving = self._giving_way(point, modes, due)
+        slips = any(kind == "cone" for kind, _ in due)
+        giving = giving_way(point, modes, system.answer(point, modes)) if slips else {}
         thrown = _thrown(point, D, c) & (np.abs(v) <= rests)
         lone = np.diag(force_sizes(point) ** -2) * pace(point) ** 2  # what is left of them by rounding is no answer
         D = np.where(thrown[:, None] | thrown, lone, D)
@@ -109,10 +101,6 @@ class ModeChoice:
                 return found, contacts
             before = found.modes
         return found, contacts
-
-    def _giving_way(self, point: MotionPoint, modes: Modes, due: Due) -> dict[int, tuple[float, ...]]:
-        """What ``loads.giving_way`` says, where a contact in space is due to slip."""
-        return giving_way(self.system, point, modes) if any(kind == "cone" for kind, _ in due) else {}
 
     @staticmethod
     def _lasting(modes: Modes, contacts: Sequence[int], due: Due) -> list[Mode | None]:

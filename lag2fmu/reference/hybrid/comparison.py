@@ -86,12 +86,8 @@ def compared(
 
 def alike(a: Track, b: Track) -> NDArray[np.bool_]:
     """At which times two runs do the same, (m,): modes are equal, and so are the counts of impacts since closing."""
-    found = [_same(x, y) for x, y in zip(a.modes, b.modes, strict=True)]
+    found = [x == y for x, y in zip(a.modes, b.modes, strict=True)]
     closed = np.array([[mode is not Mode.OPEN for mode in modes.contacts] for modes in a.modes], dtype=bool)
     counts = (a.since == b.since) | closed.reshape(a.since.shape)
     same: NDArray[np.bool_] = np.array(found) & counts.all(axis=1)
     return same
-
-
-def _same(a: Modes, b: Modes) -> bool:
-    return (a.contacts, a.frictions, a.held, a.sides) == (b.contacts, b.frictions, b.held, b.sides)

@@ -112,10 +112,8 @@ class Follower:
         self.at_once = self.at_once + 1 if t - getattr(self, "settled_at", -np.inf) <= 1e-13 * max(1.0, abs(t)) else 0
         self.settled_at = t
         if self.at_once > STUCK:
-            raise SimulationError(
-                f"mechanism '{self.run.system.mechanism.name}' at time {t!r} s: events follow without end; last "
-                f"{', '.join(sorted(self._told(kind, i) for kind, i in due)) or f'at {last!r} s'}"
-            )
+            events = ", ".join(sorted(self._told(kind, i) for kind, i in due))
+            raise self.run.system.stops(t, f"events follow without end; last {events or f'at {last!r} s'}")
         logged = len(self.memory.events)
         state = self.run.state(t, y)
         if due:  # what is bound has moved by the errors of the integration alone since the last event: no impact

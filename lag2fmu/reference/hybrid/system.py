@@ -70,6 +70,10 @@ class HybridSystem:
         empty = np.zeros(0)
         return self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
 
+    def stops(self, t: float | Floats, why: str) -> SimulationError:
+        """The error that says ``why`` there is no motion from the time ``t`` (s) on."""
+        return SimulationError(f"mechanism '{self.mechanism.name}' at time {float(t)!r} s: {why}")
+
     # ------------------------------------------------------------------------------------------------- under modes
 
     def bound_rows(self, modes: Modes) -> tuple[list[int], list[int]]:
@@ -135,7 +139,7 @@ class HybridSystem:
         def unpacked(x: Floats) -> Answer:
             forces = spread @ x[n + m : n + m + len(closed)]
             forces[kept[len(closed) :] + stuck] += x[n + m + len(closed) :]
-            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), unique)
+            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), kept + stuck, unique)
 
         limit = np.zeros(len(sliding))
         if e.f:
@@ -195,10 +199,8 @@ class HybridSystem:
         for residual, jacobian in (positions(q), velocities(qd)):
             size = np.maximum(np.abs(jacobian).max(axis=1, initial=0.0), 1e-300)
             if np.max(np.abs(residual) / size, initial=0.0) > 1e-6:
-                raise SimulationError(
-                    f"mechanism '{self.mechanism.name}' at time {float(state.t)!r} s: constraints and closed contacts "
-                    f"cannot hold together; residuals up to {np.abs(residual).max():.3g}"
-                )
+                apart = f"residuals up to {np.abs(residual).max():.3g}"
+                raise self.stops(state.t, f"constraints and closed contacts cannot hold together; {apart}")
         return at(q, qd)
 
     def _bound_values(self, state: StateBatch) -> tuple[Values, Rows]:
