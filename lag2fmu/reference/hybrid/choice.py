@@ -30,8 +30,8 @@ from lag2fmu.reference.state import Floats, StateBatch
 
 SLIP_ENDS = 1e3
 """A slip in space ends with so many times the velocity that counts as zero, or less."""
-THROWN = 1e-9
-"""Accelerations of a row below this part of those that all forces make are none."""
+DRIVEN = 1e-9
+"""A row is driven by an acceleration above this part of those that all forces make."""
 
 WithoutCollision = Callable[[MotionPoint, Modes, Sequence[int]], tuple[StateBatch, float]]
 
@@ -78,10 +78,10 @@ class ModeChoice:
         before: tuple[Mode, ...] | None = None
         slips = any(kind == "cone" for kind, _ in due)
         giving = giving_way(point, modes, system.answer(point, modes)) if slips else {}
-        thrown = _thrown(point, D, c) & (np.abs(v) <= rests)
+        driven = _driven(point, D, c) & (np.abs(v) <= rests)
         lone = np.diag(force_sizes(point) ** -2) * pace(point) ** 2  # what is left of them by rounding is no answer
-        D = np.where(thrown[:, None] | thrown, lone, D)
-        going, beyond = np.where(thrown, c, v), np.where(thrown, 0.0, rests)
+        D = np.where(driven[:, None] | driven, lone, D)
+        going, beyond = np.where(driven, c, v), np.where(driven, 0.0, rests)
         for _ in range(100):  # the capacities of frictions may depend on the forces that result
             items = [self._touching_item(point, i, modes, due, rests, giving.get(i)) for i in contacts]
             if e.f:
@@ -118,8 +118,8 @@ class ModeChoice:
     ) -> Item:
         """The item of the contact ``i``, which touches: its present mode comes first, unless this mode has ended.
 
-        It ``gives`` way in this direction, if there is one. Friction has its limit then: the slip goes on by what the
-        loads grow beyond it, and does not turn back by what they are located early.
+        Where it ``gives`` way, it slides in this direction with friction at its limit. The event may be located early,
+        with loads that are still within the limit: they do not turn the slip back.
         """
         rows, slips = point.rows, slips_of(point, i)
         direction = self._going_on(point, i, modes, slips, rests, due) or gives
@@ -185,13 +185,13 @@ class ModeChoice:
         )
 
 
-def _thrown(point: MotionPoint, D: Floats, c: Floats) -> NDArray[np.bool_]:
+def _driven(point: MotionPoint, D: Floats, c: Floats) -> NDArray[np.bool_]:
     """Which rows of dry friction no force along them moves, but the motion does: a slide in its crank's dead centre.
 
     Their accelerations are c (k,), which tell how they go on; D (k, k) is the answer of rows to forces on rows.
     """
     fixed = [not is_free(point, D, row) for row in range(len(c))]
-    found: NDArray[np.bool_] = (np.abs(c) > THROWN * pace(point)) & fixed
+    found: NDArray[np.bool_] = (np.abs(c) > DRIVEN * pace(point)) & fixed
     return found
 
 

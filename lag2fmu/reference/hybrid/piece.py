@@ -14,6 +14,7 @@ from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
 
 ROUNDING = 4e-15
+"""Event functions are rounded by this part of what they are made of."""
 
 
 class Piece:
