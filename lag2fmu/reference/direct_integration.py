@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lag2fmu.deadline import seconds_left, within
-from lag2fmu.description.names import velocity
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
@@ -182,21 +181,7 @@ class HybridRuns:
         run.times = run.times[: min(len(track.modes) for track in tracks)]
         tracks = [track.until(run.times) for track in tracks]
         units = self._units(tracks[0], scales)
-        result = compared(run, tracks, (scales, units), columns_of(run, tracks[0]))
-        states = [c.name for c in run.system.mechanism.coordinates]
-        states += [*map(velocity, states), *run.further]
-        return Reference(
-            trajectory=Trajectory.of(run.times, result.columns),
-            work=result.work,
-            scales=dict(zip(states, result.scales.tolist(), strict=True)),
-            error=Trajectory(run.times, tuple(states), result.errors),
-            amplification=result.amplification,
-            method=method,
-            evaluations=result.evaluations,
-            events=result.events,
-            turns=result.turns,
-            comparable=result.comparable,
-        )
+        return compared(run, method, tracks, scales, units, columns_of(run, tracks[0]))
 
     def _units(self, track: Track, scales: Floats) -> Floats:
         """The units of the distance of two runs at each time of the ``track``, (m, s), from the ``scales`` (s,).

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from lag2fmu.description import names
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.hybrid.measures import gap_sizes
 from lag2fmu.reference.hybrid.modes import Event, Mode
-from lag2fmu.reference.hybrid.points import Points
+from lag2fmu.reference.hybrid.records import MotionPoint
+from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.agreement import (
@@ -29,10 +31,8 @@ from lag2fmu.verify.laws.along import STILL
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Floats, Task
 
-POINTS = 200
-"""The number of points of a run at which accelerations and forces are checked."""
-SAME = 1e-8
-"""Bar of forces and accelerations at single points; forces lose some digits where dry friction couples them."""
+EXACT = 1e-8
+"""Laws of forces are met to this part of the greatest one; some digits are lost where dry friction couples them."""
 
 
 def row_outputs(mechanism: Mechanism) -> list[str]:
@@ -93,15 +93,16 @@ def row_checks(
     """Checks of the laws of contact along every run; ``rows`` (k,) are those of ``reference`` at the times of a run."""
     if not has_rows(task.mechanism):
         return
-    points, seen = Points(task.mechanism), comparable(task, reference)
+    seen = comparable(task, reference)
     if task.mechanism.unilaterals:
-        yield _worst(_penetration(task, points, label, run) for label, run in runs.items())
-        yield _worst(_laws_of_contact(task, points, label, run) for label, run in runs.items())
+        system = HybridSystem(task.mechanism)
+        starts = {label: _start(task, system, run) for label, run in runs.items()}
+        yield _worst(_penetration(task, starts[label], label, run) for label, run in runs.items())
+        yield _worst(_laws_of_contact(task, starts[label], label, run) for label, run in runs.items())
     yield _worst(_energy(task, label, run, reference, rows[label], seen) for label, run in runs.items())
     finest = max(runs, key=lambda label: (label.startswith("co-simulation"), len(runs[label])))
     if task.mechanism.unilaterals:
         yield from _impact_checks(task, finest, runs[finest], reference, rows[finest])
-    yield _same_motion(task, points, finest, runs[finest])
 
 
 def _worst(checks: Iterable[Check]) -> Check:
@@ -109,21 +110,18 @@ def _worst(checks: Iterable[Check]) -> Check:
     return max(checks, key=lambda check: check.value / max(check.bar, 1e-300))
 
 
-def _states(task: Task, run: Trajectory) -> tuple[Floats, Floats]:
-    """q and qd of a run, (m, n) each."""
-    n = len(task.mechanism.coordinates)
-    x = run.columns(task.states[: 2 * n])
-    return x[:, :n], x[:, n:]
+def _start(task: Task, system: HybridSystem, run: Trajectory) -> MotionPoint:
+    """What the start of a run tells of contacts: nominal sizes of gaps, and coefficients of friction."""
+    q, qd = np.split(run.columns(task.states[: 2 * system.n])[0], 2)
+    return system.point(system.energies.state(0.0, q, qd))
 
 
-def _penetration(task: Task, points: Points, label: str, run: Trajectory) -> Check:
+def _penetration(task: Task, start: MotionPoint, label: str, run: Trajectory) -> Check:
     """The check of the deepest penetration of any gap, relative to the nominal size of the gap.
 
     An FMU that steps over impacts may be in by what a gap closes in a step.
     """
-    q, qd = _states(task, run)
-    sizes = points.gap_sizes(0.0, q[0], qd[0])
-    gaps = run.columns([names.gap(c.name) for c in task.mechanism.unilaterals]) / sizes
+    gaps = run.columns([names.gap(c.name) for c in task.mechanism.unilaterals]) / gap_sizes(start)
     if label.startswith("co-simulation"):
         gaps = gaps + task.solver_step * _greatest_rates(run.time, gaps)
     row, column = np.unravel_index(np.argmin(gaps), gaps.shape)
@@ -139,15 +137,13 @@ def _greatest_rates(time: Floats, values: Floats) -> Floats:
     return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 4, axis=0).max(axis=-1))
 
 
-def _laws_of_contact(task: Task, points: Points, label: str, run: Trajectory) -> Check:
+def _laws_of_contact(task: Task, start: MotionPoint, label: str, run: Trajectory) -> Check:
     """The check of the worst violation of a law: forces only push, open contacts bear none, friction is in its cone.
 
     While the rest of accumulating impacts lasts, a contact counts as open, with a gap of 0 and the mean force.
     Violations are relative to the greatest force, or to the mean of the impulses over the run if this is more. Those of
     an FMU that steps over events have to last, see ``Along.lasting``.
     """
-    q, qd = _states(task, run)
-    friction, static = points.coefficients(0.0, q[0], qd[0])
     contacts = task.mechanism.unilaterals
     normal = run.columns([names.force(c.name) for c in contacts])
     impulses = run.columns([names.impulse(c.name) for c in contacts])
@@ -160,14 +156,14 @@ def _laws_of_contact(task: Task, points: Points, label: str, run: Trajectory) ->
         slip = [run[name] for name in names.frictions(c.name, len(c.slips))]
         tangential = np.hypot.reduce(slip) if slip else np.zeros(len(run))
         sticks = run[names.mode(c.name)] == Mode.STICKS
-        limit = np.where(sticks, static[i], friction[i]) * normal[:, i]
+        limit = np.where(sticks, start.rows.static[i], start.rows.friction[i]) * normal[:, i]
         off = np.maximum(-normal[:, i], np.where(open_, np.abs(normal[:, i]) + tangential, tangential - limit))
         if task.solver_step and label.startswith("co-simulation"):
             off = np.lib.stride_tricks.sliding_window_view(off, min(STILL, len(off))).min(axis=-1)
         at = int(np.argmax(off))
         if off[at] / size > worst:
             worst, where = float(off[at] / size), f"worst: {c.name} at t = {run.time[at]:.3g} s, {label}"
-    return Check("laws of contact", worst, SAME, where)
+    return Check("laws of contact", worst, EXACT, where)
 
 
 def _energy(
@@ -242,59 +238,3 @@ def _impact_checks(
         told = f"{count} compared one by one of {_impacts(task, reference)}; points with another count, {label}"
         yield Check("impacts counted", float(missed), 0.0, told)
     yield Check("times of impacts", worst, 1.0, f"greatest difference, relative to what the bar allows: {where}")
-
-
-def _same_motion(task: Task, points: Points, label: str, run: Trajectory) -> Check:
-    """The check of accelerations and forces at points of a run against the independent path in the same modes."""
-    q, qd = _states(task, run)
-    chosen = np.unique(np.linspace(1, len(run) - 1, POINTS).astype(int))
-    chosen = chosen[~_bounces(task, run)[chosen]]
-    coordinates = [c.name for c in task.mechanism.coordinates]
-    contacts = run.columns([names.mode(c.name) for c in task.mechanism.unilaterals])
-    frictions = run.columns([names.mode(f.name) for f in task.mechanism.frictions])
-    wanted = [*map(names.acceleration, coordinates), *(x for x in points.force_names if x in run)]
-    forces = _shown(points, run)
-    own, found = [], []
-    signals = task.driving(run.time[1] - run.time[0])
-    for row in chosen.tolist():
-        t = float(run.time[row])
-        inputs = {} if signals is None else signals.at(float(run.time[row - 1]) if task.holds else t)
-        inputs = {**inputs, **{name: float(x[row]) for name, x in task.further(run).items()}}
-        modes = contacts[row].tolist(), frictions[row].tolist()
-        answer = points.answer(t, q[row], qd[row], inputs, modes, forces[row], task.tolerance)
-        if answer is not None:
-            values = dict(zip(map(names.acceleration, coordinates), answer[0], strict=True))
-            values |= dict(zip(points.force_names, answer[1], strict=True))
-            found.append([values[name] for name in wanted])
-            own.append(run.columns(wanted)[row])
-    if not own:
-        return Check("accelerations and forces of the run", 0.0, 0.0, "no point tells the directions of all slips")
-    relative = np.abs(np.subtract(own, found)).max(axis=0) / _sizes(task, np.array(found), qd)
-    worst = int(np.argmax(relative))
-    return Check("accelerations and forces of the run", float(relative[worst]), SAME, f"largest: {wanted[worst]}")
-
-
-def _bounces(task: Task, run: Trajectory) -> NDArray[np.bool_]:
-    """When a contact of a ``run`` that counts as open bears the mean force of accumulating impacts: (m,)."""
-    found = np.zeros(len(run), dtype=bool)
-    for c in task.mechanism.unilaterals:
-        gap, open_ = run[names.gap(c.name)], run[names.mode(c.name)] == Mode.OPEN
-        found |= open_ & (gap <= task.tolerance * np.abs(gap).max()) & (run[names.force(c.name)] > 0)
-    return found
-
-
-def _shown(points: Points, run: Trajectory) -> Floats:
-    """The forces along all rows in a ``run``, (m, k) in SI units; 0 where it has none."""
-    return np.stack([run[name] if name in run else np.zeros(len(run)) for name in points.force_names], axis=-1)
-
-
-def _sizes(task: Task, found: Floats, qd: Floats) -> Floats:
-    """The sizes of accelerations and forces ``found`` (r, k) by which differences are measured, (k,) in SI units.
-
-    Accelerations are sums of products of the velocities ``qd`` (m, n), which may cancel.
-    """
-    n, size = qd.shape[1], np.abs(found).max(axis=0)
-    size = np.maximum(size, 1e-4 * size.max())
-    turning = np.abs(qd).max(axis=0) ** 2 / [c.nominal for c in task.mechanism.coordinates]
-    size[:n] = np.maximum(size[:n], 1e-4 * turning)
-    return np.where(size > 0, size, 1.0)

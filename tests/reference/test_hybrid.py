@@ -328,21 +328,27 @@ def test_switches_of_inputs_and_time_are_located() -> None:
     assert track.values[-1, 1] == pytest.approx((4 - 0.04) / 4, abs=1e-12)
 
 
-def test_a_condition_that_turns_many_times_within_a_step_of_the_motion() -> None:
-    """Forty short catches; in s seconds between them 1 N draws one of two masses of 1 kg away from the other by s^2/2.
+@pytest.mark.parametrize(("clock", "count"), [("t", 40), ("c", 100)])
+def test_a_condition_that_turns_many_times_within_a_step_of_the_motion(clock: str, count: int) -> None:
+    """Short catches; in s seconds between them 1 N draws one of two masses of 1 kg away from the other by s^2/2.
 
-    The motion is a parabola, so that its steps grow to two periods.
+    The motion is a parabola, so that its steps grow to two periods. The condition asks for the time, or for the place c
+    of a body with a speed of 1 m/s.
     """
-    a, b, t = coordinate("a", "m"), coordinate("b", "m"), sp.Symbol("t", real=True)
+    a, b, c = coordinate("a", "m"), coordinate("b", "m"), coordinate("c", "m", velocity=1)
+    t = {"t": sp.Symbol("t", real=True), "c": c}[clock]
     level, omega = sp.Rational(99, 100), 4 * sp.pi
     catch = Constraint("catch", a - b, while_=sp.sin(omega * t) - level)
-    bodies = [Body("one", 1, (a, 0)), Body("other", 1, (b, 0))]
-    mechanism = Mechanism("m", coordinates=[a, b], bodies=bodies, forces={a: 1}, constraints=[catch])
-    track = run(mechanism, 19.625)
+    bodies = [Body("one", 1, (a, 0)), Body("other", 1, (b, 0)), Body("clock", 1, (c, 0))]
+    mechanism = Mechanism("m", coordinates=[a, b, c], bodies=bodies, forces={a: 1}, constraints=[catch])
+    end = count / 2 - 0.375
+    track = run(mechanism, end)
     first = float(sp.asin(level) / omega)
     between = 0.25 + 2 * first
-    assert track.values[-1, 0] - track.values[-1, 1] == pytest.approx((first**2 + 39 * between**2) / 2, abs=1e-9)
-    assert track.values[-1, 2:4] == pytest.approx([19.625 / 2] * 2, abs=1e-9)
+    assert track.values[-1, 0] - track.values[-1, 1] == pytest.approx(
+        (first**2 + (count - 1) * between**2) / 2, abs=1e-9
+    )
+    assert track.values[-1, 3:5] == pytest.approx([end / 2] * 2, abs=1e-9)
 
 
 def test_a_broken_power_costs_no_steps_where_it_ends() -> None:

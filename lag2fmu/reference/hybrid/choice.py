@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.laws import CLOSED, EXACT, PLANES, Item, Outcome, apart, lawful, units
 from lag2fmu.reference.hybrid.loads import giving_way
 from lag2fmu.reference.hybrid.measures import (
@@ -20,7 +19,7 @@ from lag2fmu.reference.hybrid.measures import (
     pace,
     rest_speeds,
     slips_of,
-    touches,
+    touching,
     velocity_sizes,
 )
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
@@ -31,8 +30,8 @@ from lag2fmu.reference.state import Floats, StateBatch
 
 SLIP_ENDS = 1e3
 """A slip in space ends with so many times the velocity that counts as zero, or less."""
-THROWN = 1e-9
-"""Accelerations of a row below this part of those that all forces make are none."""
+DRIVEN = 1e-9
+"""A row is driven by an acceleration above this part of those that all forces make."""
 
 WithoutCollision = Callable[[MotionPoint, Modes, Sequence[int]], tuple[StateBatch, float]]
 
@@ -64,9 +63,7 @@ class ModeChoice:
                 return state, self._named(modes, candidates, found, point), energies
             state, lost = self.without_collision(point, modes, candidates)
             energies[1] += lost
-        raise SimulationError(
-            f"mechanism '{system.mechanism.name}' at time {float(state.t)!r} s: no modes of the contacts meet the laws"
-        )
+        raise system.stops(state.t, "no modes of the contacts meet the laws")
 
     def _problem(self, point: MotionPoint, modes: Modes, due: Due) -> tuple[Outcome | None, list[int]]:
         """The outcome of the choice for all frictions and touching contacts, and the indices of these contacts."""
@@ -75,21 +72,16 @@ class ModeChoice:
         D, c = point.rows.jacobian @ X, point.rows.jacobian @ a + point.rows.gamma
         sizes, rests = velocity_sizes(point), rest_speeds(point)
         v = point.rows.velocities
-        contacts = [
-            i
-            for i in range(e.u)
-            if (touches(point, i) or modes.contacts[i] is not Mode.OPEN or ("gap", i) in due)
-            and v[i] < STILL * sizes[i]
-            and is_free(point, D, i)
-        ]
+        contacts = [i for i in touching(point, modes, due, D) if v[i] < STILL * sizes[i]]
         borne = np.zeros(system.constraints.m), np.zeros(e.k)
         present = self._lasting(modes, contacts, due)
         before: tuple[Mode, ...] | None = None
-        giving = self._giving_way(point, modes, due)
-        thrown = _thrown(point, D, c) & (np.abs(v) <= rests)
+        slips = any(kind == "cone" for kind, _ in due)
+        giving = giving_way(point, modes, system.answer(point, modes)) if slips else {}
+        driven = _driven(point, D, c) & (np.abs(v) <= rests)
         lone = np.diag(force_sizes(point) ** -2) * pace(point) ** 2  # what is left of them by rounding is no answer
-        D = np.where(thrown[:, None] | thrown, lone, D)
-        going, beyond = np.where(thrown, c, v), np.where(thrown, 0.0, rests)
+        D = np.where(driven[:, None] | driven, lone, D)
+        going, beyond = np.where(driven, c, v), np.where(driven, 0.0, rests)
         for _ in range(100):  # the capacities of frictions may depend on the forces that result
             items = [self._touching_item(point, i, modes, due, rests, giving.get(i)) for i in contacts]
             if e.f:
@@ -110,10 +102,6 @@ class ModeChoice:
             before = found.modes
         return found, contacts
 
-    def _giving_way(self, point: MotionPoint, modes: Modes, due: Due) -> dict[int, tuple[float, ...]]:
-        """What ``loads.giving_way`` says, where a contact in space is due to slip."""
-        return giving_way(self.system, point, modes) if any(kind == "cone" for kind, _ in due) else {}
-
     @staticmethod
     def _lasting(modes: Modes, contacts: Sequence[int], due: Due) -> list[Mode | None]:
         """The present modes of contacts and frictions that go on if they can; None where an event function is due."""
@@ -130,8 +118,8 @@ class ModeChoice:
     ) -> Item:
         """The item of the contact ``i``, which touches: its present mode comes first, unless this mode has ended.
 
-        It ``gives`` way in this direction, if there is one. Friction has its limit then: the slip goes on by what the
-        loads grow beyond it, and does not turn back by what they are located early.
+        Where it ``gives`` way, it slides in this direction with friction at its limit. The event may be located early,
+        with loads that are still within the limit: they do not turn the slip back.
         """
         rows, slips = point.rows, slips_of(point, i)
         direction = self._going_on(point, i, modes, slips, rests, due) or gives
@@ -197,13 +185,13 @@ class ModeChoice:
         )
 
 
-def _thrown(point: MotionPoint, D: Floats, c: Floats) -> NDArray[np.bool_]:
+def _driven(point: MotionPoint, D: Floats, c: Floats) -> NDArray[np.bool_]:
     """Which rows of dry friction no force along them moves, but the motion does: a slide in its crank's dead centre.
 
     Their accelerations are c (k,), which tell how they go on; D (k, k) is the answer of rows to forces on rows.
     """
     fixed = [not is_free(point, D, row) for row in range(len(c))]
-    found: NDArray[np.bool_] = (np.abs(c) > THROWN * pace(point)) & fixed
+    found: NDArray[np.bool_] = (np.abs(c) > DRIVEN * pace(point)) & fixed
     return found
 
 

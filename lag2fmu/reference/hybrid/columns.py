@@ -17,7 +17,7 @@ def columns_of(run: HybridRun, track: Track) -> dict[str, Floats]:
     system, times = run.system, run.times
     q = [c.name for c in system.mechanism.coordinates]
     states, answers, missed, gaps = _answers(run, track)
-    columns = dict(zip((*q, *map(names.velocity, q), *run.further), track.values.T, strict=False))
+    columns = dict(zip(run.states, track.values.T, strict=False))
     columns |= dict(zip(map(names.acceleration, q), np.array([a.qdd for a in answers]).T, strict=True))
     columns |= _by_sides(run, track, states, answers)
     multipliers = np.array([a.multipliers for a in answers]).reshape(len(times), -1)

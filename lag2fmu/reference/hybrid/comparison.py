@@ -7,38 +7,21 @@ times of one impact in two runs the velocities differ by the whole rebound, whic
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.reference.hybrid.measures import rest_speeds
-from lag2fmu.reference.hybrid.modes import Event, Mode, Modes, closed_contacts
+from lag2fmu.reference.hybrid.modes import Mode, Modes, closed_contacts
 from lag2fmu.reference.hybrid.run import HybridRun, Track
+from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.state import Floats
+from lag2fmu.reference.trajectory import Trajectory
 
 PERTURBATION = 1e-8
 NEAR = 1e-5
 """Two states are near if they differ by less than this part of their scales."""
-
-
-@dataclass(frozen=True, eq=False)
-class HybridResult:
-    """Columns over m times, work minus dissipated energy (m,) in J, scales (s,) and errors (m, s) of states.
-
-    ``comparable`` (m,): at which times the runs are in the same modes; ``amplification`` (m,) is infinite behind the
-    last such time.
-    """
-
-    columns: Mapping[str, Floats]
-    work: Floats
-    scales: Floats
-    errors: Floats
-    amplification: Floats
-    comparable: NDArray[np.bool_]
-    events: tuple[Event, ...]
-    turns: tuple[float, ...]
-    evaluations: int
 
 
 def perturbed(run: HybridRun, start: Floats, scales: Floats, modes: Modes) -> Floats:
@@ -68,14 +51,13 @@ def perturbed(run: HybridRun, start: Floats, scales: Floats, modes: Modes) -> Fl
 
 
 def compared(
-    run: HybridRun, tracks: Sequence[Track], measures: tuple[Floats, Floats], columns: Mapping[str, Floats]
-) -> HybridResult:
-    """The record of the runs at rtol, which has these ``columns``, 10 rtol, and 10 rtol from the perturbed start.
+    run: HybridRun, method: str, tracks: Sequence[Track], scales: Floats, units: Floats, columns: Mapping[str, Floats]
+) -> Reference:
+    """The record of the runs by ``method`` at rtol, 10 rtol, and 10 rtol from the perturbed start.
 
-    ``measures`` are the scales (s,) of the states, which errors are relative to, and the units (m, s) of their
-    distance. The ``columns`` have a value at each time, (m,).
+    ``scales`` (s,) are those of the states, which errors are relative to, and ``units`` (m, s) those of the distance of
+    two runs. ``columns`` {name: (m,)} are the results of the first run.
     """
-    scales, units = measures
     fine, coarse, moved = tracks
     same = alike(fine, coarse) & alike(coarse, moved)
     # a contact that touches without a force may count as open or closed: near states then tell that runs do the same
@@ -88,27 +70,24 @@ def compared(
     distance = (np.abs(moved.values - coarse.values)[at, : run.size] / units[at]).max(axis=1)
     amplification = np.maximum.accumulate(distance / max(float(distance[0]), 1e-3 * PERTURBATION))
     amplification[last + 1 :] = np.inf
-    return HybridResult(
-        columns=columns,
+    return Reference(
+        trajectory=Trajectory.of(run.times, columns),
         work=fine.values[:, run.size] - fine.values[:, run.size + 1],
-        scales=scales,
-        errors=errors,
+        scales=dict(zip(run.states, scales.tolist(), strict=True)),
+        error=Trajectory(run.times, tuple(run.states), errors),
         amplification=amplification,
-        comparable=same,
+        method=method,
+        evaluations=sum(track.evaluations for track in tracks),
         events=fine.events,
         turns=fine.turns,
-        evaluations=sum(track.evaluations for track in tracks),
+        comparable=same,
     )
 
 
 def alike(a: Track, b: Track) -> NDArray[np.bool_]:
     """At which times two runs do the same, (m,): modes are equal, and so are the counts of impacts since closing."""
-    found = [_same(x, y) for x, y in zip(a.modes, b.modes, strict=True)]
+    found = [x == y for x, y in zip(a.modes, b.modes, strict=True)]
     closed = np.array([[mode is not Mode.OPEN for mode in modes.contacts] for modes in a.modes], dtype=bool)
     counts = (a.since == b.since) | closed.reshape(a.since.shape)
     same: NDArray[np.bool_] = np.array(found) & counts.all(axis=1)
     return same
-
-
-def _same(a: Modes, b: Modes) -> bool:
-    return (a.contacts, a.frictions, a.held, a.sides) == (b.contacts, b.frictions, b.held, b.sides)

@@ -149,7 +149,8 @@ class Elements:
             gamma, slopes = rates[:k], rates[k:].reshape(k, self.n, *batch)
         else:
             gamma, slopes = self._rates_by_steps(state, slice(*ends[2:4]))
-        return Rows(gaps, latched, velocities, gamma, slopes, laws[::3], laws[1::3], laws[2::3], self.slip_rows)
+        coefficients = laws[::3], laws[1::3], laws[2::3]
+        return Rows(gaps, latched, velocities, gamma, slopes, *coefficients, self.slip_rows, self.friction_rows)
 
     def _rates_by_steps(self, state: StateBatch, velocities: slice) -> tuple[Floats, Floats]:
         """gamma (k, *batch) and J (k, n, *batch) by complex steps: the values ``velocities`` along time, and by qd."""

@@ -19,6 +19,11 @@ from lag2fmu.reference.hybrid.settling import Settling
 from lag2fmu.reference.hybrid.stepping import Dense, Stepper
 from lag2fmu.reference.state import Floats, StateBatch
 
+LOW = 1e-11
+"""Rebounds below this part of the nominal size of a gap end a cascade of impacts."""
+STUCK = 200
+"""With so many events at one time the motion does not go on."""
+
 
 class Follower:
     """Carries out a ``run`` from event to event, by SciPy's ``method`` with the relative tolerance ``rtol``.
@@ -39,7 +44,7 @@ class Follower:
         self.modes: list[Modes | None] = [None] * m
         self.counts, self.impulses, self.since = (np.zeros((m, u)) for _ in range(3))
         self.closings = np.zeros(u)  # counts of impacts when each contact was closed last
-        self.at_once = 0
+        self.at_once, self.settled_at = 0, -np.inf  # the number of events at one time, and this time (s)
 
     def _energy_scale(self) -> float:
         """An energy (J) to weigh the error of work with: T at nominal velocities."""
@@ -109,13 +114,11 @@ class Follower:
     def _settle(self, t: float, y: Floats, modes: Modes, due: Due) -> tuple[Floats, Modes]:
         """y and modes behind an event, or at the start of a segment."""
         last = self.memory.events[-1].time if self.memory.events else -np.inf
-        self.at_once = self.at_once + 1 if t - getattr(self, "settled_at", -np.inf) <= 1e-13 * max(1.0, abs(t)) else 0
+        self.at_once = self.at_once + 1 if t - self.settled_at <= 1e-13 * max(1.0, abs(t)) else 0
         self.settled_at = t
         if self.at_once > STUCK:
-            raise SimulationError(
-                f"mechanism '{self.run.system.mechanism.name}' at time {t!r} s: events follow without end; last "
-                f"{', '.join(sorted(self._told(kind, i) for kind, i in due)) or f'at {last!r} s'}"
-            )
+            events = ", ".join(sorted(self._told(kind, i) for kind, i in due))
+            raise self.run.system.stops(t, f"events follow without end; last {events or f'at {last!r} s'}")
         logged = len(self.memory.events)
         state = self.run.state(t, y)
         if due:  # what is bound has moved by the errors of the integration alone since the last event: no impact
@@ -177,11 +180,3 @@ def _thrown(point: MotionPoint, modes: Modes, a: Floats) -> list[int]:
     """The contacts that begin to open with a speed and come back by the accelerations ``a`` of their gaps, (u,)."""
     v = point.rows.velocities
     return [i for i, mode in enumerate(modes.contacts) if mode is Mode.OPEN and touches(point, i) and v[i] > 0 > a[i]]
-
-
-LOW = 1e-11
-"""Rebounds below this part of the nominal size of a gap end a cascade of impacts."""
-
-
-STUCK = 200
-"""With so many events at one time the motion does not go on."""

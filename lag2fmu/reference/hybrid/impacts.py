@@ -14,9 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.laws import PLANES, Item, apart
-from lag2fmu.reference.hybrid.measures import STILL, force_sizes, is_free, slips_of, touches, velocity_sizes
+from lag2fmu.reference.hybrid.measures import STILL, force_sizes, is_free, slips_of, touching, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.projections import expanded
 from lag2fmu.reference.hybrid.records import MotionPoint
@@ -47,12 +46,9 @@ class Impacts:
         if not e.u and not catching:
             return state, np.zeros(2), False
         point = system.point(state)
-        touching = [
-            i for i in range(e.u) if ("gap", i) in due or touches(point, i) or modes.contacts[i] is not Mode.OPEN
-        ]
         X = system.responses(point, modes)[1]
         D, v = point.rows.jacobian @ X, point.rows.velocities.copy()
-        touching = [i for i in touching if is_free(point, D, i)]
+        near = touching(point, modes, due, D)
         loaded = [i for i in self._loaded(point, modes) if is_free(point, D, i)]
         lost, total, qd = 0.0, np.zeros(e.k), state.qd
         if catching:
@@ -62,7 +58,7 @@ class Impacts:
             lost, qd = -0.5 * float(impulses @ (2 * v + point.rows.jacobian @ jump)), qd + jump
             v = v + point.rows.jacobian @ jump
         caught = total.copy()
-        total, dissipated, struck = self._rounds(D, v, total, touching, loaded, point)
+        total, dissipated, struck = self._rounds(D, v, total, near, loaded, point)
         qd = qd + X @ (total - caught)
         if not struck and not catching:
             return state, np.zeros(2), False
@@ -74,21 +70,21 @@ class Impacts:
         return StateBatch(state.t, state.q, qd, state.inputs), np.array([gained + lost, lost]), True
 
     def _rounds(
-        self, D: Floats, v: Floats, total: Floats, touching: Sequence[int], loaded: list[int], point: MotionPoint
+        self, D: Floats, v: Floats, total: Floats, near: Sequence[int], loaded: list[int], point: MotionPoint
     ) -> tuple[Floats, float, bool]:
         """The sum of all impulses (k,), the energy (J) that the rounds dissipate, and whether there was a round.
 
-        Rounds are made until no contact approaches. ``total`` (k,) are the impulses before.
+        Rounds are made until no contact that is ``near`` approaches. ``total`` (k,) are the impulses before.
         """
         lost, time = 0.0, float(point.state.t)
         sizes = velocity_sizes(point)
         for turn in range(ROUNDS):
-            approaching = [i for i in touching if v[i] < -STILL * sizes[i]]
+            approaching = [i for i in near if v[i] < -STILL * sizes[i]]
             if not approaching:
                 return total, lost, turn > 0
             plastic = turn == ROUNDS - 1
-            resting = [i for i in touching if i in loaded and v[i] <= STILL * sizes[i]]
-            took_part = touching if self.simultaneous or plastic else sorted({*approaching, *resting})
+            resting = [i for i in near if i in loaded and v[i] <= STILL * sizes[i]]
+            took_part = near if self.simultaneous or plastic else sorted({*approaching, *resting})
             rebounding = [] if plastic else approaching
             shifts = dict.fromkeys(took_part, 0.0) | {i: point.rows.restitution[i] * v[i] for i in rebounding}
             P, kind = self._round(D, v, took_part, shifts, point)
@@ -156,10 +152,8 @@ class Impacts:
             if found is not None:
                 pressed[rows] += found
                 return pressed
-        raise SimulationError(
-            f"mechanism '{self.system.mechanism.name}' at time {float(point.state.t)!r} s: no impulses meet the laws "
-            f"of impact at {', '.join(self.system.elements.contacts[i] for i in part)}"
-        )
+        where = ", ".join(self.system.elements.contacts[i] for i in part)
+        raise self.system.stops(point.state.t, f"no impulses meet the laws of impact at {where}")
 
     def _impulses(self, D: Floats, v: Floats, items: Sequence[Item]) -> Floats | None:
         """The impulses (k,) of ``items``, 0 in rows that take no part; None if none meet the laws."""
@@ -197,9 +191,9 @@ class Impacts:
         if outcomes:
             P[rows] = max(outcomes, key=lambda o: float(np.abs(o.forces).sum())).forces
         if not P.any():
-            raise SimulationError(
-                f"mechanism '{system.mechanism.name}' at time {float(point.state.t)!r} s: neither accelerations nor an "
-                f"impact meet the laws of contact at {', '.join(e.contacts[i] for i in contacts)}"
+            where = ", ".join(e.contacts[i] for i in contacts)
+            raise system.stops(
+                point.state.t, f"neither accelerations nor an impact meet the laws of contact at {where}"
             )
         for i in contacts:
             self.memory.log(float(point.state.t), e.contacts[i], "painleve", float(P[i]))

@@ -34,6 +34,7 @@ class Kinks:
 
     def __init__(self) -> None:
         self.moving: frozenset[sp.Symbol] = frozenset()
+        self._parameters: frozenset[sp.Symbol] = frozenset()
         self.margins: list[sp.Expr] = []
         self.sides: list[sp.Symbol] = []
         self.closed = False
@@ -99,8 +100,6 @@ class Kinks:
         """Take ``symbols`` as those of the mechanism: coordinates, velocities, inputs and time move."""
         self.moving = frozenset((TIME, *symbols.q, *symbols.qd, *symbols.inputs))
         self._parameters = frozenset(symbols.parameters)
-
-    _parameters: frozenset[sp.Symbol] = frozenset()
 
 
 def _rebuilt(expression: sp.Expr, arguments: tuple[sp.Expr, ...]) -> sp.Expr:

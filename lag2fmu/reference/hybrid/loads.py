@@ -10,7 +10,6 @@ import numpy as np
 from lag2fmu.reference.hybrid.limits import FREE, Limit, farthest, margin, nearest
 from lag2fmu.reference.hybrid.modes import Mode, Modes, closed_contacts
 from lag2fmu.reference.hybrid.records import Answer, MotionPoint
-from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats
 
 AT_LIMIT = 1e-6
@@ -19,12 +18,11 @@ AT_LIMIT = 1e-6
 
 @dataclass(frozen=True)
 class _Sharing:
-    """Loads (r,) of the rows ``bound`` and of constraints, in units of ``size``.
+    """Loads (r,) of constraints and of bound rows, in units of ``size``.
 
     ``least`` are those of least norm; ``free`` (r, d) may be added. ``limits`` are what holds, as ``_limits`` says.
     """
 
-    bound: list[int]
     size: Floats
     least: Floats
     free: Floats
@@ -33,43 +31,28 @@ class _Sharing:
     def told(self, answer: Answer, loads: Floats) -> Answer:
         """The ``answer`` with these ``loads`` (r,)."""
         found, forces, m = loads * self.size, answer.forces.copy(), len(answer.multipliers)
-        forces[self.bound] = found[m:]
+        forces[answer.bound] = found[m:]
         return replace(answer, multipliers=found[:m], forces=forces)
 
 
-def as_shown(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer, forces: Floats) -> Answer:
-    """The ``answer`` at ``point`` with those loads among all with the same motion that are nearest to ``forces`` (k,).
-
-    What the motion tells of them is their sum J^T r, not how rows that depend on one another share it. The answer stays
-    as it is where loads are unique, and where a contact slides whose friction another sharing would change.
-    """
-    sharing = _sharing(system, point, modes, answer)
-    if sharing is None:
-        return answer
-    m = len(answer.multipliers)
-    apart = forces[sharing.bound] / sharing.size[m:] - sharing.least[m:]
-    return sharing.told(answer, sharing.least + sharing.free @ np.linalg.lstsq(sharing.free[m:], apart, rcond=None)[0])
-
-
-def centred(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
+def centred(point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
     """The ``answer`` at ``point`` with those forces among all with the same motion that are farthest from all limits.
 
     Where they come to a limit, no forces obey the laws in these ``modes``. The answer stays as it is where its forces
-    are within the limits, and where ``as_shown`` would let it be.
+    are unique or within the limits, and where a contact slides whose friction other forces would change.
     """
-    sharing = _sharing(system, point, modes, answer)
+    sharing = _sharing(point, modes, answer)
     if sharing is None or all(margin(limit, sharing.least) > 0 for limit in sharing.limits):
         return answer
     return sharing.told(answer, farthest(sharing.least, sharing.free, sharing.limits))
 
 
-def giving_way(system: HybridSystem, point: MotionPoint, modes: Modes) -> dict[int, tuple[float, ...]]:
+def giving_way(point: MotionPoint, modes: Modes, answer: Answer) -> dict[int, tuple[float, ...]]:
     """{contact: unit vector} of contacts in space that give way at ``point``, and the directions in which they do.
 
     There are none where loads are unique: then accelerations tell.
     """
-    answer = system.answer(point, modes)
-    sharing = _sharing(system, point, modes, answer)
+    sharing = _sharing(point, modes, answer)
     if sharing is None:
         return {}
     more = 0.1 * AT_LIMIT * float(np.abs(sharing.least).max())
@@ -86,10 +69,9 @@ def giving_way(system: HybridSystem, point: MotionPoint, modes: Modes) -> dict[i
     return found
 
 
-def _sharing(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer) -> _Sharing | None:
+def _sharing(point: MotionPoint, modes: Modes, answer: Answer) -> _Sharing | None:
     """How loads may be shared at ``point``; None where they are unique, or where friction would change with them."""
-    m, (kept, stuck) = system.constraints.m, system.bound_rows(modes)
-    bound = kept + stuck
+    m, bound = len(answer.multipliers), answer.bound
     G = np.concatenate([point.constraints[3], point.rows.jacobian[bound]])
     if answer.unique or not len(bound) or not np.isfinite(answer.qdd).all():
         return None
@@ -102,32 +84,30 @@ def _sharing(system: HybridSystem, point: MotionPoint, modes: Modes, answer: Ans
     _, values, across = np.linalg.svd(rows * size)
     free = across[int(np.sum(values > FREE)) :].T  # (r, d), an orthonormal basis
     place = {row: m + j for j, row in enumerate(bound)}
-    if not free.size or _rubs(system, point, modes, free, place):
+    if not free.size or _rubs(point, modes, free, place):
         return None
     scaled = np.concatenate([answer.multipliers, answer.forces[bound]]) / size
-    limits = list(_limits(system, point, modes, answer, place, size))
-    return _Sharing(bound, size, scaled - free @ (free.T @ scaled), free, limits)
+    limits = list(_limits(point, modes, answer, place, size))
+    return _Sharing(size, scaled - free @ (free.T @ scaled), free, limits)
 
 
-def _rubs(system: HybridSystem, point: MotionPoint, modes: Modes, free: Floats, place: dict[int, int]) -> bool:
+def _rubs(point: MotionPoint, modes: Modes, free: Floats, place: dict[int, int]) -> bool:
     """Whether a contact slides by friction that ``free`` loads (r, d) change."""
     rows, slides = point.rows, [i for i in closed_contacts(modes) if modes.contacts[i] is not Mode.STICKS]
     rubbing = [i for i in slides if len(rows.slip_rows[i]) and rows.friction[i] > 0]
     return any(np.abs(free[place[i]]).max() > FREE for i in rubbing)
 
 
-def _limits(
-    system: HybridSystem, point: MotionPoint, modes: Modes, answer: Answer, place: dict[int, int], size: Floats
-) -> Iterator[Limit]:
+def _limits(point: MotionPoint, modes: Modes, answer: Answer, place: dict[int, int], size: Floats) -> Iterator[Limit]:
     """What holds: (o, a, T) for o + a x >= |T x| with the scaled loads x (r,); a is (r,) and T (slips, r)."""
-    rows, e, unit = point.rows, system.elements, np.diag(size)
+    rows, unit = point.rows, np.diag(size)
     for i in closed_contacts(modes):
         normal, slips = unit[place[i]] / size[place[i]], [int(row) for row in rows.slip_rows[i]]
         if modes.contacts[i] is Mode.STICKS and rows.static[i] > 0:
             yield 0.0, rows.static[i] * normal, unit[[place[row] for row in slips]] / size[place[i]]
         else:
             yield 0.0, normal, np.zeros((1, len(size)))
-    for j, (row, mode) in enumerate(zip(e.friction_rows, modes.frictions, strict=True)):
+    for j, (row, mode) in enumerate(zip(rows.friction_rows, modes.frictions, strict=True)):
         if mode is Mode.STICKS:
             at = place[int(row)]
             yield float(answer.holding[j]) / size[at], np.zeros(len(size)), unit[[at]] / size[at]

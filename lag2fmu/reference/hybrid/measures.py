@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lag2fmu.reference.hybrid.modes import Due, Modes, closed_contacts
 from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.state import Floats
 
@@ -90,6 +91,15 @@ def touches(point: MotionPoint, i: int) -> bool:
 def is_free(point: MotionPoint, D: Floats, i: int) -> bool:
     """Whether constraints leave the gap of the contact ``i`` free; D (k, k) is the answer of rows to forces on rows."""
     return bool(D[i, i] > 1e-10 * (point.rows.jacobian[i] ** 2 @ mobilities(point)))
+
+
+def touching(point: MotionPoint, modes: Modes, due: Due, D: Floats) -> list[int]:
+    """The contacts that touch, are closed or are due to close, and that constraints leave free.
+
+    D (k, k) is the answer of rows to forces on rows.
+    """
+    near = {i for kind, i in due if kind == "gap"} | {*closed_contacts(modes)}
+    return [i for i in range(len(modes.contacts)) if (i in near or touches(point, i)) and is_free(point, D, i)]
 
 
 def slips_of(point: MotionPoint, i: int) -> tuple[int, ...]:

@@ -14,6 +14,7 @@ from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
 
 ROUNDING = 4e-15
+"""Event functions are rounded by this part of what they are made of."""
 
 
 class Piece:
@@ -132,7 +133,7 @@ class Piece:
         """The event functions that need forces at y (s + 2,): normal forces, margins of cones and of holding."""
         e = self.system.elements
         point = self.system.point(self.state(t, y))
-        answer = centred(self.system, point, self.modes, self.system.answer(point, self.modes))
+        answer = centred(point, self.modes, self.system.answer(point, self.modes))
         found = []
         for kind, i in self.labels[self.plain :]:
             if kind == "force":

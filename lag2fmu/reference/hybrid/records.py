@@ -21,7 +21,7 @@ class Rows:
 
     Gaps are (u,), velocities and gamma (k,), J (k, n), restitution, friction and static friction (u,). ``latched``
     (l,): the positions of latches, 0 for latches that hold velocities. ``slip_rows``: the rows of the slips of each
-    contact.
+    contact; ``friction_rows``: those of dry frictions.
     """
 
     gaps: Floats
@@ -33,6 +33,7 @@ class Rows:
     friction: Floats
     static: Floats
     slip_rows: Sequence[Indices]
+    friction_rows: Indices
 
 
 @dataclass(frozen=True)
@@ -55,11 +56,13 @@ class MotionPoint:
 class Answer:
     """Accelerations (n,), multipliers (m,), forces along all rows (k,), and the largest holding forces (f,).
 
-    ``unique``: no other multipliers and forces have the same motion.
+    ``bound``: the rows that are kept, in position or velocity. ``unique``: no other multipliers and forces have the
+    same motion.
     """
 
     qdd: Floats
     multipliers: Floats
     forces: Floats
     holding: Floats
+    bound: Sequence[int]
     unique: bool

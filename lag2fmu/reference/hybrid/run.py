@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lag2fmu.description.names import velocity
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.constraints import onward
 from lag2fmu.reference.energies import declared_starts
@@ -19,7 +20,9 @@ from lag2fmu.reference.state import Floats, StateBatch
 LONGEST_PART = 0.05
 """The longest step as a part of the run."""
 PULL_BACK = 0.1
+"""What is bound is pulled back by this part of its error in a communication step."""
 SIDES_TRIED = 20
+"""Guesses of a start are solved for at most so often, each time on the sides of kinks that the last ones came to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +68,8 @@ class HybridRun:
         self.system, self.signals, self.times, self.n = system, signals, times, system.n
         self.size, self.further = system.size, [z.name for z in system.mechanism.states]
         self.nominal = np.concatenate([system.nominal, system.nominal, [z.nominal for z in system.mechanism.states]])
+        q = [c.name for c in system.mechanism.coordinates]
+        self.states = [*q, *map(velocity, q), *self.further]
         self.end = np.inf
         needs = system.constraints.m or system.elements.k
         self.whole = whole or float(times[-1] - times[0])

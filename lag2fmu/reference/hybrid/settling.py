@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.laws import LATE
 from lag2fmu.reference.hybrid.measures import STILL, gap_sizes, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import SENSE, Due, Memory, Mode, Modes
@@ -30,7 +29,7 @@ Chosen = Callable[[StateBatch, Modes, Due], tuple[StateBatch, Modes, Floats]]
 class Settling:
     """Events of a ``system`` during a run; heights of rebound below ``low`` (of nominal gaps) end a cascade.
 
-    ``resolved`` makes impacts and ``chosen`` chooses modes, see ``Impacts.resolved`` and ``Choice.chosen``.
+    ``resolved`` makes impacts and ``chosen`` chooses modes, see ``Impacts`` and ``ModeChoice``.
     """
 
     def __init__(self, system: HybridSystem, memory: Memory, low: float, resolved: Resolved, chosen: Chosen) -> None:
@@ -65,10 +64,7 @@ class Settling:
             turned = self._unmoved(turned, margins, state) if struck else turned
             if before == modes and not struck:
                 return self.system.projected(state, modes), modes, energies
-        raise SimulationError(
-            f"mechanism '{self.system.mechanism.name}' at time {float(state.t)!r} s: the modes of contacts and "
-            f"switches do not come to rest"
-        )
+        raise self.system.stops(state.t, "the modes of contacts and switches do not come to rest")
 
     def _margins(self, state: StateBatch) -> dict[tuple[str, int], float]:
         """The margins of sides and conditions at ``state`` by their labels."""
@@ -167,10 +163,8 @@ class Settling:
         contacts = list(modes.contacts)
         for i, (gap, size) in enumerate(zip(gaps, sizes, strict=True)):
             if gap < -JUMP * size:
-                raise SimulationError(
-                    f"mechanism '{self.system.mechanism.name}' at time {float(state.t)!r} s: the gap of "
-                    f"{self.system.elements.contacts[i]} jumps to {gap:.6g} with a condition in it"
-                )
+                name = self.system.elements.contacts[i]
+                raise self.system.stops(state.t, f"the gap of {name} jumps to {gap:.6g} with a condition in it")
             contacts[i] = Mode.OPEN if gap > JUMP * size else contacts[i]
         return replace(modes, contacts=tuple(contacts))
 

@@ -3,8 +3,7 @@
 Event functions are positive while the modes last. Every step is looked at in POINTS places, so that two roots in a step
 are not missed. It is halved where these places do not tell the functions, as those of a condition that turns many times
 within one step. A function that starts within rounding of zero counts once it was positive, or when it is clearly
-negative. Brent's method finds the root (R. P. Brent, Algorithms for Minimization without Derivatives, 1973, chapter 4),
-and a step of just that length ends the piece exactly there.
+negative. A step that ends at the root ends the piece exactly there.
 """
 
 from __future__ import annotations
@@ -12,12 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.modes import Due
+from lag2fmu.reference.hybrid.piece import Piece
+from lag2fmu.reference.hybrid.roots import bottom, dips, root
 from lag2fmu.reference.hybrid.timed import first_descent
 from lag2fmu.reference.state import Floats
 
@@ -50,35 +51,6 @@ def _weights() -> Floats:
 _WEIGHTS = _weights()
 
 
-class Motion(Protocol):
-    """A smooth motion y(t) (s,), with event functions by their ``labels``, which are positive while it lasts.
-
-    Those that are ``timed`` depend on nothing but the time. ``turning``: another step has other functions.
-    """
-
-    labels: tuple[tuple[str, int], ...]
-    timed: tuple[int, ...]
-    turning: bool
-
-    def margin_of_time(self, i: int, times: Floats, y: Floats) -> Floats:
-        """The event function ``i``, one of those that are ``timed``, at ``times`` (b,); y (s,) is any."""
-
-    def slope(self, t: float, y: Floats) -> Floats:
-        """dy/dt, (s,)."""
-
-    def events(self, times: Floats, y: Floats) -> Floats:
-        """The event functions at ``times`` (b,) and y (b, s): (count, b)."""
-
-    def margins(self, times: Floats, y: Floats) -> Floats:
-        """The first of the event functions, those that follow without forces: (some, b)."""
-
-    def floors(self, t: float, y: Floats) -> Floats:
-        """The sizes below which event functions are zero up to rounding: (count,)."""
-
-    def turn(self, t: float, y: Floats) -> None:
-        """Get ready for a step that begins at the time ``t`` (s) with y (s,)."""
-
-
 @dataclass
 class Stepper:
     """Integrates pieces by SciPy's ``method``, by steps of at most ``longest`` (s), and ``most`` evaluations in all."""
@@ -92,7 +64,7 @@ class Stepper:
 
     def run(
         self,
-        piece: Motion,
+        piece: Piece,
         t: float,
         y: Floats,
         end: float,
@@ -127,7 +99,7 @@ class Stepper:
             wanted(dense, before, time)
             return time, self._landed(piece, before, at, time), due
 
-    def _solver(self, piece: Motion, t: float, y: Floats, end: float, first: float | None) -> Solver:
+    def _solver(self, piece: Piece, t: float, y: Floats, end: float, first: float | None) -> Solver:
         from scipy.integrate import DOP853, Radau
 
         longest = max(min(self.longest, end - t), 16 * np.spacing(abs(end)))
@@ -137,13 +109,13 @@ class Stepper:
         kind = {"DOP853": DOP853, "Radau": Radau}[self.method]
         return kind(piece.slope, t, y, end, rtol=self.rtol, atol=self.atol, max_step=longest, first_step=start)
 
-    def _count(self, solver: Solver, piece: Motion) -> None:
+    def _count(self, solver: Solver, piece: Piece) -> None:
         self.evaluations += solver.nfev - getattr(solver, "counted", 0)
         solver.counted = solver.nfev
         if self.evaluations > self.most:
             raise SimulationError(f"{self.method} took {self.evaluations} evaluations")
 
-    def _landed(self, piece: Motion, t: float, y: Floats, end: float) -> Floats:
+    def _landed(self, piece: Piece, t: float, y: Floats, end: float) -> Floats:
         """y (s,) at ``end`` (s), by steps that end exactly there; raises SimulationError if that fails."""
         if end <= t:
             return y
@@ -159,7 +131,7 @@ class Stepper:
 class Watch:
     """Looks for the first down-crossing of the event functions of a ``piece`` that starts at (t, y)."""
 
-    def __init__(self, piece: Motion, t: float, y: Floats) -> None:
+    def __init__(self, piece: Piece, t: float, y: Floats) -> None:
         self.piece, self.floors = piece, piece.floors(t, y)
         start = piece.events(np.array([t]), y[None])[:, 0]
         gaps = np.array([label[0] == "gap" for label in piece.labels], dtype=bool)
@@ -186,9 +158,9 @@ class Watch:
         roots = {}
         for i in self.piece.timed:
             function = partial(self.piece.margin_of_time, i, y=y)
-            root = first_descent(function, a, b, float(self.floors[i]), bool(self.armed[i]))
-            if root is not None:
-                roots[self.piece.labels[i]] = root
+            time = first_descent(function, a, b, float(self.floors[i]), bool(self.armed[i]))
+            if time is not None:
+                roots[self.piece.labels[i]] = time
         return roots
 
     def _first(
@@ -202,14 +174,12 @@ class Watch:
         values = self._values(times, y)
         if halvings > 0 and not self._resolved(dense, times, values):
             middle, half = float(times[POINTS // 2]), y[POINTS // 2]
-            found = self._first(dense, (a, middle), (ya, half), halvings - 1)
-            return found or self._first(dense, (middle, b), (half, yb), halvings - 1)
+            first = self._first(dense, (a, middle), (ya, half), halvings - 1)
+            return first or self._first(dense, (middle, b), (half, yb), halvings - 1)
+        others, dip = sorted(set(range(len(values))) - {*self.piece.timed}), dips(values)
         for j in range(1, len(times)):
-            roots = {}
-            for i in set(range(len(values))) - {*self.piece.timed}:
-                root = self._root(i, dense, times, values[i], j)
-                if root is not None:
-                    roots[self.piece.labels[i]] = root
+            found = {self.piece.labels[i]: self._root(i, dense, times, values[i], j, dip[i, j]) for i in others}
+            roots = {label: time for label, time in found.items() if time is not None}
             if roots:
                 at = min(roots.values())
                 return at, frozenset(label for label, root in roots.items() if root <= at + SAME * max(1.0, abs(at)))
@@ -238,52 +208,24 @@ class Watch:
         told[list(self.piece.timed)] = True
         return bool(told.all())
 
-    def _root(self, i: int, dense: Dense, times: Floats, values: Floats, j: int) -> float | None:
-        """The root of function ``i`` between the places j - 1 and j of a step, if it comes down to zero there."""
-        left, right = float(times[j - 1]), float(times[j])
+    def _root(self, i: int, dense: Dense, times: Floats, values: Floats, j: int, dip: bool) -> float | None:
+        """The root of function ``i`` between the places j - 1 and j of a step, if it comes down to zero there.
+
+        In a ``dip`` it does so where its least value is not positive.
+        """
+        value, left, right = partial(self._value, i, dense), float(times[j - 1]), float(times[j])
         if self.armed[i]:
             if values[j] <= 0:
-                return self._brent(i, dense, left, right) if values[j - 1] > 0 else left
-            low = self._dip(i, dense, times, values, j)
-            return None if low is None else self._brent(i, dense, left, low)
+                return root(value, left, right)
+            low = bottom(value, left, float(times[j + 1])) if dip else None
+            return None if low is None else root(value, left, low)
         if values[j] >= -10 * self.floors[i]:
             return None
         for k in range(1, 40):  # after a rebound it may have been positive for a short while
             peak = left + (right - left) * 0.5**k
-            if self._value(i, dense, peak) > self.floors[i]:
-                return self._brent(i, dense, peak, right)
+            if value(peak) > self.floors[i]:
+                return root(value, peak, right)
         return left
-
-    def _dip(self, i: int, dense: Dense, times: Floats, values: Floats, j: int) -> float | None:
-        """A time between two positive values where function ``i`` is not positive, if it dips so far."""
-        if j + 1 >= len(times) or not (values[j] < values[j - 1] and values[j] < values[j + 1]):
-            return None
-        bend = values[j - 1] - 2 * values[j] + values[j + 1]
-        lowest = values[j] - (values[j + 1] - values[j - 1]) ** 2 / (8 * bend)
-        if lowest > 0.3 * values[j]:
-            return None
-        from scipy.optimize import minimize_scalar
-
-        found = minimize_scalar(
-            lambda t: self._value(i, dense, t),
-            bounds=(times[j - 1], times[j + 1]),
-            method="bounded",
-            options={"xatol": 1e-12},
-        )
-        return float(found.x) if found.fun <= 0 else None
-
-    def _brent(self, i: int, dense: Dense, left: float, right: float) -> float:
-        from scipy.optimize import brentq
-
-        def value(t: float) -> float:
-            return self._value(i, dense, t)
-
-        if value(left) <= 0:
-            return left
-        if value(right) > 0:
-            return right
-        root = float(brentq(value, left, right, xtol=1e-300, rtol=4 * np.finfo(float).eps))
-        return root
 
     def _value(self, i: int, dense: Dense, t: float) -> float:
         return float(self.piece.events(np.array([t]), dense(t)[None])[i, 0])

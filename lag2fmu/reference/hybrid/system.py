@@ -10,7 +10,7 @@ unsymmetric. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilatera
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +30,7 @@ from lag2fmu.reference.single import CompiledLater
 from lag2fmu.reference.state import Floats, StateBatch
 
 RANK = 1e-11
+"""Singular values below this part of the greatest one belong to rows that depend on others."""
 WEAK = 1e-8
 """A matrix whose condition is better than 1 / WEAK has independent rows."""
 
@@ -69,6 +70,10 @@ class HybridSystem:
     def _constraint_values(self, state: StateBatch) -> Values:
         empty = np.zeros(0)
         return self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
+
+    def stops(self, t: float | Floats, why: str) -> SimulationError:
+        """The error that says ``why`` there is no motion from the time ``t`` (s) on."""
+        return SimulationError(f"mechanism '{self.mechanism.name}' at time {float(t)!r} s: {why}")
 
     # ------------------------------------------------------------------------------------------------- under modes
 
@@ -132,26 +137,27 @@ class HybridSystem:
         right[:n, 0], right[n:, 0], right[:n, 1:] = point.forcing, -aim, along.T
         found, unique = _solved(point.terms.mass_matrix, G, directions, right)
 
-        def unpacked(x: Floats) -> Answer:
+        def answer_of(x: Floats) -> Answer:
             forces = spread @ x[n + m : n + m + len(closed)]
             forces[kept[len(closed) :] + stuck] += x[n + m + len(closed) :]
-            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), unique)
+            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), kept + stuck, unique)
 
         limit = np.zeros(len(sliding))
         if e.f:
-            limit = self._sliding_forces(point, found, unpacked, sliding)
-        whole = unpacked(found[:, 0] + found[:, 1:] @ limit)
+            limit = self._sliding_forces(point, found, answer_of, sliding)
+        whole = answer_of(found[:, 0] + found[:, 1:] @ limit)
         whole.forces[e.friction_rows[sliding]] = -senses * limit
         holding = e.capacities(point.state, whole.multipliers, whole.forces)[1] if e.f else whole.holding
         return replace(whole, holding=holding)
 
-    def _sliding_forces(self, point: MotionPoint, found: Floats, unpacked: object, sliding: list[int]) -> Floats:
+    def _sliding_forces(
+        self, point: MotionPoint, found: Floats, answer_of: Callable[[Floats], Answer], sliding: list[int]
+    ) -> Floats:
         """The forces of the s frictions that slide, by Newton's method, for they may depend on what other rows bear.
 
         ``found`` (n + r, 1 + s): the solution without these forces, and what a unit of each force adds.
         """
-        e, of = self.elements, unpacked
-        whole = [of(column) for column in found.T]  # type: ignore[operator]
+        e, whole = self.elements, [answer_of(column) for column in found.T]
         borne = np.array([np.concatenate([a.multipliers, a.forces]) for a in whole])
         limit, m = np.zeros(len(sliding)), self.constraints.m
         if not e.load_dependent:
@@ -195,10 +201,8 @@ class HybridSystem:
         for residual, jacobian in (positions(q), velocities(qd)):
             size = np.maximum(np.abs(jacobian).max(axis=1, initial=0.0), 1e-300)
             if np.max(np.abs(residual) / size, initial=0.0) > 1e-6:
-                raise SimulationError(
-                    f"mechanism '{self.mechanism.name}' at time {float(state.t)!r} s: constraints and closed contacts "
-                    f"cannot hold together; residuals up to {np.abs(residual).max():.3g}"
-                )
+                apart = f"residuals up to {np.abs(residual).max():.3g}"
+                raise self.stops(state.t, f"constraints and closed contacts cannot hold together; {apart}")
         return at(q, qd)
 
     def _bound_values(self, state: StateBatch) -> tuple[Values, Rows]:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from lag2fmu.reference.hybrid.roots import Function, bottom, dips, root
 from lag2fmu.reference.state import Floats
 
 FEWEST, MOST = 16, 1 << 17
@@ -19,9 +20,6 @@ BETWEEN = (0.38, 0.77)
 """Where in an interval this is tried; no whole multiple of a short period hides at both places."""
 ROUNDING = 16 * np.finfo(float).eps
 """Times, and phases that are made of them, are rounded by this part of themselves at most."""
-DEEP = 0.3
-"""Between samples a function may come down to 0 where a parabola through three of them is below this part of the
-middle one."""
 
 
 def first_descent(function: Callable[[Floats], Floats], a: float, b: float, floor: float, armed: bool) -> float | None:
@@ -29,25 +27,29 @@ def first_descent(function: Callable[[Floats], Floats], a: float, b: float, floo
 
     ``armed``: it is positive at ``a``. If it is not, it first has to rise above ``floor``, or to be clearly below 0.
     """
+
+    def value(t: float) -> float:
+        return float(function(np.array([t]))[0])
+
     times, values = _samples(function, a, b)
     slope = abs(float(values[1] - values[0])) / float(times[1] - times[0])
     floor = max(floor, ROUNDING * max(abs(a), abs(b)) * slope)
     if not armed:
         positive, negative = np.flatnonzero(values > floor), np.flatnonzero(values < -10 * floor)
         if negative.size and not (positive.size and positive[0] < negative[0]):
-            return _after_a_hump(function, a, float(times[negative[0]]), floor)
+            return _after_a_hump(value, a, float(times[negative[0]]), floor)
         if not positive.size:
             return None
         times, values = times[positive[0] :], values[positive[0] :]
     below = np.flatnonzero(values <= 0)
     end = int(below[0]) if below.size else len(values)
-    for j in _dips(values[:end]):
-        lowest = _lowest(function, times[j - 1], times[j + 1])
-        if lowest is not None:
-            return _root(function, float(times[j - 1]), lowest)
+    for j in np.flatnonzero(dips(values[:end])):
+        low = bottom(value, float(times[j - 1]), float(times[j + 1]))
+        if low is not None:
+            return root(value, float(times[j - 1]), low)
     if end == len(values):
         return None
-    return _root(function, float(times[end - 1]), float(times[end])) if end else float(times[0])
+    return root(value, float(times[end - 1]), float(times[end])) if end else float(times[0])
 
 
 def _samples(function: Callable[[Floats], Floats], a: float, b: float) -> tuple[Floats, Floats]:
@@ -75,38 +77,7 @@ def _error(function: Callable[[Floats], Floats], times: Floats, values: Floats, 
     return float(found.max())
 
 
-def _dips(values: Floats) -> list[int]:
-    """The samples that are less than their neighbours, and between which a function may come down to 0."""
-    left, middle, right = values[:-2], values[1:-1], values[2:]
-    bend = left - 2 * middle + right
-    with np.errstate(divide="ignore", invalid="ignore"):
-        lowest = middle - (right - left) ** 2 / (8 * bend)
-    found = (middle <= left) & (middle <= right) & (bend > 0) & (lowest <= DEEP * middle)
-    return [int(j) + 1 for j in np.flatnonzero(found)]
-
-
-def _after_a_hump(function: Callable[[Floats], Floats], left: float, right: float, floor: float) -> float:
+def _after_a_hump(function: Function, left: float, right: float, floor: float) -> float:
     """The root behind a hump between two samples; ``left`` if the function does not rise above ``floor`` there."""
-    peak = _lowest(lambda t: floor - function(t), left, right)
-    return left if peak is None else _root(function, peak, right)
-
-
-def _lowest(function: Callable[[Floats], Floats], left: float, right: float) -> float | None:
-    """The time (s) of the least value between two times, None if it is positive."""
-    from scipy.optimize import minimize_scalar
-
-    found = minimize_scalar(
-        lambda t: float(function(np.array([t]))[0]), bounds=(left, right), method="bounded", options={"xatol": 1e-14}
-    )
-    return float(found.x) if found.fun <= 0 else None
-
-
-def _root(function: Callable[[Floats], Floats], left: float, right: float) -> float:
-    from scipy.optimize import brentq
-
-    def value(t: float) -> float:
-        return float(function(np.array([t]))[0])
-
-    if value(left) <= 0:
-        return left
-    return float(brentq(value, left, right, xtol=1e-300, rtol=4 * np.finfo(float).eps))
+    peak = bottom(lambda t: floor - function(t), left, right)
+    return left if peak is None else root(function, peak, right)

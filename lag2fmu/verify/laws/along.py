@@ -223,8 +223,12 @@ class Along:
 
     @cached_property
     def acceleration_sizes(self) -> Floats:
-        """The size of the accelerations of rows, (k, 1): the sum of what cancels in a row that is kept."""
-        return np.asarray(np.maximum(self.turning.max(axis=1), 1e-300)[:, None])
+        """The size of the accelerations of rows, (k, 1): the sum of what cancels in a row that is kept.
+
+        Where nothing moves they are rounding errors of forces, which are small beside nominal values.
+        """
+        least = SMALL * np.einsum("kim,i->km", np.abs(self.slopes), self.system.nominal)
+        return np.asarray(np.maximum(np.maximum(self.turning, least).max(axis=1), 1e-300)[:, None])
 
     @cached_property
     def force_sizes(self) -> Floats:

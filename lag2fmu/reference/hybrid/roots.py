@@ -1,0 +1,49 @@
+"""Where a function of the time comes down to zero: by a change of its sign, or in a dip between two samples.
+
+Source: R. P. Brent, Algorithms for Minimization without Derivatives, 1973, chapters 4 and 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lag2fmu.reference.state import Floats
+
+Function = Callable[[float], float]
+
+DEEP = 0.3
+"""Between samples a function may come down to 0 where a parabola through three of them is below this part of the
+middle one."""
+
+
+def dips(values: Floats) -> NDArray[np.bool_]:
+    """Which ``values`` (..., m) are less than their neighbours, so that the function may come down to 0 beside them."""
+    left, middle, right = values[..., :-2], values[..., 1:-1], values[..., 2:]
+    bend = left - 2 * middle + right
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lowest = middle - (right - left) ** 2 / (8 * bend)
+    found = np.zeros(values.shape, dtype=bool)
+    found[..., 1:-1] = (middle <= left) & (middle <= right) & (bend > 0) & (lowest <= DEEP * middle)
+    return found
+
+
+def bottom(function: Function, left: float, right: float) -> float | None:
+    """The time (s) of the least value between two times, None if it is positive."""
+    from scipy.optimize import minimize_scalar
+
+    found = minimize_scalar(function, bounds=(left, right), method="bounded", options={"xatol": 1e-14})
+    return float(found.x) if found.fun <= 0 else None
+
+
+def root(function: Function, left: float, right: float) -> float:
+    """The time (s) at which the function comes down to 0 between two times, one of these where it does not."""
+    from scipy.optimize import brentq
+
+    if function(left) <= 0:
+        return left
+    if function(right) > 0:
+        return right
+    return float(brentq(function, left, right, xtol=1e-300, rtol=4 * np.finfo(float).eps))
