@@ -9,7 +9,9 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,8 +21,10 @@ from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.fmu import Fmu, compilers, export, translation_units
 from lag2fmu.fmu.contents import EQUATIONS
 from lag2fmu.fmu.live import module
+from lag2fmu.formats import loading
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
+from lag2fmu.resources import bundled
 
 Exported = Callable[..., Fmu]
 
@@ -124,6 +128,20 @@ def _unoptimised(sources: Mapping[str, str], compiler: str) -> tuple[str, ...]:
 def compiled_quickly(pytestconfig: pytest.Config) -> Iterator[None]:
     """Nothing is optimised where no test asks for it, except with ``--optimised``."""
     with compiling(optimised=pytestconfig.getoption("--optimised")):
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def read_once() -> Iterator[None]:
+    """A bundled model without arguments is read once in a process: nobody changes a mechanism, and many tests ask."""
+    read, names = loading.read_model, frozenset(bundled())
+    kept = lru_cache(maxsize=None)(read)
+
+    def read_model(model: object, arguments: Mapping[Any, object] | None = None) -> Mechanism:
+        return kept(model) if isinstance(model, str) and model in names and not arguments else read(model, arguments)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(loading, "read_model", read_model)
         yield
 
 
