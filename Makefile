@@ -12,6 +12,8 @@ LIVE ?= all
 
 # tests start many processes of Python, which read modules faster when the first one keeps them compiled
 export PYTHONDONTWRITEBYTECODE :=
+# of 6000 modules that come with dependencies tests import 1500: those alone are compiled, when they are first imported
+PIP := -m pip install --quiet --disable-pip-version-check --no-compile
 # each process of the tests has a processor of its own: threads of linear algebra would wait for each other on it
 test check test-all: export OPENBLAS_NUM_THREADS ?= 1
 
@@ -30,8 +32,8 @@ check: lint
 
 # everything: other importers, cross builds, sanitizers, fuzzing; PYTEST=--optimised compiles all as users get it
 test-all: lint
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[imports,importers,meshes,docs,page,sweeps]"
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps dm_control gymnasium  # their files alone
+	-$(BIN)/python $(PIP) -e ".[imports,importers,meshes,docs,page,sweeps]"
+	-$(BIN)/python $(PIP) --no-deps dm_control gymnasium  # their files alone
 	$(BIN)/python -m pytest $(SPREAD) --all-models $(PYTEST)
 
 RECORDED := double_pendulum cart_pole four_bar_linkage heavy_top_quaternion whipple_bicycle andrews_squeezer \
@@ -39,14 +41,14 @@ RECORDED := double_pendulum cart_pole four_bar_linkage heavy_top_quaternion whip
 
 # docs/record: what other tools say of ten FMUs; the FMUs themselves are not committed
 record: $(READY)
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[importers]"
+	-$(BIN)/python $(PIP) -e ".[importers]"
 	$(BIN)/lag2fmu record $(RECORDED) -o docs/record
 
 # dist: wheel, sdist, record with its FMUs, site, bill of materials, and hashes. Equal commits and tools give equal bytes
 release: export SOURCE_DATE_EPOCH := $(shell git log -1 --format=%ct)
 release: $(READY)
 	rm -rf dist build/record
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[importers]"
+	-$(BIN)/python $(PIP) -e ".[importers]"
 	$(BIN)/python -m build --outdir dist
 	$(BIN)/lag2fmu record $(RECORDED) -o build/record
 	$(MAKE) docs
@@ -76,12 +78,12 @@ lint: style
 
 # the documentation as a site, in build/site, in minutes; LIVE=none: no model of the gallery moves, which is faster
 docs: $(READY)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
+	$(BIN)/python $(PIP) -e ".[docs]"
 	LAG2FMU_LIVE=$(LIVE) NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict -f docs/site/mkdocs.yml
 
 # all measurements, half an hour of a quiet machine; writes docs/benchmarks.md. BENCH=stepping: that one alone
 bench: $(READY)
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench,sweeps]"
+	-$(BIN)/python $(PIP) -e ".[bench,sweeps]"
 	$(BIN)/python -m benchmarks.all $(BENCH)
 
 # docs/published.md: benchmark problems of the literature beside their published numbers, in minutes
@@ -90,7 +92,7 @@ published: $(READY)
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[test]"
+	$(BIN)/python $(PIP) -e ".[test]"
 	touch $(READY)
 
 clean:

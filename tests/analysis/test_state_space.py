@@ -11,7 +11,6 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 from scipy.io import loadmat
-from scipy.signal import cont2discrete
 from sympy import cos, sin
 
 import lag2fmu
@@ -248,6 +247,8 @@ def test_samples_of_a_free_mass() -> None:
 
 def test_samples_with_a_drift_are_those_of_scipy() -> None:
     """The drift is one more input that is held; poles are those of the motion between the samples."""
+    from scipy.signal import cont2discrete
+
     linear = lag2fmu.linearize(cart(start=0.7), outputs=["theta"]).state_space(["F"])
     found, h = linear.sampled(0.05), 0.05
     whole = (linear.A, np.column_stack([linear.B, linear.drift]), linear.C, np.zeros((1, 2)))

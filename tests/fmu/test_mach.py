@@ -6,13 +6,16 @@ import functools
 import subprocess
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import lief
 import macho
 import pytest
 from compiling import UNOPTIMISED
 
 from lag2fmu.fmu.mach import hide
+
+if TYPE_CHECKING:
+    import lief
 
 pytestmark = [pytest.mark.fmu, pytest.mark.slow]
 
@@ -32,13 +35,15 @@ def library(request, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     folder = tmp_path_factory.mktemp("mach")
     (folder / "x.c").write_text(SOURCE)
     command = [sys.executable, "-m", "ziglang", "cc", "-s", "-target", request.param, *UNOPTIMISED["zig"]]
-    subprocess.run([*command, "-g0", "-shared", "-o", "x.dylib", "x.c"], cwd=folder, check=True)
+    subprocess.run([*command, "-shared", "-o", "x.dylib", "x.c"], cwd=folder, check=True)
     return Path(folder / "x.dylib").read_bytes()
 
 
 @functools.cache
 def parsed(data: bytes) -> lief.MachO.FatBinary:
     """Kept, because LIEF's objects are not alive without it."""
+    import lief  # a large module, which the tests of 'make test' do not need
+
     found = lief.MachO.parse(list(data))
     assert found is not None
     return found
@@ -82,6 +87,8 @@ def test_addresses_stay(library: bytes) -> None:
 def test_the_layout_is_sound(library: bytes) -> None:
     """By LIEF's copy of the checks of Apple's tools; the indirect symbols still mean the same names."""
     hidden = hide(library, NAMES)
+    import lief
+
     assert lief.MachO.check_layout(read(hidden)) == (True, "")
     one, other = ([s.name for s in read(data).dynamic_symbol_command.indirect_symbols] for data in (library, hidden))
     assert one == other

@@ -51,10 +51,11 @@ def _broken(family: str, fmu: Fmu, seed: int) -> Iterator[str]:
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_no_law_is_broken_beside_events(family: str, exported) -> None:
-    """Every other one of a hundred machines.
+    """Every other one of a hundred machines, of a row of forty: each of them takes a second.
 
     They take turns; test_random_machines.py has most of them.
     """
     fmu = exported(mechanism(family), optimised=True)
-    seeds = (*range(1 - [*FAMILIES].index(family) % 2, 100, 2), *FURTHER.get(family, ()))
+    most = 40 if family == "row" else 100
+    seeds = (*range(1 - [*FAMILIES].index(family) % 2, most, 2), *FURTHER.get(family, ()))
     assert [line for seed in seeds for line in _broken(family, fmu, seed)] == []

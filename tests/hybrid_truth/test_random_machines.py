@@ -49,6 +49,8 @@ CLOSING = 846
 HYSTERESIS = 1e-8
 """What an indicator may be beside its slip: its hysteresis, and what an event in the last step has left of it."""
 QUICK = ("chain", "loop", "clutch", "disc", "puck")
+LONG = {"row": 40}
+"""How many machines of a family are enough where each of them takes more than a second."""
 
 
 def _located(family: str, fmus: dict[str, Fmu], values: dict[str, float], way: str) -> tuple[Record, list[str]]:
@@ -101,9 +103,9 @@ def _faults(family: str, seed: int, fmus: dict[str, Fmu]) -> Iterator[str]:
 
 
 def _chosen() -> Iterator[object]:
-    """Four machines of five families in 'make test', 100 of each family in 'make test-all'."""
+    """Four machines of five families in 'make test', 100 of each family in 'make test-all', where LONG has no less."""
     for family in FAMILIES:
-        for first in range(0, 100, 20):
+        for first in range(0, LONG.get(family, 100), 20):
             yield pytest.param(family, range(first + 4, first + 24), marks=pytest.mark.slow, id=f"{family}-{first + 4}")
         marks = () if family in QUICK else pytest.mark.slow
         yield pytest.param(family, range(4), marks=marks, id=f"{family}-0")

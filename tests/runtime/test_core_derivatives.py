@@ -11,7 +11,7 @@ import fmpy
 import numpy as np
 import pytest
 from chosen import models
-from compiling import COMPILERS
+from compiling import COMPILERS, STRICT, UNOPTIMISED
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from numpy.typing import NDArray
 
@@ -29,7 +29,6 @@ Floats = NDArray[np.float64]
 
 SAMPLE = frozenset({"falling_rod", "slides_problem_5_small"})
 """Redundant rows, sliding in several modes; constraints, solved starts and what has no mass."""
-STRICT = ["-std=c99", "-O0", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off"]
 PROBE = Path(__file__).with_name("derivatives_probe.c")
 STEPS, POINTS, PRODUCTS = 30, 12, 20
 EQUAL = 1e-13
@@ -52,8 +51,8 @@ class Probe:
         joined = translation_units(sources)
         for file, text in {**sources, **joined}.items():
             (folder / file).write_text(text, "utf-8")
-        compiler = COMPILERS.get("gcc", COMPILERS["zig"])
-        command = [*compiler, *STRICT, "-fPIC", "-shared", f"-I{fmi_headers()}", "-o", str(library), *joined, "-lm"]
+        options = [*STRICT, *UNOPTIMISED["zig"], f"-I{fmi_headers()}", "-shared"]
+        command = [*COMPILERS["zig"], *options, "-o", str(library), *joined, "-lm"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         self.folder, self.library = folder, ctypes.CDLL(str(library))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,11 @@ from by_hand import SOURCE, SOURCES, TOKEN, by_hand
 import lag2fmu
 from lag2fmu.errors import LoadError
 
-pytest.importorskip("xarray", reason='the extra "sweeps" is not installed')
-pytestmark = [pytest.mark.fmu, pytest.mark.slow]
+pytestmark = [
+    pytest.mark.fmu,
+    pytest.mark.slow,
+    pytest.mark.skipif(find_spec("xarray") is None, reason='the extra "sweeps" is not installed'),
+]
 
 XML_3 = f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="faulty" instantiationToken="{TOKEN}">

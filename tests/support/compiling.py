@@ -17,8 +17,9 @@ STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "
 TARGET = ["-target", host_platform().targets[0]] if sys.platform == "linux" else []
 """That of FMUs, for which zig has built the parts of the C library already; what it takes for itself is another one."""
 COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc", *TARGET]}
-UNOPTIMISED = {"zig": ("-O2", "-Xclang", "-O0"), "gcc": ("-O0",)}
-"""Options that leave out the optimisation. With -O0 alone zig builds other parts of the C library, which takes long."""
+UNOPTIMISED = {"zig": ("-O2", "-Xclang", "-O0", "-g0"), "gcc": ("-O0",)}
+"""Options that leave out the optimisation. With -O0 alone zig builds other parts of the C library, which takes long.
+What a debugger reads would take a third more time."""
 if shutil.which("gcc"):
     COMPILERS["gcc"] = ["gcc"]
 QUICK = COMPILERS.get("gcc", COMPILERS["zig"])
