@@ -119,6 +119,7 @@ class _EquilibriumSearch:
         turning = [q.unit is not None and q.unit.si_name == "rad" for q in coordinates]
         self.angle = np.array([*turning, *(False for _ in further)])
         self.quaternions = [*_quaternions(equations.mechanism)]
+        self._known: dict[bytes, Floats] = {}
 
     def seeds(self) -> Iterator[Floats]:
         """Places (n,) to begin at: the start, zero, the start with all angles half a turn on, and random ones.
@@ -238,11 +239,16 @@ class _EquilibriumSearch:
         return [float(evaluate(self.equations.graph, node, values)[0]) for values in states]
 
     def _neutral(self, q: Floats) -> Floats:
-        """An orthonormal basis (n, k), in nominal values, of the motions from ``q`` along which no row changes."""
-        slopes = self._slopes(np.concatenate([q, self.unloaded]))[:, : len(q)]
-        _, singular, right = np.linalg.svd(slopes * self.nominal)
-        rank = int(np.sum(singular > 1e-10 * max(float(singular.max(initial=0.0)), 1e-300)))
-        return np.asarray(right[rank:].T, dtype=np.float64)
+        """An orthonormal basis (n, k), in nominal values, of the motions from ``q`` along which no row changes.
+
+        Most seeds lead to places that are known already, to the bit.
+        """
+        if q.tobytes() not in self._known:
+            slopes = self._slopes(np.concatenate([q, self.unloaded]))[:, : len(q)]
+            _, singular, right = np.linalg.svd(slopes * self.nominal)
+            rank = int(np.sum(singular > 1e-10 * max(float(singular.max(initial=0.0)), 1e-300)))
+            self._known[q.tobytes()] = np.asarray(right[rank:].T, dtype=np.float64)
+        return self._known[q.tobytes()]
 
     def _residual(self, x: Floats, t: float = 0.0) -> Floats:
         """The rows (k,) at ``x``: q, z and multipliers."""
