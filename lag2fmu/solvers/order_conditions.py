@@ -77,7 +77,7 @@ def stability_interval(a: Sequence[Row], b: Row) -> float:
 
 
 def _product(row: Row, column: Row) -> Fraction:
-    return sum((x * y for x, y in zip(row, column, strict=False)), Fraction(0))
+    return sum((x * y for x, y in zip(row, column, strict=False) if x and y), Fraction(0))
 
 
 def _interpolant(a: Sequence[Row], b: Row, rows: Sequence[Row]) -> list[Fixed]:
