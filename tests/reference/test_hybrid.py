@@ -434,6 +434,14 @@ def test_outcomes_of_an_impact_slide_in_space() -> None:
     assert outcome.modes == (Mode.SLIDES,)
 
 
+def test_what_is_left_of_a_motion_that_has_ended_contradicts_nothing() -> None:
+    """Two frictions along one motion stop it together: both hold, whatever rounding leaves of their accelerations."""
+    items = [Item((Mode.STICKS, Mode.FORWARD, Mode.BACKWARD), None, (i,), 1.0, 1.0) for i in range(2)]
+    outcome = decided(np.ones((2, 2)), np.array([1e-46, -3e-46]), items, 1e-3)
+    assert outcome is not None
+    assert outcome.modes == (Mode.STICKS, Mode.STICKS)
+
+
 def test_a_contact_opens_with_the_friction_beside_it_where_their_event_is_located_early() -> None:
     """A pull of 1 N but for 1e-8 N at a mass of 1 kg: neither opening nor staying met the laws."""
     items = [Item((Mode.OPEN, Mode.SLIDES), 0), Item((Mode.FORWARD, Mode.BACKWARD), None, (1,), 1.0, 1.0)]

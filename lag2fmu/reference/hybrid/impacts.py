@@ -192,9 +192,8 @@ class Impacts:
             P[rows] = max(outcomes, key=lambda o: float(np.abs(o.forces).sum())).forces
         if not P.any():
             where = ", ".join(e.contacts[i] for i in contacts)
-            raise system.stops(
-                point.state.t, f"neither accelerations nor an impact meet the laws of contact at {where}"
-            )
+            none = f"neither accelerations nor an impact meet the laws of contact at {where}"
+            raise system.stops(point.state.t, none if where else "no accelerations meet the laws of dry friction")
         for i in contacts:
             self.memory.log(float(point.state.t), e.contacts[i], "painleve", float(P[i]))
         s = point.state

@@ -69,11 +69,12 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
     """
     check_time()
     scale = 1.0 / np.sqrt(np.maximum(np.diagonal(D), 1e-300))
-    solved = _forces(D, c, items, modes, scale)
+    motion, _ = units(D, c, pace)
+    solved = _forces(D, c, items, modes, scale, motion)
     if solved is None:
         return None
     load, free = solved
-    size = float(np.max(units(D, c, pace)[0] * scale, initial=0.0))
+    size = float(np.max(motion * scale, initial=0.0))
     limits, bar = list(_limits(D, c, items, modes, scale, LATE * size)), EXACT * size
     broken = [limit for limit in limits if margin(limit, load) < -bar]
     if broken and free.size and all(np.abs(facet(limit, load) @ free).max() > FREE for limit in broken):
@@ -97,15 +98,15 @@ def units(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:
 
 
 def _forces(
-    D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode], scale: Floats
+    D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode], scale: Floats, motion: Floats
 ) -> tuple[Floats, Floats] | None:
     """Loads r/``scale`` (k,) of least norm in these ``modes``, and what may be added to them, (k, d).
 
-    None where the modes contradict each other.
+    ``motion`` (k,) are the units of w. None where the modes contradict each other.
     """
-    k = len(c)
+    k, bound = len(c), _bound(items, modes)
     A, b = np.eye(k), np.zeros(k)
-    for row in _bound(items, modes):
+    for row in bound:
         A[row], b[row] = D[row], -c[row]
     for item, mode in zip(items, modes, strict=True):
         if item.normal is not None and mode is not Mode.OPEN:
@@ -121,8 +122,9 @@ def _forces(
     u, s, across = np.linalg.svd(weighed / length[:, None])
     rank = int(np.sum(s > 1e-11 * s.max(initial=0.0)))
     load: Floats = across[:rank].T @ ((u.T @ (b / length))[:rank] / s[:rank])
-    rest = np.abs(weighed @ load - b) / length
-    met = (rest <= EXACT * max(1e-300, float(np.abs(b / length).max(initial=0.0)))).all()
+    rest, size = np.abs(weighed @ load - b) / length, np.abs(b)
+    size[bound] = np.maximum(size[bound], motion[bound])  # where all rests c is rounding, which nothing meets
+    met = (rest <= EXACT * max(1e-300, float((size / length).max(initial=0.0)))).all()
     return (load, across[rank:].T) if met else None
 
 
