@@ -128,8 +128,9 @@ def validate_fmu(
     task = Task(mechanism, path, stop_time, tolerance, inputs, hold, check_limit(limit), step)
     checks = [_findings(path)]
     references = References(task, progress or (lambda share: None))
-    if time_stepping.beyond_integration(task) or not references.make():
-        return _not_compared(task, checks)
+    lacking = time_stepping.beyond_integration(task) or references.lacking()
+    if lacking:
+        return _not_compared(task, checks, lacking)
     return _compared(task, references, checks)
 
 
@@ -191,16 +192,15 @@ def _title(task: Task) -> str:
     return f"{what}, {task.stop_time:g} s, tolerance {task.tolerance:g}"
 
 
-def _not_compared(task: Task, checks: list[Check]) -> Report:
-    """The report on an FMU where the direct integration did not get beyond the start in its time.
+def _not_compared(task: Task, checks: list[Check], lacking: str) -> Report:
+    """The report on an FMU where the direct integration is ``lacking``, as this phrase says.
 
     The FMU runs all the same, and is held against the laws of contacts and dry friction where there are any.
     """
     label, kind, step, events = _plan(task)[1]
     warned: list[str] = []
     run = _run(task, kind, step, events, warned.append)
-    slow = f"does not get to t = {step:.3g} s in {task.limit:g} s of CPU time; give a longer --limit"
-    detail = f"the direct integration {time_stepping.beyond_integration(task) or slow}"
+    detail = f"the direct integration {lacking}"
     extent = Check("trajectories, share not compared", 1.0, most_left_out(task), detail, extent=True)
     return Report(
         title=_title(task),

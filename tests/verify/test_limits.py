@@ -196,6 +196,23 @@ def test_sections_of_an_analysis_say_that_their_time_was_over() -> None:
     assert all("The time was over" in str(section.lines[0]) for section in sections)
 
 
+def test_where_the_direct_integration_fails_the_laws_judge_alone(exported, monkeypatch) -> None:
+    """Where there are none, the failure is that of the validation."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise SimulationError("at time 0.3 s: no modes")
+
+    monkeypatch.setattr("lag2fmu.verify.references.integrate", fail)
+    report = validate_fmu(load("coulomb_oscillator"), exported("coulomb_oscillator").path, stop_time=1.0)
+    (unjudged,) = (check for check in report.checks if check.outcome != "ok")
+    fails = "the direct integration fails (at time 0.3 s: no modes): the laws along the run judge alone"
+    assert unjudged.detail == fails
+    assert report.outcome == "not judged"
+    assert any(check.evidence == "laws" for check in report.checks)
+    with pytest.raises(SimulationError, match="no modes"):
+        validate_fmu(load("pendulum"), exported("pendulum").path, stop_time=1.0)
+
+
 def test_model_exchange_without_end_is_not_judged(exported, monkeypatch) -> None:
     """As of a ball that jumped on by 1e-9 m/s; the time is over at its third step here."""
     turns = iter([False, False])
