@@ -31,7 +31,7 @@ from lag2fmu.fmu.compilers import compile_library
 from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.formats.loading import load
 
-RUNS = 9
+RUNS = 25
 
 
 Seconds = tuple[float, float]
