@@ -6,6 +6,8 @@ import json
 import math
 import os
 import stat
+import subprocess
+import sys
 from importlib import import_module
 from pathlib import Path
 
@@ -498,3 +500,33 @@ def test_a_folder_that_cannot_be_written(run, monkeypatch: pytest.MonkeyPatch) -
     assert result.exit_code == 2
     assert "cannot write 'x.fmu': Permission denied" in result.stderr
     assert not list(Path().iterdir())
+
+
+WITH_AN_END = """
+import atexit, pathlib, sys
+from lag2fmu import cli
+from lag2fmu.__main__ import program
+
+command = cli.main
+
+
+def main():
+    atexit.register(pathlib.Path(sys.argv.pop()).touch)
+    command()
+
+
+cli.main = main
+program()
+"""
+
+
+@pytest.mark.parametrize(("argument", "code"), [("--version", 0), ("--nothing", 2)])
+def test_the_program_ends_with_the_code_of_its_command(argument: str, code: int, tmp_path: Path) -> None:
+    """All that it says is there, and what the command registers for the end of the process is done."""
+    left = tmp_path / "left"
+    command = [sys.executable, "-c", WITH_AN_END, argument, str(left)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == code
+    assert ("lag2fmu" in done.stdout) is (code == 0)
+    assert ("--nothing" in done.stderr) is (code == 2)
+    assert left.exists()

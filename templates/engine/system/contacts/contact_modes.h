@@ -54,6 +54,7 @@ static inline int contact_slips(int contact) {
     return SLIP_ROWS[contact + 1] - SLIP_ROWS[contact];
 }
 
+/* Does the contact slide in space, in a direction of its own? */
 static inline bool contact_slides_in_space(const State *state, int contact) {
     return contact_slips(contact) == 2 && contact_slides(state, contact);
 }
