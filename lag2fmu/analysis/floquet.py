@@ -9,8 +9,8 @@ section II.1.3, for the method.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import lcm
-from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -40,7 +40,8 @@ _STAGES = np.array(
 )
 
 
-class Floquet(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Floquet:
     """``period`` in s; ``monodromy`` (k, k) of the independent states; ``multipliers`` (k,), its eigenvalues.
 
     ``exponents`` (k,) in 1/s, their imaginary parts up to whole multiples of 2 pi / period.

@@ -6,7 +6,7 @@ Source: Landau, Lifshitz, Mechanics, sections 23 and 25; Goldstein, Classical Me
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,8 @@ _ZERO = 1e-7
 """Frequencies below this share of the greatest are zero up to rounding; it is the root of a rounding error."""
 
 
-class NaturalMode(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class NaturalMode:
     """The motion q = shape e^(eigenvalue t): ``eigenvalue`` in 1/s, ``shape`` (n,) with the largest entry 1.
 
     A vibration is one mode, with the eigenvalue of positive imaginary part.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +13,8 @@ AZIMUTH, ELEVATION = np.radians(30.0), np.radians(18.0)
 _FLAT = 1e-9
 
 
-class View(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class View:
     """A view; ``right`` and ``up`` (3,) are the axes of the picture in world axes.
 
     - ``plane``: the world axis (0, 1, 2) that is normal to a planar mechanism, None for a spatial one.
