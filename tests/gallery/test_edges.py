@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
 from lag2fmu import simulate, validate
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.text import read
+from lag2fmu.reference.direct_integration import integrate
 from lag2fmu.verify.run import Kind
 
 pytestmark = pytest.mark.fmu
@@ -181,11 +183,16 @@ def test_the_independent_path_sees_the_ball_fall(table: Fmu) -> None:
 
 
 def test_a_step_up_is_refused(exported: Callable[..., Fmu]) -> None:
-    step = exported(read(BALL + 'gap = "y - if(x < 1, 0, 0.5)"', "edge"))
-    with pytest.raises(SimulationError, match=r"time 1 a condition turns in the gap of table, which jumps to -0\.5"):
+    """The FMU says so, alone and in a validation; the judge's own integration finds the step as well."""
+    mechanism = read(BALL + 'gap = "y - if(x < 1, 0, 0.5)"', "edge")
+    step = exported(mechanism)
+    jumps = r"a condition turns in the gap of table, which jumps to -0\.5"
+    with pytest.raises(SimulationError, match=f"time 1 {jumps}"):
         simulate(step, stop_time=2, step=1)
-    with pytest.raises(SimulationError, match=r"gap of table jumps to -0\.5"):
+    with pytest.raises(SimulationError, match=jumps):
         validate(step, stop_time=2)
+    with pytest.raises(SimulationError, match=r"gap of table jumps to -0\.5"):
+        integrate(mechanism, np.linspace(0, 2, 3))
 
 
 @pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
