@@ -23,9 +23,6 @@ from lag2fmu.dynamics.parts import Constraints, RowNumbers
 from lag2fmu.graph.autodiff import Forward, reverse
 from lag2fmu.graph.graph import Graph, Node
 
-_AT_REST = 1e-12
-"""Far below this slip speed (m/s, rad/s), times |d|, sliding friction has the direction d that the mode began with."""
-
 
 class ModeNumbers(NamedTuple):
     """The numbers of the modes: ``masks`` (R,), ``directions`` of the frictional rows, ``offsets`` of latches."""
@@ -145,10 +142,9 @@ def sliding_forces(graph: Graph, rows: RowNumbers, modes: ModeNumbers) -> tuple[
     """The forces (N,) of the N frictional rows as if all of them slide, along their directions.
 
     - A contact with one slip: -direction mu N.
-    - A contact with two slips w: -mu N w/|w|. The direction d that the mode began with is added to w, so that the force
-      has a direction while the speed is about 0. Where the slip begins from rest d is longer than 1: w then counts from
-      the speed on that errors of the states do not turn. The mode ends where w.d = 0. Beyond this point the sign turns,
-      so that the force is smooth there and the end can be located.
+    - A contact with two slips w: -mu N w/|w|. Its direction d is a velocity in m/s or rad/s, which is added to w: far
+      below the speed |d| the force has the direction that the mode began with, far above it that of the slip. The mode
+      ends where w.d = 0. Beyond this point the sign turns, so that the force is smooth there and the end is located.
     - A dry friction: -direction times its force.
 
     Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5.
@@ -159,10 +155,8 @@ def sliding_forces(graph: Graph, rows: RowNumbers, modes: ModeNumbers) -> tuple[
         largest = graph.multiply(rows.friction[contact], rows.forces[contact])
         begun = modes.directions[len(found) : len(found) + count]
         if count == 2:
-            small = graph.constant(_AT_REST)
             at = first + len(found)
-            slips = zip(rows.velocities[at : at + 2], begun, strict=True)
-            w = [graph.add(slip, graph.multiply(small, way)) for slip, way in slips]
+            w = [graph.add(slip, way) for slip, way in zip(rows.velocities[at : at + 2], begun, strict=True)]
             along = graph.dot(w, begun)
             size = graph.apply("sqrt", graph.multiply(graph.dot(w, w), graph.multiply(along, along)))
             begun = tuple(graph.divide(graph.multiply(entry, along), size) for entry in w)

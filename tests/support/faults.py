@@ -119,8 +119,8 @@ FAULTS = (
         "a slip's direction is frozen in space",
         "puck",
         "contact_modes.c",
-        "fmax(1.0, steady / STEADYING)",
-        "fmax(1.0, 1e6)",
+        "fmax(LEAST_BIAS, steady)",
+        "1e-3",
     ),
     Fault(
         "impacts charge friction twice",

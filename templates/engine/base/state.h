@@ -90,6 +90,7 @@ typedef struct {
     double rest_time[SIZE_UNILATERALS]; /* s; of its end */
     double slip_decelerations[SIZE_UNILATERALS]; /* m/s^2: of contacts in space that slide, by their friction alone, at
                                                     most, when they began to */
+    double slip_ends[SIZE_UNILATERALS]; /* m/s or rad/s: speeds at which modes of slips in space end; 0: at none */
     int64_t modes_settled;              /* the modes belong to the present point: nothing was assigned since */
     int64_t event_pending;              /* the solver has come to an event and has not passed it yet */
     int64_t event_held;                 /* the communication step ended at an event, before it was passed */

@@ -20,8 +20,9 @@ bool contacts_hold(const Instance *instance) {
     return contacts_idle(instance) < N_ROWS;
 }
 
-/* To the slip of a contact in space, sliding friction adds the direction times this speed, m/s (dynamics/modes.py). */
-static const double STEADYING = 1e-12;
+/* m/s or rad/s; to a slip in space that no errors turn, sliding friction adds this speed, so that it has a direction at
+   0. Ten times more would show where a tolerance is 1e-10; less is rounding of speeds of 1e4. */
+static const double LEAST_BIAS = 1e-12;
 
 /* Where an element begins to stick or to slide, its event function becomes another one: what friction could bear
    beyond, in N, instead of the slip, in m/s. What was left of the one is no rounding of the other. */
@@ -32,6 +33,10 @@ static void take_mode(State *state, int element, int64_t mode, int function) {
     }
     state->modes[element] = mode;
 }
+
+/* A slip that is steadied has a direction by itself beyond so many times the steadying speed, and has turned back
+   beyond this part of it. */
+static const double BY_ITSELF = 3.0, TURNED_BACK = 0.05;
 
 /* The vector w is scaled to this length; NULL stands for 0. */
 static void set_contact(State *state, int contact, int64_t mode, const double w[], double length) {
@@ -70,7 +75,8 @@ void contact_slide(State *state, int contact, const double w[], double steady) {
     if (contact_slips(contact) == 1) {
         set_contact(state, contact, along, w, 1.0);
     } else {
-        set_contact(state, contact, MODE_SLIDES, w, fmax(1.0, steady / STEADYING));
+        set_contact(state, contact, MODE_SLIDES, w, fmax(LEAST_BIAS, steady));
+        state->slip_ends[contact] = BY_ITSELF * steady;
     }
 }
 
@@ -79,15 +85,10 @@ double contact_steady(const State *state, int contact) {
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
         length = hypot(length, row_direction(state, row));
     }
-    return length > 1.0 + NOISE ? length * STEADYING : 0.0;
+    return length > LEAST_BIAS * (1.0 + NOISE) ? length : 0.0;
 }
 
-/* A slip that is steadied has a direction by itself beyond so many times the steadying speed, and has turned back
-   beyond this part of it. */
-static const double BY_ITSELF = 3.0, TURNED_BACK = 0.05;
-
 double contact_slip_margin(const State *state, int contact, const double slips[]) {
-    const double steady = contact_steady(state, contact);
     double along = 0.0, speed = 0.0, length = 0.0;
     for (int k = 0; k < contact_slips(contact); k++) {
         const double direction = row_direction(state, SLIP_ROWS[contact] + k);
@@ -96,10 +97,11 @@ double contact_slip_margin(const State *state, int contact, const double slips[]
         length = hypot(length, direction);
     }
     along /= length;
-    if (!(steady > 0.0)) {
+    if (contact_slips(contact) == 1 || !(state->slip_ends[contact] > 0.0)) {
         return along;
     }
-    const double slow = 1.0 - speed / (BY_ITSELF * steady), margin = (along + TURNED_BACK * steady) * slow;
+    const double slow = 1.0 - speed / state->slip_ends[contact];
+    const double margin = (along + TURNED_BACK * contact_steady(state, contact)) * slow;
     return slow < 0.0 ? -fabs(margin) : margin; /* an impact may throw it back fast */
 }
 

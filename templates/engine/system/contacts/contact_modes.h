@@ -21,8 +21,8 @@ void friction_wait(State *state, int friction);
 double contact_steady(const State *state, int contact);
 
 /* Of a contact that slides, with the velocities slips[contact_slips] along its rows: the one along its direction, in
-   m/s. A slip in space that is steadied goes on in this way until it is fast enough to have a direction by itself, or
-   has turned back by more than errors of the states: there it is 0. */
+   m/s. It is 0 as well where the slip comes to the speed at which its mode ends: one that is steadied is there fast
+   enough to have a direction by itself. That one may turn back by as much as errors of the states. */
 double contact_slip_margin(const State *state, int contact, const double slips[]);
 
 /* A slip in space that begins is steadied up to so many times the speed with which it may come to rest. */

@@ -38,7 +38,8 @@ static inline bool row_active(const State *state, int row) {
 
 void row_activate(State *state, int row, bool active);
 
-/* The direction in which a frictional row slides: 0 if it does not. */
+/* The direction in which a frictional row slides: 0 if it does not. A contact in space has two rows; its direction is a
+   velocity in m/s or rad/s, and friction is against the sum of it and the slip. */
 static inline double row_direction(const State *state, int row) {
     return state->parameters[FIRST_DIRECTION + row - FIRST_SLIP];
 }
