@@ -22,8 +22,9 @@ static const double MET = 1e-12;
 /* A condition that goes on no further is met up to here, as matrices of condition 1e6 leave no less. */
 static const double ACCEPTED = 1e-10;
 
-/* A force or impulse obeys the laws of contact up to this part of the greatest one: the errors of ACCEPTED, with a
-   decade for the number of rows that share a load. So do the equations of an implicit step that goes on no further. */
+/* In units of the greatest force or impulse: how far each may be from the laws of contact. The errors of ACCEPTED, with
+   a decade for the number of rows that share a load. The equations of an implicit step that goes on no further are met
+   up to here, too. */
 static const double OBEYED = 1e-9;
 
 /* Sums of forces that iterations without an end are accepted with; visible in no result of a fixed step. */

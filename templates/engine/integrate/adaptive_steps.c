@@ -16,11 +16,20 @@
 #include "step_size.h"
 #include "watching.h"
 
-static const double NEAR_POLE = 1e6;         /* so many shortest steps before a pole of a force the run ends */
-static const int64_t MOST_TRIALS = 10000000; /* the most trial steps of an adaptive method in a communication step */
-static const int64_t SERIES = 20000;         /* so many trial steps make a series */
-static const double IN_SLIPS = 0.4;          /* the part of the tolerance that errors of steps have then */
-static const double STANDSTILL = 1e-5;       /* a series takes more than this part of the time that is left */
+/* In units of the shortest step, which is some roundings of the time: before a pole of a force the run ends when steps
+   become shorter than this. Rounding of the time is then no longer negligible beside the way to the pole. */
+static const double NEAR_POLE = 1e6;
+
+/* The greatest number of trial steps in a communication step. */
+static const int64_t MOST_TRIALS = 10000000;
+
+/* Trial steps of a series, and the least part of the rest of the communication step that a series has to gain. At this
+   pace the rest would take 2e9 trial steps, far more than MOST_TRIALS. */
+static const int64_t SERIES = 20000;
+static const double STANDSTILL = 1e-5;
+
+/* The part of the tolerance that steps may err by while a contact slides in space, see step_tolerance. */
+static const double IN_SLIPS = 0.4;
 
 bool interpolate(Instance *instance, double time, double states[]) {
     bool moved;

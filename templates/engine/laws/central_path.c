@@ -11,12 +11,14 @@
 #include "scale.h"
 #include "vector_length.h"
 
+/* Bounds: of all steps, and of steps in turn that do not halve the residual. */
 enum { MOST_PATH_STEPS = 80, MOST_STALLS = 12 };
 
-/* A step goes this part of the way to the first cone that it would leave. */
+/* The part of the way to the boundary of the first cone that a step would leave, at which the step ends. At 1 the
+   scaling of Nesterov and Todd is singular; a smaller part leaves more of the gap after each step. */
 static const double INSIDE = 0.995;
 
-/* Greater solutions for an offset of 1 mean that there is none. */
+/* The greatest |y|, in units of the offset: where it grows beyond, the program has no solution. */
 static const double MOST_PATH_GROWTH = 1e13;
 
 /* W = factor (2 v v' - J) with J = diag(1, -1, -1): W z = W^-1 s. */

@@ -18,7 +18,8 @@
 #include "shared_loads.h"
 #include "system.h"
 
-/* Slips in space are looked at from so many tolerances of the greatest velocity on. */
+/* In units of the tolerance of velocities: a slip in space that is slower may be at rest soon. It keeps the direction
+   of its mode, along which the event function comes down to 0; a faster one may take its own direction. */
 static const double LOOK_AT_SLIPS = 1e3;
 
 /* What the event functions are made of. */
@@ -183,7 +184,7 @@ static bool fades(const Instance *instance, const ElementRows *rows, int contact
 /* A slip in space that has turned by 60 degrees from the direction of its mode is measured along its own from there. */
 static const double TURNED_AWAY = 0.5; /* the cosine */
 
-/* The speed up to which the slip of a contact in space may be at rest soon, m/s or rad/s. */
+/* LOOK_AT_SLIPS tolerances of the greatest velocity, for the slip of a contact in space, m/s or rad/s. */
 static double slow_slip(const State *state, int contact) {
     return LOOK_AT_SLIPS * solver_tolerance(state) * states_pace(state) * EVENT_NOMINALS[N_SWITCHES + 2 * contact + 1];
 }

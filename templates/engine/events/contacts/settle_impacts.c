@@ -9,7 +9,8 @@
 #include "scale.h"
 #include "settling.h"
 
-/* What may be left of a velocity that an impact stops, in units of a velocity that is as good as 0. */
+/* In units of settling_least_speed: the rounding error that the laws of impact leave, where masses differ by orders of
+   magnitude, of a velocity that they bring to rest. */
 static const double LEFT = 100.0;
 
 static bool approaches(const Settling *settling, int contact) {

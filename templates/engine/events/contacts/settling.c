@@ -27,7 +27,8 @@ double settling_least_rebound(const Settling *settling, int contact) {
     return fmax(solver_tolerance(&instance->state), located) * row_size(&settling->rows, contact);
 }
 
-/* In a part of the experiment of 1 in so many a force shows that is more than rounding. */
+/* A force is more than rounding if it gives its contact a speed that is not as good as 0, in this fraction of the
+   experiment (1 / SOON) or in a default solver step if that is shorter. */
 static const double SOON = 1000.0;
 
 bool settling_bears(const Settling *settling, int contact, double force) {

@@ -35,7 +35,7 @@ bool settling_measure(Settling *settling);
 /* No modes were found: sets instance->failure to the reason, which may be that there was no memory; returns false. */
 bool settling_fail(Instance *instance);
 
-/* A velocity along a row that is as good as 0. */
+/* The speed along a row, m/s or rad/s, up to which it is at rest. */
 double settling_least_speed(const Settling *settling, int row);
 
 /* Rebounds of a contact up to this height, in units of its gap, are not followed one by one: the tolerance. In model
@@ -44,8 +44,8 @@ double settling_least_speed(const Settling *settling, int row);
    lower ones would go on without end. */
 double settling_least_rebound(const Settling *settling, int contact);
 
-/* Is this force (N) of a contact more than rounding? Along the normal it would soon give a speed that is not as good as
-   0. */
+/* Is this normal force (N) of a contact more than rounding? One that is would soon move the contact faster than
+   settling_least_speed. */
 bool settling_bears(const Settling *settling, int contact, double force);
 
 /* states[N_STATES] = the present ones, moved onto the rows that the modes hold. Velocities that are rounding errors

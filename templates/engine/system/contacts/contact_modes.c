@@ -82,8 +82,8 @@ double contact_steady(const State *state, int contact) {
     return length > 1.0 + NOISE ? length * STEADYING : 0.0;
 }
 
-/* A slip that is steadied has a direction by itself beyond so many times the steadying speed, and has turned back
-   beyond this part of it. */
+/* In units of the steadying speed: a slip that is steadied has a direction by itself when it is faster than BY_ITSELF,
+   and has turned back when it moves against its direction faster than TURNED_BACK. */
 static const double BY_ITSELF = 3.0, TURNED_BACK = 0.05;
 
 double contact_slip_margin(const State *state, int contact, const double slips[]) {
