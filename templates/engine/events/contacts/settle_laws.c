@@ -10,9 +10,11 @@
 #include "settings.h"
 #include "settling.h"
 
+/* Bound of the repetitions for the loads that dry frictions depend on, and the number after which they count as slow
+   (repetition.h). */
 enum { MOST_REPETITIONS = 200, FEW_REPETITIONS = 50 };
 
-/* Does the slip of a row along which no force has a lever have a direction? */
+/* Is the row one along which no force has a lever, and its slip fast enough to have a direction? */
 static bool moves_without_lever(const Settling *settling, int row) {
     const int k = ROW_PLACES[row];
     return settling->determined[k] && fabs(settling->velocity[k]) > 0.5 * WAITING_SLIP;
@@ -96,7 +98,7 @@ static void set_rows(Settling *settling, const double force[], const double capa
     }
 }
 
-/* Has the motion made the slip of a row at rest too fast to wait for a lever? */
+/* Is there a row at rest without a lever whose slip has become too fast to wait for one? */
 static bool any_moves_without_lever(const Settling *settling) {
     bool found = false;
     for (int row = FIRST_SLIP; row < FIRST_LATCH; row++) {
@@ -106,7 +108,7 @@ static bool any_moves_without_lever(const Settling *settling) {
     return found;
 }
 
-/* lambda and w of all rows, with determined[] as it is known. Returns false if there are none. */
+/* Finds lambda and w of all rows, and determined[] unless it is NULL. Returns false if no forces obey the laws. */
 static bool solve_settled_laws(Settling *settling, bool determined[]) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK_ZEROS(mark, double, unknowns, N_UNKNOWNS);
@@ -142,8 +144,8 @@ static bool solve_settled_laws(Settling *settling, bool determined[]) {
     return arena_leave(mark, false);
 }
 
-/* Is the row of a slip at rest itself 0 to rounding, and does the motion not change that at once? Then no velocities
-   make the mechanism slip, as with a slide that is driven by the sine of its crank, at the dead centre. */
+/* Is the Jacobian of a slip at rest 0 to rounding, and its rate too? Then no velocities make the row slip: a slide that
+   is driven by the sine of its crank is such a row at the dead centre. */
 static bool vanishes(const Settling *settling, int row) {
     const double pace = states_pace(&settling->instance->state);
     const RowLaw law = settling->row[ROW_PLACES[row]].law;

@@ -39,7 +39,7 @@ bool settling_bears(const Settling *settling, int contact, double force) {
     return force * settling->delassus[k * K + k] * soon > settling_least_speed(settling, contact);
 }
 
-/* The rows of all constraints: those that modes switch without their masks. */
+/* Gathers Jacobian, gamma and velocities of all constraints. Rows that modes switch count as active ones. */
 static void gather_rows(Settling *settling, const System *system, double gamma[]) {
     memcpy(settling->jacobian, system->constraints.jacobian, sizeof settling->jacobian);
     memcpy(gamma, system->gamma, K * sizeof(double));
@@ -56,7 +56,7 @@ static void gather_rows(Settling *settling, const System *system, double gamma[]
     }
 }
 
-/* The sum of a[i] b[i] up to the end, where a is 0 before the beginning. */
+/* The sum of a[i] b[i] for begin <= i < end. */
 static double dot(const double a[], const double b[], int begin, int end) {
     double sum = 0.0;
     for (int i = begin; i < end; i++) {
