@@ -5,13 +5,11 @@
 
 #include "complementarity.h"
 #include "inputs.h"
-#include "repetition.h"
 #include "scale.h"
 #include "settings.h"
 #include "settling.h"
 
-/* Bound of the repetitions for the loads that dry frictions depend on, and the number after which they count as slow
-   (repetition.h). */
+/* Repetitions for the loads that dry frictions depend on: the most, and the number after which they count as slow. */
 enum { MOST_REPETITIONS = 200, FEW_REPETITIONS = 50 };
 
 /* Is the row one along which no force has a lever, and its slip fast enough to have a direction? */
@@ -108,6 +106,30 @@ static bool any_moves_without_lever(const Settling *settling) {
     return found;
 }
 
+/* The last repetition of laws and loads: the multipliers that it began with, and by how much those found differed. */
+typedef struct {
+    double x[K], rest[K];
+} Repetition;
+
+/* Sets x[K], for which the laws have found the multipliers answer[K], to what the next repetition begins with. That is
+   the answer, or, where repetitions are slow, what the last two of them lead to along a line. *last begins with zeros.
+   D. G. Anderson, Iterative procedures for nonlinear integral equations, Journal of the ACM 12, 1965. */
+static void proceed(Repetition *last, const double answer[], bool slow, double x[]) {
+    double square = 0.0, product = 0.0;
+    for (int k = 0; k < K; k++) {
+        const double rest = answer[k] - x[k], change = rest - last->rest[k];
+        square += change * change;
+        product += change * rest;
+    }
+    const double part = slow && square > 0.0 ? product / square : 0.0;
+    for (int k = 0; k < K; k++) {
+        const double before = last->x[k] + last->rest[k];
+        last->x[k] = x[k];
+        last->rest[k] = answer[k] - x[k];
+        x[k] = answer[k] - part * (answer[k] - before);
+    }
+}
+
 /* Finds lambda and w of all rows, and determined[] unless it is NULL. Returns false if no forces obey the laws. */
 static bool solve_settled_laws(Settling *settling, bool determined[]) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
@@ -136,7 +158,7 @@ static bool solve_settled_laws(Settling *settling, bool determined[]) {
             change = fmax(change, fabs(settling->lambda[k] - unknowns[N + k]));
             greatest = fmax(greatest, fabs(settling->lambda[k]));
         }
-        repetition_proceed(last, settling->lambda, i > FEW_REPETITIONS, unknowns + N);
+        proceed(last, settling->lambda, i > FEW_REPETITIONS, unknowns + N);
         if (change <= SOLVED * greatest || N_FRICTIONS == 0) {
             return arena_leave(mark, true);
         }
