@@ -29,7 +29,7 @@ LEFT_OUT = 0.2
 SHARPER = "take a sharper --tolerance or a shorter --stop-time"
 """What makes more of a run comparable."""
 LOWER = 10.0
-"""A run may leave out rebounds that are at most so many tolerances high."""
+"""In tolerances: the height of rebounds up to which a run may leave them out."""
 
 
 def has_rows(mechanism: Mechanism) -> bool:

@@ -37,7 +37,7 @@ Integration = Callable[[Floats, Mapping[str, float]], Reference]
 
 
 LEAST_WINDOWS = 20
-"""About so many windows there are at least: a fault shows itself most where errors have not grown yet."""
+"""The least number of windows, roughly: a fault shows itself most where errors have not grown yet."""
 SHARPEST = 1000.0
 """In a window the FMU may have to be as many times as exact: the direct integration is exact enough for that."""
 
