@@ -25,7 +25,7 @@ from lag2fmu.verify.task import Floats, Task
 
 SAFETY, CHAOS = 100.0, 1e-2
 LEFT_OUT = 0.2
-"""A run of which more than this part is not compared is not judged: ok would say more than is known."""
+"""The most of a run that may be left uncompared; with more the run is not judged: ok would say more than is known."""
 SHARPER = "take a sharper --tolerance or a shorter --stop-time"
 """What makes more of a run comparable."""
 LOWER = 10.0

@@ -88,7 +88,7 @@ class Windows:
     covered: float = 0.0
 
     def with_another(self, check: Check, covered: float) -> Windows:
-        """These and one more window with its ``check``, which has ``covered`` so much time (s)."""
+        """These and one more window with its ``check``, which has ``covered`` that time (s)."""
         worst = max(filter(None, (self.worst, check)), key=lambda check: check.value / check.bar)
         return Windows(worst, self.count + 1, self.covered + covered)
 

@@ -52,7 +52,7 @@ def row_outputs(mechanism: Mechanism) -> list[str]:
 
 
 def extent(task: Task, reference: Reference, horizon: float, covered: float = 0.0) -> Iterator[Check]:
-    """Which part of the run is compared, and why the rest is not; windows have ``covered`` so much time (s) beyond."""
+    """Which part of the run is compared, and why the rest is not; windows have ``covered`` a time (s) beyond."""
     if reference.comparable is None:
         return
     seen = comparable(task, reference) & (reference.trajectory.time <= horizon)

@@ -22,7 +22,7 @@ LONGEST_PART = 0.05
 PULL_BACK = 0.1
 """The part of the error of a constraint that is pulled back in a communication step."""
 SIDES_TRIED = 20
-"""Guesses of a start are solved for at most so often, each time on the sides of kinks that the last ones came to."""
+"""How often guesses of a start are solved for at most, each time on the sides of kinks that the last ones came to."""
 
 
 @dataclass(frozen=True, eq=False)

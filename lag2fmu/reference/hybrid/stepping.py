@@ -32,7 +32,7 @@ BETWEEN = np.array([0.5, 2.5, 5.5, 7.5])
 RESOLVED = 1e-6
 """Relative to the greatest value of a function: the places tell the function if their polynomial differs by less."""
 HALVINGS = 10
-"""A step is halved at most so often."""
+"""The most halvings of a step."""
 TOUCHING = 1e5
 """In units of its rounding error: how far below 0 a gap may begin, where an event was found to the accuracy of a step.
 If the bodies do not part behind it, as balls at rest, it comes to zero once it is below its beginning.

@@ -15,11 +15,12 @@ static const double NOISE = 64.0 * DBL_EPSILON;
 /* Iterations end with changes of this size: near 500 units of rounding Newton's method goes on no further. */
 static const double SOLVED = 1e-13;
 
-/* A condition that a finished iteration leaves so far from 0 is met; SOLVED and a decade for the condition of its
-   matrix. */
+/* The residual up to which a condition is met after an iteration has ended: SOLVED, and a decade for the condition of
+   its matrix. */
 static const double MET = 1e-12;
 
-/* A condition that goes on no further is met up to here, as matrices of condition 1e6 leave no less. */
+/* The residual up to which a condition is met whose iteration goes on no further; matrices of condition 1e6 leave no
+   less. */
 static const double ACCEPTED = 1e-10;
 
 /* In units of the greatest force or impulse: how far each may be from the laws of contact. The errors of ACCEPTED, with
@@ -27,7 +28,7 @@ static const double ACCEPTED = 1e-10;
    up to here, too. */
 static const double OBEYED = 1e-9;
 
-/* Sums of forces that iterations without an end are accepted with; visible in no result of a fixed step. */
+/* The residual with which iterations are accepted that do not converge; visible in no result of a fixed step. */
 static const double TOLERATED = 1e-8;
 
 /* --- ranks, in squares of relative distances */

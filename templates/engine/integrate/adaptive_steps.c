@@ -79,8 +79,9 @@ static bool is_at_pole(Instance *instance, int pole, double shortest) {
     return !report_event(instance, FAILURE_EVENT_POLE, instance->state.time, pole);
 }
 
-/* The time at which a slip in space ends is as uncertain as the states, over their rates. So that it is right to about
-   the tolerance in seconds, explicit methods keep their errors smaller before it; those of implicit ones are. */
+/* The relative tolerance of a step. The time at which a slip in space ends is uncertain by the errors of the states
+   over their rates. So that it is right to about the tolerance in seconds, explicit methods keep their errors smaller
+   before it; the errors of implicit methods are smaller by themselves. */
 static double step_tolerance(const Instance *instance) {
     const double tolerance = solver_tolerance(&instance->state);
     return METHOD.stability > 0.0 && contacts_slide_in_space(instance) ? IN_SLIPS * tolerance : tolerance;
@@ -112,7 +113,8 @@ static double try_step(Instance *instance, const Companion *with, Step step) {
     return isfinite(error) ? error : HUGE_VAL;
 }
 
-/* Shorter steps do not help there: is this one so short that there is no doubt? */
+/* Did a step fail at a kink that is as short as a SLIVER of the experiment? Shorter steps do not help at a kink; a
+   longer step may seem to pass one. */
 static bool is_at_kink(const Instance *instance, Step step) {
     return instance->failure.kind == FAILURE_KINK && step.length <= SLIVER * experiment_duration(&instance->state);
 }
@@ -136,7 +138,7 @@ static bool count_trial(Instance *instance, int64_t *trials, double *mark) {
     return false;
 }
 
-/* What is behind the step can be accepted: see prepare_interpolation, and Companion. */
+/* May the good trial step be accepted? See prepare_interpolation, and for what goes with the motion Companion. */
 static bool finish_trial(Instance *instance, const Companion *with, Step tried, Step step) {
     return with != NULL ? with->finish(with->of, tried, step)
                         : step.end <= instance->scratch.step_end || prepare_interpolation(instance, tried, step);

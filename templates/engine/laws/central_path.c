@@ -81,7 +81,7 @@ static void scale_by(const ConeScaling *scaling, bool inverse, const double x[],
     scaled[0] = first;
 }
 
-/* The point of the cone's hyperbola between s and z gives the scaling. */
+/* The scaling of Nesterov and Todd: w lies between s and z, scaled to the hyperbola of determinant 1, and W^2 z = s. */
 static void find_scaling(const double s[], const double z[], ConeScaling *scaling) {
     const double of_s = sqrt(fmax(cone_determinant(s), DBL_MIN)), of_z = sqrt(fmax(cone_determinant(z), DBL_MIN));
     double w[3] = {s[0] / of_s + z[0] / of_z, s[1] / of_s - z[1] / of_z, s[2] / of_s - z[2] / of_z};
@@ -109,8 +109,8 @@ static double cone_reach(const double v[], const double dv[]) {
     return part;
 }
 
-/* What y feels of z of the cone at this row: the correction is that the first component is less by the slip along the
-   direction that the slip has now. */
+/* felt = B z for the cone at this row. B is the correction by de Saxce: options.slip times the slip, along its present
+   direction, is taken from the first component. */
 static void correct(const Path *path, int row, const double z[], double felt[]) {
     const double *now = path->z + row, length = vector_length(now + 1, 2);
     memcpy(felt, z, 3 * sizeof(double));

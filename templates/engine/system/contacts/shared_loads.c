@@ -250,7 +250,8 @@ static void add_loads(Shares *p, const double x[]) {
     }
 }
 
-/* Gives up the loads that change this sum of the parts of a margin: a reflection makes that the last one alone. */
+/* Keeps the sum of part[i] times the parts of a margin: a reflection of the loads leaves one alone, the last, that
+   changes this sum, and that load is given up. */
 static void hold_part(Shares *p, const Margin *margin, const double part[]) {
     const ArenaMark mark = arena_mark(p->sharing->arena);
     WORK(mark, double, normal, K + 1);
@@ -278,8 +279,8 @@ static void hold_part(Shares *p, const Margin *margin, const double part[]) {
     arena_release(mark);
 }
 
-/* Holds the margins that bar the level from rising, by their forces[3 * count] at the end of the program. Where it is
-   not the tip of their cones, there may be others along the edge. */
+/* Holds the margins that bar the level from rising, by their forces[3 * count] at the end of the program. From then on
+   loads change only along the edge of the cone of such a margin, and not at all where it is at the tip. */
 static void hold_margins(Shares *p, Margin margin[], int count, double level, const double forces[]) {
     double greatest = 0.0;
     for (int c = 0; c < count; c++) {
