@@ -17,12 +17,12 @@ from lag2fmu.checking.fmi3.events import (
     event_mode,
     intermediate_update,
     reset_everywhere,
+    same_run,
     saved_in_every_state,
     step_results,
 )
 from lag2fmu.checking.fmi3.illegal import ANY
 from lag2fmu.checking.fmi3.illegal_own import OWN
-from lag2fmu.checking.fmi3.same_run import same_run
 from lag2fmu.checking.fmi3.session import Model3, Session3
 from lag2fmu.checking.fmi3.ticks import ticking
 from lag2fmu.checking.illegal import forbidden_trials
