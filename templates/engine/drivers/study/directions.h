@@ -55,8 +55,8 @@ bool directions_stand(Variations *variations, Instance *instance);
 /* S at the solved start, and the modes that hold there; S jumps at impacts (jumps.c). */
 bool directions_start(Variations *variations);
 
-/* What rounding makes uncertain in a trial step, in nominal states: of a direction much longer than its scale lets
-   expect, as that of a torque of 1 N.m on a toy, this is more than tight tolerances allow. */
+/* The rounding error of a direction in a trial step, in nominal states. Of a direction that is much longer than its
+   scale, as that of a torque of 1 N.m on a toy, it is more than tight tolerances allow. */
 double direction_rounding(const Direction *direction);
 
 /* Passes the event at the present point: S jumps (jumps.c). */
