@@ -43,6 +43,8 @@ _LARGE = 0.1
 """In units of the coordinate: a greater start needs no estimate, because its size, rounded up, is 1."""
 
 _TIMES, _STABLE = 9, 1e-9
+"""The times of the experiment at which forces are looked at; and, relative to the greatest one, what counts as 0 of
+squared frequencies, and of singular values of constraints."""
 _LENGTH, _ANGLE = parse_unit("m").exponents, parse_unit("rad").exponents
 
 

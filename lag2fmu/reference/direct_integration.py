@@ -38,6 +38,7 @@ from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
 
 RUNS = 3
+"""The runs of a hybrid mechanism: at rtol, at 10 rtol, and from a perturbed start."""
 MAX_EVALUATIONS = 500_000
 """The evaluations of the equations in one run after which a method counts as failed."""
 

@@ -20,7 +20,9 @@ from lag2fmu.reference.single import CompiledLater
 from lag2fmu.reference.state import Floats, StateBatch
 
 PERTURBATION = 1e-8
+"""In units of the states: how far a start is moved, to see how errors grow."""
 PULL_BACK = 0.1
+"""The part of the error of a constraint that is pulled back in a communication step."""
 SCIPY_METHODS = ("DOP853", "Radau")
 LONGEST_PART = 0.02
 """The longest step as a part of the run."""

@@ -24,6 +24,8 @@ from lag2fmu.reference.integrated import Reference
 from lag2fmu.verify.task import Floats, Task
 
 SAFETY, CHAOS = 100.0, 1e-2
+"""A run may be off by SAFETY tolerances times the growth of errors; where this is more than CHAOS of the scales, runs
+are no longer compared."""
 LEFT_OUT = 0.2
 """The most of a run that may be left uncompared; with more the run is not judged: ok would say more than is known."""
 SHARPER = "take a sharper --tolerance or a shorter --stop-time"

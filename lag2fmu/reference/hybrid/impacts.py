@@ -26,6 +26,7 @@ from lag2fmu.reference.state import Floats, StateBatch
 LOADED = 1e-9
 """Relative to the forces or impulses that act: a contact that bears more is under load."""
 ROUNDS = 200
+"""The most rounds of an impact; the last one is plastic, with all contacts that are near."""
 
 
 class Impacts:

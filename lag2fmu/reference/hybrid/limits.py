@@ -18,6 +18,7 @@ FREE = 1e-9
 WITHIN_CONES = 1e-11
 """Relative to the greatest load: how far outside of its cone a load may be."""
 CUTS = 60
+"""The most rounds of cutting planes."""
 FAR = 1e-3
 """Relative to the greatest load: a margin of this size is wide, and is not made wider."""
 FIRST = 1e3

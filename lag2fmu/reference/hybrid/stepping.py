@@ -27,6 +27,7 @@ Solver = Any
 """One of SciPy's solvers, which have no types."""
 
 POINTS = 8
+"""The intervals of a step at whose ends event functions are evaluated."""
 BETWEEN = np.array([0.5, 2.5, 5.5, 7.5])
 """Where, in units of the distance of two places, a polynomial through the POINTS + 1 places is compared."""
 RESOLVED = 1e-6
