@@ -43,7 +43,7 @@ typedef struct {
 /* The rates of all directions at a time (s) and states, for S in their seeds. */
 bool directions_evaluate(Variations *variations, double time, const double states[]);
 
-/* S in the seeds, of states from where a projection at a time (s) began, becomes that of those to which it led. */
+/* Takes S in the seeds through a projection at a time (s): from S of the states `from` to that of the states `to`. */
 bool directions_project(Variations *variations, double time, const double from[], const double to[]);
 
 /* S and its slope at the present point become those in the seeds, on the constraints. */

@@ -142,9 +142,9 @@ static void find_step_coefficients(Instance *instance, double time, const double
     arena_release(mark);
 }
 
-/* The mean of both ends of the step moves no permanent constraint: what these move at its beginning is turned round.
-   Contacts see velocities without this part: with it the edge of a turning body would grow longer, and could not rest
-   on two points. */
+/* reversals[]: the impulses that turn round the velocities along permanent constraints at the beginning, so that the
+   mean of both ends of the step is 0 along them. Contacts see the velocities without that part: with it the edge of a
+   turning body would grow longer, and could not rest on two points. */
 static void find_reversals(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, bool, permanent, K);

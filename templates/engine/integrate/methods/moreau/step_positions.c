@@ -18,7 +18,8 @@ enum {
    operator leaves the same part again, so it need not be measured. Good corrections leave 1e-3. */
 static const double CONVERGES = 0.1;
 
-/* What a row still needs. One without a value is the worst. */
+/* Keeps in *worst and *which the row that is farthest from where it has to be, in units of its size. A value that is
+   not a number is the worst. */
 static void need(const SolverScratch *scratch, int row, double value, double *worst, int *which) {
     const double relative = isnan(value) ? HUGE_VAL : fabs(value) / scratch->at.sizes[row];
     if (relative > *worst) {
@@ -45,7 +46,8 @@ static void choose_moved(const SolverScratch *scratch, bool moved[]) {
     }
 }
 
-/* What is the most that a row to be moved is away at the end, in nominal positions, and which one is it? */
+/* How far the rows to be moved are from where they have to be at the end: returns the greatest distance, in nominal
+   positions; *which is that row. */
 static double find_needs(const SolverScratch *scratch, const bool moved[], int *which) {
     const SteppedRows *at = &scratch->end;
     double worst = 0.0;
@@ -122,8 +124,8 @@ static void correct_middle(Instance *instance, double q[]) {
     scratch->nominal = false;
 }
 
-/* What is measured tells whether the constraints are met; before the first correction, which is the usual one, they are
-   measured alone. */
+/* Corrections go on until the constraints are met, which stepped_measure tells beside all else. Before the first one,
+   which most steps need, the constraints are measured alone. */
 bool step_middle(Instance *instance, double time, double states[]) {
     SteppedRows *at = &instance->scratch.solver.at;
     if (HELD > 0) {
@@ -159,8 +161,8 @@ static void correct_end(Instance *instance, const bool moved[], double q[]) {
     correct_positions(instance, q);
 }
 
-/* Moves q by what the gaps will need, before they are measured. A path through the middle with the velocities of both
-   ends has curved away from a contact that was closed as much as it will until the end. */
+/* Moves q by what the gaps of closed contacts will need at the end, before they are measured. A path through the middle
+   with the velocities of both ends has curved away from such a contact as much as it will until the end. */
 static void foresee_positions(Instance *instance, double length, const bool moved[], double q[]) {
     SolverScratch *scratch = &instance->scratch.solver;
     bool any = false;
@@ -178,8 +180,8 @@ static void foresee_positions(Instance *instance, double length, const bool move
     }
 }
 
-/* Moves q until the rows are met as well as they can be; what is then the most that one of them, which, is away. What
-   the last correction surely leaves is not measured again. */
+/* Moves q until the rows are met as well as they can be. Returns how far the row that is farthest away is then, in
+   nominal positions; *which is that row. What the last correction is sure to leave is not measured again. */
 static double meet_positions(Instance *instance, Step step, double states[], int *which) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, bool, moved, K);
@@ -207,8 +209,8 @@ static double meet_positions(Instance *instance, Step step, double states[], int
     return worst;
 }
 
-/* Several points of a round body stop within one step before all of them touch, and cannot touch together. Then no
-   contact is closed by force; gaps only may not be negative. */
+/* Closes the contacts that stay, and keeps gaps from being negative. If that fails, the gaps alone are kept: several
+   points of a round body may stop within one step before they touch, and cannot all touch together. */
 bool step_positions(Instance *instance, Step step, double states[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, before, N);
