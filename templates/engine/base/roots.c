@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+/* The halvings of [0, 1] after which roots in one part count as one: 2^-48 is 16 roundings of theta. */
 enum { DEGREE = ROOT_DEGREE, DEEPEST = 48 };
 
 const double ROOT_PLACES[ROOT_NODES] = {

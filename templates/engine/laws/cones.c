@@ -12,7 +12,7 @@
 #include "newton.h"
 #include "scale.h"
 
-/* More choices of equations are not tried one by one. */
+/* The most choices of equations that are tried one by one. */
 static const double MOST_CHOICES = 4096.0;
 
 /* Central paths that are tried in turn. The weight grows by the factor SOFTER, and contacts give way more; with each

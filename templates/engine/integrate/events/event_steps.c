@@ -16,6 +16,8 @@
 #include "scale.h"
 #include "step_size.h"
 
+/* Bounds: of secant steps to a root; of events at one time, beside two for each event function, from half of which on
+   they count as a repetition; and of events in a communication step. Beyond the last two the run fails. */
 enum { MOST_CORRECTIONS = 8, MOST_EVENTS_AT_ONCE = 20, MOST_EVENTS_IN_A_STEP = 1000000 };
 
 /* The part of the time between two events that is expected at least until the next one. Two events that come one soon

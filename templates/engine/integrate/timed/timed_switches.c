@@ -13,6 +13,8 @@
 #include "step_size.h"
 #include "timed_bounds.h"
 
+/* Bounds: of the parts that one search looks at, which tells how far it has come if there are more; and of bisections,
+   which end before it where no number is left between both ends. */
 enum { MOST_PARTS = 20000, MOST_BISECTIONS = 200 };
 
 /* A part is longer than the one before it by this factor at most. */

@@ -10,6 +10,7 @@
 #include "scale.h"
 #include "system.h"
 
+/* Bounds: of Newton steps, and of halvings of one step along which the residual has to fall. */
 enum { MOST_START_ITERATIONS = 60, MOST_HALVINGS = 12 };
 
 /* In nominal displacements: the distance from a singular position at which it is left behind. */

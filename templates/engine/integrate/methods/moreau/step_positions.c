@@ -8,6 +8,7 @@
 #include "scale.h"
 #include "step_impulses.h"
 
+/* Bounds of the corrections at the end and in the middle of the step, and the number of rows that hold always. */
 enum {
     MOST_POSITION_CORRECTIONS = 8,
     MOST_MIDDLE_CORRECTIONS = REAL_TIME ? 1 : 3,
