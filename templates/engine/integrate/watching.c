@@ -14,8 +14,8 @@
    EARLY_LOOK at first, because their runs may be short. */
 enum { LOOK = 100, EARLY_LOOK = 10 };
 
-/* As in the codes of Hairer and Wanner: a step is at the limit from this part of the longest stable step on; the
-   equations are stiff after CONVINCED steps at the limit; CLEARED steps in a row below it end the suspicion. */
+/* As in the codes of Hairer and Wanner: a step of AT_THE_LIMIT times the longest stable one is at the limit; after
+   CONVINCED steps at the limit the equations count as stiff; CLEARED steps in a row below it end the suspicion. */
 static const double AT_THE_LIMIT = 0.98;
 static const int64_t CONVINCED = 15, CLEARED = 6;
 

@@ -13,8 +13,8 @@
 #include "step_size.h"
 #include "timed_switches.h"
 
-/* A function that keeps this part of its greatest value at all nodes is positive between them, too: its values at the
-   nodes are within 0.25 of 0.75 in units of the greatest one, and the polynomial is within 2.1 * 0.25, because the sum
+/* A function that keeps half of its greatest value at all nodes is positive between them, too: its values at the nodes
+   are within 0.25 of 0.75 in units of the greatest one, and the polynomial is within 2.1 * 0.25, because the sum
    of the magnitudes of Lagrange's polynomials is less than 2.1. */
 static const double FAR = 0.5;
 
