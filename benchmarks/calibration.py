@@ -44,7 +44,7 @@ def main() -> None:
 
 
 def both_ways(links: int, kinds: int) -> str:
-    """What a fit of so many ``kinds`` of values of a chain takes, each way, and what the fits differ by."""
+    """What a fit of ``kinds`` kinds of values of a chain takes, each way, and what the fits differ by."""
     model, links_from_1 = chain(links, 1), range(1, links + 1)
     free = [kind.format(i) for kind in KINDS[:kinds] for i in links_from_1]
     angles, times, noise = [f"theta{i}" for i in links_from_1], np.linspace(0.0, 2.0, 41), np.random.default_rng(0)

@@ -57,7 +57,7 @@ METHODS = (("ekf", SMALL), ("ukf", 1.0), ("ukf-simplex", 1.0))
 
 
 def scaled(case: Case, part: float) -> Case:
-    """The ``case`` with this part of all noise."""
+    """The ``case`` with ``part`` times all noise."""
     measure = {name: part * size for name, size in case.measure.items()}
     process = {name: part * size for name, size in case.process.items()}
     return Case(case.model, measure, process, part * case.start)
@@ -105,7 +105,7 @@ def squares(case: Case, method: str, runs: int = RUNS, seed: int = 0) -> tuple[f
 
 
 def bounds(degrees: int, runs: int = RUNS) -> tuple[float, float]:
-    """Between these lies the mean of so many squares of ``degrees`` degrees of freedom with the probability SHARE."""
+    """Between these lies the mean of ``runs`` squares of ``degrees`` degrees of freedom with the probability SHARE."""
     low, high = chi2.ppf([(1 - SHARE) / 2, (1 + SHARE) / 2], runs * degrees) / runs
     return float(low), float(high)
 

@@ -36,7 +36,7 @@ Timed = tuple[float, float]
 
 
 def timed(step: Callable[[], object], count: int) -> float:
-    """CPU time (s) of so many calls."""
+    """CPU time (s) of ``count`` calls."""
     begun = time.process_time()
     for _ in range(count):
         step()

@@ -42,8 +42,8 @@ RIGHT = 0.2
 class Judged:
     """A mechanism: how many outputs have an error that is told, and how many a bound.
 
-    Of the former so many are ``seen`` by the judge, who knows them better than RIGHT; ``wrong`` is the most that one of
-    these is wrong by, in parts of it. ``beyond`` is the most of the latter in parts of its bound, but for what the
+    ``seen`` is the number of the former that the judge knows better than RIGHT; ``wrong`` is the most that one of these
+    is wrong by, relative to it. ``beyond`` is the most of the latter in parts of its bound, but for what the
     judge does not know.
     """
 

@@ -49,7 +49,7 @@ def chain(links: int = 40, bobs: int = 11) -> Mechanism:
 
 
 def seconds(work: Callable[[], object], rounds: int = 20) -> float:
-    """The least time (s) of so many rounds."""
+    """The least time (s) of ``rounds`` rounds."""
     best = np.inf
     for _ in range(rounds):
         begun = time.perf_counter()

@@ -157,7 +157,7 @@ STIFF = {
 CLOSED = {"four-bar linkage": (lambda: with_derived(load("four_bar_linkage")), 1.5)}
 """The same, with a closed loop, for steps of 1 ms only."""
 INTERLEAVED = 7
-"""So many times the runs that are compared with each other take turns."""
+"""How often the runs that are compared with each other take turns."""
 CONTESTS = {"smooth": (SMOOTH, EXPLICIT, (ADAMS, DOP853)), "stiff": (STIFF, IMPLICIT, (BDF, RADAU5))}
 """Kind of problem -> problems, solvers for them, and the peers."""
 WHICH = {ADAMS: "adams", BDF: "bdf", DOP853: "dop853", RADAU5: "radau5"}

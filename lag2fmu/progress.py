@@ -59,7 +59,7 @@ def telling(title: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
 def progress_bar(
     title: str, total: float | None, counted: str = "", *, after: float = 0.0, hidden: bool = False
 ) -> Iterator[Callable[[float], None] | None]:
-    """A bar with elapsed and remaining time on standard error, from ``after`` so many seconds on, else lines.
+    """A bar with elapsed and remaining time on standard error, from ``after`` seconds on, else lines.
 
     The context yields a function that is called with the amount of work done, out of ``total``. Before the first call,
     and without a total, only the elapsed time is shown. ``counted`` is the word for counted things, if any. The
@@ -93,7 +93,7 @@ def _in_notebook() -> bool:
 
 @contextmanager
 def _lines(title: str) -> Iterator[None]:
-    """A line on standard error after AFTER and then EVERY so many seconds: what takes so long, and how long."""
+    """A line on standard error after AFTER seconds, and then every EVERY seconds: what takes so long, and how long."""
     ended, begin = threading.Event(), time.monotonic()
 
     def write() -> None:
@@ -111,7 +111,7 @@ def _lines(title: str) -> Iterator[None]:
 
 @contextmanager
 def _bar(title: str, total: float | None, counted: str, after: float) -> Iterator[Callable[[float], None]]:
-    """The bar of rich, which is not drawn before ``after`` so many seconds."""
+    """The bar of rich, which is not drawn before ``after`` seconds."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 

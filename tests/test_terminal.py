@@ -158,7 +158,7 @@ def test_without_a_terminal_lines_tell_what_takes_long(
 
 @telling("thinking")
 def think(seconds: float, progress: object = None) -> str:
-    """A public function that takes so many ``seconds``."""
+    """A public function that takes ``seconds`` (s)."""
     reached(0.5)
     time.sleep(seconds)
     return "done"

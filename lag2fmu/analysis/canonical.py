@@ -26,7 +26,7 @@ from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.to_sympy import tidy, written, written_operations
 
 MAX_COORDINATES, MAX_OPERATIONS = 3, 200
-"""Closed forms are made for at most so many coordinates, and so many operations in M, a and L0."""
+"""The most coordinates, and the most operations in M, a and L0, for which closed forms are made."""
 
 
 def velocities(equations: EquationsOfMotion, values: Values, momenta: Floats) -> Floats:

@@ -29,7 +29,7 @@ from lag2fmu.graph.vectors import Vector, apply, cross, plus, times
 from lag2fmu.mechanism.record import Mechanism
 
 CONSTANT_IF = 1e-9
-"""A derivative below this part of the sum of the magnitudes of its terms is rounding and counts as zero."""
+"""Relative to the sum of the magnitudes of its terms: a smaller derivative is rounding and counts as zero."""
 
 _MAX_WRITTEN = 120
 

@@ -53,7 +53,7 @@ _SEEN, _NOTHING = 0.1, 1e-9
 """Modes belong to a port if a spring there moves them by this share of the mode that it moves most; and the share below
 which a change is rounding."""
 _MOST = 4
-"""A report looks for at most so many ports, for each of which it needs the eigenvalues of a matrix."""
+"""The most ports that a report looks for; each needs the eigenvalues of a matrix."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ class Swing:
     def step(self, degree: int) -> float:
         """The longest communication step (s) with which the amplitude changes by at most CHANGE in one oscillation.
 
-        ``degree``: 0 for held inputs, 1 or 2 for inputs with so many derivatives. The formula stands in the module's
-        head.
+        ``degree``: the order of the derivatives that inputs have, 0 where they are held, 2 at most. The formula stands
+        in the module's head.
         """
         power, divisor = _FACTORS[degree]
         return float((divisor * CHANGE / (2 * pi * self.share)) ** (1 / power) / self.frequency)

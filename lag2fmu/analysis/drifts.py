@@ -1,4 +1,9 @@
-"""How fast quantities change along the motion at random states around the start."""
+"""How fast quantities change along the motion at random states around the start.
+
+A force that is a narrow pulse is 0 at random states, and yet it changes momenta. So functions that can be flat are
+replaced by variables with any value. A conserved quantity remains conserved, because the function then stands in its
+rate with both signs.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 
 from lag2fmu.analysis.evaluation import Unknowns, resting_inputs
-from lag2fmu.analysis.flat_functions import freed_of_flat_functions
 from lag2fmu.analysis.one_side import on_each_side
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.dynamics.consistent_starts import starting_consistently
@@ -18,8 +22,12 @@ from lag2fmu.errors import DerivationError
 from lag2fmu.graph.autodiff import forward
 from lag2fmu.graph.batches import Evaluator, Floats
 from lag2fmu.graph.graph import Node
+from lag2fmu.graph.operations import OPERATIONS
 
 _STATES = 6
+_FLAT = ("exp", "tanh", "heaviside", "sign", "choice", "lookup", "lookup_2")
+_PARTLY = ("min", "max")
+"""Flat on one side. In constraints they stay, which the velocities of states would not meet with other values."""
 
 
 def drifts_of(equations: EquationsOfMotion, nodes: list[Node]) -> list[float]:
@@ -47,7 +55,7 @@ def _sizes_of_rates(
 
     ``each`` {seed: its unit vector} are the seeds in ``changes``.
     """
-    freed, (changes,), free = freed_of_flat_functions(equations, [changes])
+    freed, (changes,), free = _freed_of_flat_functions(equations, [changes])
     moving, slopes = Evaluator(equations.graph, rates), Evaluator(equations.graph, changes)
     accelerations, labels = Unknowns(freed), [str(equations.graph.leaf[node]) for node in equations.variables.unknowns]
     generator = random.Random(43)
@@ -95,3 +103,37 @@ def random_states(equations: EquationsOfMotion, count: int) -> Iterator[dict[str
             values |= {p.name: values[p.name] * generator.uniform(0.9, 1.1) for p in mechanism.parameters if p.value}
         values |= {z.name: z.start + z.nominal * generator.uniform(-1, 1) for z in mechanism.states}
         yield values
+
+
+def _freed_of_flat_functions(
+    equations: EquationsOfMotion, gradients: list[list[Node]]
+) -> tuple[EquationsOfMotion, list[list[Node]], list[str]]:
+    """The equations and ``gradients`` with variables in place of functions that can be flat, and the variables' names.
+
+    The new nodes are added to the graph of ``equations``, which is a copy (``apart``).
+    """
+    g, c = equations.graph, equations.constraints
+    rows = [*equations.mass_matrix, *c.jacobian, equations.forcing, c.accelerations, *gradients]
+    nodes = [node for row in rows for node in row]
+    flat = _flat(equations, nodes)
+    names_of = [f"any value {k}" for k in range(len(flat))]
+    found = iter(g.substitute(nodes, dict(zip(flat, map(g.symbol, names_of), strict=True))))
+    mass_matrix, jacobian, (forcing, gamma) = (
+        [tuple(next(found) for _ in row) for row in part]
+        for part in (equations.mass_matrix, c.jacobian, (equations.forcing, c.accelerations))
+    )
+    freed = replace(
+        equations,
+        mass_matrix=tuple(mass_matrix),
+        forcing=forcing,
+        constraints=replace(c, jacobian=tuple(jacobian), accelerations=gamma),
+    )
+    return freed, [[next(found) for _ in row] for row in gradients], names_of
+
+
+def _flat(equations: EquationsOfMotion, nodes: list[Node]) -> list[Node]:
+    """The functions in ``nodes`` that can be flat."""
+    g, c = equations.graph, equations.constraints
+    bound = set(g.cone(node for row in (*c.jacobian, c.accelerations) for node in row))
+    named = ((node, OPERATIONS[g.code[node]].name) for node in g.cone(nodes))
+    return [node for node, name in named if name in _FLAT or (name in _PARTLY and node not in bound)]

@@ -74,7 +74,7 @@ def equilibria(
 
 
 def _search(search: _EquilibriumSearch, most: int, found: list[Equilibrium]) -> None:
-    """Put the equilibria into ``found``, at most so many."""
+    """Put the equilibria into ``found``, ``most`` of them at most."""
     for seed in search.seeds():
         solution = search.nearest(seed)
         if solution is None or not search.reaches(solution.place):

@@ -30,7 +30,7 @@ from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.record import Mechanism
 
 ROUNDING = 1e-9
-"""Numbers are shown as 0 if they are smaller than this part of others of their kind."""
+"""Relative to others of their kind: numbers that are smaller are shown as 0."""
 _MODES, _MATRIX, _INPUTS = 12, 8, 6
 """The most modes that are listed, states whose matrices are printed, and inputs that are named."""
 

@@ -13,7 +13,7 @@ from lag2fmu.checking.binding import FmuLibrary, LibraryInstance, MessageLog, do
 from lag2fmu.checking.description import FmuDescription, Variable, number
 
 MOST_EVENTS = 1000
-"""After so many event iterations at one time a model counts as never at rest."""
+"""The event iterations at one time after which a model counts as never at rest."""
 
 
 def endless(time: float) -> str:

@@ -23,7 +23,7 @@ _PATIENCE, _RUN = 6.0, 1.0
 _FACTORS = (1.1, 0.5, 4.0, -1.0, 1e-3)
 """The values that are tried, relative to the one that a variable has; 1 less than this where that is 0."""
 _SEEN = 1e-6
-"""A value differs from another one if by this part of the greater one."""
+"""Relative to the greater one: two values that are farther apart differ."""
 
 Table = Mapping[str, list[Any]]
 """{name of a variable: values of its elements}."""

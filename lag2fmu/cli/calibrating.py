@@ -23,7 +23,7 @@ from lag2fmu.studies.calibrated import Calibration
 from lag2fmu.studies.calibration import TOLERANCE, calibrate
 
 _MOST = 12
-"""The correlations of at most so many estimates are printed."""
+"""The most estimates whose correlations are printed."""
 
 
 def calibrate_model(  # noqa: PLR0913, PLR0917 (an option each)

@@ -27,7 +27,7 @@ _ROUNDING = 1e-13
 """Entries below this share of the largest one of a matrix are shown as 0."""
 
 _MOST = 12
-"""Matrices of at most so many columns are printed."""
+"""The most columns of a matrix that is printed."""
 
 
 def linearize_model(

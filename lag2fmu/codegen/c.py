@@ -33,7 +33,7 @@ _APART = """#if !defined(APART) && defined(__GNUC__)
 #endif
 """
 MANY_ZEROS = 2000
-"""From so many zeros on, an array is cleared by a loop instead of one statement for each zero."""
+"""The most zeros of an array that are set one by one; one with more is cleared by a loop."""
 
 
 class Dialect(NamedTuple):

@@ -17,7 +17,7 @@ from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.operations import CODE, CONSTANT
 
 LONGEST = 4000
-"""The most statements of a rarely called function that has them: a compiler takes .4 s for so many."""
+"""The most statements of a rarely called function; a longer one becomes a listing. A compiler takes .4 s for 4000."""
 RUN = "listing_run("
 """What stands in a definition with a listing."""
 _SIGNED = {

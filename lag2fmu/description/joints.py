@@ -129,7 +129,7 @@ class Joint:
         "expression", "Of a disc or sphere that rolls, in m.", default=None, names=CONSTANT, unit=METRE
     )
     ratio: Expression | None = key(
-        "expression", "Of a gear: the first coordinate is so many times the second.", default=None, names=CONSTANT
+        "expression", "Of a gear: the first coordinate over the second.", default=None, names=CONSTANT
     )
     reactions: bool = key(
         "flag", "true: the outputs NAME_force_x ... and NAME_torque_x ..., acting on the second.", default=False

@@ -38,7 +38,7 @@ _LIMITED = ("sqrt", "log", "asin", "acos", "power", "power_or_zero")
 """Operations that have values for some operands only."""
 _ROOTS = ("sqrt", "power", "power_or_zero")
 PLACES = 65
-"""So many values of a function of the time tell its size."""
+"""The number of times at which a function of the time is evaluated to tell its size."""
 _READABLE = 200
 """The most operations of a margin that a message writes out."""
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 RANK = 1e-12
-"""Singular values below this part of the greatest one count as zero."""
+"""Relative to the greatest one: smaller singular values count as 0."""
 
 
 def row_scales(jacobian: Floats) -> Floats:

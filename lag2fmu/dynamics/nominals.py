@@ -40,9 +40,11 @@ SMALL_ANGLE, SMALL_PART = 1e-4, 1e-6
 """The least nominal value of an angle (rad), and that of a length as a part of the greatest one."""
 
 _LARGE = 0.1
-"""A start beyond this part of the unit needs no estimate: its size, rounded up, is 1 in the unit."""
+"""In units of the coordinate: a greater start needs no estimate, because its size, rounded up, is 1."""
 
 _TIMES, _STABLE = 9, 1e-9
+"""The times of the experiment at which forces are looked at; and, relative to the greatest one, what counts as 0 of
+squared frequencies, and of singular values of constraints."""
 _LENGTH, _ANGLE = parse_unit("m").exponents, parse_unit("rad").exponents
 
 

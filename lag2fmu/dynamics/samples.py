@@ -16,7 +16,7 @@ from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.mechanism.record import Mechanism
 
 RESOLVED = 1e-12
-"""A motion needs more than this part of the inertia of its coordinates; less is lost in rounding."""
+"""Relative to the inertia that its coordinates have alone: a motion with less inertia is lost in rounding."""
 
 
 def samples(mechanism: Mechanism, count: int) -> Iterator[State]:

@@ -27,13 +27,13 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.graph.graph import Graph, Node
 
 CLEAR = 1e-3
-"""A row of S is clearly independent if its pivot is more than this part of its diagonal entry."""
+"""Relative to its diagonal entry in S: a row with a greater pivot is clearly independent."""
 
 MOST_OPERATIONS = 8000
 """The most operations of a formula. A longer one compiles slowly and is no faster than the engine's loops."""
 
 _LEAST = 1e-8
-"""A row is redundant at the start if its pivot is less than this part of its diagonal entry."""
+"""Relative to its diagonal entry in S: a row with a smaller pivot at the start is redundant."""
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from lag2fmu.mechanism.record import Mechanism
 Floats = NDArray[np.float64]
 
 _PART = 4096
-"""A thread is started for each so many points."""
+"""The least number of points for which a further thread is started."""
 
 
 class StateFunction:

@@ -1,4 +1,4 @@
-"""The variables of contacts, stops and dry frictions that change at events only: modes, counts and impulses."""
+"""The variables of contacts, stops, dry frictions and latches: forces, modes, counts and impulses."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import NamedTuple
 from lag2fmu.description import names
 from lag2fmu.fmu.builder import Builder
 from lag2fmu.fmu.scalar_variable import ScalarVariable
+from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.calculated_units import calculated_units
 from lag2fmu.mechanism.record import Mechanism
 
@@ -70,3 +71,17 @@ def add_elements(builder: Builder, mechanism: Mechanism, outputs: Collection[str
     for variable, kind, index in element_variables(mechanism):
         causality = "output" if variable.name in outputs else "local"
         builder.add(variable._replace(causality=causality), kind, index)
+
+
+def row_forces(mechanism: Mechanism) -> Iterator[tuple[str, Unit | None, str]]:
+    """(name, unit, description) of the force of each row, in the order of ``dynamics.rows``."""
+    units = calculated_units(mechanism)
+    known = [(names.force(c.name), f"force in the normal direction of {c.name}") for c in mechanism.unilaterals]
+    for c in mechanism.unilaterals:
+        known += [(x, f"friction of {c.name} along its slip") for x in names.frictions(c.name, len(c.slips))]
+    known += [(names.force(f.name), f"dry friction of {f.name}") for f in mechanism.frictions]
+    for latch in mechanism.latches:
+        doc = f"multiplier of the constraint {latch.name}, 0 while it does not hold"
+        known.append((names.multiplier(latch.name), doc))
+    for name, doc in known:
+        yield name, units[name], doc

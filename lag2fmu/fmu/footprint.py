@@ -9,13 +9,13 @@ of doubles on a processor without them, is not in these numbers.
 from __future__ import annotations
 
 import re
-from collections import defaultdict
+import struct
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
 from lag2fmu.fmu.compilers import compile_unit
-from lag2fmu.fmu.elf import section_sizes
 from lag2fmu.fmu.taken import Footprint
 
 TARGETS: Mapping[str, tuple[str, ...]] = {
@@ -42,6 +42,9 @@ _BY_ADDRESS = re.compile(
 _BRANCH = re.compile(r"^(callq?|jmp|bl|blx|b|b\.w|call|tail|jal)\s+([A-Za-z_.$][\w.$]*)")
 _BEGIN, _SIZE = re.compile(r"^(\.Lfunc_begin\d+):"), re.compile(r"^\.(?:quad|xword|long|word)\s+(\.Lfunc_begin\d+)$")
 
+_FORMS = {1: ("<I", 32, 46, "<6I"), 2: ("<Q", 40, 58, "<2I4Q")}
+"""Class -> form and place of the sections' offset, place of their counts, form of a section's first six words."""
+
 
 @dataclass
 class _Function:
@@ -64,7 +67,7 @@ def footprints(
 def _footprint(processor: str, target: tuple[str, ...], name: str, files: Mapping[str, str], outside: str) -> Footprint:
     options = ("-S", "-fstack-size-section", "-ffunction-sections", "-fdata-sections")
     listing = compile_unit(files, name, target, *options).decode("utf-8", "replace")
-    sizes = section_sizes(compile_unit({"unit.s": listing}, "unit.s", target, "-c"))
+    sizes = _section_sizes(compile_unit({"unit.s": listing}, "unit.s", target, "-c"))
     code = sum(size for section, size in sizes.items() if section.startswith(".text"))
     constants = sum(size for section, size in sizes.items() if section.startswith((".rodata", ".data.rel.ro")))
     entries = {
@@ -127,3 +130,21 @@ def _uleb(line: str) -> int:
     else:
         data = [int(word, 0) for word in text.split(",")]
     return sum((byte & 0x7F) << 7 * place for place, byte in enumerate(data))
+
+
+def _section_sizes(data: bytes) -> Mapping[str, int]:
+    """{name: bytes} of the sections of a little-endian object ``data`` in ELF; those of equal names are added up.
+
+    Source: Tool Interface Standard, Executable and Linking Format, version 1.2, and its 64-bit form in the System V
+    ABI.
+    """
+    form, place, counts, section = _FORMS[data[4]]
+    (offset,) = struct.unpack_from(form, data, place)
+    size, number, of_names = struct.unpack_from("<3H", data, counts)
+    table = [struct.unpack_from(section, data, offset + i * size) for i in range(number)]
+    names = table[of_names][4]
+    sizes: Counter[str] = Counter()
+    for name, *_, bytes_of in table:
+        begin = names + name
+        sizes[data[begin : data.index(0, begin)].decode()] += bytes_of
+    return sizes

@@ -14,7 +14,7 @@ SIZE = 100
 _FINE, _MARGIN, _THINNEST = 4, 4, 1.2
 """By how much pixels are drawn finer along each side; the margin and the thinnest line in pixels of the icon."""
 _LEAST = 20.0
-"""The icon shows at least so many units of the picture, so that one small body stays small."""
+"""The least width and height of what the icon shows, in units of the picture, so that one small body stays small."""
 _LEFT_OUT = ("coordinate", "axis", "gravity", "name", "leader")
 """Styles that are left out, because in an icon they are too small to be read."""
 

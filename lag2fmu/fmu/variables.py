@@ -21,10 +21,9 @@ from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.builder import Builder, VariableTable
 from lag2fmu.fmu.dependencies import dependencies, start_dependencies
-from lag2fmu.fmu.elements import add_elements, element_variables
+from lag2fmu.fmu.elements import add_elements, element_variables, row_forces
 from lag2fmu.fmu.event_variables import add_event_variables, indicator_dependencies
 from lag2fmu.fmu.input_variables import input_variables
-from lag2fmu.fmu.row_forces import row_forces
 from lag2fmu.fmu.runtime_tables import runtime_tables
 from lag2fmu.fmu.scalar_variable import ScalarVariable
 from lag2fmu.language.unit_parser import parse_unit

@@ -31,7 +31,7 @@ def without_dots(name: str) -> tuple[str, int]:
 
 
 def latex_name(name: str, dots: int = 0) -> str:
-    r"""``name`` in LaTeX with so many ``dots``: ``theta1`` is \theta_{1}; ``mr`` is no product, but \mathrm{mr}."""
+    r"""``name`` in LaTeX with ``dots`` dots: ``theta1`` is \theta_{1}; ``mr`` is no product, but \mathrm{mr}."""
     head, indices = split(name)
     accented = f"{_ACCENTS[dots]}{{{_latex(head)}}}" if dots else _latex(head)
     return accented + (f"_{{{', '.join(map(latex_name, indices))}}}" if indices else "")
@@ -52,7 +52,7 @@ def letter(part: str) -> str:
 
 
 def unicode_name(name: str, dots: int = 0) -> str:
-    """``name`` in Unicode with so many ``dots`` above it; indices are small where each is a number or one letter.
+    """``name`` in Unicode with ``dots`` dots above it; indices are small where each is a number or one letter.
 
     A word with dots stays the name of the velocity.
     """

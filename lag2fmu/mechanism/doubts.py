@@ -17,7 +17,7 @@ _UNIT = 1e-3
 _NAMED = re.compile(r"\b((?:actuator|contact|equality|joint|link|sensor|tendon) |of (?=\S+ in <gazebo>))([^\s:,]+)")
 """The name of an element in a text on what was not taken."""
 _FIRST = 3
-"""So many names are told of elements to which one text applies; the table [mechanism] lists all of them."""
+"""The most names that are told of the elements to which one text applies."""
 
 
 def doubts(m: Description, names_in: NamesIn) -> Iterator[str]:

@@ -36,7 +36,7 @@ _NEAR, _NEARER = 1e-8, 1e-11
 """Distances from a border, as parts of the size of what moves; a jump is the same at both."""
 _ROUNDING = 1e-9
 _RANGES = (1.0, 10.0, 100.0, 1e4)
-"""So many nominal values from the start on a border is looked for."""
+"""In nominal values: the distances from the start, one after the other, within which a border is looked for."""
 _CELLS, _BISECTIONS = 24, 80
 
 Numbers = dict[str, float]

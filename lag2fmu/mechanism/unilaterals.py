@@ -23,7 +23,8 @@ from lag2fmu.mechanism.unit_check import units_in
 
 _ROUNDING = 1e-9
 _SOLVED = 1e-6
-"""A gap counts as 0 up to this part of its terms: if its starts are typed, and if they are solved for constraints."""
+"""Relative to the terms of a gap: the gap counts as 0 up to it, with starts as they are typed, and with starts that
+were solved for constraints."""
 
 _JUDGED = 40
 """Nodes of a gap whose sign SymPy is asked for: of long ones that takes seconds."""

@@ -19,7 +19,7 @@ _ARCS, _TRIADS, _NAMED, _LETTERS = 8, 8, 8, 9
 _MOVING = 12
 """The largest number of coordinates and motions with a name."""
 _SEEN = 0.15
-"""A unit vector gets an arrow if its image is at least so long."""
+"""The least length of the image of a unit vector that gets an arrow."""
 
 
 def annotate(canvas: Canvas, layout: Layout) -> None:

@@ -14,9 +14,9 @@ from lag2fmu.picture.layout import GAP, Layout
 from lag2fmu.picture.scene import Canvas
 
 _FEW = 4
-"""With at most so many springs and dampers, those in hinges are drawn large and with a letter."""
+"""The most springs and dampers with which those in hinges are drawn large and with a letter."""
 _LETTERS = 9
-"""The stiffness is written beside its spring if its text has at most so many characters."""
+"""The most characters of a stiffness that is written beside its spring."""
 _SOON, _SEEN = 0.37, 0.2
 """A time (s) at which loads that start at zero have a direction; the least length at which a load gets an arrow."""
 

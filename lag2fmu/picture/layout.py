@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 SIZE, DISPLACED = 60.0, 8.0
 """The length of the mechanism, and that of displacements where bodies stand side by side; in units of the picture."""
 _FEW, _LARGE = 3, 0.4
-"""Up to so many bodies are drawn at their own size; among more, a body is at most this part of the whole picture."""
+"""The most bodies that are all drawn at their own size; and the greatest body among more, in units of the whole
+picture."""
 GAP, BOX, HUNG = 28.0, (6.2, 3.6), 22.0
 """Distances in units of the picture: between bodies side by side and to walls; half the edges of sliders; between
 masses on ropes."""

@@ -16,7 +16,7 @@ from lag2fmu.picture import glyphs
 from lag2fmu.picture.scene import Canvas
 
 _MOST = 5
-"""Up to so many masses are tried in all orders."""
+"""The most masses that are tried in all orders."""
 _CLEAR = 3.0
 """The distance between a pulley and a mass or pulley that hangs on it, in units of the picture."""
 

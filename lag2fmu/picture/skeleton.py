@@ -30,7 +30,7 @@ from lag2fmu.picture.arms import ARM, SHIFT, ArmStep, steps
 
 _SAMPLES = 5
 MOST_PARTS = 40
-"""Positions are read for arms up to so many bodies; more would take long, and their picture would be a tangle."""
+"""The most bodies of an arm whose positions are read; more would take long, and their picture would be a tangle."""
 
 
 class SkeletonLine(NamedTuple):

@@ -31,7 +31,7 @@ Triangles = NDArray[np.int64]
 MOST_TRIANGLES = 40_000
 """The most triangles of all meshes of a mechanism together, some 300 kB of a page."""
 _LEAST, _MOST_VERTICES = 100, 65_535
-"""A mesh keeps so many triangles, however many others there are; and has no more vertices than 16 bits count."""
+"""The triangles that a mesh keeps however many other meshes there are; and its most vertices, which 16 bits count."""
 _MOST_BYTES = 256 << 20
 _CLOSE = 1e-8
 """Corners that are so close, in the unit of a file, are one."""

@@ -33,8 +33,7 @@ from lag2fmu.procedure.length import (
     why_not_differentiated,
 )
 from lag2fmu.procedure.notation import LATEX, TEXT, Notation
-from lag2fmu.procedure.ports import port_sentences
-from lag2fmu.procedure.words import axes, coordinate_words, freedom, pose, vector
+from lag2fmu.procedure.words import axes, coordinate_words, freedom, port_sentences, pose, vector
 from lag2fmu.reference.composition import Composition
 
 MOST_WRITTEN = 50_000

@@ -1,8 +1,8 @@
-"""Amounts, units, vectors and poses in words."""
+"""Amounts, units, vectors, poses and ports in words."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 import sympy as sp
@@ -12,6 +12,7 @@ from lag2fmu.description.places import Frame
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.language.units import Unit
 from lag2fmu.language.writer import to_text
+from lag2fmu.mechanism.ports import input_names
 from lag2fmu.mechanism.ranges import open_bounds
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.energies import EnergyFunctions
@@ -78,3 +79,22 @@ def freedom(m: Mechanism) -> str:
     rank = int(np.linalg.matrix_rank(jacobian, tol=1e-8))
     redundant = f", {len(jacobian) - rank} of {len(jacobian)} constraints redundant" * (rank < len(jacobian))
     return f"s = {len(m.coordinates)} coordinates - {rank} constraints = {len(m.coordinates) - rank}{redundant}"
+
+
+def port_sentences(m: Mechanism) -> Iterator[str]:
+    """Sentences on the inputs that are left out, on places and on drives; none if the table is empty."""
+    hidden = [name for name in input_names(m) if name in m.hidden_inputs]
+    if hidden:
+        yield f"no inputs of the FMU, but kept at their start values: {', '.join(hidden)}"
+    words = {
+        "forces": "force in at",
+        "torques": "torque in on",
+        "poses": "pose out of",
+        "velocities": "velocity out of",
+    }
+    words |= {"accelerations": "acceleration out of"}
+    for field, places in m.ports.listed().items():
+        if places:
+            yield f"ports: {words[field]} {', '.join(places)}"
+    if m.ports.drives:
+        yield f"ports: force out that carries {', '.join(m.ports.drives)}"

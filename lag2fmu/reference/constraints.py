@@ -33,6 +33,8 @@ Values = tuple[Floats, Floats, Floats, Floats]
 """phi or A qd + b, velocities, gamma, (m, *batch) each, and G (m, n, *batch)."""
 
 LOOSE, ONWARD = 1e-6, 1e-14
+"""Relative: the residual to which guesses alone are moved before all entries are, and the change of a slope that is a
+kink; and, in nominal values, the step over a kink, which is some roundings."""
 
 
 def onward(q: Floats, qd: Floats, nominal: Floats) -> Floats:

@@ -38,8 +38,9 @@ from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
 
 RUNS = 3
+"""The runs of a hybrid mechanism: at rtol, at 10 rtol, and from a perturbed start."""
 MAX_EVALUATIONS = 500_000
-"""A method counts as failed after so many evaluations of the equations in one run."""
+"""The evaluations of the equations in one run after which a method counts as failed."""
 
 
 def integrate(
@@ -168,7 +169,7 @@ class HybridRuns:
             return Follower(run, method, rtol, self.most).follow(start)
 
     def completed(self, method: str, rows: int, found: Track) -> Reference:
-        """The reference of the first run, ``found`` at so many ``rows``, until where the other two come.
+        """The reference of the first run, ``found`` at the first ``rows`` times, until where the other two come.
 
         Raises SimulationError, and OutOfTimeError where they do not settle their start in time.
         """

@@ -32,7 +32,7 @@ from lag2fmu.reference.state import Floats, InputValues, StateBatch, batch_first
 from lag2fmu.reference.terms import Balance, Terms, weakness
 
 SMALL = 3
-"""Up to so many coordinates compiled equations save no time at a thousand states."""
+"""The number of coordinates up to which compiled equations save no time at a thousand states."""
 
 
 class Equations:

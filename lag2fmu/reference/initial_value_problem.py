@@ -20,13 +20,15 @@ from lag2fmu.reference.single import CompiledLater
 from lag2fmu.reference.state import Floats, StateBatch
 
 PERTURBATION = 1e-8
+"""In units of the states: how far a start is moved, to see how errors grow."""
 PULL_BACK = 0.1
+"""The part of the error of a constraint that is pulled back in a communication step."""
 SCIPY_METHODS = ("DOP853", "Radau")
 LONGEST_PART = 0.02
 """The longest step as a part of the run."""
 MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
-"""A method counts as failed after so many evaluations of the equations in one run. Stiff equations stall DOP853. Jumps
-of forces stall every method if they hold the motion, as dry friction does."""
+"""The evaluations of the equations in one run after which a method counts as failed, without and with jumps of forces.
+Stiff equations stall DOP853. Jumps stall every method if they hold the motion, as dry friction does."""
 
 
 def prepare(mechanism: Mechanism) -> None:

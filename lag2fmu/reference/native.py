@@ -34,6 +34,7 @@ Function = Any
 """A function of a library, as ctypes has it."""
 
 _SMALL_POWER = 8
+"""The greatest whole power that is written as products."""
 _SOURCE = "native.c"
 
 

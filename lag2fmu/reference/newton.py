@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from lag2fmu.reference.state import Floats
 
 TIGHT = 1e-12
+"""The relative residual with which equations are met; iterations go on to a thousandth of it, which is rounding."""
 _ITERATIONS, _HALVINGS = 60, 12
+"""The most steps, and the most halvings of a step along which the residual has to fall."""
 
 
 def newton(function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, free: np.ndarray, nominal: Floats) -> Floats:

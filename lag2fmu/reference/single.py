@@ -11,7 +11,8 @@ from lag2fmu.reference.state import Floats, StateBatch
 from lag2fmu.reference.terms import Terms
 
 COMPILED_AFTER, COMPILED_SOON = 1000, 100
-"""Up to so many evaluations of a small and of another mechanism NumPy is quicker than a compiler and its library."""
+"""The evaluations of a small mechanism, and of another one, up to which NumPy is quicker than a compiler and its
+library."""
 
 
 def single_state(energies: EnergyFunctions, scale: Floats) -> SingleState | None:

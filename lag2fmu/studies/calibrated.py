@@ -20,9 +20,9 @@ from lag2fmu.studies.fits import Fit, FreeValue
 from lag2fmu.writing import replacing
 
 SINGULAR = 1e-6
-"""A direction whose singular value is below this part of the greatest one is not determined by the data."""
+"""Relative to the greatest singular value: the data do not determine a direction with a smaller one."""
 _TAKES_PART = 0.3
-"""A message on a direction names the entries that are at least this part of the greatest one."""
+"""Relative to its greatest entry: a message on a direction names the entries that are not smaller."""
 _AT_BOUND = 1e-6
 
 

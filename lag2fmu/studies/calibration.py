@@ -29,7 +29,7 @@ from lag2fmu.verify.plan import check_tolerance
 
 TOLERANCE = 1e-8
 _ROUNDS = 4
-"""At most so often the noise is estimated anew; it settles after two or three rounds."""
+"""How often the noise is estimated anew at most; it settles after two or three rounds."""
 _SETTLED = 1e-3
 """A relative change of the estimated noise that makes no difference."""
 _NEAR = 1e-3

@@ -18,7 +18,7 @@ from lag2fmu.writing import replacing
 ENDINGS = (".nc", ".parquet")
 _NEEDS = {".nc": ("xarray", "h5netcdf", "h5py"), ".parquet": ("xarray", "pyarrow")}
 _CHUNK = 65_536
-"""At most so many numbers stand in one chunk of a NetCDF variable."""
+"""The most numbers in one chunk of a NetCDF variable."""
 
 
 def needed(package: str) -> Any:

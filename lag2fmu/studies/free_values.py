@@ -16,7 +16,7 @@ from lag2fmu.studies.requests import check_over, references_of, scale_of
 _MASS = ((1, 0, 0), (1, 2, 0))
 """Exponents of kg, m, s of a mass and of a moment of inertia."""
 _LEAST = 1e-9
-"""Positive values stay above this part of their first value."""
+"""Relative to its first value: the least value of one that stays positive."""
 
 
 def free_values(

@@ -171,7 +171,7 @@ class Study:
     """Memory in which runs of a library take place, one after the other; for one thread at a time."""
 
     def __init__(self, library: StudyLibrary, directions: int = 0) -> None:
-        """Allocate the memory for derivatives along so many ``directions``; raises MemoryError if there is none."""
+        """Allocate the memory for derivatives along ``directions`` directions; raises MemoryError if there is none."""
         self.library, self.directions = library, directions
         self._reset, self._set, self._seed = (self.function(f"study_{name}") for name in ("reset", "set", "seed"))
         self._run = self.function("study_run", ctypes.c_int)

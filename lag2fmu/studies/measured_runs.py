@@ -26,13 +26,13 @@ A search by adjoints goes a full first step and feels no bounds until its end. W
 all samples take its place, and the fit takes half as long again.
 """
 _FAR = 20
-"""A run of a search is given up that takes so many times the steps of the first one."""
+"""In units of the steps of the first run: a run of a search that takes more is given up."""
 _PASS = 4
 """The cost of a way back, in directions; see ``benchmarks/gradients.py``."""
 
 
 def are_many(count: int) -> bool:
-    """Whether adjoints are cheaper for so many free values."""
+    """Whether adjoints are cheaper for ``count`` free values."""
     return count > MANY
 
 

@@ -41,7 +41,7 @@ from lag2fmu.studies.measurements import Data, check_times, columns_of, inputs_o
 from lag2fmu.studies.observed import Observed
 
 HORIZON = 10
-"""So many samples make a window, if the user names no number."""
+"""The samples of a window, if the user gives no number."""
 
 
 @telling("observing")
@@ -116,7 +116,8 @@ def check_method(method: str, horizon: int, *, smooth: bool) -> None:
 
 MOVING_HORIZON = "mhe"
 _SAME = 1e-12
-"""Times that differ by less than this part of the whole are one time: a delay is subtracted with rounding."""
+"""Relative to the span of all times: times that are nearer to each other are one, as a delay is subtracted with
+rounding."""
 
 
 class _Samples(NamedTuple):

@@ -26,9 +26,9 @@ from lag2fmu.verify.run import Run
 _PART = {"mechanism": 2000, "fmu": 20, "system": 20}
 """The number of runs in a part."""
 _AHEAD = 64
-"""So many parts wait on an executor at a time."""
+"""The most parts that wait on an executor at a time."""
 _ATTEMPTS = 3
-"""A part whose worker was lost is sent again, up to so many times in all."""
+"""How often a part is sent in all, if its workers are lost."""
 
 Progress = Callable[[int, int], None]
 """A function that is called with the number of runs that are done, and the number of all runs."""
@@ -60,9 +60,10 @@ def sweep(  # noqa: PLR0913 (choices of the user)
     the path of a system, .ssp or .ssd, whose names are COMPONENT.VARIABLE.
 
     ``vary`` {name: values (n,)} gives the full grid; {(name, name): (n, 2)} are columns that vary together. With
-    ``sample``, so many runs are drawn, and {name: (low, high)} is a range; ``sampling`` is "random", "sobol", "halton"
-    or "latin". ``outputs`` are read at ``times`` (m,) in s, by default at 101 times, or with ``at_end`` at the end
-    only. ``values``, ``inputs`` and ``hold`` are those of ``simulate``. All values are in SI units.
+    ``sample``, the number of runs, these are drawn, and {name: (low, high)} is a range; ``sampling`` is "random",
+    "sobol", "halton" or "latin". ``outputs`` are read at ``times`` (m,) in s, by default at 101 times, or with
+    ``at_end`` at the end only. ``values``, ``inputs`` and ``hold`` are those of ``simulate``. All values are in SI
+    units.
 
     ``executor`` is any concurrent.futures.Executor; it gets parts of ``part`` runs. With ``path`` (.nc, .parquet) the
     result is written there. Parts that are done are kept beside it until then, so that the same call goes on after an

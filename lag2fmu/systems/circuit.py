@@ -19,7 +19,8 @@ from lag2fmu.systems.wires import Affine, Wire
 from lag2fmu.verify.run import Floats
 
 _AGREE = 1e-12
-"""Inputs agree with what they hear up to this part of the largest one of their FMU: rounding of some operations."""
+"""Relative to the greatest input of an FMU: the rounding of some operations, up to which inputs agree with their
+sources."""
 _NEWTON = 20
 """The most steps of Newton's method. Linear loops take one or two, others some more."""
 

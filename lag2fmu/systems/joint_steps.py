@@ -32,10 +32,10 @@ from lag2fmu.systems.steps import FixedSteps, Outer
 from lag2fmu.verify.run import Floats
 
 _CLOSED = 1e-12
-"""A joint is closed if its gap, and what its speed opens in a step, is this part of the system's size: 1e4 times the
-rounding of positions, and far less than what the FMUs' own tolerances let pass."""
+"""In units of the system's size: a joint is closed if its gap, and what its speed opens in a step, are less. It is 1e4
+times the rounding of positions, and far less than what the FMUs' own tolerances let pass."""
 _NEARLY = 3e-11
-"""After the last run of a step a joint may be open by this part: what is left is closed in the next step."""
+"""In units of the system's size: a joint may be open by it after the last run of a step; the next step closes it."""
 _OPEN = 1e-6
 """The most that a joint may be open at the start, as a part of the system's size: the digits that users write."""
 _ORDER = 4
@@ -48,22 +48,23 @@ _GROWTH = {1: 3.0, 2: 1.2}
 _SHRINK = 0.8
 """The same after more runs where steps are divided: shorter ones close the joints in two runs, with less error."""
 _SLOW = 0.3
-"""Newton's matrix is measured anew where a repetition leaves more than this part of the error."""
+"""The error after a repetition over the error before: where it is greater, Newton's matrix is measured anew."""
 _ENOUGH = 2
 """It is also measured before a step where the last one took more runs, but not so often that it costs a run a step."""
 _CLOSE_BY = 0.1
-"""Where steps are shorter than this part of the one asked for, it is measured as often as the last step took more runs.
-A pose is near then in which forces move little, and the matrix tells them apart by what changes most of all."""
+"""In units of the step that was asked for: where steps are shorter, the matrix is measured after each step that took
+more runs. A pose is near then in which forces move little, and what tells them apart changes most of all."""
 _FIRST = (0.25, 0.5)
 """The steps that tell the forces at the start, as parts of a step: four values of each force."""
 _DIVIDED = 0.9
-"""A step that is shorter than this part of the one asked for is a part of it, not one that rounding made shorter."""
+"""In units of the step that was asked for: a shorter step is a part of it, not one that rounding made shorter."""
 _SHORT = 0.1
-"""A last step that is shorter than this part of a step does not tell how places go on."""
+"""In units of the present step: a last step that is shorter does not tell how places go on."""
 _STUCK = "give joints and starts that leave a way to go on there, or a --stop-time before"
 """What helps where the shortest steps do not close the joints."""
 _HISTORY, _TERMS = 3, 5
-"""The forces of a step begin as the polynomial with so many terms that fits those of the last steps, two of each."""
+"""The last steps whose forces are kept, two values from each; and the terms of the polynomial that fits these, with
+which the forces of the next step begin."""
 
 
 @dataclass(frozen=True)

@@ -18,17 +18,17 @@ from lag2fmu.systems.member import Member
 from lag2fmu.verify.run import Floats
 
 _REDUNDANT = 1e-7
-"""Equations are redundant below this part of the greatest eigenvalue: more than what differences make of 0, which is
-5e-10 for the loop of Bricard. Two hinges of a door may be a thousandth of its width apart. A force is idle where it
-moves less than this part of what it moved elsewhere: near a dead centre the mechanism is free as long, and loses energy
-when it is caught again."""
+"""Relative to the greatest eigenvalue: equations with smaller ones are redundant. Differences make 5e-10 of 0, for the
+loop of Bricard; and two hinges of a door may be a thousandth of its width apart. A force is idle where it moves less
+than this beside what it moved elsewhere: near a dead centre the mechanism is free as long, and loses energy when it is
+caught again."""
 _STIFF = 1e-6
-"""A wrench that moves places less than this part of what another one does moves none."""
+"""Relative to the wrench that moves places most: one that moves them less moves none."""
 _SMALLEST = 1e-3
 """The size (m) of a system that lies about the origin. Otherwise it is that of its places' positions, or of their radii
 of gyration."""
 _MEASURED = 3
-"""So many measurements tell how what wrenches do goes on while links turn: their polynomial is quadratic."""
+"""The measurements, with a quadratic polynomial, that tell how the effects of wrenches go on while links turn."""
 _SOON = 0.01
 """The part of a step in which the effect of forces is measured, so that it is that at the begin of the step."""
 _CHANGE = 1e-3

@@ -9,7 +9,7 @@ from lag2fmu.systems.member import Member
 from lag2fmu.systems.wires import Wire
 
 _NEAR = 1e-9
-"""Times are the same if they differ by less than this part of the distance of two recorded points: by rounding."""
+"""Relative to the distance of two recorded points: times that are nearer to each other differ by rounding alone."""
 
 
 class Sampling:

@@ -29,7 +29,7 @@ _SAFETY, _LEAST, _MOST = 0.9, 0.2, 3.0
 _SHORTEST = 1e-4
 """The shortest step as a part of the longest one. Where an input jumps, no step is short enough."""
 _ITERATED = 0.01
-"""Iterated steps end when inputs miss less than this part of the tolerance: the rest is left for many steps."""
+"""In units of the tolerance: iterated steps end when inputs miss less, because errors of many steps may add up."""
 _ITERATIONS = 20
 """The most repetitions of a step. Each makes what is missed smaller by a factor that falls with its length."""
 

@@ -24,12 +24,14 @@ from lag2fmu.reference.integrated import Reference
 from lag2fmu.verify.task import Floats, Task
 
 SAFETY, CHAOS = 100.0, 1e-2
+"""A run may be off by SAFETY tolerances times the growth of errors; where this is more than CHAOS of the scales, runs
+are no longer compared."""
 LEFT_OUT = 0.2
-"""A run of which more than this part is not compared is not judged: ok would say more than is known."""
+"""The most of a run that may be left uncompared; with more the run is not judged: ok would say more than is known."""
 SHARPER = "take a sharper --tolerance or a shorter --stop-time"
 """What makes more of a run comparable."""
 LOWER = 10.0
-"""A run may leave out rebounds that are at most so many tolerances high."""
+"""In tolerances: the height of rebounds up to which a run may leave them out."""
 
 
 def has_rows(mechanism: Mechanism) -> bool:

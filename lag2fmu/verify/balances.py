@@ -22,7 +22,7 @@ _SLOW = 1e-3
 rounding has no relative precision."""
 
 _INSTANT = 1e-12
-"""In s: so far beside a point of a run is the other side of a force that jumps there."""
+"""s; the distance from a point of a run at which the other side of a force is that jumps there."""
 
 
 def constraint_checks(task: Task, runs: Mapping[str, Trajectory], reference: Reference) -> Iterator[Check]:

@@ -37,7 +37,7 @@ Integration = Callable[[Floats, Mapping[str, float]], Reference]
 
 
 LEAST_WINDOWS = 20
-"""About so many windows there are at least: a fault shows itself most where errors have not grown yet."""
+"""The least number of windows, roughly: a fault shows itself most where errors have not grown yet."""
 SHARPEST = 1000.0
 """In a window the FMU may have to be as many times as exact: the direct integration is exact enough for that."""
 
@@ -88,7 +88,7 @@ class Windows:
     covered: float = 0.0
 
     def with_another(self, check: Check, covered: float) -> Windows:
-        """These and one more window with its ``check``, which has ``covered`` so much time (s)."""
+        """These and one more window with its ``check``, which has ``covered`` that time (s)."""
         worst = max(filter(None, (self.worst, check)), key=lambda check: check.value / check.bar)
         return Windows(worst, self.count + 1, self.covered + covered)
 

@@ -24,23 +24,23 @@ from lag2fmu.solvers.methods import METHODS, TimeStepping
 from lag2fmu.verify.run import Floats
 
 BEYOND = 1e-3
-"""A friction that exceeds its limit by more than this part of the greatest limit is doubtful.
+"""Relative to the greatest limit: a friction that exceeds its limit by more is doubtful.
 
 Rounding and the width of an event give 1e-8 at most; one that is decided wrongly exceeds its limit by half or more.
 """
 FAINT = 1e-6
-"""A friction beyond its limit by less than this part of the forces on what it acts on is rounding.
+"""Relative to the forces on what it acts on: a friction that exceeds its limit by less does so by rounding.
 
 A contact that bears a normal force of 1e-8 N beside a weight of 10 N has a limit that is as small.
 """
 OPEN = 100.0
-"""A residual, a slip or a creep is doubtful beyond so many tolerances of its size; errors of runs are below 10."""
+"""In tolerances of its size: a residual, a slip or a creep that is greater is doubtful; errors of runs are below 10."""
 HARDLY = 1e-3
-"""A row hardly moves a coordinate that has less than this part of the motion of the one that it moves most."""
+"""Relative to the coordinate that a row moves most: one that it moves less is hardly moved."""
 ROUNDED = 1e-13
-"""Equal speeds that are recorded differ by less than this part of them, which is some units in the last place."""
+"""Relative: equal speeds that are recorded differ by less, which is some units in the last place."""
 STILL = 3
-"""So many points in a row tell that something creeps, or, with time stepping, that a law is not obeyed.
+"""The points in a row at which something has to creep, or with time stepping to break a law, before it is told.
 
 The error of a step with an impact is of first order in its length, and past with the next one.
 """
@@ -52,7 +52,7 @@ REMEDY_OF_STEPS = (
 
 
 TOGETHER = 64
-"""So many rows are evaluated at once."""
+"""The rows that are evaluated at once."""
 
 
 class _Arms(NamedTuple):
@@ -158,7 +158,7 @@ class DoubtWatch:
                 )
 
     def _arms(self, run: Trajectory) -> _Arms:
-        """How rows move coordinates along the run; so many rows at a time that the numbers need little memory."""
+        """How rows move coordinates along the run; TOGETHER rows at a time, so that the numbers need little memory."""
         rows = self.equations.rows
         acting = np.abs(self._numbers(run, self.equations.forcing))
         greatest = []

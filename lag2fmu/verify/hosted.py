@@ -24,7 +24,7 @@ MOST_STEPS = 20_000
 _MOST_EVENTS = 100_000
 """The most events in one communication step, and the most rounds in which discrete states settle."""
 _CLOSE = 1e-13
-"""Times that differ by less than this part of them are one: CVode refuses such a step."""
+"""Relative: times that differ by less are one, because CVode refuses such a step."""
 
 
 class HostedFmu:

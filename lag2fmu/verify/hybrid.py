@@ -32,7 +32,8 @@ from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Floats, Task
 
 EXACT = 1e-8
-"""Laws of forces are met to this part of the greatest one; some digits are lost where dry friction couples them."""
+"""Relative to the greatest force: how well the laws of forces are met. Some digits are lost where dry friction couples
+them."""
 
 
 def row_outputs(mechanism: Mechanism) -> list[str]:
@@ -51,7 +52,7 @@ def row_outputs(mechanism: Mechanism) -> list[str]:
 
 
 def extent(task: Task, reference: Reference, horizon: float, covered: float = 0.0) -> Iterator[Check]:
-    """Which part of the run is compared, and why the rest is not; windows have ``covered`` so much time (s) beyond."""
+    """Which part of the run is compared, and why the rest is not; windows have ``covered`` a time (s) beyond."""
     if reference.comparable is None:
         return
     seen = comparable(task, reference) & (reference.trajectory.time <= horizon)

@@ -22,9 +22,10 @@ from lag2fmu.verify.scalars import scalars_of
 from lag2fmu.verify.task import ROUNDING, Task
 
 PARTS = (8, 64)
-"""Where an integral seems to be wrong, it is looked at with so many times in each step: a pulse may lie between two."""
+"""The times in each step, first the one number and then the other, at which an integral is looked at that seems to be
+wrong: a pulse may lie between two times."""
 EXACT = 100.0
-"""What follows from the state alone is exact to this part of the tolerance, or to rounding."""
+"""The tolerance over the error of what follows from the state alone; the error is no less than rounding."""
 
 
 def accuracy_of(tolerance: float, step: float = 0.0) -> Accuracy:

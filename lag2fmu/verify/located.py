@@ -26,13 +26,13 @@ from lag2fmu.verify.scalars import scalars_of
 from lag2fmu.verify.simulate import followed, initialize, recorder, setter
 
 MOST_EVENTS = 200
-"""So many events of a run are seen from both sides; an event takes some 30 short steps."""
+"""The most events of a run that are seen from both sides; an event takes some 30 short steps."""
 INNER = (0.5 * (3.0 - math.sqrt(5.0)),)
 """A point that divides a communication step by the golden ratio. No oscillation hides between points so uneven, as one
 does between even ones whose period is the step.
 """
 BRACKET = 1e-10
-"""The two sides of an event are this part of a communication step apart, or four roundings of the time."""
+"""In communication steps: the distance of the two sides of an event, but no less than four roundings of the time."""
 
 
 @dataclass(frozen=True)

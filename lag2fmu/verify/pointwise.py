@@ -22,7 +22,9 @@ from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
 _SYMPY_LIMIT = 3
+"""The most coordinates for which SymPy's own Lagrange equations are compared, too."""
 _ROUNDING = 1e-14
+"""Relative: how far beyond its bounds rounding may move a coordinate."""
 BEGUN = 1e-12
 """The time (s) of both sides: a kink of the time at 0 is behind, also where rounding hides shorter times, as in
 cos(w*t - a) - cos(a)."""

@@ -12,7 +12,7 @@ from lag2fmu.verify.agreement import has_rows
 from lag2fmu.verify.task import Floats, Task
 
 SHARE = 0.8
-"""About this part of the time goes to the direct integration."""
+"""The part of the time, roughly, that the direct integration takes: for the progress that is shown."""
 
 
 class References:

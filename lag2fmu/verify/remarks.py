@@ -7,9 +7,9 @@ from collections.abc import Mapping, Set
 from lag2fmu.verify.run import Plan, Run
 
 MOVED = 1e-6
-"""A guess that constraints move by less than this part of it, or of 1 in SI units, is where it was set."""
+"""Relative to a guess, or to 1 in SI units: where constraints move the guess by less, it is where it was set."""
 ENDED = 1e-9
-"""Inputs may miss the start or the stop time by this part of the run, which is rounding."""
+"""Relative to the length of the run: inputs may miss the start or the stop time by it, which is rounding."""
 
 
 def short_inputs(run: Run, plan: Plan) -> list[str]:

@@ -29,7 +29,7 @@ from lag2fmu.verify.run import Kind
 from lag2fmu.verify.task import Floats, Task
 
 MOST_STEPS = 2e5
-"""The FMU is judged with at most so many steps; if it needs more, less of the run is compared."""
+"""The most steps with which the FMU is judged; if it needs more, less of the run is compared."""
 MOST_ROWS = 64
 """A direct integration with more rows that may bear forces takes minutes for a few steps."""
 

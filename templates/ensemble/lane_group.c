@@ -6,7 +6,7 @@
 
 #include "lane_equations.h"
 
-static const double SUSPICIOUS = 1e4 * 2.220446049250313e-16; /* pivots below this part of an inertia are not sound */
+static const double SUSPICIOUS = 1e4 * 2.220446049250313e-16; /* of an inertia; PIVOT_SUSPICIOUS of the engine */
 
 void group_inputs(const Group *group, Lanes time, Lanes inputs[]) {
     for (int i = 0; i < N_SIGNALS; i++) {

@@ -106,7 +106,7 @@ LANE_FUNCTION Lanes cos_of_reduced(Reduced r) {
 #ifdef __clang__
 #pragma clang fp contract(off)
 #endif
-/* The sine of an angle so many quarters further on. */
+/* sin(r + quarters pi/2) */
 LANE_FUNCTION Lanes sin_of_quarters(Reduced r, Mask quarters) {
     const Mask odd = -(quarters & 1), sign = (quarters & 2) << 62;
     const Lanes value = lanes_select(odd, cos_of_reduced(r), sin_of_reduced(r));

@@ -4,7 +4,7 @@
 #include "lane_equations.h"
 #include "lane_group.h"
 
-enum { PARTS = 4, NODES = PARTS + 1 }; /* a step is divided into so many parts to look for extremes and zeros */
+enum { PARTS = 4, NODES = PARTS + 1 }; /* of a step in which extremes and zeros are looked for */
 
 /* Is there a quantity among these columns that does not follow from states and inputs alone? */
 static bool need_rates(const int64_t columns[], int64_t count) {

@@ -1,6 +1,6 @@
-/* Steps in lanes, each with its own length and error control. The rules are those of the scalar engine (step_size.c). Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential
-   Equations I, 2nd edition, sections II.1, II.4 and II.10; Hairer, Wanner, Solving Ordinary Differential Equations II,
-   2nd edition, section IV.2 (the PI controller). */
+/* Steps in lanes, each with its own length and error control. The rules are those of the scalar engine (step_size.c).
+   Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, sections II.1, II.4 and
+   II.10; Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.2 (the PI controller). */
 #include <float.h>
 #include <math.h>
 
@@ -75,8 +75,8 @@ static void propose(Group *group, Mask good, Mask short_of_limit, Lanes error) {
 static void propose_shorter(Group *group, Mask bad, Lanes error) {
     const Mask measured = (Mask)(error > 1.0) & (Mask)(error < HUGE_VAL);
     const Lanes usual = SAFETY * power(lanes_select(measured, error, lanes_of(1.0)), -1.0 / ERROR_POWER);
-    const Lanes factor = lanes_max(lanes_select(measured, usual, lanes_of(UNMEASURED_REDUCTION)), lanes_of(LARGEST_REDUCTION));
-    lanes_put(&group->next_step, bad, factor * group->length);
+    const Lanes factor = lanes_select(measured, usual, lanes_of(UNMEASURED_REDUCTION));
+    lanes_put(&group->next_step, bad, lanes_max(factor, lanes_of(LARGEST_REDUCTION)) * group->length);
 }
 
 /* The end of the step becomes the present point. */

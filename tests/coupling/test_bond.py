@@ -87,7 +87,7 @@ def test_repeated_exchange_keeps_the_order(degree: int, exported) -> None:
 
 
 def error(first: Path, second: Path, step: float, degree: int, rounds: int, truth: np.ndarray) -> float:
-    """The largest error of the cart's place in 1 s (m), with so many exchanges of acceleration and force a step."""
+    """The largest error of the cart's place in 1 s (m), with ``rounds`` exchanges of acceleration and force a step."""
     motion = [Wire("cart", name, "hanging", name.replace("x", "x0")) for name in ("x", "x_dot", "x_ddot")]
     wires = [*motion[:2], *([motion[2], Wire("hanging", "F_x0", "cart", "Q_x", -1.0)] * rounds)]
     with Stepping(first) as one, Stepping(second) as other:

@@ -44,7 +44,7 @@ def run(fmu: Fmu, step: float, tolerance: float, stop: float = 10.0, **values: f
 
 
 def error(fmu: Fmu, reference: Reference, points: int, tolerance: float, **values: float) -> float:
-    """The largest error at every so many points of ``reference``, relative to max(range, nominal) of each state."""
+    """The largest error at each ``points``-th point of ``reference``, relative to max(range, nominal) of each state."""
     names = states_of(fmu)
     scales = np.array([reference.scales[name] for name in names])
     times, expected = reference.trajectory.time, reference.trajectory.columns(names)[::points]

@@ -190,7 +190,7 @@ def test_forces_act_on_the_estimate(observer) -> None:
 
 
 def late(data: Mapping[str, Floats], steps: Mapping[str, float]) -> dict[str, Floats]:
-    """``data`` of which some columns come so many steps later, or at the next one; nothing is known of them before."""
+    """``data`` of which the columns in ``steps`` come that number of steps later, rounded up; before they are NaN."""
     found = dict(data)
     for name, k in steps.items():
         found[name] = np.concatenate([np.full(math.ceil(k), np.nan), data[name][: -math.ceil(k)]])

@@ -239,7 +239,7 @@ def test_a_ladder_between_rough_floor_and_wall_slips_under_who_climbs_it(exporte
 
 
 def test_thirty_feet_under_one_body_stick_and_share_its_weight(exported: Callable[..., Fmu]) -> None:
-    """Rounding errors of so many redundant rows start no slip. Each force is measured by the acceleration it causes.
+    """Rounding errors of many redundant rows start no slip. Each force is measured by the acceleration it causes.
 
     Of forces f at the distances p from the centre of mass the least sum of f^2 (1/m + p^2/I) is that of forces
     inversely to that factor.

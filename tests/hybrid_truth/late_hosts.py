@@ -53,7 +53,7 @@ def fixed_steps(
     method: tuple[tuple[float, ...], tuple[float, ...]],
     every: int = 1,
 ) -> tuple[Floats, Floats]:
-    """The values of ``names`` after every so many steps (s), (m, names), and the indicators there, (m, events).
+    """The values of ``names`` after each ``every``-th step, (m, names), and the indicators there, (m, events).
 
     An event is seen after the step in which an indicator changes its sign, and passed there. Raises SimulationError
     where a function of the FMU fails.

@@ -101,7 +101,7 @@ def test_samples_fill_their_ranges(sampling: str) -> None:
 
 
 class Breaking(Executor):
-    """Runs at once, and fails after so many parts."""
+    """Runs at once, and fails after ``good`` parts."""
 
     def __init__(self, good: int) -> None:
         self.good, self.runs = good, 0

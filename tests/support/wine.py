@@ -15,7 +15,7 @@ LOADERS = {64: ("wine64", "/usr/lib/wine/wine64", "wine"), 32: ("wine32", "/usr/
 
 
 def wine(bits: int) -> tuple[str, dict[str, str]]:
-    """What runs programs of so many ``bits``, and the environment for it; the test is skipped where there is none.
+    """What runs programs of ``bits`` bits, and the environment for it; the test is skipped where there is none.
 
     The first call on a machine takes some seconds.
     """

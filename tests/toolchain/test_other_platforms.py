@@ -51,7 +51,7 @@ def linux64() -> Machine:
 
 
 def windows(bits: int, target: str) -> Callable[[], Machine]:
-    """A machine for ``target``: Wine for programs of so many ``bits``."""
+    """A machine for ``target``: Wine for programs of ``bits`` bits."""
 
     def machine() -> Machine:
         loader, environment = wine(bits)

@@ -8,11 +8,11 @@ from itertools import chain
 
 from lag2fmu.checking.archive import Archive
 from lag2fmu.checking.findings import Finding, Severity
-from lag2fmu.checking.fmi2.catalogue import trials_of
 from lag2fmu.checking.fmi2.description import Description2
 from lag2fmu.checking.fmi2.header import header_findings
 from lag2fmu.checking.fmi2.session import Model2
 from lag2fmu.checking.fmi2.structure import structure_findings
+from lag2fmu.checking.fmi2.trials import trials_of
 from lag2fmu.checking.fmi2.variables import variable_findings
 from lag2fmu.checking.rulebook import Rulebook
 

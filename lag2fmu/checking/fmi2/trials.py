@@ -1,4 +1,4 @@
-"""What is tried on a running FMU of FMI 2.0 by legal calls, beside what both versions share."""
+"""What is tried on a running FMU of FMI 2.0, in order: legal calls beside what both versions share, and all trials."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from lag2fmu.checking.binding import doubles, references, room
 from lag2fmu.checking.description import number
 from lag2fmu.checking.exchange import vector_findings
 from lag2fmu.checking.findings import Finding
+from lag2fmu.checking.fmi2.derivatives import directional
+from lag2fmu.checking.fmi2.illegal import ANY, OWN
 from lag2fmu.checking.fmi2.session import Model2
-from lag2fmu.checking.trials import equation_findings, version_findings
+from lag2fmu.checking.illegal import forbidden_trials
+from lag2fmu.checking.trials import LEGAL, Trial, equation_findings, free_nothing, version_findings, wrong_token
 
 
 def instantiate(model: Model2) -> Iterator[Finding]:
@@ -75,3 +78,21 @@ def equations(model: Model2) -> Iterator[Finding]:
             yield from vector_findings(
                 session, [("GetContinuousStates", model.states), ("GetDerivatives", model.derivatives)]
             )
+
+
+_OWN: dict[str, Trial] = {
+    "derivatives of signals": signals,
+    "equations": equations,
+    "directional derivatives": directional,
+}
+_MARGINAL: dict[str, Trial] = {
+    "wrong guid": wrong_token,
+    "freeing no instance": free_nothing,
+    "freeing no FMU state": free_no_state,
+    "reading no variable": read_nothing,
+}
+
+
+def trials_of(kind: str) -> dict[str, Trial]:
+    """The trials of ``kind`` in order."""
+    return {"instantiate": instantiate} | LEGAL | _OWN | _MARGINAL | forbidden_trials(ANY | OWN[kind])

@@ -1,4 +1,7 @@
-"""Trials of what is new in FMI 3.0: Event Mode and early return of co-simulation, updates in the middle of a step."""
+"""Trials of what is new in FMI 3.0: Event Mode and early return of co-simulation, updates in the middle of a step.
+
+An event is the same, whoever handles it.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,12 @@ from lag2fmu.checking.trials import STEPS, row_bits
 _MOST_CALLS, _MOST_EVENTS = 80, 2
 """Calls of DoStep, and events among them, that a trial looks at."""
 _PATIENCE = 3.0
-"""Time (s) for a trial to wait for an event."""
+"""Time (s) for a trial to wait for an event, or for a run."""
+_BAR = 1e-3
+"""Relative to the greatest value of an output and 1: how far outputs of two runs may be apart. Steps that begin at
+events differ by the solver's error, which events amplify."""
+
+Rows = list[tuple[float, list[float]]]
 
 
 def step_results(model: Model3) -> Iterator[Finding]:
@@ -229,3 +237,36 @@ def _asked_to_return(model: Model3) -> Iterator[Finding]:
     if asked and asked[0] < done.asked - 1e-9 * (done.asked - done.begun) and not done.early:
         problem = f"goes on to the end of the step, though the importer asked to return at {asked[0]:.17g} s"
         yield Finding("early-return", model.kind, problem, "return where canReturnEarly was said and it is asked")
+
+
+def same_run(model: Model3) -> Iterator[Finding]:
+    """Outputs at communication points do not depend on whether the FMU or the importer handles events.
+
+    A run with Event Mode returns early at events; without early return events may wait for the end of a step.
+    Source: FMI 3.0.2 specification, section 4.2.1 (eventModeUsed, earlyReturnAllowed).
+    """
+    if model.kind != "CoSimulation" or not (model.can("hasEventMode") and model.can("mightReturnEarlyFromDoStep")):
+        return
+    inside, outside = (_run(model, Manner(events=by, early=by)) for by in (False, True))
+    names = [(v, i) for v in model.outputs for i in range(v.size)]
+    for column, (v, i) in enumerate(names):
+        size = max([1.0, *(abs(row[column]) for _, row in inside)])
+        for (t, alone), (_, led) in zip(inside, outside, strict=False):
+            if not abs(alone[column] - led[column]) <= _BAR * size:
+                element = f", element {i + 1}," if v.size > 1 else ""
+                problem = (
+                    f"{element} is {alone[column]:.9g} at t = {t:.9g} s without Event Mode, {led[column]:.9g} with"
+                )
+                yield Finding("event-run", v.place, problem.lstrip(", "), "let an event do the same in both", "warning")
+                return
+
+
+def _run(model: Model3, manner: Manner) -> Rows:
+    """Times (s) and outputs after each step; shorter if the FMU ends the run or time is up."""
+    rows: Rows = []
+    begun = monotonic()
+    with model.session(manner=manner) as session:
+        session.start()
+        while len(rows) < _MOST_CALLS and monotonic() < begun + _PATIENCE and session.step():
+            rows.append((session.time, session.numbers(model.outputs)))
+    return rows

@@ -9,12 +9,12 @@ from itertools import chain
 from lag2fmu.checking.components import FOLDER, SUFFIX
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.binding import FUNCTIONS
-from lag2fmu.checking.fmi3.catalogue import trials_of
 from lag2fmu.checking.fmi3.description import Description3
 from lag2fmu.checking.fmi3.files import OLD_FOLDERS, STATIC_FOLDER, folder_findings
 from lag2fmu.checking.fmi3.header import header_findings
 from lag2fmu.checking.fmi3.session import Model3
 from lag2fmu.checking.fmi3.structure import structure_findings
+from lag2fmu.checking.fmi3.trials import trials_of
 from lag2fmu.checking.fmi3.variables import variable_findings
 from lag2fmu.checking.rulebook import Rulebook
 

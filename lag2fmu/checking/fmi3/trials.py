@@ -1,4 +1,4 @@
-"""What is tried on a running FMU of FMI 3.0 by legal calls, beside what both versions share: values and lists."""
+"""What is tried on a running FMU of FMI 3.0, in order: legal calls on values and lists, and all trials."""
 
 from __future__ import annotations
 
@@ -10,9 +10,23 @@ from lag2fmu.checking.binding import OK, WARNING, bits, doubles, references
 from lag2fmu.checking.description import number
 from lag2fmu.checking.findings import Finding
 from lag2fmu.checking.fmi3.binding import ELEMENTS, Manner
+from lag2fmu.checking.fmi3.derivatives import adjoint, directional
 from lag2fmu.checking.fmi3.description import Variable3
+from lag2fmu.checking.fmi3.equations import dependencies, equations, output_derivatives
+from lag2fmu.checking.fmi3.events import (
+    event_mode,
+    intermediate_update,
+    reset_everywhere,
+    same_run,
+    saved_in_every_state,
+    step_results,
+)
+from lag2fmu.checking.fmi3.illegal import ANY
+from lag2fmu.checking.fmi3.illegal_own import OWN
 from lag2fmu.checking.fmi3.session import Model3, Session3
-from lag2fmu.checking.trials import version_findings
+from lag2fmu.checking.fmi3.ticks import ticking
+from lag2fmu.checking.illegal import forbidden_trials
+from lag2fmu.checking.trials import LEGAL, Trial, free_nothing, version_findings, wrong_token
 
 
 def instantiate(model: Model3) -> Iterator[Finding]:
@@ -146,3 +160,36 @@ def configuration(model: Model3) -> Iterator[Finding]:
                     yield Finding("settable", v.place, problem, "take structural parameters there")
             session.instance.do("ExitConfigurationMode")
             session.start().steps(1)
+
+
+_OWN: dict[str, Trial] = {
+    "before initialization": before_initialization,
+    "reading and setting nothing": nothing_asked,
+    "results of steps": step_results,
+    "Event Mode": event_mode,
+    "events by the FMU and by the importer": same_run,
+    "clocks": ticking,
+    "FMU state in every state": saved_in_every_state,
+    "reset in every state": reset_everywhere,
+    "intermediate update": intermediate_update,
+    "after the end": after_the_end,
+    "log": log_messages,
+    "configuration": configuration,
+    "derivatives of outputs": output_derivatives,
+    "equations": equations,
+    "dependencies": dependencies,
+    "directional derivatives": directional,
+    "adjoint derivatives": adjoint,
+}
+_MARGINAL: dict[str, Trial] = {
+    "wrong instantiationToken": wrong_token,
+    "freeing no instance": free_nothing,
+    "freeing no FMU state": free_no_state,
+}
+
+
+def trials_of(kind: str) -> dict[str, Trial]:
+    """The trials of ``kind`` in order; none of Scheduled Execution, which needs a scheduler."""
+    if kind not in OWN:
+        return {}
+    return {"instantiate": instantiate} | LEGAL | _OWN | _MARGINAL | forbidden_trials(ANY | OWN[kind])

@@ -51,7 +51,7 @@ class ByteReader:
         self.content = content
 
     def take(self, size: int) -> bytes:
-        """So many bytes."""
+        """The next ``size`` bytes."""
         taken, self.content = self.content[:size], self.content[size:]
         return taken
 

@@ -16,7 +16,7 @@ _LOAD_BYTE, _LOAD, _STORE = b"\x2d\0\0", b"\x28\2\4", b"\x36\2\4"
 
 
 def memory_module(pages: int) -> bytes:
-    """A module that is a memory of so many ``pages`` at first."""
+    """A module that is a memory of ``pages`` pages at first."""
     return MODULE + _section(5, [b"\0" + unsigned(pages)]) + _section(7, [name("memory") + b"\2\0"])
 
 

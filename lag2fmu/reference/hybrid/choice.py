@@ -29,9 +29,9 @@ from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
 
 SLIP_ENDS = 1e3
-"""A slip in space ends with so many times the velocity that counts as zero, or less."""
+"""In units of the velocity that counts as zero: the most that a slip in space may have left where it ends."""
 DRIVEN = 1e-9
-"""A row is driven by an acceleration above this part of those that all forces make."""
+"""Relative to the accelerations that all forces make: a greater one along a row drives it."""
 
 WithoutCollision = Callable[[MotionPoint, Modes, Sequence[int]], tuple[StateBatch, float]]
 

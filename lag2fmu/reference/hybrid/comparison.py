@@ -20,8 +20,9 @@ from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
 
 PERTURBATION = 1e-8
+"""In scales of the states: how far a start is moved, to see how errors grow. Far above rounding, and below NEAR."""
 NEAR = 1e-5
-"""Two states are near if they differ by less than this part of their scales."""
+"""In units of their scales: two states that differ by less are near."""
 
 
 def perturbed(run: HybridRun, start: Floats, scales: Floats, modes: Modes) -> Floats:

@@ -20,9 +20,9 @@ from lag2fmu.reference.hybrid.stepping import Dense, Stepper
 from lag2fmu.reference.state import Floats, StateBatch
 
 LOW = 1e-11
-"""Rebounds below this part of the nominal size of a gap end a cascade of impacts."""
+"""In nominal gaps: a rebound that is lower ends a cascade of impacts."""
 STUCK = 200
-"""With so many events at one time the motion does not go on."""
+"""The number of events at one time from which on the motion counts as stuck."""
 
 
 class Follower:

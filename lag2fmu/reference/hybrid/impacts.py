@@ -24,8 +24,9 @@ from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
 
 LOADED = 1e-9
-"""A contact is under load if its force or impulse is above this part of those that act."""
+"""Relative to the forces or impulses that act: a contact that bears more is under load."""
 ROUNDS = 200
+"""The most rounds of an impact; the last one is plastic, with all contacts that are near."""
 
 
 class Impacts:

@@ -30,7 +30,7 @@ PLANES = {0: (Mode.SLIDES,), 1: CLOSED, 2: (Mode.STICKS, Mode.SLIDES)}
 EXACT = 1e-9
 """Relative violation of a law that counts as rounding."""
 LATE = 1e-6
-"""Events are located by a run whose errors are at most this part of the load: what gives way may turn back by it."""
+"""Relative to the load: the greatest error of the run that locates events. What gives way may turn back by it."""
 
 
 @dataclass(frozen=True)

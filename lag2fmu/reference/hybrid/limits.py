@@ -16,15 +16,16 @@ Limit = tuple[float, Floats, Floats]
 FREE = 1e-9
 """Singular values below this belong to loads that no motion feels; the rows have unit length."""
 WITHIN_CONES = 1e-11
-"""Cones are met to this part of the greatest load."""
+"""Relative to the greatest load: how far outside of its cone a load may be."""
 CUTS = 60
+"""The most rounds of cutting planes."""
 FAR = 1e-3
-"""Loads that are this part of the greatest one within all limits are far from them."""
+"""Relative to the greatest load: a margin of this size is wide, and is not made wider."""
 FIRST = 1e3
-"""The least margin has so many times the weight of all margins together."""
+"""The weight of the least margin, in units of that of all margins together."""
 EXACTLY = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 MOST = 1e3
-"""No load is looked for beyond so many times the greatest of least norm."""
+"""In units of the greatest load of least norm: the bound of the loads that are looked for."""
 
 
 def margin(limit: Limit, loads: Floats) -> float:

@@ -13,7 +13,7 @@ from lag2fmu.reference.hybrid.records import Answer, MotionPoint
 from lag2fmu.reference.state import Floats
 
 AT_LIMIT = 1e-6
-"""A cone is at its limit to this part."""
+"""Relative to the limit of a cone: a force that is nearer to it is at its limit."""
 
 
 @dataclass(frozen=True)

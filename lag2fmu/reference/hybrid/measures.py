@@ -9,22 +9,22 @@ from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.state import Floats
 
 TOUCH = 1e-11
-"""Gaps up to this part of their nominal size count as closed."""
+"""In nominal gaps: a gap up to it is closed."""
 STILL = 1e-10
-"""Velocities up to this part of their nominal size count as zero."""
+"""In nominal velocities: a velocity up to it counts as zero."""
 TIME_LOCATED = 1e-12
-"""Events are located to this time (s) or, beyond 1 s, to this part of their time."""
+"""The accuracy (s) of the location of events; beyond 1 s it is relative to their time."""
 SLOW = 1e-3
-"""Errors are measured by at least this part of nominal values as accelerations, per s^2: forces may cancel."""
+"""In nominal values per s^2: the least size of accelerations by which errors are measured: forces may cancel."""
 
 BOUND = 1e-11
-"""Constraints whose singular values are below this part of the greatest one are redundant."""
+"""Relative to the greatest singular value: constraints with smaller ones are redundant."""
 
 SLOW_SLIP = 1e-5
-"""Slips in space up to this part of their nominal size have no direction that an integration could tell."""
+"""In nominal velocities: a slip in space up to it has no direction that an integration could tell, and is slow."""
 BACK = 0.05
-"""A slow slip has turned back beyond this part of the speed that counts as slow, and has a direction of its own beyond
-3 times that speed."""
+"""In units of the speed up to which a slip is slow: a slow slip that moves against its direction faster than this has
+turned back; one that is faster than 3 of these units has a direction of its own."""
 
 
 def gap_sizes(point: MotionPoint) -> Floats:

@@ -14,7 +14,7 @@ from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
 
 ROUNDING = 4e-15
-"""Event functions are rounded by this part of what they are made of."""
+"""The rounding error of an event function, relative to the terms that it is made of."""
 
 
 class Piece:

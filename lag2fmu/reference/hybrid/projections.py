@@ -17,8 +17,9 @@ from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.state import Floats
 
 SWEEPS, STILL = 50_000, 1e-15
+"""The most sweeps; and the change of forces in a sweep, in their sizes, with which they have come to rest: rounding."""
 PATIENCE = 20
-"""After every so many sweeps the modes that the projections have reached are tried."""
+"""The sweeps from one trial of the modes that the projections have reached to the next."""
 
 
 def iterated(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> Outcome | None:

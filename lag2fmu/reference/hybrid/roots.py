@@ -15,8 +15,8 @@ from lag2fmu.reference.state import Floats
 Function = Callable[[float], float]
 
 DEEP = 0.3
-"""Between samples a function may come down to 0 where a parabola through three of them is below this part of the
-middle one."""
+"""Relative to the middle one of three samples: where the parabola through them has a smaller minimum, the function may
+come down to 0 between them."""
 
 
 def dips(values: Floats) -> NDArray[np.bool_]:

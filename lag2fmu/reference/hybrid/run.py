@@ -20,9 +20,9 @@ from lag2fmu.reference.state import Floats, StateBatch
 LONGEST_PART = 0.05
 """The longest step as a part of the run."""
 PULL_BACK = 0.1
-"""What is bound is pulled back by this part of its error in a communication step."""
+"""The part of the error of a constraint that is pulled back in a communication step."""
 SIDES_TRIED = 20
-"""Guesses of a start are solved for at most so often, each time on the sides of kinks that the last ones came to."""
+"""How often guesses of a start are solved for at most, each time on the sides of kinks that the last ones came to."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,7 +44,7 @@ def decided(
 def _found(
     D: Floats, c: Floats, items: Sequence[Item], pace: float, present: Sequence[Mode | None], most: int
 ) -> Outcome | None:
-    """The outcome for D (k, k), c (k,) that changes fewest ``present`` modes, and at most so many; None without any."""
+    """The outcome for D (k, k), c (k,) that changes fewest ``present`` modes, ``most`` at most; None without any."""
     turns = islice(_in_turn(items, present, most), MOST)
     return next((o for modes in turns if (o := lawful(D, c, items, modes, pace)) is not None), None)
 
@@ -66,9 +66,9 @@ def _given_way(
 
 
 def _in_turn(items: Sequence[Item], present: Sequence[Mode | None], most: int) -> Iterator[tuple[Mode, ...]]:
-    """Combinations that change at most so many ``present`` modes, those first that change fewest.
+    """Combinations that change ``most`` of the ``present`` modes at most, those first that change fewest.
 
-    None, or what is no option, is no mode.
+    A present mode that is None, or no option of its item, is no mode to change.
     """
     kept = [i for i, item in enumerate(items) if present[i] in item.options]
     for count in range(min(len(kept), most) + 1):

@@ -20,7 +20,7 @@ ZERO = 1e-12
 """Margins of kinks and conditions whose size is at most this do not tell their side."""
 
 JUMP = 1e-6
-"""A gap jumps if it comes to differ from 0 by more than this part of its nominal size: more than a kink makes of it."""
+"""In nominal gaps: a gap that comes to differ from 0 by more has jumped; a kink makes less of it."""
 
 Resolved = Callable[[StateBatch, Modes, Due, bool], tuple[StateBatch, Floats, bool]]
 Chosen = Callable[[StateBatch, Modes, Due], tuple[StateBatch, Modes, Floats]]

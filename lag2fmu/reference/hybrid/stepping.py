@@ -27,18 +27,19 @@ Solver = Any
 """One of SciPy's solvers, which have no types."""
 
 POINTS = 8
+"""The intervals of a step at whose ends event functions are evaluated."""
 BETWEEN = np.array([0.5, 2.5, 5.5, 7.5])
 """Where, in units of the distance of two places, a polynomial through the POINTS + 1 places is compared."""
 RESOLVED = 1e-6
-"""The places tell a function whose polynomial differs from it by less than this part of its greatest value."""
+"""Relative to the greatest value of a function: the places tell the function if their polynomial differs by less."""
 HALVINGS = 10
-"""A step is halved at most so often."""
+"""The most halvings of a step."""
 TOUCHING = 1e5
-"""A gap may begin so many times below its rounding error, where an event was found to the accuracy of a step. If the
-bodies do not part behind it, as balls at rest, it comes to zero once it is below its beginning.
+"""In units of its rounding error: how far below 0 a gap may begin, where an event was found to the accuracy of a step.
+If the bodies do not part behind it, as balls at rest, it comes to zero once it is below its beginning.
 """
 SAME = 1e-12
-"""Roots nearer to the first one than this part of the time count as one event."""
+"""Relative to the time: roots that are nearer to the first one are one event with it."""
 
 
 def _weights() -> Floats:

@@ -30,7 +30,7 @@ from lag2fmu.reference.single import CompiledLater
 from lag2fmu.reference.state import Floats, StateBatch
 
 RANK = 1e-11
-"""Singular values below this part of the greatest one belong to rows that depend on others."""
+"""Relative to the greatest singular value: smaller ones belong to rows that depend on others."""
 WEAK = 1e-8
 """A matrix whose condition is better than 1 / WEAK has independent rows."""
 

@@ -15,11 +15,11 @@ from lag2fmu.reference.state import Floats
 FEWEST, MOST = 16, 1 << 17
 """The numbers of intervals between samples; there are never more than MOST."""
 RESOLVED = 1e-8
-"""Cubics may differ from a function by this part of its greatest value."""
+"""Relative to the greatest value of a function: how far cubics may be from it."""
 BETWEEN = (0.38, 0.77)
 """Where in an interval this is tried; no whole multiple of a short period hides at both places."""
 ROUNDING = 16 * np.finfo(float).eps
-"""Times, and phases that are made of them, are rounded by this part of themselves at most."""
+"""The greatest relative rounding error of times and of phases that are made of them."""
 
 
 def first_descent(function: Callable[[Floats], Floats], a: float, b: float, floor: float, armed: bool) -> float | None:

@@ -21,11 +21,12 @@ from lag2fmu.reference.trajectory import Trajectory
 SIDED = 1e-9
 """s: two times that are as near are the two sides of an event."""
 SMALL = 1e-3
-"""What is below this part of the greatest size, in units of energy, may be the rest of a cancellation."""
+"""Relative to the greatest size, in units of energy: what is smaller may be the rest of a cancellation."""
 STILL = 3
-"""So many communication points in a row tell that a force breaks a law for longer than a step of time stepping."""
+"""The communication points in a row at which a force has to break a law, so that it is more than one step of time
+stepping."""
 UNTOLD = 1e-9
-"""A margin of this part of its greatest value does not tell its side."""
+"""Relative to its greatest value: a margin that is smaller does not tell its side."""
 
 
 def watched(mechanism: Mechanism) -> list[str]:

@@ -20,11 +20,11 @@ from lag2fmu.verify.laws.points import STICKS, rubbing
 from lag2fmu.verify.laws.residual import Accuracy, Floats, Residual, worst
 
 RANK = 1e-9
-"""Rows whose answers to impulses differ by less than this part have impulses that nothing tells apart."""
+"""Relative: rows whose answers to impulses differ by less have impulses that nothing tells apart."""
 SHORT = 2.0
-"""A run that steps over impacts may end rebounds that are slower than what gravity makes in so many steps."""
+"""In steps of a run that steps over impacts: it may end rebounds that are slower than what gravity makes in them."""
 LOW = 10.0
-"""A run may end rebounds that rise by at most so many tolerances of the size of a gap."""
+"""In tolerances of the size of a gap: the height of rebounds up to which a run may end them."""
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ SPREAD = 6.0
 EVEN = 0.2
 """Two spans whose lengths have a ratio below this do not tell how a rate bends."""
 NEAR = 2
-"""The difference of the rules may pass through 0: the greatest of so many times before and behind is taken."""
+"""The times before and behind whose greatest difference of the rules is taken: at one time it may pass through 0."""
 
 
 def between_points(a: Along, accuracy: Accuracy, count: int = 2) -> Iterator[Residual]:

@@ -13,6 +13,7 @@ from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.plots.figures import LETTERS, LINE, by_unit, in_units
 
 _MAX_CURVES, _DOTS = 6, 80
+"""The most coordinates that are shown, and about the number of dots of each."""
 
 
 @mpl.rc_context(LETTERS)

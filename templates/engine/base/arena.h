@@ -39,22 +39,22 @@ enum { ARENA_HEAD = (sizeof(Arena) + ARENA_UNIT - 1) / ARENA_UNIT * ARENA_UNIT }
 #define SMALL_WORK 512 /* bytes */
 #endif
 
-/* An arena in this memory of ARENA_HEAD + capacity bytes, which begins at a multiple of ARENA_UNIT. Calls may take so
-   many bytes of work without a reservation. */
+/* An arena in this memory of ARENA_HEAD + capacity bytes, which begins at a multiple of ARENA_UNIT. Calls may take
+   `work` bytes without a reservation. */
 Arena *arena_begin(void *memory, size_t capacity, size_t work);
 
 /* Frees the blocks that were allocated since arena_begin. NULL is no arena. */
 void arena_end(Arena *arena);
 
-/* Makes room for arrays of so many bytes together, each rounded up to ARENA_UNIT, beside the work of calls. Returns
-   false, with arena->refused, if there is no memory for them. */
+/* Makes room for arrays that take `bytes` bytes together, each rounded up to ARENA_UNIT, beside the work of calls.
+   Returns false, with arena->refused, if there is no memory for them. */
 bool arena_reserve(Arena *arena, size_t bytes);
 
 static inline size_t arena_bytes(size_t count, size_t size) {
     return (count * size + ARENA_UNIT - 1) / ARENA_UNIT * ARENA_UNIT;
 }
 
-/* So many bytes, with undefined contents. */
+/* The next `bytes` bytes of the arena, with undefined contents. */
 static inline void *arena_take(Arena *arena, size_t bytes) {
     void *place = arena->next;
     arena->next += arena_bytes(bytes, 1);
@@ -93,13 +93,13 @@ static inline bool arena_leave(ArenaMark mark, bool result) {
 #define WORK_OF(mark, type, name) type *const name = (type *)arena_take((mark).arena, sizeof(type))
 #endif
 
-/* The mark of a function whose largest array has so many bytes, a constant: there is nothing to give back if all its
-   arrays lie on the stack. */
+/* The mark of a function whose largest array has `bytes` bytes, a constant. If all its arrays lie on the stack, there
+   is nothing to give back. */
 static inline ArenaMark arena_mark_of(Arena *arena, size_t bytes) {
     return WORK_IS_SMALL(bytes) ? (ArenaMark){NULL, NULL, NULL} : arena_mark(arena);
 }
 
-/* Declares an array of so many entries; the count is a constant. */
+/* Declares name[count]; the count is a constant. */
 #define WORK(mark, type, name, count)                                                                                 \
     type name##_small[WORK_IS_SMALL((count) * sizeof(type)) ? (count) : 1];                                           \
     type *const name = WORK_IS_SMALL((count) * sizeof(type)) ? name##_small                                           \
@@ -110,7 +110,7 @@ static inline ArenaMark arena_mark_of(Arena *arena, size_t bytes) {
     WORK(mark, type, name, count);                                                                                    \
     memset(name, 0, (count) * sizeof(type))
 
-/* The same for an array of rows of so many columns. */
+/* Declares name[rows][columns]. */
 #define WORK_ROWS(mark, type, name, rows, columns)                                                                    \
     type name##_small[WORK_IS_SMALL(sizeof(type[rows][columns])) ? (rows) : 1][columns];                              \
     type(*const name)[columns] = WORK_IS_SMALL(sizeof(type[rows][columns]))                                           \

@@ -11,7 +11,8 @@ typedef struct ArenaBlock {
     char *begin, *end;        /* its memory */
 } ArenaBlock;
 
-/* The block behind the one in use, with so many bytes at least; nothing behind is in use. NULL: there is no memory. */
+/* The block behind the one in use, which is made or made anew if it has not `bytes` bytes; nothing behind is in use.
+   NULL: there is no memory. */
 ArenaBlock *arena_block_behind(ArenaBlock *block, size_t bytes);
 
 /* Frees the blocks behind this one. */

@@ -1,10 +1,10 @@
-/* The hull of what each cell that the arguments meet says there, by Horner's rule on intervals. */
+/* The hull of the values in all cells that the arguments meet, each by Horner's rule on intervals. */
 #include "interval_lookup.h"
 
 #include <math.h>
 #include <stdbool.h>
 
-/* The cells that an argument meets, and what part of it is looked up there. */
+/* The cells that an argument meets. */
 typedef struct {
     int first, last;
     bool below, above; /* the argument goes beyond the knots */
@@ -23,7 +23,7 @@ static Cells cells_of(const Table *table, int axis, Interval x) {
     return cells;
 }
 
-/* How far above the lower knot of a cell the argument may be while it is looked up there. */
+/* The argument in a cell, less the lower knot of the cell. */
 static Interval distance(const Table *table, int axis, int cell, Interval x) {
     const double *knots = table->knots[axis];
     const bool goes_on = table->outside == OUTSIDE_EXTRAPOLATE;

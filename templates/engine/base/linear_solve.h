@@ -23,7 +23,8 @@ typedef enum { MASS_REGULAR, MASS_SINGULAR, MASS_NOT_FINITE } MassOutcome;
    concerned[n] flags the coordinates that are not determined or whose rows hold values that are not finite. */
 MassOutcome mass_factorize(const double mass[], Factorization *result, bool concerned[]);
 
-/* Is M singular but for this part of its largest pivot, in scaled coordinates? concerned[n] flags the coordinates. */
+/* Has M, in scaled coordinates, a pivot of less than `part` of its largest one? concerned[n] flags the coordinates that
+   it leaves nearly undetermined. */
 bool mass_nearly_singular(const double mass[], double part, Factorization *work, bool concerned[]);
 
 /* Overwrites b[n] by the solution a of M a = b; work[n] is memory. */

@@ -4,14 +4,15 @@
 #include <math.h>
 #include <string.h>
 
+/* The halvings of [0, 1] after which roots in one part count as one: 2^-48 is 16 roundings of theta. */
 enum { DEGREE = ROOT_DEGREE, DEEPEST = 48 };
 
 const double ROOT_PLACES[ROOT_NODES] = {
     0.0, 0.095491502812526287, 0.34549150281252629, 0.65450849718747371, 0.90450849718747371, 1.0,
 };
 
-/* The last two coefficients of Chebyshev's series are this part of the greatest value at most; what they are of the
-   values: 2/5 cos(pi i k/5), half of that at both ends. */
+/* A part of the greatest value: the nodes resolve a function if the last two coefficients of its Chebyshev series are
+   smaller. Coefficient k is the sum of the values i times 2/5 cos(pi i k/5), half of that at both ends. */
 static const double RESOLVED = 0.02;
 static const double LAST_BUT_ONE[ROOT_NODES] = {
     0.2, -0.32360679774997897, 0.12360679774997897, 0.12360679774997897, -0.32360679774997897, 0.2,

@@ -15,18 +15,20 @@ static const double NOISE = 64.0 * DBL_EPSILON;
 /* Iterations end with changes of this size: near 500 units of rounding Newton's method goes on no further. */
 static const double SOLVED = 1e-13;
 
-/* A condition that a finished iteration leaves so far from 0 is met; SOLVED and a decade for the condition of its
-   matrix. */
+/* The residual up to which a condition is met after an iteration has ended: SOLVED, and a decade for the condition of
+   its matrix. */
 static const double MET = 1e-12;
 
-/* A condition that goes on no further is met up to here, as matrices of condition 1e6 leave no less. */
+/* The residual up to which a condition is met whose iteration goes on no further; matrices of condition 1e6 leave no
+   less. */
 static const double ACCEPTED = 1e-10;
 
-/* A force or impulse obeys the laws of contact up to this part of the greatest one: the errors of ACCEPTED, with a
-   decade for the number of rows that share a load. So do the equations of an implicit step that goes on no further. */
+/* In units of the greatest force or impulse: how far each may be from the laws of contact. The errors of ACCEPTED, with
+   a decade for the number of rows that share a load. The equations of an implicit step that goes on no further are met
+   up to here, too. */
 static const double OBEYED = 1e-9;
 
-/* Sums of forces that iterations without an end are accepted with; visible in no result of a fixed step. */
+/* The residual with which iterations are accepted that do not converge; visible in no result of a fixed step. */
 static const double TOLERATED = 1e-8;
 
 /* --- ranks, in squares of relative distances */
@@ -67,8 +69,8 @@ static const double HYSTERESIS = 1e-9;
 /* m/s or rad/s; a slip without a lever waits for friction up to here: ten times a slip of 1 that rests. */
 static const double WAITING_SLIP = 1e-9;
 
-/* Values that a user types have 6 digits: starts that miss by this part are moved, gaps that are negative by it are
-   closed. */
+/* Values that a user types have 6 digits: starts that miss the constraints by less are moved, gaps that are negative by
+   less are closed. */
 static const double TYPED = 1e-6;
 
 /* Errors of states at an event that was located: of velocities in a step of the default tolerance. A gap that jumps
@@ -84,8 +86,9 @@ static const double LOCATED_LOOSELY = 1e-2;
    less, an end is moved by less without repeating the step. */
 static const double SLIVER = 1e-6;
 
-/* A part of a span in which nothing shows: of a run that is watched, of the time at which friction may be wrong, and of
-   a step, so that ten steps fill a span which rounding makes longer. Ten times less is rounding of sums of steps. */
+/* A part of a span in which nothing shows: of a run that is watched; of the time at which friction may be wrong; and of
+   a span that is divided into steps, so that ten steps fill it although rounding makes it longer. Ten times less is
+   rounding of sums of steps. */
 static const double INSTANT = 1e-9;
 
 /* Of a communication step: importers compute times in many ways, so times are never compared exactly, and a difference
@@ -116,8 +119,8 @@ static const double DRIFT = 1e3;
    that are below 0 by less are 0: loads at the limits of all laws at once have no room beside them. */
 static const double YIELDS = 1e-6;
 
-/* What redundant rows have at least beside their diagonal entry, so that their matrix is regular. Their loads are then
-   those of least norm but for this part. */
+/* Relative to a diagonal entry: what is added to those of redundant rows, so that their matrix is regular. Their loads
+   are then those of least norm, to this relative error. */
 static const double DAMPING = 1e-9;
 
 #endif

@@ -101,8 +101,8 @@ typedef struct {
     double event_time;                  /* s; of the last event */
     double step_ends[2];                /* s; with an importer's solver: of the last completed step, and before it of
                                            the one before or the last event */
-    double event_gap;                   /* s; between the last two events, or more: how long it is still between them */
-    int64_t events_there;               /* so many events have come at that time */
+    double event_gap;                   /* s; the time that is expected between events, see event_steps.c */
+    int64_t events_there;               /* the number of events at that time */
 
     double next_step;             /* s; proposal for the next solver step, 0 before the first one */
     double previous_log_error;    /* ln of the error of the last full step in tolerances, for the PI controller */

@@ -22,6 +22,7 @@ static const char *iteration_remedy(void) {
                : "lower solver_step, or export with --solver radau5 if the mechanism is stiff";
 }
 
+/* The most names that a sentence lists, and the bytes that they may take. */
 enum { NAMES_SHOWN = 8, NAMES_SIZE = 400 };
 
 /* Writes the names of the flagged coordinates as "a, b, c"; of a long list the first NAMES_SHOWN. */

@@ -5,16 +5,17 @@
 
 #include "instance.h"
 
-/* values[N_EVENTS - N_SWITCHES] of their event functions, as events_evaluate says. */
+/* values[N_EVENTS - N_SWITCHES]: the event functions of contacts and dry frictions at a time (s) and states, as
+   events_evaluate says. */
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]);
 
-/* An event that the event functions do not show, given their values[N_EVENTS] at the present point; -1 for none: a slip
-   in space has become slower than errors of the states. */
+/* The number of an event that the event functions do not show, or -1: a slip in space has become slower than errors of
+   the states. values[N_EVENTS] are the event functions at the present point. */
 int contacts_overdue(Instance *instance, const double values[]);
 
-/* At the present point: friction of a slip in space that has turned far from the direction of its mode, and is not
-   about to rest, is told from its own direction from here on. The force stays the same. Else a slip that turns on would
-   seem to come to rest, and forces to jump. */
+/* Where a slip in space has turned far from the direction of its mode, and is too fast to be about to rest, its present
+   direction becomes that of the mode. Forces do not change; but the event function measures the slip along that
+   direction, and would else show a slip that turns further as one that comes to rest. */
 void contacts_turn(Instance *instance);
 
 /* In model exchange the states drift off the rows that hold. Moves them back, before switches turn and the rows become

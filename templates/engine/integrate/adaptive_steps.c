@@ -16,11 +16,20 @@
 #include "step_size.h"
 #include "watching.h"
 
-static const double NEAR_POLE = 1e6;         /* so many shortest steps before a pole of a force the run ends */
-static const int64_t MOST_TRIALS = 10000000; /* the most trial steps of an adaptive method in a communication step */
-static const int64_t SERIES = 20000;         /* so many trial steps make a series */
-static const double IN_SLIPS = 0.4;          /* the part of the tolerance that errors of steps have then */
-static const double STANDSTILL = 1e-5;       /* a series takes more than this part of the time that is left */
+/* In units of the shortest step, which is some roundings of the time: before a pole of a force the run ends when steps
+   become shorter than this. Rounding of the time is then no longer negligible beside the way to the pole. */
+static const double NEAR_POLE = 1e6;
+
+/* The greatest number of trial steps in a communication step. */
+static const int64_t MOST_TRIALS = 10000000;
+
+/* Trial steps of a series, and the least part of the rest of the communication step that a series has to gain. At this
+   pace the rest would take 2e9 trial steps, far more than MOST_TRIALS. */
+static const int64_t SERIES = 20000;
+static const double STANDSTILL = 1e-5;
+
+/* The part of the tolerance that steps may err by while a contact slides in space, see step_tolerance. */
+static const double IN_SLIPS = 0.4;
 
 bool interpolate(Instance *instance, double time, double states[]) {
     bool moved;
@@ -70,8 +79,9 @@ static bool is_at_pole(Instance *instance, int pole, double shortest) {
     return !report_event(instance, FAILURE_EVENT_POLE, instance->state.time, pole);
 }
 
-/* The time at which a slip in space ends is as uncertain as the states, over their rates. So that it is right to about
-   the tolerance in seconds, explicit methods keep their errors smaller before it; those of implicit ones are. */
+/* The relative tolerance of a step. The time at which a slip in space ends is uncertain by the errors of the states
+   over their rates. So that it is right to about the tolerance in seconds, explicit methods keep their errors smaller
+   before it; the errors of implicit methods are smaller by themselves. */
 static double step_tolerance(const Instance *instance) {
     const double tolerance = solver_tolerance(&instance->state);
     return METHOD.stability > 0.0 && contacts_slide_in_space(instance) ? IN_SLIPS * tolerance : tolerance;
@@ -103,7 +113,8 @@ static double try_step(Instance *instance, const Companion *with, Step step) {
     return isfinite(error) ? error : HUGE_VAL;
 }
 
-/* Shorter steps do not help there: is this one so short that there is no doubt? */
+/* Did a step fail at a kink that is as short as a SLIVER of the experiment? Shorter steps do not help at a kink; a
+   longer step may seem to pass one. */
 static bool is_at_kink(const Instance *instance, Step step) {
     return instance->failure.kind == FAILURE_KINK && step.length <= SLIVER * experiment_duration(&instance->state);
 }
@@ -127,7 +138,7 @@ static bool count_trial(Instance *instance, int64_t *trials, double *mark) {
     return false;
 }
 
-/* What is behind the step can be accepted: see prepare_interpolation, and Companion. */
+/* May the good trial step be accepted? See prepare_interpolation, and for what goes with the motion Companion. */
 static bool finish_trial(Instance *instance, const Companion *with, Step tried, Step step) {
     return with != NULL ? with->finish(with->of, tried, step)
                         : step.end <= instance->scratch.step_end || prepare_interpolation(instance, tried, step);

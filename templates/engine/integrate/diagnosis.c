@@ -8,10 +8,12 @@
 #include "massless.h"
 #include "scale.h"
 
-/* M is about to become singular if velocities change by so many times their size in a usual solver step. */
+/* In units of |qd| + nominal: an acceleration is sudden if it changes a velocity by more in a default solver step. M is
+   then looked at, which may be about to become singular; usual motions change by a fraction of 1. */
 static const double SUDDEN = 10.0;
 
-/* If a pivot at the start is below this part of the largest one, as for light bodies, small pivots say nothing. */
+/* A part of the largest pivot. Where M has a smaller pivot at the start already, as with light bodies, a small pivot
+   later tells of no singularity. */
 static const double REGULAR = 0.1;
 
 void explain_failure(Instance *instance) {

@@ -13,6 +13,7 @@
 #include "system.h"
 #include "tables.h"
 
+/* Bound of the solutions for the start, each under the sides of kinks that the one before has come to. */
 enum { MOST_START_ROUNDS = 20 };
 
 /* Constraints with kinks are solved under the sides that the given start is on; where the solution is on other ones,

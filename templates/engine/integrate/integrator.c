@@ -17,7 +17,8 @@
 #include "step_size.h"
 #include "watching.h"
 
-static const double FARTHEST = 1000.0;       /* a solver step may pass so many communication steps */
+/* In communication steps: how far a solver step may go beyond the end of the present one. */
+static const double FARTHEST = 1000.0;
 
 /* The time (s) up to which steps may go. It is beyond the end of the communication step only if the same inputs may
    well hold there: they do not if they move, and are not expected to if something was changed before this communication

@@ -12,7 +12,8 @@
 #include "settings.h"
 #include "step_control.h"
 
-static const double WORTHWHILE = 1.25; /* steps pass the communication point only if longer by this factor */
+/* The proposed step over the way to the communication point: a step goes beyond the point only where it is greater. */
+static const double WORTHWHILE = 1.25;
 
 /* The exponent's denominator: the error estimate of a step h is proportional to h to this power. */
 static double error_power(void) {

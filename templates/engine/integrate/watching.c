@@ -10,15 +10,18 @@
 #include "notices.h"
 #include "scale.h"
 
-/* While none is suspected, stiffness is looked for every so many steps; of fixed steps at the beginning of a run, which
-   may be short, every so many. */
+/* Solver steps from one test of stiffness to the next while there is no suspicion. Methods of one step length test
+   EARLY_LOOK at first, because their runs may be short. */
 enum { LOOK = 100, EARLY_LOOK = 10 };
-static const double AT_THE_LIMIT = 0.98;   /* a step of this part of what stability allows is at the limit; the value
-                                              of Hairer and Wanner's codes */
-static const int64_t CONVINCED = 15;       /* so many steps at the limit show stiffness; value of the same codes */
-static const int64_t CLEARED = 6;          /* so many easy steps in a row end the suspicion; value of the same codes */
 
-static const int64_t LONE_MOVES = 3;       /* so many steps that move the position of a motion alone give notice */
+/* As in the codes of Hairer and Wanner: a step of AT_THE_LIMIT times the longest stable one is at the limit; after
+   CONVINCED steps at the limit the equations count as stiff; CLEARED steps in a row below it end the suspicion. */
+static const double AT_THE_LIMIT = 0.98;
+static const int64_t CONVINCED = 15, CLEARED = 6;
+
+/* Communication steps in which the position of a motion moved, and its velocity and acceleration were 0: at this number
+   the importer is told that it seems to set the position alone. */
+static const int64_t LONE_MOVES = 3;
 
 double resolving_step(double frequency) {
     return 0.25 * 3.141592653589793 / frequency;

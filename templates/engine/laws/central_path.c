@@ -11,12 +11,14 @@
 #include "scale.h"
 #include "vector_length.h"
 
+/* Bounds: of all steps, and of steps in turn that do not halve the residual. */
 enum { MOST_PATH_STEPS = 80, MOST_STALLS = 12 };
 
-/* A step goes this part of the way to the first cone that it would leave. */
+/* The part of the way to the boundary of the first cone that a step would leave, at which the step ends. At 1 the
+   scaling of Nesterov and Todd is singular; a smaller part leaves more of the gap after each step. */
 static const double INSIDE = 0.995;
 
-/* Greater solutions for an offset of 1 mean that there is none. */
+/* The greatest |y|, in units of the offset: where it grows beyond, the program has no solution. */
 static const double MOST_PATH_GROWTH = 1e13;
 
 /* W = factor (2 v v' - J) with J = diag(1, -1, -1): W z = W^-1 s. */
@@ -79,7 +81,7 @@ static void scale_by(const ConeScaling *scaling, bool inverse, const double x[],
     scaled[0] = first;
 }
 
-/* The point of the cone's hyperbola between s and z gives the scaling. */
+/* The scaling of Nesterov and Todd: w lies between s and z, scaled to the hyperbola of determinant 1, and W^2 z = s. */
 static void find_scaling(const double s[], const double z[], ConeScaling *scaling) {
     const double of_s = sqrt(fmax(cone_determinant(s), DBL_MIN)), of_z = sqrt(fmax(cone_determinant(z), DBL_MIN));
     double w[3] = {s[0] / of_s + z[0] / of_z, s[1] / of_s - z[1] / of_z, s[2] / of_s - z[2] / of_z};
@@ -107,8 +109,8 @@ static double cone_reach(const double v[], const double dv[]) {
     return part;
 }
 
-/* What y feels of z of the cone at this row: the correction is that the first component is less by the slip along the
-   direction that the slip has now. */
+/* felt = B z for the cone at this row. B is the correction by de Saxce: options.slip times the slip, along its present
+   direction, is taken from the first component. */
 static void correct(const Path *path, int row, const double z[], double felt[]) {
     const double *now = path->z + row, length = vector_length(now + 1, 2);
     memcpy(felt, z, 3 * sizeof(double));

@@ -7,7 +7,8 @@
 
 #include "scale.h"
 
-/* More choices are not tried one by one when another solution is looked for, which happens at each event. */
+/* The most choices that are tried one by one when another solution is looked for, which happens at each event: those of
+   four rows of friction. */
 static const double MOST_OTHERS = 81.0;
 
 /* x of a row of friction is its limit, on this side. */

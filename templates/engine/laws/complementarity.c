@@ -73,9 +73,9 @@ static bool limit_slid(const Elimination *e, bool sliding, Laws *laws) {
     return differ;
 }
 
-/* Where a row breaks loose, rows that have slid up to now may have torn it with the greatest force that they hold at
-   rest. They never exert it if their slip turns round. If all rows that hold can go on to do so beside the friction of
-   these as they slide, x becomes that solution. */
+/* Where a row breaks loose, the reason may be that rows which come to rest here bear their greatest holding force. They
+   never exert this force if their slip only turns round. If all rows that hold can go on to hold while these exert
+   their sliding friction, x becomes that solution. */
 static void spare_holding(const Elimination *e, Laws *laws, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     const size_t bytes = (size_t)laws->size * sizeof(double);
@@ -110,8 +110,8 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
     return any;
 }
 
-/* Rows that stay at rest may share a load. Of all x with the same choice of equations takes the one that laws_try says,
-   if it obeys the laws. */
+/* Rows that stay at rest may share a load in many ways. Of all solutions with the same rows at rest and the same slips,
+   x becomes that of laws_try if it obeys the laws. */
 static void spread(const Laws *laws, double x[]) {
     if (is_lone_contact(laws)) {
         return; /* one row alone bears a unique load */
@@ -242,8 +242,8 @@ static bool take_and_solve(const Problem *problem, const Islands *islands, int w
     return arena_leave(mark, true);
 }
 
-/* w = free + delassus lambda, 0 where it is rounding error: of the terms in the row, or what solving all rows together
-   leaves in a row whose own terms are as small. */
+/* w = free + delassus lambda. An entry becomes 0 where it is no more than rounding: of the terms of its own row, or of
+   the greatest terms of all rows, which were solved together. */
 static bool evaluate_rows(const Problem *problem, const double lambda[], double w[]) {
     const ArenaMark mark = arena_mark(problem->arena);
     const int n = problem->rows;

@@ -12,13 +12,19 @@
 #include "scale.h"
 #include "sweeps.h"
 
-/* Islands of so few rows are solved as laws of located events are, with full matrices. */
-enum { FIRST_SWEEPS = 8, FEW_ROWS = 48 };
+/* Sweeps of the first round; each further round takes twice as many. */
+enum { FIRST_SWEEPS = 8 };
 
-/* So many rounds of sweeps cost less than a path of Coulomb's law, which leads where they do not. */
+/* The most rows of an island that is solved with full matrices, as the laws at located events are. The cost of full
+   matrices grows with the third power of the rows. */
+enum { FEW_ROWS = 48 };
+
+/* The rounds of sweeps before an island of few rows tries a path of Coulomb's law (cones.h). Six rounds cost less than
+   a path; a path leads to solutions that sweeps do not find. */
 enum { ROUNDS_BEFORE_A_PATH = 6 };
 
-/* Where laws have no solution, rows give way by more and more parts of a free motion, but not by much of it. */
+/* Where rigid rows have no solution, each row gives way by a part of the motion that its own force makes. The part
+   grows by the factor YIELD_MORE until there is a solution, and ends below YIELD_MOST: motions would show more. */
 static const double YIELD_MORE = 10.0, YIELD_MOST = 0.05;
 
 typedef struct {

@@ -6,12 +6,13 @@
 
 #include "sparse_rows.h"
 
-/* Solves for lambda[rows] and, unless it is NULL, w[rows], from the lambda given: that of the step before, or zeros.
-   Each island goes on from there if nothing begins to slip; else it rests if there is any way to rest. Where this leads
-   to no solution, rounds of accelerated block Gauss-Seidel sweeps follow, each with twice as many as the one before, of
-   which Newton's method starts again; so many rounds are the most. At last rows may give way by up to a hundredth of
-   what their own force moves, and *problem->yielding is set. False: no solution was found to rounding; lambda is then
-   what sweeps have led to, which obeys the limits of all laws, whatever is left of the equations. */
+/* Solves for lambda[rows] and, unless it is NULL, w[rows]. Newton's method starts from the lambda given: that of the
+   step before, or zeros. If a row begins to slip in its solution, one in which the island rests comes first. Where
+   neither is found, most_rounds rounds follow at most: each takes twice as many accelerated block Gauss-Seidel sweeps
+   as the round before, and Newton's method starts again from where they lead. In islands of few rows each row may at
+   last give way by up to a hundredth of what its own force moves; *problem->yielding is then set. False: no solution
+   was found to rounding. lambda is then where the sweeps have led, which obeys the limits of all laws, and the
+   equations w = free + delassus lambda may be left unsolved. */
 bool complementarity_large(const SparseProblem *problem, int most_rounds, double lambda[], double w[]);
 
 #endif

@@ -12,11 +12,11 @@
 #include "newton.h"
 #include "scale.h"
 
-/* More choices of equations are not tried one by one. */
+/* The most choices of equations that are tried one by one. */
 static const double MOST_CHOICES = 4096.0;
 
-/* Ways of the central path that are tried in turn: contacts that give way more and more, and more and more through the
-   middle of the cones. */
+/* Central paths that are tried in turn. The weight grows by the factor SOFTER, and contacts give way more; with each
+   weight CENTRINGS lead the path more and more through the middle of the cones. */
 static const double SOFTER = 10.0, CENTRINGS[] = {0.0, 0.3, 0.8};
 
 static bool may_rub(const Laws *laws, int k) {
@@ -157,8 +157,9 @@ bool cones_slide(const Laws *laws, double x[]) {
     return arena_leave(mark, solved);
 }
 
-/* Where rows slide, how redundant ones share their load decides on the motion: as rows that give way alike do, which is
-   how the forces of the motion are found. Newton's method takes the last of what they gave way from the solution. */
+/* Where rows slide, their friction depends on how redundant rows share a load, and so does the motion. They share it
+   here as rows do that give way alike, because the forces of the motion are found so, too: DAMPING lets them give way.
+   Newton's method then finishes the solution without it. */
 static bool solve_evenly(const Laws *laws, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     const size_t bytes = (size_t)laws->size * sizeof(double);

@@ -124,8 +124,8 @@ static double drag(const Elimination *e, int row) {
     return -sliding->friction * sliding->value * e->scale[sliding->normal] / e->scale[row];
 }
 
-/* What a row says of the others: w of all rows that are not free for lambda 1 of an active row, with what slides on
-   it. */
+/* column[rows] = w of all rows that are not free, for lambda 1 of an active row and the friction that this makes where
+   rows slide. */
 static void column_of(const Elimination *e, int row, double column[]) {
     memset(column, 0, (size_t)e->problem->rows * sizeof(double));
     add_column(e, row, 1.0, column);
@@ -186,8 +186,8 @@ void set_limit(const Elimination *e, int place, double limit, Laws *laws) {
     laws->slope[place] = tangential ? limit * e->scale[it->normal] / e->scale[row] : 0.0;
 }
 
-/* Rounding errors of a row that the bilateral rows determine must look neither like an influence on it nor like a
-   motion along it. */
+/* Clears the matrix and offset of each row along which the bilateral rows alone determine the motion. What elimination
+   has left there is rounding, and would look like the influence of a force or like a motion. */
 static void clear_determined(const Elimination *e, const double response[], Laws *laws) {
     for (int i = 0; i < e->active; i++) {
         double rest = reduced_entry(e, e->row[i], e->row[i]);

@@ -8,7 +8,7 @@
 #include "scale.h"
 #include "vector_length.h"
 
-/* Of so few contacts all ways to rest are tried. */
+/* Bound of Newton's steps; and the most contacts of which all 2^n - 1 ways to rest are tried. */
 enum { MOST_FEW_STEPS = 12, MOST_RESTING = 4 };
 
 /* --- the laws */
@@ -161,7 +161,7 @@ static void find_w(FewRows *few) {
     }
 }
 
-/* What a row or cone does at x. Returns whether its equations are others than before. */
+/* Chooses the state of a row or cone at x: held, open or sliding. Returns whether its equations change. */
 static bool choose_state(FewRows *few, int k) {
     const int rows = rows_from(few, k), width = few->width[k];
     const FewState before = few->state[k];
@@ -250,7 +250,7 @@ static int factorize_few(FewRows *few, double least, int *which) {
     return small;
 }
 
-/* Forces without any motion, by the factors in which this row is redundant. */
+/* without[size]: forces that move nothing, from the factors in which row `which` is redundant. */
 static void find_without(FewRows *few, int which) {
     double *without = few->without;
     memset(without, 0, sizeof few->without);
@@ -263,7 +263,7 @@ static void find_without(FewRows *few, int which) {
     }
 }
 
-/* The force of a row stays what it is. */
+/* Puts the equation "no change" in place of that of row `which`. */
 static void leave_out(FewRows *few, int which) {
     memset(few->factors[which], 0, sizeof few->factors[which]);
     few->factors[which][which] = 1.0;
@@ -326,7 +326,7 @@ static bool few_met(FewRows *few) {
     return rest <= SOLVED * few->usual + NOISE * size;
 }
 
-/* What all rows do at x. Returns whether their equations are others than before. */
+/* Chooses the states of all rows at x. Returns whether equations change. */
 static bool choose_states(FewRows *few) {
     bool others = false;
     for (int k = 0; k < few->size; k += rows_from(few, k)) {
@@ -412,8 +412,8 @@ static void narrow(double a, double b, double *least, double *most) {
     }
 }
 
-/* Shares the forces of closed contacts in the plane in the middle of all ways that obey their laws; where these have no
-   end, as bodies that are wedged, as far behind their beginning as this is away. */
+/* Shares the forces of closed contacts in the plane: x + t without obeys the laws for t in an interval, and t becomes
+   its middle. Where the interval has one end only, as with bodies that are wedged, t becomes twice that end. */
 static void share_few(FewRows *few) {
     double least = -HUGE_VAL, most = HUGE_VAL;
     for (int k = 0; k < few->size; k++) {
@@ -434,7 +434,7 @@ static void share_few(FewRows *few) {
     }
 }
 
-/* Rest with these contacts closed, a bit each from the second one on. */
+/* Is there a state of rest in which just these contacts are closed? Contact i has the bit i + 1. */
 static bool rest_on(FewRows *few, unsigned closed) {
     int contact = 0;
     few->factored = false;

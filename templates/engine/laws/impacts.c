@@ -7,6 +7,8 @@
 #include "complementarity.h"
 #include "scale.h"
 
+/* Bounds of the rounds: MOST_IMPACT_ROUNDS, and MORE_ROUNDS for each contact; an impact of all contacts without
+   restitution is the last one. Bisections: 60 bring an interval of 1 to rounding. */
 enum { MOST_IMPACT_ROUNDS = 5000, MORE_ROUNDS = 100, IMPACT_BISECTIONS = 60 };
 
 /* An impact that takes place at once. */
@@ -70,9 +72,9 @@ static bool newton(Round *round) {
     return arena_leave(mark, true);
 }
 
-/* Poisson's law with this part of the restitution: after a phase of compression, of which the velocities at its end
-   are 0 or more, the expansion returns at least the restitution's part of each normal impulse. Pfeiffer, Glocker,
-   Multibody Dynamics with Unilateral Contacts, 1996, chapter 8. */
+/* Poisson's law with `part` times each coefficient of restitution: at the end of compression the normal velocities are
+   0 or more; expansion then returns at least part * restitution of the normal impulse of compression. Pfeiffer,
+   Glocker, Multibody Dynamics with Unilateral Contacts, 1996, chapter 8. */
 static bool poisson(Round *round, double part) {
     const ArenaMark mark = arena_mark(round->problem->arena);
     WORK(mark, Row, rows, SIZE_ROWS);
@@ -120,8 +122,8 @@ static bool dissipates(const Round *round) {
     return lost_energy(round, &terms) >= -MET * terms;
 }
 
-/* The greatest part of the restitution with which Poisson's law does not make the energy grow. Without restitution it
-   never does. */
+/* Poisson's law with the greatest part of the restitution that does not make the kinetic energy grow; part 0 never
+   does. */
 static bool reduce(Round *round) {
     double least = 0.0, most = 1.0;
     for (int i = 0; i < IMPACT_BISECTIONS; i++) {
@@ -162,7 +164,8 @@ static void start(const ImpactProblem *problem, Round *round, ImpactResult *resu
     memcpy(round->before, problem->velocities, (size_t)problem->rows * sizeof(double));
 }
 
-/* Velocities of the rows up to these are rest. */
+/* slow[rows]: the velocity along each row up to which the row is at rest. It is MET of the fastest one, each over the
+   square root of its diagonal entry of the Delassus operator, and along a normal no less than contact->slow. */
 static void find_slow(const ImpactProblem *problem, double slow[]) {
     const ArenaMark mark = arena_mark(problem->arena);
     WORK(mark, bool, counts, SIZE_ROWS);

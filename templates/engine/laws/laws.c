@@ -8,7 +8,7 @@
 #include "scale.h"
 #include "vector_length.h"
 
-/* A curvature is taken for no less than this. */
+/* In units of a scaled diagonal entry: the least curvature, so that the steps of redundant rows stay finite. */
 static const double LEAST_CURVATURE = 1e-3;
 
 size_t laws_bytes(size_t size, size_t entries) {
@@ -112,8 +112,8 @@ double laws_terms(const Laws *laws, const double x[], int k) {
     return sum;
 }
 
-/* Coulomb's law, or that of dry friction: x against its greatest magnitude limit, both of width components. Terms of
-   this size are in the row; rounding is what all rows leave in it. */
+/* Are the friction x and the slip w, of width components, within Coulomb's law or that of dry friction, whose greatest
+   force is limit? size is the sum of the terms of the rows, rounding the error that all rows leave in one. */
 static bool friction_obeyed(const double x[], const double w[], int width, double limit, double size,
                             double rounding) {
     const double force = vector_length(x, width), slip = vector_length(w, width);
@@ -135,7 +135,7 @@ double laws_limit(const Laws *laws, const double x[], int k) {
     return laws->base[k] + (normal >= 0 ? laws->slope[k] * fmax(x[normal], 0.0) : 0.0);
 }
 
-/* What solving all rows together leaves in a row of its own. */
+/* The rounding error of a row that is solved together with all others: NOISE of the greatest terms of any row. */
 static double noise(const Laws *laws, const double x[]) {
     double greatest = 0.0;
     for (int k = 0; k < laws->size; k++) {

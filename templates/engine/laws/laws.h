@@ -1,4 +1,5 @@
-/* What is left of a Problem when bilateral, sliding and given rows are eliminated. */
+/* The laws of unilateral rows and of rows of friction: what is left of a Problem (contact_rows.h) when its bilateral,
+   sliding and given rows are eliminated. */
 #ifndef LAWS_H
 #define LAWS_H
 
@@ -30,7 +31,7 @@ typedef struct {
     double *value;
 } Choice;
 
-/* Bytes of laws of this size whose matrix has so many entries, for a reservation. */
+/* Bytes of laws of `size` rows whose matrix has `entries` entries, for a reservation. */
 size_t laws_bytes(size_t size, size_t entries);
 
 /* Laws of the arena for this matrix, with undefined elements. */

@@ -13,13 +13,14 @@
 #include "sweeps.h"
 #include "vector_length.h"
 
-/* Steps for many rows end when MOST_FAILURES in turn have not halved the residual. */
+/* Bounds: of all steps; with many rows, of steps in turn that do not halve the residual, and the sweeps that follow
+   each step there. */
 enum { MOST_NEWTON_STEPS = 40, MOST_FAILURES = 4, SWEEPS_AFTER_A_STEP = 5 };
 
 /* The steps differ in where they lead to from afar; the long ones serve where friction wedges. */
 typedef struct {
     const Laws *laws;
-    double step;    /* so many times the usual proximal step for friction */
+    double step;    /* the proximal step of friction, in units of 1 / curvature */
     double damping; /* of rows that are held */
     StepMatrix equations;
     double *right;   /* [size] of the equations; the next ones [size] */

@@ -14,7 +14,7 @@ typedef struct {
 /* Bytes of such a matrix, for a reservation. */
 size_t sparse_bytes(size_t rows, size_t entries);
 
-/* A matrix of the arena with room for so many entries, none of which is set; start[0] = 0. */
+/* A matrix of the arena with room for `entries` entries, none of which is set; start[0] = 0. */
 Sparse sparse_take(Arena *arena, int rows, int entries);
 
 /* The same with all entries: that of row i and column j is value[i * columns + j], 0 at first. */

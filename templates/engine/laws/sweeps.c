@@ -8,7 +8,7 @@
 #include "scale.h"
 #include "vector_length.h"
 
-/* Greater forces for a free motion of 1 mean that there is no solution. */
+/* In units of the greatest offset: where x is greater, there is no solution. */
 static const double MOST_GROWTH_OF_FORCES = 1e10;
 
 /* The nearest point that the law allows to x - w / curvature, for the rows of a row or cone; returns how many. */

@@ -8,7 +8,7 @@
    belongs to it, obey all limits then. */
 void sweep(const Laws *laws, double x[], double w[]);
 
-/* So many sweeps whose changes of x are taken for gradients of the method of Fletcher and Reeves, and a plain one:
+/* `sweeps` sweeps, whose changes of x are taken for gradients of the method of Fletcher and Reeves, and a plain one:
    Silcowitz-Hansen, Niebe, Erleben, A nonsmooth nonlinear conjugate gradient method for interactive contact force
    problems, Visual Computer 2010. False: there is no memory, as laws->arena tells. */
 bool sweeps_descend(const Laws *laws, int sweeps, double x[]);

@@ -28,8 +28,8 @@ void massless_explain_failure(Instance *instance);
    are up to date. Returns false, with instance->failure, if there is no definite answer. */
 bool massless_settle_seed(Instance *instance, Seed *seed);
 
-/* Says in instance->failure which coordinates without mass do not follow, the first ones of so many, and what is left
-   of their equations: residuals[m]. Returns false. */
+/* Says in instance->failure that the first `size` coordinates without mass do not follow, and what is left of their
+   equations: residuals[m]. Returns false. */
 bool massless_report(Instance *instance, const double residuals[], int size);
 
 #endif

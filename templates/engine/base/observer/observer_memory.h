@@ -80,7 +80,7 @@ typedef struct {
     double noise[N_OBSERVED][N_OBSERVED];    /* a root of the covariance that the process adds */
     double cloud[N_CLOUD][N_OBSERVED];
     double reaches[N_OBSERVED][N_CLOUD];     /* of its points along directions, in standard deviations */
-    int reached;                             /* for so many directions they are known */
+    int reached;                             /* the number of directions along which reaches are known */
     double seen[N_CLOUD][N_MEASURED];
     double rest[N_MEASURED * (N_MEASURED + N_CLOUD)]; /* of what is measured; noise, and what errors do not explain */
     double whole[(N_MEASURED + N_OBSERVED) * WIDEST];

@@ -306,7 +306,7 @@ static Pair cosine_of_reduced(Pair r) {
     return ordered_sum(near.high, near.low + (tail - 0.5 * square.low));
 }
 
-/* The sine of an angle x >= 0, so many quarter turns further on. */
+/* sin(x + turned pi/2) for an angle x >= 0, rad. */
 static double turned_sine(double x, int turned) {
     int quarters;
     const Pair r = reduced_angle(x, &quarters);

@@ -14,6 +14,7 @@ enum {
     SECTIONS = 40 /* of an interval in which a quantity may touch 0 */
 };
 
+/* (3 - sqrt 5)/2: where a golden section divides an interval. */
 static const double GOLDEN = 0.3819660112501051;
 
 static void keep_point(const Run *run, Point *point) {

@@ -16,7 +16,8 @@
    step begins at time 0 for them. */
 enum { TIME_STANDS_STILL = DBL_DIG < 10 && !TIME_DEPENDENT };
 
-/* Equal steps differ by less in their lengths; by more, and the time is too large for this step. */
+/* In units of the step: the most by which rounding of the time may change its length. Where it changes it by more, the
+   time is too large for this step. */
 static const double STEP_ROUNDING = 0.01;
 
 Firmware *firmware_init(void *memory, size_t size) {

@@ -7,8 +7,8 @@
 #include "observed_manifold.h"
 #include "orthogonal.h"
 
-/* to = basis^T from, of so many columns; rows of `to` have this stride. Without constraints the basis is that of the
-   states. */
+/* to = basis^T from, both with `columns` columns; a row of `to` begins `stride` numbers behind the one before. Without
+   constraints the basis is that of the states. */
 static void into_basis(double basis[][N_OBSERVED], double from[][N_OBSERVED], int columns, double to[], int stride) {
     for (int i = 0; i < N_OBSERVED; i++) {
         double *row = to + i * stride;

@@ -10,7 +10,7 @@
 #include "scale.h"
 #include "settings.h"
 
-static const double NODES[4] = {0.0, 0.5, 0.5, 1.0};   /* of the stages; so much of the last slope leads to each */
+static const double NODES[4] = {0.0, 0.5, 0.5, 1.0};   /* of the stages, and the weight of the slope before each */
 static const double WEIGHTS[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
 static const double GAUSS[2] = {0.78867513459481288, 0.21132486540518712}; /* (3 +- sqrt 3)/6: nodes of his rule */
 enum { MOTION_ORDER = 4 };

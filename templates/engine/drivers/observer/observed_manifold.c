@@ -7,6 +7,7 @@
 #include "orthogonal.h"
 #include "scale.h"
 
+/* The first residual among the values of the scratch, and the bound of the Newton steps onto the manifold. */
 enum { FIRST_BOUND = N_STATES + N_MEASURED, MOST_MANIFOLD_ROUNDS = 20 };
 
 /* The slopes of the residuals by the first states, as rows of unit length. lengths[SIZE_BOUND] are what they had. */

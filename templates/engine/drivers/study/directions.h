@@ -43,7 +43,7 @@ typedef struct {
 /* The rates of all directions at a time (s) and states, for S in their seeds. */
 bool directions_evaluate(Variations *variations, double time, const double states[]);
 
-/* S in the seeds, of states from where a projection at a time (s) began, becomes that of those to which it led. */
+/* Takes S in the seeds through a projection at a time (s): from S of the states `from` to that of the states `to`. */
 bool directions_project(Variations *variations, double time, const double from[], const double to[]);
 
 /* S and its slope at the present point become those in the seeds, on the constraints. */
@@ -55,8 +55,8 @@ bool directions_stand(Variations *variations, Instance *instance);
 /* S at the solved start, and the modes that hold there; S jumps at impacts (jumps.c). */
 bool directions_start(Variations *variations);
 
-/* What rounding makes uncertain in a trial step, in nominal states: of a direction much longer than its scale lets
-   expect, as that of a torque of 1 N.m on a toy, this is more than tight tolerances allow. */
+/* The rounding error of a direction in a trial step, in nominal states. Of a direction that is much longer than its
+   scale, as that of a torque of 1 N.m on a toy, it is more than tight tolerances allow. */
 double direction_rounding(const Direction *direction);
 
 /* Passes the event at the present point: S jumps (jumps.c). */

@@ -36,7 +36,7 @@ typedef struct {
     char message[SENTENCE_SIZE]; /* why the last run ended early */
 } Study;
 
-/* A study with start values, for derivatives along so many directions; NULL without memory. */
+/* A study with start values, for derivatives along `directions` directions; NULL without memory. */
 STUDY_EXPORT void *study_new(int directions);
 STUDY_EXPORT void study_free(void *study);
 

@@ -1,8 +1,12 @@
-/* The event functions of contacts and dry frictions. A contact has two. While it is open they are the gap, and 1, or
-   the time that is left to the top of the last rebound of a cascade. While
-   it is closed the first is the force that keeps it closed; the second is the slip velocity along the direction of
-   sliding, or, while it sticks, how much more force friction could bear, or, while it waits for a lever, how much more
-   it may slip. A dry friction has the second one alone. */
+/* The event functions of contacts and dry frictions. Each is positive as long as the mode goes on. A contact has two:
+
+       mode       first                second
+       open       gap                  1; in the last rebound of a cascade the time (s) to its top
+       closed     normal force         slides: slip velocity along its direction
+                                       sticks: margin of the friction cone, holding N - |T|
+                                       waits for a lever: WAITING_SLIP - |slip velocity|
+
+   A dry friction has the second one alone. */
 #include "contact_events.h"
 
 #include <math.h>
@@ -18,7 +22,8 @@
 #include "shared_loads.h"
 #include "system.h"
 
-/* Slips in space are looked at from so many tolerances of the greatest velocity on. */
+/* In units of the tolerance of velocities: a slip in space that is slower may be at rest soon. It keeps the direction
+   of its mode, along which the event function comes down to 0; a faster one may take its own direction. */
 static const double LOOK_AT_SLIPS = 1e3;
 
 /* What the event functions are made of. */
@@ -47,7 +52,7 @@ static double force_of(const ContactPoint *point, int row) {
     return point->unknowns[N_COORDINATES + ROW_PLACES[row]];
 }
 
-/* The length of the force, or of the slip velocity along the directions, of a contact. */
+/* |T|: the magnitude of a contact's friction force. */
 static double friction_of(const ContactPoint *point, int contact) {
     double square = 0.0;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
@@ -56,14 +61,15 @@ static double friction_of(const ContactPoint *point, int contact) {
     return sqrt(square);
 }
 
-/* The margin of a row, but no more than the unknowns tell of it. */
+/* The margin of a row, cut at point->told: greater margins of shared loads are not unique. */
 static double told_of(const ContactPoint *point, int row, double margin) {
     const double scale = point->told < HUGE_VAL ? point->scale[ROW_PLACES[row]] : 0.0;
     return scale > 0.0 ? fmin(margin, point->told * scale) : margin;
 }
 
-/* Impacts that accumulate end at a time, or before it where the force of the contact comes down to 0: the product of
-   both is smooth up to there. */
+/* The event function of a contact that is closed for the rest of accumulating impacts. The rest ends at rest_time, or
+   earlier where the contact's force comes down to 0; the product of the time left and the force is 0 at the first of
+   the two, and smooth up to there. */
 static double rest_of_impacts(const State *state, double time, int contact, double force) {
     const double left = state->rest_time[contact] - time;
     return left <= 0.0 ? left : force <= 0.0 ? force : left * force;
@@ -126,8 +132,9 @@ void contacts_share(Instance *instance, const System *system, double unknowns[])
     arena_release(mark);
 }
 
-/* What holds ends where no loads obey the laws: the functions are those of the loads that are farthest from it, unless
-   those of least norm tell already that nothing ends. */
+/* Chooses the multipliers that the event functions are made of, where redundant rows share loads in many ways. Modes go
+   on as long as any way to share obeys the laws. So the loads of least norm are taken if all their margins are wide,
+   else the loads whose least margin is greatest (loads_centre). */
 static void choose_loads(Instance *instance, double time, const double states[], ContactPoint *point) {
     Scratch *scratch = &instance->scratch;
     find_limits(instance, time, states, point);
@@ -171,8 +178,8 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
     return arena_leave(mark, true);
 }
 
-/* Is a slip in space, which has a direction by itself, slower than errors of the states? The solver would follow the
-   noise of its direction in ever shorter steps. */
+/* Is a slip in space that is not steadied slower than errors of the states? Its direction is then noise, which the
+   solver would follow in ever shorter steps. */
 static bool fades(const Instance *instance, const ElementRows *rows, int contact) {
     const State *state = &instance->state;
     const int first = SLIP_ROWS[contact];
@@ -180,10 +187,11 @@ static bool fades(const Instance *instance, const ElementRows *rows, int contact
            hypot(rows->velocities[first], rows->velocities[first + 1]) <= contact_loose_speed(instance, rows, contact);
 }
 
-/* A slip in space that has turned by 60 degrees from the direction of its mode is measured along its own from there. */
-static const double TURNED_AWAY = 0.5; /* the cosine */
+/* The cosine of 60 degrees. Where the angle between a slip in space and the direction of its mode is greater, the mode
+   takes the direction of the slip. */
+static const double TURNED_AWAY = 0.5;
 
-/* The speed up to which the slip of a contact in space may be at rest soon, m/s or rad/s. */
+/* LOOK_AT_SLIPS tolerances of the greatest velocity, for the slip of a contact in space, m/s or rad/s. */
 static double slow_slip(const State *state, int contact) {
     return LOOK_AT_SLIPS * solver_tolerance(state) * states_pace(state) * EVENT_NOMINALS[N_SWITCHES + 2 * contact + 1];
 }

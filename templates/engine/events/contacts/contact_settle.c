@@ -32,13 +32,13 @@ static bool update_latches(Settling *settling) {
     return changed;
 }
 
-/* Does the contact come to be closed here, or touch by chance? */
+/* Is the gap of the contact due to be 0 here, or 0 by chance? */
 static bool meets(const Settling *settling, int contact) {
     return settling->due[2 * contact] ||
            settling->rows.positions[contact] <= AT_REST * row_size(&settling->rows, contact);
 }
 
-/* Contacts that are closed, that come to be closed here, and those that touch by chance. */
+/* Marks the contacts that are closed and those whose gap is 0 here. */
 static void find_touching(Settling *settling) {
     const State *state = &settling->instance->state;
     for (int i = 0; i < N_UNILATERALS; i++) {
@@ -65,8 +65,8 @@ static bool at_top(const Settling *settling, int contact) {
            (settling->due[2 * contact + 1] || state->time >= state->top_time[contact]);
 }
 
-/* Ends cascades whose time is over, or whose contact bears nothing or comes down before the top. What was left of the
-   time is no rounding of the force, the event function of a contact that rests. */
+/* Ends cascades whose time is over, or whose contact bears nothing or comes down before the top. From here on the event
+   function of a contact at rest is its force alone; the rounding error of its product with the time is forgotten. */
 static void end_cascades(Settling *settling) {
     State *state = &settling->instance->state;
     for (int i = 0; i < N_UNILATERALS; i++) {
@@ -79,7 +79,7 @@ static void end_cascades(Settling *settling) {
     }
 }
 
-/* Is no velocity of the states[N_STATES] farther from the present one than errors of the location make it? */
+/* Do the velocities in states[N_STATES] differ from the present ones by no more than errors of an event's location? */
 static bool changes_little(const Settling *settling, const double states[]) {
     const State *state = &settling->instance->state;
     const double most = LOCATED * states_pace(state);
@@ -90,8 +90,9 @@ static bool changes_little(const Settling *settling, const double states[]) {
     return little;
 }
 
-/* Slips along a line that are due and that friction then holds are at rest: what is left of them is the error of the
-   location, or what an importer's step has gone on beyond the stop. Velocities that were set anew are neither. */
+/* Brings slips along a line to rest that are due and that friction then holds. The velocity left of them is the error
+   of the event's location, or what an importer's step has gained beyond the stop. A greater velocity is neither, for
+   example one that the importer has just set; such a slip turns or goes on. */
 static bool stop_slips(Settling *settling, bool *jumped) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, double, states, N_STATES);
@@ -116,7 +117,7 @@ static bool stop_slips(Settling *settling, bool *jumped) {
     return arena_leave(mark, true);
 }
 
-/* How fast a gap falls in the present modes, m/s^2, where the coordinates have the accelerations qdd[N]. */
+/* The downward acceleration of a contact's gap, m/s^2, for the accelerations qdd[N] of the coordinates. */
 static double fall(const Settling *settling, int contact, const double qdd[]) {
     double change = settling->rows.gamma[contact];
     for (int i = 0; i < N; i++) {
@@ -125,8 +126,8 @@ static double fall(const Settling *settling, int contact, const double qdd[]) {
     return -change;
 }
 
-/* Closes contacts at the top of the last rebound, which is lower than the tolerance; unless others have thrown them
-   higher since. Their height and what is left of their velocity are lost. */
+/* Closes contacts at the top of the last rebound of their cascade, which is lower than the tolerance, unless other
+   contacts have thrown them higher since. The energy of their height and velocity counts as dissipated. */
 static bool close_at_top(Settling *settling, bool *jumped) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, double, unknowns, N_UNKNOWNS);
@@ -177,8 +178,8 @@ bool contacts_undo_drift(Instance *instance, bool *jumped) {
     return arena_leave(mark, settling_move(settling, jumped));
 }
 
-/* An importer's solver ends its steps where bodies are a little inside of each other. They are put back to where they
-   touch, so that no gap is negative after the event. If they cannot all touch, they stay where they are. */
+/* An importer's solver ends its step at an impact with a gap a little below 0. Moves the coordinates so that the gaps
+   that are due are 0 and none is negative after the event. Where not all of them can be 0, nothing is moved. */
 static bool undo_overlap(Settling *settling, bool *jumped) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, double, states, N_STATES);
@@ -213,7 +214,7 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
     return arena_leave(mark, settling_move(settling, jumped));
 }
 
-/* Is no gap negative at the start? Gaps that are closed but for a part of nominal values are. */
+/* Is every gap at the start 0 or more, but for TYPED of its nominal value? */
 static bool starts_apart(Settling *settling) {
     Instance *instance = settling->instance;
     for (int i = 0; i < N_UNILATERALS; i++) {
@@ -225,8 +226,8 @@ static bool starts_apart(Settling *settling) {
     return true;
 }
 
-/* The size of the force along a row: of the terms that it is the sum of, or of one that takes a motion from rest to the
-   least pace in the time of that pace. */
+/* The size of the force along a row: the greater of the terms whose sum it is, and of the force that accelerates from
+   rest to the least pace in the inverse of that pace. */
 static double force_size(const Settling *settling, int row) {
     const int k = ROW_PLACES[row];
     const double own = settling->delassus[k * K + k], pace = states_least_pace(&settling->instance->state);
@@ -237,13 +238,13 @@ static double force_size(const Settling *settling, int row) {
     return own > 0.0 ? terms / own : 1.0;
 }
 
-/* Sets the size of an event function: of the force of a row that holds, else what it is without. While a row holds the
-   size does not fall: where its force comes down to 0, others in equilibrium make its rounding. */
+/* Sets the size of an event function: that of the force where the row holds, else the size `without`. While a row holds
+   its size does not fall: when its force comes down to 0, its rounding error is still that of the greater forces. */
 static void note_size(const Settling *settling, int row, double without, double *size) {
     *size = row_active(&settling->instance->state, row) ? fmax(*size, force_size(settling, row)) : without;
 }
 
-/* Notes the sizes of the event functions, which are other ones in other modes. */
+/* Notes the sizes of the event functions in the modes that have been chosen. */
 static void note_sizes(Settling *settling) {
     State *state = &settling->instance->state;
     const double *nominal = EVENT_NOMINALS + N_SWITCHES;

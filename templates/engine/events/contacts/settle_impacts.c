@@ -9,7 +9,8 @@
 #include "scale.h"
 #include "settling.h"
 
-/* What may be left of a velocity that an impact stops, in units of a velocity that is as good as 0. */
+/* In units of settling_least_speed: the rounding error that the laws of impact leave, where masses differ by orders of
+   magnitude, of a velocity that they bring to rest. */
 static const double LEFT = 100.0;
 
 static bool approaches(const Settling *settling, int contact) {
@@ -30,7 +31,7 @@ static bool something_approaches(const Settling *settling) {
     return found;
 }
 
-/* What the touching contacts bear before the impact. */
+/* loaded[i]: does the closed contact i bear a normal force before the impact? */
 static bool find_loads(const Settling *settling, bool loaded[]) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, double, unknowns, N_UNKNOWNS);
@@ -77,7 +78,7 @@ static int gather_contacts(const Settling *settling, const bool loaded[], Impact
     return count;
 }
 
-/* Velocities += M^-1 G^T impulses. What is left of a velocity by rounding only is 0. */
+/* Velocities += M^-1 G^T impulses. A velocity that is no more than rounding of this sum becomes 0. */
 static void move(Settling *settling, const double impulses[]) {
     double *qd = settling->instance->state.states + N;
     for (int i = 0; i < N; i++) {
@@ -90,8 +91,7 @@ static void move(Settling *settling, const double impulses[]) {
     }
 }
 
-/* Rows that the laws of impact bring to rest are at rest. Where bodies are much lighter than others, what is left of
-   their velocity is more than rounding elsewhere. */
+/* velocity[k] becomes 0 where the laws of impact have found velocities[k] = 0 and the states leave less than LEFT. */
 static void rest(Settling *settling, const double velocities[]) {
     for (int row = 0; row < N_ROWS; row++) {
         const int k = ROW_PLACES[row];
@@ -116,8 +116,9 @@ static void keep_result(Settling *settling, const ImpactResult *result, const in
     }
 }
 
-/* An impact at this point, of which loaded[] take part without an approach; where nothing collides, sliding friction
-   has left no forces. Returns false if there is no solution. */
+/* Performs an impact at this point. Contacts in loaded[] take part though they do not approach. Without a collision it
+   is the impact that stops a slip because sliding friction leaves no forces (Painleve's paradox). Returns false if
+   there is no solution. */
 static bool perform(Settling *settling, const bool loaded[], bool collision, bool *jumped) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, bool, bilateral, K);
@@ -150,7 +151,7 @@ static bool perform(Settling *settling, const bool loaded[], bool collision, boo
     return arena_leave(mark, true);
 }
 
-/* A contact that an impact has lifted flies, whether its own impacts have accumulated before or not. */
+/* Ends the cascade of each contact that an impact has lifted: it flies. */
 static void end_lifted_cascades(Settling *settling) {
     State *state = &settling->instance->state;
     for (int i = 0; i < N_UNILATERALS; i++) {

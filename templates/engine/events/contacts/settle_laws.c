@@ -5,14 +5,14 @@
 
 #include "complementarity.h"
 #include "inputs.h"
-#include "repetition.h"
 #include "scale.h"
 #include "settings.h"
 #include "settling.h"
 
+/* Repetitions for the loads that dry frictions depend on: the most, and the number after which they count as slow. */
 enum { MOST_REPETITIONS = 200, FEW_REPETITIONS = 50 };
 
-/* Does the slip of a row along which no force has a lever have a direction? */
+/* Is the row one along which no force has a lever, and its slip fast enough to have a direction? */
 static bool moves_without_lever(const Settling *settling, int row) {
     const int k = ROW_PLACES[row];
     return settling->determined[k] && fabs(settling->velocity[k]) > 0.5 * WAITING_SLIP;
@@ -96,7 +96,7 @@ static void set_rows(Settling *settling, const double force[], const double capa
     }
 }
 
-/* Has the motion made the slip of a row at rest too fast to wait for a lever? */
+/* Is there a row at rest without a lever whose slip has become too fast to wait for one? */
 static bool any_moves_without_lever(const Settling *settling) {
     bool found = false;
     for (int row = FIRST_SLIP; row < FIRST_LATCH; row++) {
@@ -106,7 +106,31 @@ static bool any_moves_without_lever(const Settling *settling) {
     return found;
 }
 
-/* lambda and w of all rows, with determined[] as it is known. Returns false if there are none. */
+/* The last repetition of laws and loads: the multipliers that it began with, and by how much those found differed. */
+typedef struct {
+    double x[K], rest[K];
+} Repetition;
+
+/* Sets x[K], for which the laws have found the multipliers answer[K], to what the next repetition begins with. That is
+   the answer, or, where repetitions are slow, what the last two of them lead to along a line. *last begins with zeros.
+   D. G. Anderson, Iterative procedures for nonlinear integral equations, Journal of the ACM 12, 1965. */
+static void proceed(Repetition *last, const double answer[], bool slow, double x[]) {
+    double square = 0.0, product = 0.0;
+    for (int k = 0; k < K; k++) {
+        const double rest = answer[k] - x[k], change = rest - last->rest[k];
+        square += change * change;
+        product += change * rest;
+    }
+    const double part = slow && square > 0.0 ? product / square : 0.0;
+    for (int k = 0; k < K; k++) {
+        const double before = last->x[k] + last->rest[k];
+        last->x[k] = x[k];
+        last->rest[k] = answer[k] - x[k];
+        x[k] = answer[k] - part * (answer[k] - before);
+    }
+}
+
+/* Finds lambda and w of all rows, and determined[] unless it is NULL. Returns false if no forces obey the laws. */
 static bool solve_settled_laws(Settling *settling, bool determined[]) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK_ZEROS(mark, double, unknowns, N_UNKNOWNS);
@@ -134,7 +158,7 @@ static bool solve_settled_laws(Settling *settling, bool determined[]) {
             change = fmax(change, fabs(settling->lambda[k] - unknowns[N + k]));
             greatest = fmax(greatest, fabs(settling->lambda[k]));
         }
-        repetition_proceed(last, settling->lambda, i > FEW_REPETITIONS, unknowns + N);
+        proceed(last, settling->lambda, i > FEW_REPETITIONS, unknowns + N);
         if (change <= SOLVED * greatest || N_FRICTIONS == 0) {
             return arena_leave(mark, true);
         }
@@ -142,8 +166,8 @@ static bool solve_settled_laws(Settling *settling, bool determined[]) {
     return arena_leave(mark, false);
 }
 
-/* Is the row of a slip at rest itself 0 to rounding, and does the motion not change that at once? Then no velocities
-   make the mechanism slip, as with a slide that is driven by the sine of its crank, at the dead centre. */
+/* Is the Jacobian of a slip at rest 0 to rounding, and its rate too? Then no velocities make the row slip: a slide that
+   is driven by the sine of its crank is such a row at the dead centre. */
 static bool vanishes(const Settling *settling, int row) {
     const double pace = states_pace(&settling->instance->state);
     const RowLaw law = settling->row[ROW_PLACES[row]].law;

@@ -14,15 +14,17 @@ static bool stays_near(const Settling *settling, int contact) {
     return settling->due[2 * contact] && !contact_closed(&settling->instance->state, contact);
 }
 
-/* Impacts of these contacts, which have just rebounded or stay near, accumulate: what is left of them is lower than the
-   tolerance. They close at the top of this rebound, where they are at rest, and stay so as long as the other impacts
-   would last: from rest to rest the normal impulse is weight times time, and friction takes its part of that. So do
-   contacts that the impact of another one lifts less than is seen, as the edges of a rocking block at last lift each
-   other without end: closed at once they would be pulled back, and friction does not know of a pull. */
+/* Begins the cascade of each contact that has rebounded, or stays near, and will rise less than the tolerance: its
+   impacts accumulate. With the velocity v up and the acceleration -a the top is at v/a and the last of the impacts at
+   2v/(a(1 - e)). The contact closes at the top, where it is at rest, and is held closed until the last impact: from
+   rest to rest the normal impulse is weight times time, and friction takes its part of that.
+   A contact that the impact of another one lifts by less than is seen begins a cascade too, as the edges of a rocking
+   block do, which at last lift each other without end. If it closed at once, a pull would stop it, and friction would
+   not count the pull. */
 static void begin_cascades(Settling *settling) {
     State *state = &settling->instance->state;
-    /* A gap that opens no more than its rounding is not seen to open, and closes at once. In model exchange each impact
-       is found inside by the hysteresis of its indicator: a lift of that height is not seen there. */
+    /* The height up to which a lift is not seen: rounding of the gap, or in model exchange the hysteresis of the
+       indicator, inside of which each impact is found. A contact that rises less closes at once. */
     const double unseen = settling->instance->policy->integrate ? DBL_EPSILON : 2.0 * HYSTERESIS;
     bool struck = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
@@ -60,11 +62,13 @@ void settling_close(Settling *settling, int contact) {
     }
 }
 
-/* A contact that has come to bear nothing opens. Its gap grows with a high power of the time at first, or not at all,
-   as that of a ball which rolls along a wall: slower than what a projection leaves of a gap, and than the errors of an
-   importer's solver, which starts anew here. Its event function begins so far above 0. So does that of a contact which
-   rises no higher than the importer's errors. One that an impact lifts needs no more than what it begins below 0: what
-   it fell beyond that would make each of its accumulating impacts as fast as the one before. */
+/* Opens a contact, and sets how far below 0 its gap may seem to be, *rest, before that is an event.
+   A contact whose force has come down to 0 opens slowly: its gap grows with a high power of the time, or not at all, as
+   that of a ball which rolls along a wall. At first the gap is less than what a projection leaves, and than the errors
+   of an importer's solver, which starts anew here; *rest is that. The same holds for a contact that rises no higher
+   than the importer's errors.
+   A contact that an impact lifts opens at once: *rest is no more than the overlap it starts from. With more it would
+   fall by the rest each time, and each of its accumulating impacts would be as fast as the one before. */
 static void lift_off(Settling *settling, int contact) {
     State *state = &settling->instance->state;
     const bool imported = !settling->instance->policy->integrate;
@@ -79,7 +83,8 @@ static void lift_off(Settling *settling, int contact) {
     contact_open(state, contact);
 }
 
-/* Has the force of a closed contact come down to 0 here? Its friction then comes to its limit together with it. */
+/* Has the force of a closed contact come down to 0 here? Its friction comes to its limit at the same time, so that
+   either of the two events may be the due one. */
 static bool gives_way(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     const bool due = settling->due[2 * contact] || settling->due[2 * contact + 1];
@@ -87,8 +92,8 @@ static bool gives_way(const Settling *settling, int contact) {
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
 
-/* A contact that has just given way does not close again for a force that is rounding, as that of an input which is set
-   at this time. */
+/* Has a contact just opened at this time, so that it stays open although its force is positive by rounding? The force
+   of an input that is set at this time may be so. */
 static bool stays_open(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     const bool given = state->due[N_SWITCHES + 2 * contact] && state->event_time >= state->time;
@@ -96,8 +101,8 @@ static bool stays_open(const Settling *settling, int contact) {
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
 
-/* Where a contact opens or closes, its first event function becomes another one: the gap instead of the force, or the
-   force instead of the gap. What was left of the one is no rounding of the other. */
+/* Opens the contact, or closes it, as the laws say. Its first event function changes then from the force to the gap or
+   back; what rounding has left of the one is forgotten for the other. */
 static void carry_out_contact(Settling *settling, int contact, bool leaves) {
     State *state = &settling->instance->state;
     const int k = ROW_PLACES[contact];

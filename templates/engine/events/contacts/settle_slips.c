@@ -1,5 +1,5 @@
-/* How slips begin, and how those in space come to rest. These have a direction, which errors of the states turn where
-   they are slow. */
+/* How slips begin, and how slips in space come to rest. A slip in space has a direction; where it is slow, errors of
+   the states decide on the direction. */
 #include <math.h>
 
 #include "contacts.h"
@@ -21,8 +21,9 @@ static bool is_slow(const Settling *settling, int contact) {
            settling_slip_speed(settling, contact) <= loose_speed(settling, contact);
 }
 
-/* A slip in space that is due has turned away from the direction that it began with, and may be at rest or not. One
-   that is slow at the event of another contact is so before its own: it would turn within errors of the states. */
+/* Does a slip in space come to rest here? It does if it is slow and due: it has then turned away from the direction of
+   its mode. One that is slow at the event of another contact comes to rest, too, unless it is steadied: its direction
+   would turn within errors of the states. */
 static bool comes_to_rest(const Settling *settling, int contact) {
     const bool steadied = contact_steady(&settling->instance->state, contact) > 0.0;
     return (settling->due[2 * contact + 1] || !steadied) && is_slow(settling, contact);
@@ -50,7 +51,7 @@ bool settling_stop_in_space(Settling *settling, bool *jumped) {
     if (!stops) {
         return true;
     }
-    for (int i = 0; i < N_UNILATERALS; i++) { /* of a body together: none is located more sharply than the one due */
+    for (int i = 0; i < N_UNILATERALS; i++) { /* all that are slow: none is located more sharply than the due one */
         if (is_slow(settling, i)) {
             contact_stick(&settling->instance->state, i);
             settling->due[2 * i + 1] = false;
@@ -59,8 +60,8 @@ bool settling_stop_in_space(Settling *settling, bool *jumped) {
     return settling_move(settling, jumped);
 }
 
-/* Is there friction beyond the rounding of forces? A foot whose load the others bear has none, and rounding tells no
-   direction. */
+/* Is the friction of a contact more than rounding of forces? A foot that bears no load, because others bear it, has no
+   friction, and rounding has no direction. */
 static bool bears_friction(const Settling *settling, int contact) {
     bool found = false;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
@@ -69,8 +70,8 @@ static bool bears_friction(const Settling *settling, int contact) {
     return found;
 }
 
-/* What a row of slip begins to do, its contact being closed. A slip in space that begins does so against the friction,
-   as Coulomb's law says: where w is small the friction tells the direction better. */
+/* The velocity or acceleration along a row with which the slip of a closed contact goes on or begins. A slip in space
+   begins against the friction, as Coulomb's law says; where w is small the friction tells the direction better. */
 static double slip_begins(const Settling *settling, int contact, int row) {
     const int place = ROW_PLACES[row];
     if (settling->row[place].law == ROW_SLIDING) {
@@ -99,9 +100,9 @@ static double slip_deceleration(const Settling *settling, int contact) {
     return settling->friction[contact] * settling->lambda[ROW_PLACES[contact]] * stiffest;
 }
 
-/* The speed up to which friction in space keeps the direction that a slip begins with from rest. Below the errors of
-   the states the slip has none by itself. The slower it is, the stiffer is its friction: by its deceleration over the
-   speed. Steps of fixed length do not follow more than they are short. */
+/* The steadying speed, m/s: up to it friction in space keeps the direction with which a slip begins from rest. It is
+   above the errors of the states, below which a slip has no direction. The rate at which friction turns a slip into its
+   direction is its deceleration over the speed; steps of a fixed length h follow rates up to 1/h. */
 static double steadying_speed(const Settling *settling, int contact) {
     if (!slips_in_space(contact) || settling->row[ROW_PLACES[SLIP_ROWS[contact]]].law == ROW_SLIDING) {
         return 0.0;
@@ -111,7 +112,7 @@ static double steadying_speed(const Settling *settling, int contact) {
     return fmax(STEADIER * loose_speed(settling, contact), step * slip_deceleration(settling, contact));
 }
 
-/* Is the slip steadied, with no reason for another direction, as the impact of another contact may be? */
+/* Does a steadied slip keep its direction? It does unless it is due, or turned back by an impact of another contact. */
 static bool goes_on(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     double slips[2] = {0.0};

@@ -27,7 +27,8 @@ double settling_least_rebound(const Settling *settling, int contact) {
     return fmax(solver_tolerance(&instance->state), located) * row_size(&settling->rows, contact);
 }
 
-/* In a part of the experiment of 1 in so many a force shows that is more than rounding. */
+/* A force is more than rounding if it gives its contact a speed that is not as good as 0, in this fraction of the
+   experiment (1 / SOON) or in a default solver step if that is shorter. */
 static const double SOON = 1000.0;
 
 bool settling_bears(const Settling *settling, int contact, double force) {
@@ -38,7 +39,7 @@ bool settling_bears(const Settling *settling, int contact, double force) {
     return force * settling->delassus[k * K + k] * soon > settling_least_speed(settling, contact);
 }
 
-/* The rows of all constraints: those that modes switch without their masks. */
+/* Gathers Jacobian, gamma and velocities of all constraints. Rows that modes switch count as active ones. */
 static void gather_rows(Settling *settling, const System *system, double gamma[]) {
     memcpy(settling->jacobian, system->constraints.jacobian, sizeof settling->jacobian);
     memcpy(gamma, system->gamma, K * sizeof(double));
@@ -55,7 +56,7 @@ static void gather_rows(Settling *settling, const System *system, double gamma[]
     }
 }
 
-/* The sum of a[i] b[i] up to the end, where a is 0 before the beginning. */
+/* The sum of a[i] b[i] for begin <= i < end. */
 static double dot(const double a[], const double b[], int begin, int end) {
     double sum = 0.0;
     for (int i = begin; i < end; i++) {

@@ -1,4 +1,4 @@
-/* Choosing modes at one point: what is known there, row by row of all constraints. */
+/* Choosing modes at one point: the record of what is known there, and the steps of the choice. */
 #ifndef SETTLING_H
 #define SETTLING_H
 
@@ -6,9 +6,9 @@
 #include "contact_modes.h"
 #include "linear_solve.h"
 
-/* All K = N_CONSTRAINTS constraints, rows that modes switch included, whatever their modes. A touching contact has a
-   gap of 0. due and stopping are by event function: 2 i and 2 i + 1 of contact i, 2 N_UNILATERALS + i of dry friction
-   i. They have one place more, because there may be none. */
+/* All K = N_CONSTRAINTS constraints take part, rows that modes switch included, whatever their modes. A touching
+   contact has a gap of 0. due and stopping are by event function: 2 i and 2 i + 1 of contact i, 2 N_UNILATERALS + i of
+   dry friction i; their last place is unused, because C has no array of length 0. */
 typedef struct {
     Instance *instance;
     bool due[2 * N_UNILATERALS + N_FRICTIONS + 1];      /* as contacts_settle says */
@@ -35,7 +35,7 @@ bool settling_measure(Settling *settling);
 /* No modes were found: sets instance->failure to the reason, which may be that there was no memory; returns false. */
 bool settling_fail(Instance *instance);
 
-/* A velocity along a row that is as good as 0. */
+/* The speed along a row, m/s or rad/s, up to which it is at rest. */
 double settling_least_speed(const Settling *settling, int row);
 
 /* Rebounds of a contact up to this height, in units of its gap, are not followed one by one: the tolerance. In model
@@ -44,8 +44,8 @@ double settling_least_speed(const Settling *settling, int row);
    lower ones would go on without end. */
 double settling_least_rebound(const Settling *settling, int contact);
 
-/* Is this force (N) of a contact more than rounding? Along the normal it would soon give a speed that is not as good as
-   0. */
+/* Is this normal force (N) of a contact more than rounding? One that is would soon move the contact faster than
+   settling_least_speed. */
 bool settling_bears(const Settling *settling, int contact, double force);
 
 /* states[N_STATES] = the present ones, moved onto the rows that the modes hold. Velocities that are rounding errors
@@ -63,8 +63,8 @@ bool settling_move(Settling *settling, bool *jumped);
    changed. Returns false, with instance->failure, as settling_move does. */
 bool settling_stop_in_space(Settling *settling, bool *jumped);
 
-/* The velocity of a row of slip along a line, with its event function. One that is no more than the error of its last
-   location has the direction that it slides in. */
+/* The velocity of a row of slip along a line, m/s or rad/s, whose event function is `function`. A velocity that is no
+   more than the error of its last location gets the sign of the direction of sliding. */
 double settling_slip_located(const Settling *settling, int row, int function);
 
 /* The slip velocity along a row of a contact, in m/s. */
@@ -73,14 +73,15 @@ double settling_slip_velocity(const Settling *settling, int contact, int row);
 /* The speed of the slip of a contact, in m/s. */
 double settling_slip_speed(const Settling *settling, int contact);
 
-/* Closes a contact whose impacts accumulate as it moves. Its velocity vanishes when the states are moved onto the rows;
-   then forces are found once more, because those of the motion before may not keep all contacts of a body closed. */
+/* Closes a contact whose impacts accumulate; it sticks or slides as it moves at present. settling_move then takes its
+   normal velocity away. After that forces have to be found once more: those found for the motion before may not keep
+   all contacts of a body closed. */
 void settling_close(Settling *settling, int contact);
 
-/* direction[slips], of any length: that against which friction acts on a contact which slides. */
+/* direction[slips], of any length: friction on a contact that slides acts against it. */
 void settling_slip_direction(const Settling *settling, int contact, double direction[]);
 
-/* Lets a closed contact with friction slide or stick, as the laws have decided. */
+/* Lets a closed contact slide, stick or wait for a lever, as lambda and w say. */
 void settling_carry_out_slip(Settling *settling, int contact);
 
 /* Impacts: changes velocities until nothing approaches, and latches hold. *jumped is set if velocities changed. */

@@ -55,7 +55,8 @@ static void stick(State *state, int function) {
     }
 }
 
-/* Slides on in the other direction. What the velocity is on the wrong side of 0 is an error of the location. */
+/* Slides on in the other direction. A velocity that still has the sign of the old direction is an error of the event's
+   location. */
 static void turn_slip(Settling *settling, int function, double direction) {
     State *state = &settling->instance->state;
     const double other = -direction, wrong = direction * settling->velocity[ROW_PLACES[row_of_function(function)]];
@@ -75,7 +76,8 @@ static double last_step(const Instance *instance) {
     return instance->policy->integrate ? 0.0 : state->time > ends[0] ? state->time - ends[0] : ends[0] - ends[1];
 }
 
-/* Could friction have made the speed of this row in the last step? It turns to the other side of its limits. */
+/* Could friction have made the speed of this row in the last step, when it turned from one of its limits to the
+   other? */
 static bool within_step(const Settling *settling, int k) {
     const Row *row = &settling->row[k];
     const double limit = row->law == ROW_TANGENTIAL ? row->holding * settling->lambda[row->normal] : row->holding;

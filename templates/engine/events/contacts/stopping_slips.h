@@ -11,19 +11,19 @@ typedef struct {
     bool within_step; /* friction could have made all their speed in the last step of an importer's solver */
 } StoppingSlips;
 
-/* Notes those that are due, in settling->stopping too; they are no longer due. Returns whether there are any. */
+/* Moves the slips along a line that are due from settling->due to settling->stopping, and notes their directions.
+   Returns whether there are any. */
 bool slips_find(Settling *settling, StoppingSlips *slips);
 
-/* Forgets those that slide in the direction that each had: a contact that has closed at this event has given them other
+/* Takes out the slips that move in their old directions: a contact that has closed at this event has given them other
    velocities than those with which they were due. */
 void slips_forget_moving(Settling *settling, StoppingSlips *slips);
 
-/* Those that forces hold from now on stick, by the laws at the measured point. The others pass through 0, as the slip
-   of a slider does at the dead centre of its crank, where its velocities do not make it slip: they slide in the other
-   direction. */
+/* Lets the slips stick that friction holds by the laws at the measured point. The others pass through 0 and slide in
+   the other direction, as a slider does at the dead centre of its crank, where no velocity makes it slip. */
 void slips_stop(Settling *settling, StoppingSlips *slips);
 
-/* Those that stuck by slips_stop slide on in the other direction instead. */
+/* Lets the slips that slips_stop made stick slide on in the other direction instead. */
 void slips_pass(Settling *settling, const StoppingSlips *slips);
 
 #endif

@@ -8,7 +8,8 @@
 #include "scale.h"
 #include "settings.h"
 
-enum { MANY_EVENTS = 20 }; /* of model exchange, one soon after another */
+/* The events of model exchange, one soon after another, after which pushing back from both sides is looked for. */
+enum { MANY_EVENTS = 20 };
 
 bool events_push_back(Instance *instance, int k, bool *pushed) {
     const ArenaMark mark = arena_mark(instance->arena);

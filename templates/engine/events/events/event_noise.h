@@ -1,4 +1,4 @@
-/* How near 0 an event function is 0. */
+/* The sizes of event functions, and up to which value they count as 0. */
 #ifndef EVENT_NOISE_H
 #define EVENT_NOISE_H
 
@@ -11,8 +11,8 @@ double events_size(const Instance *instance, int k);
    event. */
 double events_noise(const Instance *instance, int k);
 
-/* The event that is pending is passed: what is left of its functions counts as 0 from now on. A trial step given up
-   leaves the rests as they are. */
+/* To be called when the pending event is passed: what is left of its functions counts as 0 from now on. The rests of an
+   event in a trial step that is given up are never taken. */
 void events_take_rests(State *state);
 
 #endif

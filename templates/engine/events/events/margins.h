@@ -14,9 +14,9 @@ bool margins_evaluate(Instance *instance, double time, const double states[], do
 /* Turns the switch k. */
 void margins_turn(Instance *instance, int k);
 
-/* *rise is by how much the margin k is more than `from` on its side a little later under the present modes, as the
-   accelerations at the present point say: at the first glance that tells it from rounding, or else at the last one,
-   because margins that turn often, as sin(1/t), have other roots nearby. */
+/* *rise: how much more than `from` the margin k is on its side a little later, under the present modes and by the
+   accelerations at the present point. Of later and later times the first is taken at which *rise is more than rounding,
+   or else the last: margins that turn often, as sin(1/t), have other roots nearby. */
 bool margins_rise(Instance *instance, int k, double from, double *rise);
 
 #endif

@@ -10,6 +10,7 @@
 #include "scale.h"
 #include "settings.h"
 
+/* Bound of the rounds in which switches, impacts and modes of contacts settle at one event. */
 enum { MOST_SWITCH_ROUNDS = 100 };
 
 /* Chooses the side of a switch whose margin is 0: the side to which the motion goes if the switch is on this side. */
@@ -86,8 +87,8 @@ static bool settle_switches(Instance *instance, const bool due[], bool *turned) 
     return arena_leave(mark, true);
 }
 
-/* Notes by how much event functions are below 0 although their modes hold, which is rounding: in a gap that opens, for
-   one. */
+/* Notes how far event functions are below 0 although their modes hold, as a gap is that opens: that is rounding, and
+   counts as 0. */
 static bool note_rests(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, values, SIZE_EVENTS);
@@ -104,7 +105,7 @@ static bool note_rests(Instance *instance) {
     return arena_leave(mark, true);
 }
 
-/* Turns switches as settle_switches does. Contacts open whose gaps jump up with them; at the start all are open. */
+/* Turns switches by settle_switches, and opens contacts whose gaps jump up with them; at the start all are open. */
 static bool settle_rows(Instance *instance, const bool due[], bool *turned) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, gaps, SIZE_UNILATERALS);

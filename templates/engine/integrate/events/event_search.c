@@ -13,24 +13,26 @@
 #include "step_size.h"
 #include "timed_switches.h"
 
-/* A function that keeps this part of its greatest value at the nodes is far from 0 between them, too: the sum of
-   Lagrange's polynomials is less than 2.1. */
+/* A function that keeps half of its greatest value at all nodes is positive between them, too: its values at the nodes
+   are within 0.25 of 0.75 in units of the greatest one, and the polynomial is within 2.1 * 0.25, because the sum
+   of the magnitudes of Lagrange's polynomials is less than 2.1. */
 static const double FAR = 0.5;
 
-/* The first part of a step has so many roundings of time at least, so that one of them is a thousandth of it. */
+/* In units of rounding of the time: the least length of the first part of a step. One rounding is then a thousandth of
+   the part, and event functions show in it. */
 static const double FINEST = 1024.0;
 
 /* The shortest part of a step in which event functions are taken for polynomials. */
 static const double SHORTEST_PART = 1.0 / 64.0;
 
-/* The greatest part of what is searched at once by which a root on the interpolant is wrong. */
+/* The greatest error of a root on the interpolant, in units of the width of the part of the step that shows it. */
 static const double WRONG = 0.125;
 
 /* A part is longer than the one before it by this factor at most. */
 static const double GROWTH_OF_SEARCH = 4.0;
 
-/* In units of rounding: the margin of a switch that is greater has to be resolved in the shortest parts of a step. A
-   step in which it turns more often than they tell is repeated with another length. */
+/* In units of its noise (event_noise.h): a margin of a switch that is greater has to be resolved by the nodes of the
+   shortest parts of a step. If it turns more often than they show, the step is repeated with another length. */
 static const double CLEAR = 1e3;
 
 /* Sets values[k][i] to the event functions k at the node i of a part of the step in state->dense. With cubic,
@@ -110,7 +112,7 @@ static bool all_above(const double numbers[], int count, double level) {
     return above;
 }
 
-/* Does the function mean nothing in the present mode? */
+/* Is the function 1 at all nodes, as one is that has no meaning in the present mode? */
 static bool is_one(const double values[]) {
     bool one = true;
     for (int i = 0; i < ROOT_NODES && one; i++) {

@@ -12,11 +12,11 @@ typedef struct {
     int first;                  /* the function that comes down first, -1 if there is none */
     double slope;               /* its slope there by theta */
     double start;               /* its value where the step begins */
-    double earliest, latest;    /* theta between which the root lies in truth: the interpolant is wrong by less */
+    double earliest, latest;    /* theta between which the true root lies, errors of the interpolant included */
 } Descents;
 
-/* Are all event functions so far from 0 on Hermite's cubic of the step that a better interpolant makes no difference?
-   Most steps end with this question. start[N_EVENTS] are the functions at the beginning of the step. Returns false,
+/* *far: all event functions are far from 0 on Hermite's cubic of the step, so that no better interpolant has a root.
+   Most steps need no further search. start[N_EVENTS] are the functions at the beginning of the step. Returns false,
    with instance->failure, if an evaluation fails. */
 bool far_from_events(Instance *instance, Step step, const double start[], bool *far);
 

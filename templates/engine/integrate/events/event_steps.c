@@ -16,13 +16,17 @@
 #include "scale.h"
 #include "step_size.h"
 
+/* Bounds: of secant steps to a root; of events at one time, beside two for each event function, from half of which on
+   they count as a repetition; and of events in a communication step. Beyond the last two the run fails. */
 enum { MOST_CORRECTIONS = 8, MOST_EVENTS_AT_ONCE = 20, MOST_EVENTS_IN_A_STEP = 1000000 };
 
-/* Two events that come one after another by chance say little about the next one. */
+/* The part of the time between two events that is expected at least until the next one. Two events that come one soon
+   after another by chance say little about the next one. */
 static const double LEAST_FALL = 0.25;
 
-/* A function has a pole, not a root, where it seems to be 0 and still has more than this part of its size. Near a root
-   a step leaves less by orders of magnitude, near a pole more. */
+/* A part of the size of an event function. Where the function seems to come down to 0 and has more than this left at
+   the end of the repeated step, it has a pole, not a root. Near a root a step leaves less by orders of magnitude, near
+   a pole more. */
 static const double POLE = 1e-3;
 
 /* A step of fixed length is cut to CUT of it while its interpolant shows a root before EARLY of it, too early to be

@@ -13,15 +13,18 @@
 #include "step_size.h"
 #include "timed_bounds.h"
 
+/* Bounds: of the parts that one search looks at, which tells how far it has come if there are more; and of bisections,
+   which end before it where no number is left between both ends. */
 enum { MOST_PARTS = 20000, MOST_BISECTIONS = 200 };
 
 /* A part is longer than the one before it by this factor at most. */
 static const double GROWTH_OF_PARTS = 2.0;
 
-/* Units of rounding of the time; parts so short are not halved. */
+/* In units of rounding of the time: the length up to which a part is not halved any more. */
 static const double SHORTEST = 4.0;
 
-/* So many default experiments are looked ahead if the importer has not told when it stops. */
+/* In default experiments: how far ahead a switch of the time is looked for if the importer has not told when it
+   stops. */
 static const double FARTHEST_LOOK = 1000.0;
 
 /* What is known of a part of the time. */

@@ -37,7 +37,8 @@ static void find_drift(const Instance *instance, double time, const double state
     arena_release(mark);
 }
 
-/* What is remembered of a step is used for so many times as long as drift takes to be damped. */
+/* In units of 1 / STABILISATION, the time (s) in which drift is damped: how long after a step that an importer reported
+   the Taylor series from there stands for the accelerations. */
 static const double STALE = 10.0;
 
 /* The accelerations to go on with where a constraint is about to be lost: those at the last accepted step, so that the

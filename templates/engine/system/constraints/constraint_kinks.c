@@ -6,8 +6,11 @@
 #include "constraint_residuals.h"
 #include "constraints.h"
 
-enum { HALVINGS = 40 };   /* a smooth change ends below the bar, mostly after some ten */
-enum { UNSTABLE = 1000 }; /* a step that makes speeds so many times greater goes anywhere, and tells nothing of kinks */
+/* Bound of the halvings: a smooth change is below the bar after some ten in most cases. */
+enum { HALVINGS = 40 };
+
+/* The growth of speeds in a step from which on the step is unstable: where it ends tells nothing of kinks. */
+enum { UNSTABLE = 1000 };
 
 /* A line between the positions of two states[2n]. */
 typedef struct {

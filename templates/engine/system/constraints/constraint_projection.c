@@ -7,6 +7,7 @@
 #include "scale.h"
 #include "system.h"
 
+/* Bound of the Newton steps of a projection; what is left after the last one may be acceptable. */
 enum { MOST_PROJECTIONS = 12 };
 
 double constraints_drift(const Instance *instance, double time, const double states[], const double inputs[]) {

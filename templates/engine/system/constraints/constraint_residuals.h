@@ -21,8 +21,8 @@ int rows_of(Level level);
 void residuals_evaluate(const Instance *instance, double time, const double states[], const double inputs[],
                         Values *values);
 
-/* What residuals are measured by, beside the nominal values: 1 of positions, of velocities the greatest one in nominal
-   values (1/s), at least 1/s. An iteration keeps that of its beginning: what it brings to rest has no velocity left. */
+/* The unit of residuals in nominal values: 1 for positions; for velocities the greatest velocity in nominal values
+   (1/s), at least 1/s. An iteration keeps the unit of its beginning, because what it brings to rest is no measure. */
 double residual_unit(Level level, const double states[]);
 
 /* The greatest relative residual; infinite for one that is not finite. Rows that are held count less: relative to what

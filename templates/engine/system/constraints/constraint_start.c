@@ -10,9 +10,11 @@
 #include "scale.h"
 #include "system.h"
 
+/* Bounds: of Newton steps, and of halvings of one step along which the residual has to fall. */
 enum { MOST_START_ITERATIONS = 60, MOST_HALVINGS = 12 };
 
-static const double AWAY = 0.1;       /* nominal displacements from a singular position, where it is left behind */
+/* In nominal displacements: the distance from a singular position at which it is left behind. */
+static const double AWAY = 0.1;
 
 /* The greatest relative residual at these states. */
 static double size_at(const Values *values, Level level, const double states[]) {

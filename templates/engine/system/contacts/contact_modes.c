@@ -24,8 +24,8 @@ bool contacts_hold(const Instance *instance) {
    0. Ten times more would show where a tolerance is 1e-10; less is rounding of speeds of 1e4. */
 static const double LEAST_BIAS = 1e-12;
 
-/* Where an element begins to stick or to slide, its event function becomes another one: what friction could bear
-   beyond, in N, instead of the slip, in m/s. What was left of the one is no rounding of the other. */
+/* Sets the mode of an element. Where it begins to stick or to slide, its event function becomes another one: the margin
+   of its friction, in N, instead of its slip, in m/s. What rounding has left of the one is forgotten for the other. */
 static void take_mode(State *state, int element, int64_t mode, int function) {
     if ((state->modes[element] == MODE_STICKS) != (mode == MODE_STICKS)) {
         state->event_rests[N_SWITCHES + function] = 0.0;
@@ -34,11 +34,11 @@ static void take_mode(State *state, int element, int64_t mode, int function) {
     state->modes[element] = mode;
 }
 
-/* A slip that is steadied has a direction by itself beyond so many times the steadying speed, and has turned back
-   beyond this part of it. */
+/* In units of the steadying speed: a slip that is steadied has a direction by itself when it is faster than BY_ITSELF,
+   and has turned back when it moves against its direction faster than TURNED_BACK. */
 static const double BY_ITSELF = 3.0, TURNED_BACK = 0.05;
 
-/* The vector w is scaled to this length; NULL stands for 0. */
+/* Sets the mode of a contact, and its direction to the vector w scaled to `length`; w NULL stands for 0. */
 static void set_contact(State *state, int contact, int64_t mode, const double w[], double length) {
     const int count = contact_slips(contact);
     double speed = 0.0;

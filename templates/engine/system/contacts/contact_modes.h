@@ -25,7 +25,7 @@ double contact_steady(const State *state, int contact);
    enough to have a direction by itself. That one may turn back by as much as errors of the states. */
 double contact_slip_margin(const State *state, int contact, const double slips[]);
 
-/* A slip in space that begins is steadied up to so many times the speed with which it may come to rest. */
+/* The steadying speed of a slip in space that begins, in units of contact_loose_speed, at which it may come to rest. */
 extern const double STEADIER;
 
 /* The speed, m/s, up to which errors of the states decide on the direction of a slip in space. */

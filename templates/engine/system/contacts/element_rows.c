@@ -5,8 +5,8 @@
 #include "scale.h"
 #include "settings.h"
 
-/* The least pace is 1/s where that takes the coordinates on by at least and at most so many nominal values in the
-   experiment, as it does in one of 0.1 s to 100 s. */
+/* In nominal values of the coordinates: how far the least pace takes them in the experiment, at least and at most. The
+   least pace is 1/s in experiments of 0.1 s to 100 s, and one of these over the duration in shorter and longer ones. */
 static const double LEAST_WAY = 0.1, GREATEST_WAY = 100.0;
 
 void rows_evaluate(const Instance *instance, double time, const double states[], const double inputs[],

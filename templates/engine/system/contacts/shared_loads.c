@@ -12,8 +12,8 @@
 
 enum { MOST_MARGINS = SIZE_UNILATERALS + SIZE_FRICTIONS };
 
-/* Margins of this part of the greatest load are no matter of sharing. What bars them has more than this part of the
-   greatest force that does. */
+/* A part: of the greatest load, beyond which a margin is wide enough and sharing raises it no further; and of the
+   greatest force with which a margin bars the level from rising, below which a margin does not bar it. */
 static const double NO_MATTER = 0.01;
 
 typedef struct {
@@ -48,7 +48,7 @@ static void project_row(const Shares *p, int row, double unfelt[]) {
     arena_release(mark);
 }
 
-/* So many doubles; NULL where there is no memory. */
+/* Memory of `count` doubles; NULL: there is none. */
 static double *take_shares(const Shares *p, size_t count) {
     Arena *arena = p->sharing->arena;
     const bool fits = arena_reserve(arena, arena_bytes(count, sizeof(double)));
@@ -199,7 +199,7 @@ static void put_margin(const Shares *p, const Margin *margin, ConeProgram *progr
     program->cones++;
 }
 
-/* The program of the loads' weights and of so many further unknowns, with the cones of all margins and room for one
+/* The program whose unknowns are the loads' weights and `further` more, with the cones of all margins and room for one
    more. False: there is no memory. */
 static bool take_shares_program(const Shares *p, const Margin margin[], int count, int further, ConeProgram *program) {
     Arena *arena = p->sharing->arena;
@@ -241,7 +241,7 @@ static double least_margin(const Shares *p, const Margin margin[], int count) {
     return least;
 }
 
-/* Adds the loads of so many weights x[loads] to the multipliers. */
+/* Adds all loads, with the weights x[loads], to the multipliers. */
 static void add_loads(Shares *p, const double x[]) {
     for (int j = 0; j < p->loads; j++) {
         for (int k = 0; k < K; k++) {
@@ -250,7 +250,8 @@ static void add_loads(Shares *p, const double x[]) {
     }
 }
 
-/* Gives up the loads that change this sum of the parts of a margin: a reflection makes that the last one alone. */
+/* Keeps the sum of part[i] times the parts of a margin: a reflection of the loads leaves one alone, the last, that
+   changes this sum, and that load is given up. */
 static void hold_part(Shares *p, const Margin *margin, const double part[]) {
     const ArenaMark mark = arena_mark(p->sharing->arena);
     WORK(mark, double, normal, K + 1);
@@ -278,8 +279,8 @@ static void hold_part(Shares *p, const Margin *margin, const double part[]) {
     arena_release(mark);
 }
 
-/* Holds the margins that bar the level from rising, by their forces[3 * count] at the end of the program. Where it is
-   not the tip of their cones, there may be others along the edge. */
+/* Holds the margins that bar the level from rising, by their forces[3 * count] at the end of the program. From then on
+   loads change only along the edge of the cone of such a margin, and not at all where it is at the tip. */
 static void hold_margins(Shares *p, Margin margin[], int count, double level, const double forces[]) {
     double greatest = 0.0;
     for (int c = 0; c < count; c++) {

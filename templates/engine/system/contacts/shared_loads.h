@@ -1,5 +1,5 @@
-/* Contacts that touch or stick more firmly than the motion needs share their load in many ways. Which one is shown, and
-   when no way is left that obeys the laws. */
+/* Contacts whose rows are redundant share their load in many ways that give the same motion. Chooses the way that is
+   shown, and tells when no way is left that obeys the laws. */
 #ifndef SHARED_LOADS_H
 #define SHARED_LOADS_H
 
@@ -15,18 +15,18 @@ typedef struct {
     const double *holding, *capacity;
 } Sharing;
 
-/* Of all multipliers[m] with the forces G^T multipliers of the given ones those of least norm whose margins are not
-   negative. Nothing is changed where there are none, and where a contact slides whose friction would change. */
+/* multipliers[m] become, of all with the same forces G^T multipliers, those of least norm whose margins are not
+   negative. They stay where there are none, and where a contact slides whose friction would change. */
 void loads_obey(const Sharing *sharing, double multipliers[]);
 
-/* Of the same multipliers[m] those whose least margin is greatest; it is negative where none obey the laws. Of these
-   those whose least margin is greatest among the rows that may have a greater one, and so on: such margins are unique,
-   and move steadily with time. Returns the margin, in units of the scaled rows, beyond which they are not looked for.
-   HUGE_VAL where nothing is shared. Source: Schmeidler, The nucleolus of a characteristic function game, SIAM J. Appl.
-   Math. 17, 1969. */
+/* multipliers[m] become, of all with the same forces, those whose least margin is greatest; it is negative where none
+   obey the laws. Where several have the same least margin, the next one is made greatest, and so on: such margins are
+   unique, and move steadily with time. Returns the margin, in units of the scaled rows, beyond which none is made
+   greater; HUGE_VAL where nothing is shared. Source: Schmeidler, The nucleolus of a characteristic function game, SIAM
+   J. Appl. Math. 17, 1969. */
 double loads_centre(const Sharing *sharing, double multipliers[]);
 
-/* Of the same multipliers[m] those of least norm. Returns whether their margins are far from 0. */
+/* multipliers[m] become, of all with the same forces, those of least norm. Returns whether all margins are wide. */
 bool loads_least(const Sharing *sharing, double multipliers[]);
 
 #endif

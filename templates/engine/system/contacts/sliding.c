@@ -8,6 +8,7 @@
 #include "scale.h"
 #include "sliding_rows.h"
 
+/* Bound of the Newton steps; one is exact where friction is linear in the loads. */
 enum { MOST_CORRECTIONS_OF_SLIDING = 40 };
 
 bool contacts_sliding(const Instance *instance) {

@@ -9,6 +9,7 @@
 #include "lu.h"
 #include "scale.h"
 
+/* Bounds: of Newton steps, and of lengths of one step that are tried, each half of the one before. */
 enum { MOST_MASSLESS_ITERATIONS = 50, MOST_LENGTHS = 13 };
 
 static const double REST[N_MASSLESS] = {0.0};

@@ -35,7 +35,7 @@ typedef struct {
     Tangent *tangent;
 } Columns;
 
-/* Sets the results of so many knowns, whose seeds these are. */
+/* results[count]: the weighted derivative along each of the knowns whose places in the seed are seeds[count]. */
 static bool columns_weighted(const Columns *columns, double seeds[], double results[], int count) {
     const Tangent *weights = columns->weights, *tangent = columns->tangent;
     for (int i = 0; i < count; i++) {

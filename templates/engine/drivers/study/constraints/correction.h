@@ -30,8 +30,8 @@ static inline bool correction_keeps(Level level) {
 bool correction_find(Instance *instance, double time, const double inputs[], const double from[], const double to[],
                      Level level, Correction *correction);
 
-/* How often the system is solved for an answer. Each solution leaves what G changes from where W is to the result,
-   times the one before: three leave the fourth order in L. */
+/* How often the system is solved for an answer. Each solution multiplies the error by the change of G from where W is
+   to the result, which is of the order of L: three leave the fourth order in L. */
 static inline int correction_solutions(const Correction *correction) {
     return correction->moved ? 3 : 1;
 }

@@ -24,13 +24,20 @@
 #include "solver_steps.h"
 #include "step_size.h"
 
-static const double WIDTH = 1e-4;     /* the width of differences, relative to the size of what is moved */
-static const double NARROWEST = 5e-7; /* where an event is another one at WIDTH beside it, as a slow impact is, widths
-                                         down to this one are tried: far from where gaps count as closed, and rounding
-                                         leaves 9 digits */
-static const double DIFFERENT = 1e-5; /* two derivatives by differences of this width differ if they do so by this part;
-                                         where modes hold they agree to the square of the width */
-static const double ROUGH = 1e-3;     /* a motion is not smooth if differences of two widths are apart by this part */
+/* The width of differences, relative to the size of what is moved. */
+static const double WIDTH = 1e-4;
+
+/* The least width. Where the event is another one at WIDTH beside the motion, as a slow impact may be, ever smaller
+   widths are tried. This one is still far above the size of a gap that counts as closed, and rounding leaves 9 digits
+   of the difference. */
+static const double NARROWEST = 5e-7;
+
+/* Relative: two derivatives by differences of WIDTH that are farther apart differ. Where modes hold they agree to the
+   square of WIDTH. */
+static const double DIFFERENT = 1e-5;
+
+/* Relative: where differences of two widths are farther apart, what is looked at is not smooth. */
+static const double ROUGH = 1e-3;
 
 /* A way to move away from the point before an event. */
 typedef struct {
@@ -50,7 +57,7 @@ static bool no_jump(Variations *variations, int k, const char *reason) {
     return false;
 }
 
-/* The length along a way that moves something by a small part of its size; 0 if the way leads nowhere. */
+/* The length along a way that moves what it moves most by way->width of its size; 0 if the way leads nowhere. */
 static double width_of(const Instance *instance, const Way *way) {
     const State *state = &instance->state;
     double size = fabs(way->time) / experiment_duration(state);
@@ -67,7 +74,7 @@ static double width_of(const Instance *instance, const Way *way) {
     return size * way->scale > MET ? way->width / size : 0.0;
 }
 
-/* The probe becomes the instance before the event, moved by so much along a way. */
+/* The probe becomes the instance before the event, moved along a way by the length `by`. */
 static void move_probe(Variations *variations, const Way *way, double by) {
     Instance *probe = &variations->probe;
     State *state = &probe->state;
@@ -85,14 +92,14 @@ static void move_probe(Variations *variations, const Way *way, double by) {
     instance_forget_cache(probe);
 }
 
-/* values[N_EVENTS] of the event functions beside the motion. */
+/* values[N_EVENTS]: the event functions beside the motion, at the length `by` along a way. */
 static bool look_along(Variations *variations, const Way *way, double by, double values[]) {
     move_probe(variations, way, by);
     const State *state = &variations->probe.state;
     return events_evaluate(&variations->probe, state->time, state->states, values);
 }
 
-/* The same event a little beside the motion, result[N_JUMPING]; false where it is another one. */
+/* result[N_JUMPING]: what the event leads to at the length `by` along a way. False: other modes follow there. */
 static bool pass_beside(Variations *variations, const Way *way, double by, double result[]) {
     const State *after = &variations->study.instance.state, *state = &variations->probe.state;
     move_probe(variations, way, by);
@@ -107,7 +114,8 @@ static bool pass_beside(Variations *variations, const Way *way, double by, doubl
 
 typedef bool (*Looked)(Variations *variations, const Way *way, double by, double values[]);
 
-/* slopes[count] of what is looked at along a way, and how far the differences of two widths are apart. */
+/* slopes[count]: the derivatives along a way of what `looked` sees, by central differences of two widths and one step
+   of Richardson's extrapolation; apart[count]: by how much the two differ. */
 static bool differentiate(Variations *variations, const Way *way, Looked looked, int count, double slopes[],
                           double apart[]) {
     const ArenaMark mark = arena_mark(variations->study.instance.arena);
@@ -132,7 +140,7 @@ static bool differentiate(Variations *variations, const Way *way, Looked looked,
     return arena_leave(mark, true);
 }
 
-/* Are the differences of what jumps along a way those of a smooth function? Both in nominal values. */
+/* Is what jumps a smooth function along a way? Its differences of two widths then agree, in nominal values. */
 static bool smooth(const Variations *variations, const Way *way, const double slopes[], const double apart[]) {
     const State *state = &variations->before.state;
     const double part = width_of(&variations->before, way) / way->width;
@@ -145,7 +153,8 @@ static bool smooth(const Variations *variations, const Way *way, const double sl
     return furthest <= ROUGH * greatest;
 }
 
-/* By how much the event moves along each direction: all functions that are due have to agree. */
+/* Sets the shift dtau (s) of the event for each direction. If several event functions are due, all have to come down at
+   the same shifted time, else there is no derivative. */
 static bool find_shifts(Variations *variations) {
     const ArenaMark mark = arena_mark(variations->study.instance.arena);
     WORK(mark, double, falls, SIZE_EVENTS);
@@ -187,8 +196,8 @@ static bool find_shifts(Variations *variations) {
     return arena_leave(mark, true);
 }
 
-/* Do states go on where they were, while forces may jump? Modes then may be decided otherwise beside the motion, as
-   that of a contact whose force has come down to 0, which makes no difference. What modes newly remember does. */
+/* Do the states go on without a jump, and do the modes remember no new place? Then it makes no difference if modes are
+   decided otherwise beside the motion, as that of a contact whose force has come down to 0. */
 static bool continuous(const Variations *variations) {
     const State *before = &variations->before.state, *after = &variations->study.instance.state;
     bool still = true;
@@ -203,7 +212,8 @@ static bool continuous(const Variations *variations) {
     return still;
 }
 
-/* S after the event into the seed of one direction, with what modes remember. */
+/* Sets the seed of one direction to S after the event, and to the derivatives of the places that latches remember. k is
+   the event function that failures name. */
 static bool jump(Variations *variations, Direction *direction, int k) {
     const ArenaMark mark = arena_mark(variations->study.instance.arena);
     WORK(mark, double, jumped, N_JUMPING);
@@ -253,8 +263,8 @@ bool directions_pass(Variations *variations) {
     return directions_settle(variations);
 }
 
-/* Which gaps that are closed at the start close further: their impacts are due. *first: one of them, -1 if there are
-   none; *others: something else touches or rubs there, so that the motion before the start is not known. */
+/* Notes the gaps as due that are 0 at the start and become smaller: they are impacts. *first: one of them, -1 if there
+   are none; *others: something else touches or rubs there, so that the motion before the start is not known. */
 static bool find_due(Variations *variations, int *first, bool *others) {
     const ArenaMark mark = arena_mark(variations->study.instance.arena);
     WORK(mark, double, gaps, SIZE_EVENTS);

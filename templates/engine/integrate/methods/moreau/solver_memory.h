@@ -24,7 +24,8 @@ static inline void solver_forget(SolverMemory *memory, Change change) {
     (void)change;
 }
 
-/* So many responses of rows are kept: sums of more of them take longer than solving with M anew. */
+/* The number of rows whose response M^-1 G^T is kept. With more than 24 the sum of their responses takes longer than
+   solving with M anew. */
 enum { MOST_RESPONSES = N_BLOCKS > 1 ? 1 : N_CONSTRAINTS < 24 ? N_CONSTRAINTS : 24 };
 
 /* The rows at some states. */

@@ -10,7 +10,8 @@
 #include "notices.h"
 #include "scale.h"
 
-/* In real time the laws are met as well as so much work allows. */
+/* Bounds: of solutions for the loads that dry frictions depend on, of bisections of the restitution, and of rounds of
+   sweeps (complementarity_large.h). In real time they are few, and the laws are met as well as these allow. */
 enum { MOST_LOADS = REAL_TIME ? 8 : 50, LOAD_BISECTIONS = REAL_TIME ? 8 : 30, MOST_ROUNDS = REAL_TIME ? 5 : 12 };
 
 /* A velocity along a row that is as good as 0. */
@@ -141,9 +142,9 @@ static void find_step_coefficients(Instance *instance, double time, const double
     arena_release(mark);
 }
 
-/* The mean of both ends of the step moves no permanent constraint: what these move at its beginning is turned round.
-   Contacts see velocities without this part: with it the edge of a turning body would grow longer, and could not rest
-   on two points. */
+/* reversals[]: the impulses that turn round the velocities along permanent constraints at the beginning, so that the
+   mean of both ends of the step is 0 along them. Contacts see the velocities without that part: with it the edge of a
+   turning body would grow longer, and could not rest on two points. */
 static void find_reversals(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, bool, permanent, K);
@@ -193,7 +194,8 @@ static bool find_dry(Instance *instance, double time, const double states[], dou
     return arena_leave(mark, same);
 }
 
-/* The part of a contact's approaching velocity that comes back, 0 or negative, with this part of the restitution. */
+/* part * restitution * min(v, 0) for the normal velocity v (m/s) of a contact before the step: what Moreau's law adds
+   to the velocity after it. */
 static double returned(const SolverScratch *scratch, int contact, double part) {
     return part * scratch->restitution[contact] * fmin(scratch->at.velocities[CONTACT_ROWS[contact]], 0.0);
 }
@@ -231,7 +233,7 @@ static void set_laws(Instance *instance, double length, double part) {
     }
 }
 
-/* All laws at once, with this part of the restitution. */
+/* Solves all laws at once, with `part` times each coefficient of restitution. */
 static bool solve_step_laws(Instance *instance, double length, double part) {
     SolverScratch *scratch = &instance->scratch.solver;
     ChosenRows *chosen = &scratch->chosen;

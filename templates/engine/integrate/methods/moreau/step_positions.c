@@ -8,16 +8,19 @@
 #include "scale.h"
 #include "step_impulses.h"
 
+/* Bounds of the corrections at the end and in the middle of the step, and the number of rows that hold always. */
 enum {
     MOST_POSITION_CORRECTIONS = 8,
     MOST_MIDDLE_CORRECTIONS = REAL_TIME ? 1 : 3,
     HELD = N_HOLONOMIC - N_UNILATERALS - N_OFFSETS /* permanent holonomic constraints */
 };
 
-/* Corrections that leave less than this part of what was before go on doing so: those of one operator leave 1e-3. */
+/* The part of the error before that a correction leaves at most if it converges: the next correction with the same
+   operator leaves the same part again, so it need not be measured. Good corrections leave 1e-3. */
 static const double CONVERGES = 0.1;
 
-/* What a row still needs. One without a value is the worst. */
+/* Keeps in *worst and *which the row that is farthest from where it has to be, in units of its size. A value that is
+   not a number is the worst. */
 static void need(const SolverScratch *scratch, int row, double value, double *worst, int *which) {
     const double relative = isnan(value) ? HUGE_VAL : fabs(value) / scratch->at.sizes[row];
     if (relative > *worst) {
@@ -44,7 +47,8 @@ static void choose_moved(const SolverScratch *scratch, bool moved[]) {
     }
 }
 
-/* What is the most that a row to be moved is away at the end, in nominal positions, and which one is it? */
+/* How far the rows to be moved are from where they have to be at the end: returns the greatest distance, in nominal
+   positions; *which is that row. */
 static double find_needs(const SolverScratch *scratch, const bool moved[], int *which) {
     const SteppedRows *at = &scratch->end;
     double worst = 0.0;
@@ -121,8 +125,8 @@ static void correct_middle(Instance *instance, double q[]) {
     scratch->nominal = false;
 }
 
-/* What is measured tells whether the constraints are met; before the first correction, which is the usual one, they are
-   measured alone. */
+/* Corrections go on until the constraints are met, which stepped_measure tells beside all else. Before the first one,
+   which most steps need, the constraints are measured alone. */
 bool step_middle(Instance *instance, double time, double states[]) {
     SteppedRows *at = &instance->scratch.solver.at;
     if (HELD > 0) {
@@ -158,8 +162,8 @@ static void correct_end(Instance *instance, const bool moved[], double q[]) {
     correct_positions(instance, q);
 }
 
-/* Moves q by what the gaps will need, before they are measured. A path through the middle with the velocities of both
-   ends has curved away from a contact that was closed as much as it will until the end. */
+/* Moves q by what the gaps of closed contacts will need at the end, before they are measured. A path through the middle
+   with the velocities of both ends has curved away from such a contact as much as it will until the end. */
 static void foresee_positions(Instance *instance, double length, const bool moved[], double q[]) {
     SolverScratch *scratch = &instance->scratch.solver;
     bool any = false;
@@ -177,8 +181,8 @@ static void foresee_positions(Instance *instance, double length, const bool move
     }
 }
 
-/* Moves q until the rows are met as well as they can be; what is then the most that one of them, which, is away. What
-   the last correction surely leaves is not measured again. */
+/* Moves q until the rows are met as well as they can be. Returns how far the row that is farthest away is then, in
+   nominal positions; *which is that row. What the last correction is sure to leave is not measured again. */
 static double meet_positions(Instance *instance, Step step, double states[], int *which) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, bool, moved, K);
@@ -206,8 +210,8 @@ static double meet_positions(Instance *instance, Step step, double states[], int
     return worst;
 }
 
-/* Several points of a round body stop within one step before all of them touch, and cannot touch together. Then no
-   contact is closed by force; gaps only may not be negative. */
+/* Closes the contacts that stay, and keeps gaps from being negative. If that fails, the gaps alone are kept: several
+   points of a round body may stop within one step before they touch, and cannot all touch together. */
 bool step_positions(Instance *instance, Step step, double states[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, before, N);

@@ -6,6 +6,7 @@
 #include "scale.h"
 #include "step_impulses.h"
 
+/* Bound of the projections; what is left then is left for the next step. */
 enum { MOST_VELOCITY_CORRECTIONS = REAL_TIME ? 1 : 8 };
 
 /* Does a permanent constraint move? */

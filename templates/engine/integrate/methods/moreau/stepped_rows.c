@@ -144,7 +144,7 @@ static void list_blocks(const RowsMet *met, int starts[], int list[]) {
     }
 }
 
-/* The least number that is left in the lists of the blocks that a row touches, which passes it; none: at their end. */
+/* Takes and returns the least number that is left in the lists of the blocks that a row touches; at their end none. */
 static int pass_least(int row, const int starts[], const int list[], int next[], int none) {
     int least = none;
     for (int k = TOUCH_STARTS[row]; k < TOUCH_STARTS[row + 1]; k++) {
@@ -171,7 +171,7 @@ static void meet_all(RowsMet *met) {
     met->start[met->count] = met->count * met->count;
 }
 
-/* Which active rows meet: those that touch the same block. Each row meets itself. */
+/* Notes for each active row which active rows it meets: those that touch one of its blocks, and itself. */
 static void find_meetings(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, int, starts, N_BLOCKS + 1);
@@ -204,7 +204,7 @@ static void find_meetings(Instance *instance) {
     arena_release(mark);
 }
 
-/* What a row does to itself and those behind it. */
+/* Entries of the operator in a row, from the diagonal on, by the response M^-1 G_row^T. */
 static void meet_row(SolverScratch *scratch, int row, const double response[], const int owners[]) {
     RowsMet *met = &scratch->met;
     const int own = met->index[row];
@@ -217,7 +217,8 @@ static void meet_row(SolverScratch *scratch, int row, const double response[], c
     }
 }
 
-/* What the active rows of one colour do: each to the rows that it meets. */
+/* Entries of the operator in the active rows of one colour. These touch no common block, so that one solution with M
+   gives the responses of all of them. */
 static void meet_colour(Instance *instance, int colour) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, push, N);
@@ -245,7 +246,7 @@ static void meet_colour(Instance *instance, int colour) {
     arena_release(mark);
 }
 
-/* What an active row does to all of them, where there is one block. Its response is kept if there is room. */
+/* Entries of the operator in row `own`, where all coordinates are one block. Its response is kept if there is room. */
 static void meet_alone(Instance *instance, int own) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, push, N);
@@ -265,7 +266,7 @@ static void meet_alone(Instance *instance, int own) {
     arena_release(mark);
 }
 
-/* Rows do the same to those before them that these do to them. */
+/* The operator is symmetric: copies the entries behind the diagonal to those before it. */
 static void mirror(Arena *arena, RowsMet *met) {
     const ArenaMark mark = arena_mark(arena);
     WORK(mark, int, next, K);

@@ -14,8 +14,11 @@
 
 enum { SIZE_OF_STAGES = (int)S * R, MOST_STAGE_ITERATIONS = 10 };
 
-static const double MOST_GROWTH = 4.0; /* the second change may be this many times the first one */
-static const double KEEP = 0.02; /* changes that fall below this part keep K and D for the next step */
+/* The second change of the iterations over the first one: beyond it they do not converge. */
+static const double MOST_GROWTH = 4.0;
+
+/* A change of the iterations over the one before: where it is less, K and D are kept for the next step. */
+static const double KEEP = 0.02;
 
 /* matrix = I - h b x D - h^2 (b b) x K for a block b of the modes (size x size), factorised. */
 static bool factorize_block(const SolverMemory *memory, double h, const double b[], int size, double matrix[],

@@ -27,8 +27,9 @@
 
 const Method METHOD = {.name = "ros2", .order = 2, .damps = true};
 
-static const double PART = 0.03;  /* the linearization may miss this part of the velocities' change in a step */
-static const double SMALL = 3e-6; /* it may always miss this part of the velocities themselves */
+/* What the linearization may miss of the velocities in a step, all in nominal units: PART of their change in the step,
+   and SMALL of the velocities themselves. Beyond the sum the step is too long for the equations. */
+static const double PART = 0.03, SMALL = 3e-6;
 
 /* matrix = I - s V - s^2 P, row-major. */
 static void assemble(const double jacobian[], double s, double matrix[]) {

@@ -45,6 +45,7 @@
 #include "system.h"
 #include "variational.h"
 
+/* Bound of the iterations for the velocities at the stages; the step fails beyond it. */
 enum { MOST_MOMENTUM_ITERATIONS = 100 };
 
 static void canonical_at(Instance *instance, double time, const double states[], double momenta[], double forces[]) {
