@@ -66,7 +66,7 @@ ROOMS = {
             "solvers",
             "codegen",
         },
-        {"PIL", "numpy"},
+        {"numpy"},
     ),
     "ensemble": (
         {"errors", "lazy", "description", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
@@ -174,7 +174,6 @@ USERS = {
     "lxml": {"checking/schema.py"},
     "minisign": {"checking/signature.py"},
     "matplotlib": {"verify/plots", "studies/calibration_figure.py", "studies/estimates_figure.py"},
-    "PIL": {"fmu/icon.py"},
     "mujoco": {"formats/robots/mjcf.py"},
     "collada": {"mesh_files.py"},
     "trimesh": {"picture/surfaces.py"},

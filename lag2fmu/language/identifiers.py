@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 from lag2fmu.errors import MechanismError
 
@@ -38,6 +37,8 @@ def _one_apart(a: str, b: str) -> bool:
 
 def suggestion(word: object, known: Iterable[str]) -> str:
     """The remedy for an unknown ``word``: similar names in ``known``, or else all of ``known``."""
+    from difflib import get_close_matches
+
     word, known = str(word), list(known)
     near = [name for name in known if name.lower() == word.lower()][:2]
     near = near or get_close_matches(word[:MAX_NAME], known, n=2)

@@ -58,6 +58,12 @@ def test_addition_theorems(long: sp.Expr, short: sp.Expr) -> None:
     assert sp.expand(tidy(long) - short) == 0
 
 
+def test_what_is_divided_by_stays_as_it_stands() -> None:
+    cube = sp.sqrt(b**2 + c**2) ** 3
+    assert tidy(a * (b + c) / cube) == a * b / cube + a * c / cube
+    assert tidy((a + b) ** 3 / c) == a**3 / c + 3 * a**2 * b / c + 3 * a * b**2 / c + b**3 / c
+
+
 def test_the_double_pendulum_as_on_paper() -> None:
     """Landau, Lifshitz, Mechanics, section 5, problem 1."""
     found = formulas(derive(load("double_pendulum")))

@@ -25,6 +25,7 @@ from lag2fmu.formats.write import write
 from lag2fmu.language.writer import without_dust
 from lag2fmu.mechanism import Body, Mechanism, Part, coordinate, parameter, signal
 from lag2fmu.mechanism.record import complete
+from lag2fmu.picture.scene import Scene, Stroke
 from lag2fmu.procedure.steps import procedure
 
 IMPRINT = {
@@ -82,6 +83,22 @@ def test_the_icon_is_the_sketch() -> None:
     assert other != icon(scene)
     assert icon(scene) == icon(scene), "the same bytes"
     assert icon(None)[:4] == b"\x89PNG"
+
+
+def test_an_area_in_the_icon_is_filled_and_a_line_is_not() -> None:
+    """A notched plate: its colour in it, the white of the ground in its notch and beside a line."""
+    plate = ((0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (15.0, 8.0), (0.0, 30.0), (0.0, 0.0))
+    line = ((0.0, 40.0), (30.0, 40.0))
+    scene = Scene("", (Stroke("", "shape", plate), Stroke("", "link", line)), (), (), (0.0, 0.0, 30.0, 40.0), 1.0)
+    image = Image.open(io.BytesIO(icon(scene)))
+
+    def at(x: float, y: float) -> str:
+        column, row = round(50 + 92 / 40 * (x - 15)), round(50 - 92 / 40 * (y - 20))
+        return "#" + bytes(image.getpixel((column, row))).hex()
+
+    assert [at(15, 4), at(3, 20), at(27, 20)] == ["#cfdfec"] * 3
+    assert [at(15, 20), at(15, 35), at(-4, 4)] == ["#ffffff"] * 3
+    assert at(15, 40) not in ("#cfdfec", "#ffffff")
 
 
 @pytest.mark.fmu
