@@ -14,8 +14,8 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
 int contacts_overdue(Instance *instance, const double values[]);
 
 /* Where a slip in space has turned far from the direction of its mode, and is too fast to be about to rest, its present
-   direction becomes that of the mode. Forces do not change; but the event function measures the slip along that
-   direction, and would else show a slip that turns further as one that comes to rest. */
+   direction becomes that of the mode. Forces do not change there. But beyond 90 degrees they turn round, and the event
+   function shows a slip that turns further as one that comes to rest: so this is done before a trial step. */
 void contacts_turn(Instance *instance);
 
 /* In model exchange the states drift off the rows that hold. Moves them back, before switches turn and the rows become

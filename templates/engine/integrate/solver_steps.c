@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "contact_events.h"
 #include "derivative.h"
 #include "event_steps.h"
 #include "inputs.h"
@@ -25,6 +26,7 @@ void begin_trial(Instance *instance, Step step) {
     instance->scratch.trial_length = step.length;
     instance->scratch.derivatives_late = false;
     if (ENDS_AT_EVENTS) {
+        contacts_turn(instance);
         instance->scratch.solver_before = instance->state.solver;
     }
 }

@@ -308,7 +308,6 @@ static bool end_step(Instance *instance, Step *step) {
     State *state = &instance->state;
     bool overdue = false, far = false;
     state->event_pending = 0;
-    contacts_turn(instance);
     if (!contacts_oppose(instance, state->time, state->states, NULL) ||
         !events_evaluate(instance, state->time, state->states, start) ||
         !stop_overdue(instance, step, start, &overdue) ||
