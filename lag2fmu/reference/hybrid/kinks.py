@@ -4,6 +4,9 @@ Each kink whose margin moves gets a side s, +1 or -1, and a formula that is smoo
 
     sign(m) = s,  |m| = s m,  heaviside(m) = (1 + s)/2,  max(a, b) = (a + b + s (a - b))/2 with m = a - b.
 
+A gap or constraint that follows a table of straight pieces has a kink at each of its points, with m = x - x_k. What is
+closed or bound is struck there. Forces may pass the points of their tables, because steps notice what those change.
+
 Where the margin comes to zero the side changes. A broken power of a frozen kink, such as max(0, d)**1.5, is continued
 beyond this place by |d|**1.5, because trial steps may go there. Kinks of constants, and kinks within ``smooth``, are
 not frozen.
@@ -16,13 +19,19 @@ from typing import cast
 
 import sympy as sp
 
+from lag2fmu.description.description import Entry
 from lag2fmu.language.definitions import Defined, calls, define
 from lag2fmu.language.vocabulary import TIME, Choice, Smooth
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.symbols import Symbols
+from lag2fmu.reference.tables import Tabulated, bends
 
 KINKS = (sp.sign, sp.Abs, sp.Heaviside, Choice)
+BENT = ("contacts", "stops", "constraints")
+"""Where the points of a table are kinks."""
+MOST_BENDS = 64
+"""The points of a table with more of them are no kinks: it is a curve that was sampled."""
 
 
 class Kinks:
@@ -37,6 +46,7 @@ class Kinks:
         self._parameters: frozenset[sp.Symbol] = frozenset()
         self.margins: list[sp.Expr] = []
         self.sides: list[sp.Symbol] = []
+        self.bending = False  # whether tables are frozen, too; those that have been stay so
         self.closed = False
         self._known: dict[sp.Expr, sp.Expr] = {}
         self._calls: dict[Defined, sp.Expr] = {}
@@ -60,6 +70,8 @@ class Kinks:
         arguments = tuple(self._frozen(a) for a in expression.args)
         if isinstance(expression, (sp.Min, sp.Max)):
             return self._extreme(arguments, 1 if isinstance(expression, sp.Max) else -1) or expression
+        if isinstance(expression, Tabulated):
+            return self._straight(expression, arguments[0]) or expression.func(*arguments)
         if isinstance(expression, KINKS):
             side = self._side(arguments[0])
             return expression.func(*arguments) if side is None else self._formula(expression.func, side, arguments)
@@ -81,6 +93,20 @@ class Kinks:
             if side is None:
                 return None
             found = (found + other + sense * side * (found - other)) / 2
+        return found
+
+    def _straight(self, table: Tabulated, x: sp.Expr) -> sp.Expr | None:
+        """The straight pieces of a ``table`` at ``x``, by the sides of its points; None where these are no kinks."""
+        start, value, slope, bent = bends(table)
+        margins = [x - place for place, _ in bent]
+        if not 0 < len(bent) <= MOST_BENDS or not (self.bending or self._known.keys() >= set(margins)):
+            return None
+        found = value + slope * (x - start)
+        for margin, (_, change) in zip(margins, bent, strict=True):
+            side = self._side(margin)
+            if side is None:
+                return None
+            found += change * (1 + side) / 2 * margin
         return found
 
     def _side(self, margin: sp.Expr) -> sp.Expr | None:
@@ -118,8 +144,10 @@ class FrozenComposition(Composition):
     def __post_init__(self) -> None:
         """Meet every kink, then close the list."""
         super().__post_init__()
-        for entry in self.mechanism.entries():
+        for entry in _bent_first(self.mechanism):
+            self.kinks.bending = entry.table in BENT
             self.written(entry.expression)
+        self.kinks.bending = True
         for unilateral in self.mechanism.unilaterals:
             for expression in (unilateral.gap, *unilateral.slips):
                 self.written(expression)
@@ -142,13 +170,19 @@ class FrozenComposition(Composition):
         return self.kinks.frozen(cast(sp.Expr, super().written(expression)))
 
 
+def _bent_first(mechanism: Mechanism) -> list[Entry]:
+    """The entries of ``mechanism``, first those of BENT, for a definition that several use is frozen once."""
+    return sorted(mechanism.entries(), key=lambda entry: entry.table not in BENT)
+
+
 def is_hybrid(mechanism: Mechanism) -> bool:
     """Whether ``mechanism`` has events: contacts, stops, dry friction, conditions on constraints, or moving kinks."""
     if mechanism.hybrid:
         return True
     composition, kinks = composition_of(mechanism), Kinks()
     kinks.open_for(composition.symbols)
-    for entry in mechanism.entries():
+    for entry in _bent_first(mechanism):
         if entry.table not in ("outputs", "definitions"):  # no motion depends on an output
+            kinks.bending = entry.table in BENT
             kinks.frozen(composition.written(entry.expression))
     return bool(kinks.sides)
