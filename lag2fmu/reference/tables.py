@@ -84,6 +84,14 @@ def bends(call: Tabulated) -> tuple[float, float, float, list[tuple[float, float
     return axes[0][0], values[0], float(slopes[0]), found
 
 
+def without_ends(call: Tabulated) -> type[Tabulated] | None:
+    """The smooth table that goes on beyond its ends where ``call`` holds its values; None if it is no such table."""
+    axes, values, kind, outside = call.data
+    if kind == "linear" or len(axes) != 1 or any(call.orders) or outside != "hold":
+        return None
+    return _function(call.table, (axes, values, kind, "extrapolate"), call.orders)
+
+
 def number_of(call: Tabulated) -> int:
     """The number by which ``tabulated`` finds the class of ``call``."""
     return _KNOWN.index(type(call))

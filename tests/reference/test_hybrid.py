@@ -507,10 +507,18 @@ gap = "y - profile(x)"
 """The cam's slope of -1/2 ends at x = 1 m. Until then the follower presses it on, (1 + 0.05/4) x_ddot = 2/2."""
 
 
-def test_a_follower_is_struck_where_the_slope_of_its_table_changes() -> None:
+@pytest.mark.parametrize(
+    "table",
+    [
+        "columns = [[0, 1, 2], [0.5, 0, 0]]",
+        'columns = [[0, 0.5, 1], [0.5, 0.25, 0]]\ninterpolation = "cubic"',
+        'columns = [[0, 0.5, 1], [0.5, 0.25, 0]]\ninterpolation = "pchip"',
+    ],
+)
+def test_a_follower_is_struck_where_the_slope_of_its_table_changes(table: str) -> None:
     push = 1 / 1.0125
     speed = np.sqrt(1 + 2 * push * 0.5)
-    track = run(read(FOLLOWER, "follower.toml"), 0.9)
+    track = run(read(FOLLOWER.replace("columns = [[0, 1, 2], [0.5, 0, 0]]", table), "follower.toml"), 0.9)
     (at,) = times_of(track, "impact")
     assert at == pytest.approx((speed - 1) / push, rel=1e-9)
     assert track.values[-1, :4] == pytest.approx([1 + speed * (0.9 - at), 0, speed, 0], abs=1e-9)

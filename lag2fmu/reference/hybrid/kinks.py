@@ -4,8 +4,9 @@ Each kink whose margin moves gets a side s, +1 or -1, and a formula that is smoo
 
     sign(m) = s,  |m| = s m,  heaviside(m) = (1 + s)/2,  max(a, b) = (a + b + s (a - b))/2 with m = a - b.
 
-A gap or constraint that follows a table of straight pieces has a kink at each of its points, with m = x - x_k. What is
-closed or bound is struck there. Forces may pass the points of their tables, because steps notice what those change.
+A gap or constraint that follows a table of straight pieces has a kink at each of its points, with m = x - x_k, and one
+at each end of a smooth table that is held there. What is closed or bound is struck there. Forces may pass the points of
+their tables, because steps notice what those change.
 
 Where the margin comes to zero the side changes. A broken power of a frozen kink, such as max(0, d)**1.5, is continued
 beyond this place by |d|**1.5, because trial steps may go there. Kinks of constants, and kinks within ``smooth``, are
@@ -25,7 +26,7 @@ from lag2fmu.language.vocabulary import TIME, Choice, Smooth
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.symbols import Symbols
-from lag2fmu.reference.tables import Tabulated, bends
+from lag2fmu.reference.tables import Tabulated, bends, without_ends
 
 KINKS = (sp.sign, sp.Abs, sp.Heaviside, Choice)
 BENT = ("contacts", "stops", "constraints")
@@ -68,14 +69,21 @@ class Kinks:
         if not expression.args or not expression.free_symbols & self.moving:
             return expression
         arguments = tuple(self._frozen(a) for a in expression.args)
+        found = self._on_a_side(expression, arguments)
+        if found is not None:
+            return found
+        return expression if arguments == expression.args else _rebuilt(expression, arguments)
+
+    def _on_a_side(self, expression: sp.Expr, arguments: tuple[sp.Expr, ...]) -> sp.Expr | None:
+        """What a function with kinks is on the sides of its ``arguments``; None for a function without."""
         if isinstance(expression, (sp.Min, sp.Max)):
             return self._extreme(arguments, 1 if isinstance(expression, sp.Max) else -1) or expression
         if isinstance(expression, Tabulated):
-            return self._straight(expression, arguments[0]) or expression.func(*arguments)
+            return self._straight(expression, arguments[0]) or self._held(expression, arguments[0])
         if isinstance(expression, KINKS):
             side = self._side(arguments[0])
             return expression.func(*arguments) if side is None else self._formula(expression.func, side, arguments)
-        return expression if arguments == expression.args else _rebuilt(expression, arguments)
+        return None
 
     def _formula(self, function: type[sp.Expr], side: sp.Expr, arguments: tuple[sp.Expr, ...]) -> sp.Expr:
         if function is sp.sign:
@@ -108,6 +116,20 @@ class Kinks:
                 return None
             found += change * (1 + side) / 2 * margin
         return found
+
+    def _held(self, table: Tabulated, x: sp.Expr) -> sp.Expr | None:
+        """A smooth ``table`` that is held beyond its ends, at ``x``, by the sides of the ends; None for another one."""
+        inside = without_ends(table)
+        if inside is None:
+            return None
+        axis, values = table.data[0][0], table.data[1]
+        margins = x - axis[0], x - axis[-1]
+        if not (self.bending or self._known.keys() >= set(margins)):
+            return None
+        first, last = map(self._side, margins)
+        if first is None or last is None:
+            return None
+        return values[0] * (1 - first) / 2 + inside(x) * (first - last) / 2 + values[-1] * (1 + last) / 2
 
     def _side(self, margin: sp.Expr) -> sp.Expr | None:
         """The side of ``margin``: a symbol, or its negative; None for one that does not move."""
