@@ -89,7 +89,7 @@ def check_symbols(m: Description, scope: Scope) -> None:
         for name in sorted(scope.names_in(entry.where, entry.expression, allowed)):
             meaning = scope.meaning[name]
             if meaning not in allowed:
-                remedy = _remedy(entry.table, meaning)
+                remedy = _remedy(entry.table, entry.key.field, meaning)
                 raise MechanismError(
                     f"{entry.where}: '{name}' is {_article(meaning)} {meaning} and cannot stand here{remedy}"
                 )
@@ -110,7 +110,9 @@ def _check_calls(entry: Entry, tables: Mapping[str, Table]) -> None:
             raise MechanismError(f"{entry.where}: '{call}': a table cannot stand in a constant; write its value")
 
 
-def _remedy(table: str, meaning: str) -> str:
+def _remedy(table: str, field: str, meaning: str) -> str:
+    if table == "bodies" and field in ("mass", "inertia"):
+        return "; a mass or an inertia may use t and parameters, energy.kinetic coordinates, too"
     if meaning == "input":
         return "; a signal that moves a support is declared with motion = true"
     if meaning == "acceleration" and table in ("forces", "dampers", "loads"):

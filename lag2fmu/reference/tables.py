@@ -69,6 +69,29 @@ def with_data(expression: sp.Expr, tables: Mapping[str, Table]) -> sp.Expr:
     return expression.replace(lambda e: isinstance(e, TableCall), lambda e: bound(*e.args, call=e))
 
 
+def bends(call: Tabulated) -> tuple[float, float, float, list[tuple[float, float]]]:
+    """Where the straight pieces of a table meet: x0, f0, s0 and [(x_k, c_k)].
+
+    The table is f0 + s0 (x - x0) + sum of c_k max(0, x - x_k). There are no bends where it is a derivative, smooth, of
+    two arguments, or where it ends with an error.
+    """
+    axes, values, kind, outside = call.data
+    if kind != "linear" or len(axes) != 1 or any(call.orders) or outside == "error":
+        return axes[0][0], values[0], 0.0, []
+    slopes = list(np.diff(values) / np.diff(axes[0]))
+    slopes = [0.0, *slopes, 0.0] if outside == "hold" else [slopes[0], *slopes, slopes[-1]]
+    found = [(place, float(change)) for place, change in zip(axes[0], np.diff(slopes), strict=True) if change]
+    return axes[0][0], values[0], float(slopes[0]), found
+
+
+def without_ends(call: Tabulated) -> type[Tabulated] | None:
+    """The smooth table that goes on beyond its ends where ``call`` holds its values; None if it is no such table."""
+    axes, values, kind, outside = call.data
+    if kind == "linear" or len(axes) != 1 or any(call.orders) or outside != "hold":
+        return None
+    return _function(call.table, (axes, values, kind, "extrapolate"), call.orders)
+
+
 def number_of(call: Tabulated) -> int:
     """The number by which ``tabulated`` finds the class of ``call``."""
     return _KNOWN.index(type(call))

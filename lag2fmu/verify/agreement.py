@@ -67,15 +67,18 @@ def on_grid(reference: Reference, time: Floats) -> NDArray[np.intp]:
 
 
 def comparable(task: Task, reference: Reference) -> NDArray[np.bool_]:
-    """At which times of ``reference`` another run must agree with it: (m,)."""
+    """At which times of ``reference`` another run must agree with it: (m,).
+
+    What the reference would do right behind its end another run may do before.
+    """
     time = reference.trajectory.time
     if reference.comparable is None:
         return np.ones(len(time), dtype=bool)
     seen: NDArray[np.bool_] = reference.comparable.copy()
     widths = widths_of(task, reference)
-    for event in reference.events:  # the bar is that of the time before the event
-        width = width_at(reference, widths, event.time)
-        seen &= np.abs(time - event.time) > np.minimum(widths, width)
+    for at in (*(event.time for event in reference.events), float(time[-1])):
+        width = width_at(reference, widths, at)  # the bar is that of the time before the event
+        seen &= np.abs(time - at) > np.minimum(widths, width)
     for begin, end in _cascades(task, reference):
         seen &= (time < begin) | (time > end + width_at(reference, widths, end))
     return seen

@@ -617,6 +617,14 @@ REFUSED = {
         '[states]\ni = { derivative = 1 }\n[energy]\npotential = "x*i"',
         "energy.potential: 'i' is a further state and cannot stand here",
     ),
+    "state in a mass": (
+        '[states]\ni = { derivative = 1 }\n[bodies.tank]\nmass = "i"\nposition = ["x", "y"]',
+        "bodies.tank.mass: 'i' is a further state and cannot stand here; a mass or an inertia may use t and parameters",
+    ),
+    "coordinate in an inertia": (
+        '[bodies.tank]\ninertia = "x"\nangle = "y"',
+        "'x' is a coordinate and cannot stand here; a mass or an inertia may use t and parameters, energy.kinetic",
+    ),
     "energy of a force": (
         '[contacts.c]\ngap = "y"\n[energy]\npotential = "c_force*x"',
         "energy.potential: 'c_force' is a contact force and cannot stand here",

@@ -488,6 +488,69 @@ def test_what_a_closed_gap_has_drifted_is_no_impact() -> None:
     assert not times_of(track, "impact")
 
 
+FOLLOWER = """
+mechanism = { name = "follower" }
+[coordinates]
+x = { unit = "m", start = 0.5, velocity = 1 }
+y = { unit = "m", start = 0.25, velocity = -0.5 }
+[bodies]
+cam = { mass = 1, position = ["x", 0] }
+follower = { mass = 0.05, position = [0, "y"] }
+[forces]
+y = -2
+[tables.profile]
+columns = [[0, 1, 2], [0.5, 0, 0]]
+units = ["m", "m"]
+[contacts.tip]
+gap = "y - profile(x)"
+"""
+"""The cam's slope of -1/2 ends at x = 1 m. Until then the follower presses it on, (1 + 0.05/4) x_ddot = 2/2."""
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        "columns = [[0, 1, 2], [0.5, 0, 0]]",
+        'columns = [[0, 0.5, 1], [0.5, 0.25, 0]]\ninterpolation = "cubic"',
+        'columns = [[0, 0.5, 1], [0.5, 0.25, 0]]\ninterpolation = "pchip"',
+    ],
+)
+def test_a_follower_is_struck_where_the_slope_of_its_table_changes(table: str) -> None:
+    push = 1 / 1.0125
+    speed = np.sqrt(1 + 2 * push * 0.5)
+    track = run(read(FOLLOWER.replace("columns = [[0, 1, 2], [0.5, 0, 0]]", table), "follower.toml"), 0.9)
+    (at,) = times_of(track, "impact")
+    assert at == pytest.approx((speed - 1) / push, rel=1e-9)
+    assert track.values[-1, :4] == pytest.approx([1 + speed * (0.9 - at), 0, speed, 0], abs=1e-9)
+
+
+BEAD = """
+mechanism = { name = "bead" }
+[coordinates]
+x = { unit = "m", start = 0.5, velocity = 1 }
+y = { unit = "m", guess = 0.25, guess_velocity = -0.5 }
+[bodies.bead]
+mass = 1
+position = ["x", "y"]
+[gravity]
+acceleration = 9.81
+[tables.profile]
+columns = [[0, 1, 2], [0.5, 0, 0]]
+units = ["m", "m"]
+[constraints.holonomic]
+rail = "y - profile(x)"
+"""
+
+
+def test_a_bead_keeps_its_velocity_along_a_rail_that_turns() -> None:
+    """At the foot of the slope of 1/2 its energy is all in 5/8 x_dot^2; the vertical part of the velocity is lost."""
+    reference = integrate(read(BEAD, "bead.toml"), np.linspace(0, 0.6, 61))
+    speed = np.sqrt(1 + 9.81 * 0.25 / 0.625)
+    assert reference.trajectory["x_dot"][-1] == pytest.approx(speed, rel=1e-9)
+    assert reference.trajectory["y_dot"][-1] == pytest.approx(0, abs=1e-9)
+    assert reference.relative_error.max() < 1e-8
+
+
 def test_gaps_with_a_kink_are_told_on_both_sides_of_it() -> None:
     y, t = coordinate("y", "m", start=3.0), sp.Symbol("t", real=True)
     table = Contact("table", gap=y - sp.Min(t, 1))

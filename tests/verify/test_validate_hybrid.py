@@ -44,6 +44,20 @@ gap = "y1"
 """Atwood's machine: each time the rope pulls, the light body lifts the heavy one off the floor, less and less high."""
 
 
+STRAIGHT = """
+[mechanism]
+name = "straight"
+[coordinates]
+z = { unit = "m", start = 0.15, velocity = -0.3 }
+[bodies]
+ball = { mass = 1, position = [0, "z"] }
+[contacts.floor]
+gap = "z"
+restitution = 0.5
+"""
+"""Without gravity the ball is at the floor after 0.5 s."""
+
+
 FREEWHEEL = """
 [mechanism]
 name = "freewheel"
@@ -135,7 +149,7 @@ def test_times_around_impacts_and_low_rebounds_are_not_compared(bouncing: tuple[
     task, reference = bouncing
     seen, time = comparable(task, reference), reference.trajectory.time
     assert seen[time < 0.45].all()
-    assert seen[time > 1.4].all()
+    assert seen[(time > 1.4) & (time < 2.0)].all()
     assert not seen[(time > 1.351) & (time < 1.354)].any()
     (check,) = extent(task, reference, 2.0)
     assert 0 < check.value < 0.02
@@ -143,6 +157,14 @@ def test_times_around_impacts_and_low_rebounds_are_not_compared(bouncing: tuple[
     low = sum(event.height <= LOWER * task.tolerance for event in impacts)
     assert 0 < low < len(impacts)
     assert f"({len(impacts)} impacts, {low} of them accumulating)" in check.detail
+
+
+def test_an_impact_right_behind_the_end_may_come_before_it() -> None:
+    task, reference = compared(read(STRAIGHT, "straight.toml"), 0.5 * (1 - 1e-12))
+    assert not reference.events
+    seen = comparable(task, reference)
+    assert seen[:-1].all()
+    assert not seen[-1]
 
 
 @pytest.mark.parametrize(("horizon", "outcome"), [(2.0, "ok"), (1.7, "ok"), (1.5, "not judged"), (0.3, "not judged")])

@@ -4,6 +4,10 @@ Each kink whose margin moves gets a side s, +1 or -1, and a formula that is smoo
 
     sign(m) = s,  |m| = s m,  heaviside(m) = (1 + s)/2,  max(a, b) = (a + b + s (a - b))/2 with m = a - b.
 
+A gap or constraint that follows a table of straight pieces has a kink at each of its points, with m = x - x_k, and one
+at each end of a smooth table that is held there. What is closed or bound is struck there. Forces may pass the points of
+their tables, because steps notice what those change.
+
 Where the margin comes to zero the side changes. A broken power of a frozen kink, such as max(0, d)**1.5, is continued
 beyond this place by |d|**1.5, because trial steps may go there. Kinks of constants, and kinks within ``smooth``, are
 not frozen.
@@ -16,13 +20,19 @@ from typing import cast
 
 import sympy as sp
 
+from lag2fmu.description.description import Entry
 from lag2fmu.language.definitions import Defined, calls, define
 from lag2fmu.language.vocabulary import TIME, Choice, Smooth
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.symbols import Symbols
+from lag2fmu.reference.tables import Tabulated, bends, without_ends
 
 KINKS = (sp.sign, sp.Abs, sp.Heaviside, Choice)
+BENT = ("contacts", "stops", "constraints")
+"""Where the points of a table are kinks."""
+MOST_BENDS = 64
+"""The points of a table with more of them are no kinks: it is a curve that was sampled."""
 
 
 class Kinks:
@@ -37,6 +47,7 @@ class Kinks:
         self._parameters: frozenset[sp.Symbol] = frozenset()
         self.margins: list[sp.Expr] = []
         self.sides: list[sp.Symbol] = []
+        self.bending = False  # whether tables are frozen, too; those that have been stay so
         self.closed = False
         self._known: dict[sp.Expr, sp.Expr] = {}
         self._calls: dict[Defined, sp.Expr] = {}
@@ -58,12 +69,21 @@ class Kinks:
         if not expression.args or not expression.free_symbols & self.moving:
             return expression
         arguments = tuple(self._frozen(a) for a in expression.args)
+        found = self._on_a_side(expression, arguments)
+        if found is not None:
+            return found
+        return expression if arguments == expression.args else _rebuilt(expression, arguments)
+
+    def _on_a_side(self, expression: sp.Expr, arguments: tuple[sp.Expr, ...]) -> sp.Expr | None:
+        """What a function with kinks is on the sides of its ``arguments``; None for a function without."""
         if isinstance(expression, (sp.Min, sp.Max)):
             return self._extreme(arguments, 1 if isinstance(expression, sp.Max) else -1) or expression
+        if isinstance(expression, Tabulated):
+            return self._straight(expression, arguments[0]) or self._held(expression, arguments[0])
         if isinstance(expression, KINKS):
             side = self._side(arguments[0])
             return expression.func(*arguments) if side is None else self._formula(expression.func, side, arguments)
-        return expression if arguments == expression.args else _rebuilt(expression, arguments)
+        return None
 
     def _formula(self, function: type[sp.Expr], side: sp.Expr, arguments: tuple[sp.Expr, ...]) -> sp.Expr:
         if function is sp.sign:
@@ -82,6 +102,34 @@ class Kinks:
                 return None
             found = (found + other + sense * side * (found - other)) / 2
         return found
+
+    def _straight(self, table: Tabulated, x: sp.Expr) -> sp.Expr | None:
+        """The straight pieces of a ``table`` at ``x``, by the sides of its points; None where these are no kinks."""
+        start, value, slope, bent = bends(table)
+        margins = [x - place for place, _ in bent]
+        if not 0 < len(bent) <= MOST_BENDS or not (self.bending or self._known.keys() >= set(margins)):
+            return None
+        found = value + slope * (x - start)
+        for margin, (_, change) in zip(margins, bent, strict=True):
+            side = self._side(margin)
+            if side is None:
+                return None
+            found += change * (1 + side) / 2 * margin
+        return found
+
+    def _held(self, table: Tabulated, x: sp.Expr) -> sp.Expr | None:
+        """A smooth ``table`` that is held beyond its ends, at ``x``, by the sides of the ends; None for another one."""
+        inside = without_ends(table)
+        if inside is None:
+            return None
+        axis, values = table.data[0][0], table.data[1]
+        margins = x - axis[0], x - axis[-1]
+        if not (self.bending or self._known.keys() >= set(margins)):
+            return None
+        first, last = map(self._side, margins)
+        if first is None or last is None:
+            return None
+        return values[0] * (1 - first) / 2 + inside(x) * (first - last) / 2 + values[-1] * (1 + last) / 2
 
     def _side(self, margin: sp.Expr) -> sp.Expr | None:
         """The side of ``margin``: a symbol, or its negative; None for one that does not move."""
@@ -118,8 +166,10 @@ class FrozenComposition(Composition):
     def __post_init__(self) -> None:
         """Meet every kink, then close the list."""
         super().__post_init__()
-        for entry in self.mechanism.entries():
+        for entry in _bent_first(self.mechanism):
+            self.kinks.bending = entry.table in BENT
             self.written(entry.expression)
+        self.kinks.bending = True
         for unilateral in self.mechanism.unilaterals:
             for expression in (unilateral.gap, *unilateral.slips):
                 self.written(expression)
@@ -142,13 +192,19 @@ class FrozenComposition(Composition):
         return self.kinks.frozen(cast(sp.Expr, super().written(expression)))
 
 
+def _bent_first(mechanism: Mechanism) -> list[Entry]:
+    """The entries of ``mechanism``, first those of BENT, for a definition that several use is frozen once."""
+    return sorted(mechanism.entries(), key=lambda entry: entry.table not in BENT)
+
+
 def is_hybrid(mechanism: Mechanism) -> bool:
     """Whether ``mechanism`` has events: contacts, stops, dry friction, conditions on constraints, or moving kinks."""
     if mechanism.hybrid:
         return True
     composition, kinks = composition_of(mechanism), Kinks()
     kinks.open_for(composition.symbols)
-    for entry in mechanism.entries():
+    for entry in _bent_first(mechanism):
         if entry.table not in ("outputs", "definitions"):  # no motion depends on an output
+            kinks.bending = entry.table in BENT
             kinks.frozen(composition.written(entry.expression))
     return bool(kinks.sides)
