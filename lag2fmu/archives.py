@@ -14,7 +14,6 @@ from lag2fmu.errors import ExportError, LoadError
 from lag2fmu.writing import replacing
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time a zip entry can have
-_LEVEL = 5  # of zlib, 0 to 9; 6, its own choice, takes half as long again for an archive that is 1 % smaller
 _UNREADABLE = (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, ValueError)
 """What zipfile raises for damaged, encrypted and unusually compressed entries."""
 
@@ -37,7 +36,7 @@ def pack(files: Mapping[str, bytes], path: Path) -> None:
             for name in sorted(files):
                 entry = zipfile.ZipInfo(name, _EPOCH)
                 entry.compress_type, entry.external_attr, entry.create_system = zipfile.ZIP_DEFLATED, 0o644 << 16, 3
-                archive.writestr(entry, files[name], compresslevel=_LEVEL)
+                archive.writestr(entry, files[name])
     except OSError as error:
         raise ExportError(f"cannot write '{path}': {error.strerror}; choose another place with -o") from error
 
