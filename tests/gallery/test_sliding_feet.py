@@ -86,33 +86,23 @@ z = { unit = "m" }
 [bodies.point]
 mass = 1
 position = ["x", "y", "z"]
+[contacts.ground]
+gap = "z"
+"""
+PULLED = """
+slip = ["x_dot", "y_dot"]
+friction = 0.1
 [forces]
 x = "(0.9 + t)*cos(10*t)"
 y = "(0.9 + t)*sin(10*t)"
 z = -10
-[contacts.table]
-gap = "z"
-slip = ["x_dot", "y_dot"]
-friction = 0.1
 """
-
-SLOPE = """
-[mechanism]
-name = "slope"
-[coordinates]
-x = { unit = "m" }
-y = { unit = "m" }
-z = { unit = "m" }
-[bodies.point]
-mass = 1
-position = ["x", "y", "z"]
+SHAKEN = """
+slip = ["x_dot - 0.4*cos(200*t)", "y_dot"]
+friction = 0.3
 [forces]
 y = -1
 z = -10
-[contacts.slope]
-gap = "z"
-slip = ["x_dot - 0.4*cos(200*t)", "y_dot"]
-friction = 0.3
 """
 
 
@@ -196,7 +186,7 @@ def test_a_point_that_a_turning_force_pulls_loose(exported: Callable[..., Fmu], 
     1e-10 m/s the reference slips along the force.
     """
     begin = 0.1 + 1.4e-5
-    run = simulate(exported(read(POINT, "point.toml")), stop_time=0.4, step=0.01, tolerance=1e-6, kind=kind)
+    run = simulate(exported(read(POINT + PULLED, "pulled.toml")), stop_time=0.4, step=0.01, tolerance=1e-6, kind=kind)
 
     def rates(t: float, state: Array) -> Array:
         """The rates of the speed u and its direction."""
@@ -216,7 +206,7 @@ def test_a_point_creeps_down_a_slope_that_is_shaken_across(exported: Callable[..
     Where it had turned by 60 degrees in a step, the friction at the end of this step was that of beyond 90 degrees, and
     1 of 100 turns gave an error of 200 tolerances.
     """
-    run = simulate(exported(read(SLOPE, "slope.toml")), stop_time=2, step=0.01, tolerance=1e-6)
+    run = simulate(exported(read(POINT + SHAKEN, "shaken.toml")), stop_time=2, step=0.01, tolerance=1e-6)
 
     def rates(t: float, v: Array) -> Array:
         slip = np.array([v[0] - 0.4 * np.cos(200 * t), v[1]])
