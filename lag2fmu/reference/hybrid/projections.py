@@ -6,6 +6,7 @@ Source: P. Alart, A. Curnier, A mixed formulation for frictional contact problem
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -50,16 +51,16 @@ def _projected(
     least = least or [0.0] * len(items)
     k, diagonal = len(c), np.maximum(np.diagonal(D), 1e-300)
     r, size = np.zeros(k), units(D, c, pace)[1]
+    parts = [_ItemRows(D, c, item, diagonal) for item in items]
     for sweep in range(1, SWEEPS + 1):
         check_time()
-        change = 0.0
-        for item, limit, lowest in zip(items, limits, least, strict=True):
-            rows = [*item.slips] if item.normal is None else [item.normal, *item.slips]
-            before, n = r[rows].copy(), item.normal
+        before = r.copy()
+        for part, limit, lowest in zip(parts, limits, least, strict=True):
+            n = part.item.normal
             if n is not None:
-                r[n] = max(lowest, r[n] - (D[n] @ r + c[n] + item.shift) / diagonal[n])
-            _slip_forces(D, c, item, limit if n is None else limit * r[n], r, diagonal)
-            change = max(change, float(np.max(np.abs(r[rows] - before) / size[rows], initial=0.0)))
+                r[n] = max(lowest, r[n] - (part.normal @ r + part.approach) / diagonal[n])
+            part.slip_forces(limit if n is None else limit * r[n], r)
+        change = float(np.max(np.abs(r - before) / size, initial=0.0))
         if change <= STILL * max(1.0, float(np.max(np.abs(r) / size, initial=0.0))):
             return _read(D, c, items, limits, r, size)
         if sweep % PATIENCE == 0 and not any(least):
@@ -82,18 +83,30 @@ def _tried(
     return lawful(D, c, bound, reached.modes, pace)
 
 
-def _slip_forces(D: Floats, c: Floats, item: Item, limit: float, r: Floats, diagonal: Floats) -> None:
-    """Project the tangential forces of ``item`` once, within r (k,), to a size of at most ``limit``."""
-    slips = list(item.slips)
-    if not slips:
-        return
-    if item.direction is not None:
-        normal = 1.0 if item.normal is None else r[item.normal]
-        r[slips] = -item.friction * normal * np.array(item.direction)
-        return
-    trial = r[slips] - (D[slips] @ r + c[slips]) / diagonal[slips].max()
-    length = float(np.hypot.reduce(trial))
-    r[slips] = trial if length <= limit else trial * (limit / length)
+class _ItemRows:
+    """What D (k, k), c (k,) and its ``diagonal`` (k,) hold for an ``item``."""
+
+    def __init__(self, D: Floats, c: Floats, item: Item, diagonal: Floats) -> None:
+        n, slips = item.normal, list(item.slips)
+        self.item, self.slips = item, slips
+        if n is not None:
+            self.normal, self.approach = D[n], c[n] + item.shift
+        if slips:
+            self.along, self.drift, self.stiffest = D[slips], c[slips], diagonal[slips].max()
+        if item.direction is not None:
+            self.sliding = -item.friction * np.array(item.direction)
+
+    def slip_forces(self, limit: float, r: Floats) -> None:
+        """Project the tangential forces once, within r (k,), to a size of at most ``limit``."""
+        item, slips = self.item, self.slips
+        if not slips:
+            return
+        if item.direction is not None:
+            r[slips] = self.sliding if item.normal is None else self.sliding * r[item.normal]
+            return
+        trial = r[slips] - (self.along @ r + self.drift) / self.stiffest
+        length = math.hypot(*trial)
+        r[slips] = trial if length <= limit else trial * (limit / length)
 
 
 def _read(D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], r: Floats, size: Floats) -> Outcome:

@@ -11,6 +11,7 @@ unsymmetric. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilatera
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -117,10 +118,14 @@ class HybridSystem:
         """
         e, n, m, rows = self.elements, self.n, self.constraints.m, point.rows
         kept, stuck = self.bound_rows(modes)
+        if not (m or kept or stuck or e.f):  # nothing acts along a row, as in flight
+            qdd, unique = _free(point.terms.mass_matrix, point.forcing)
+            return Answer(qdd, np.zeros(0), np.zeros(e.k), np.zeros(0), [], unique)
         closed = closed_contacts(modes)
-        G = np.concatenate([point.constraints[3], rows.jacobian[kept + stuck]])
-        own = self.constraints.aim(point.constraints, damping) if m else np.zeros(0)
-        aim = np.concatenate([own, rows.gamma[kept + stuck] + 2 * damping * rows.velocities[kept + stuck]])
+        bound = kept + stuck
+        G = np.concatenate([point.constraints[3], rows.jacobian[bound]])
+        aim = rows.gamma[bound] + 2 * damping * rows.velocities[bound]
+        aim = np.concatenate([self.constraints.aim(point.constraints, damping), aim])
         aim[m : m + len(kept)] += damping**2 * self.missed(rows, modes)
         directions = G.copy()
         spread = np.zeros((e.k, len(closed)))  # the forces along all rows that a unit of normal force causes
@@ -139,12 +144,10 @@ class HybridSystem:
 
         def answer_of(x: Floats) -> Answer:
             forces = spread @ x[n + m : n + m + len(closed)]
-            forces[kept[len(closed) :] + stuck] += x[n + m + len(closed) :]
-            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), kept + stuck, unique)
+            forces[bound[len(closed) :]] += x[n + m + len(closed) :]
+            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), bound, unique)
 
-        limit = np.zeros(len(sliding))
-        if e.f:
-            limit = self._sliding_forces(point, found, answer_of, sliding)
+        limit = self._sliding_forces(point, found, answer_of, sliding) if e.f else np.zeros(0)
         whole = answer_of(found[:, 0] + found[:, 1:] @ limit)
         whole.forces[e.friction_rows[sliding]] = -senses * limit
         holding = e.capacities(point.state, whole.multipliers, whole.forces)[1] if e.f else whole.holding
@@ -257,13 +260,10 @@ def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> tuple[Fl
     row's inertia: a combination of the columns of G, as those of a bed of springs.
     """
     n, r = len(M), len(G)
+    if not r:
+        return _free(M, right)
     if not (np.isfinite(M).all() and np.isfinite(G).all() and np.isfinite(right).all()):
         return np.full_like(right, np.nan), False
-    if not r:
-        try:
-            return np.asarray(np.linalg.solve(M, right)), True
-        except np.linalg.LinAlgError:
-            return np.full_like(right, np.nan), False
     scale, matrix = _scaled(M, G, directions, plain=True)
     try:
         inverse = np.linalg.inv(matrix)
@@ -281,6 +281,14 @@ def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> tuple[Fl
     missed = scale[n:, None] * (right[n:] - G @ found[:n])
     found[:n] += scale[:n, None] * (inverse[:n, n:] @ missed)
     return np.asarray(found), unique
+
+
+def _free(M: Floats, right: Floats) -> tuple[Floats, bool]:
+    """M^-1 right, and whether there is one; else NaN."""
+    if np.isfinite(M).all() and np.isfinite(right).all():
+        with suppress(np.linalg.LinAlgError):
+            return np.asarray(np.linalg.solve(M, right)), True
+    return np.full_like(right, np.nan), False
 
 
 def _scaled(M: Floats, G: Floats, directions: Floats, *, plain: bool) -> tuple[Floats, Floats]:
