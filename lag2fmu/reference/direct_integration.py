@@ -24,8 +24,8 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.hybrid.columns import columns_of, groups
-from lag2fmu.reference.hybrid.comparison import compared, perturbed
-from lag2fmu.reference.hybrid.following import Follower
+from lag2fmu.reference.hybrid.comparison import PERTURBATION, compared, perturbed
+from lag2fmu.reference.hybrid.following import Enough, Follower
 from lag2fmu.reference.hybrid.kinks import is_hybrid
 from lag2fmu.reference.hybrid.run import HybridRun, Track, started
 from lag2fmu.reference.hybrid.system import HybridSystem
@@ -39,11 +39,14 @@ from lag2fmu.reference.trajectory import Trajectory
 
 RUNS = 3
 """The runs of a hybrid mechanism: at rtol, at 10 rtol, and from a perturbed start."""
+PARTED = 10.0
+"""In units of the most growth: positions that are farther apart come near no more. Between the times of one impact in
+two runs they are apart by about twice as much as before."""
 MAX_EVALUATIONS = 500_000
 """The evaluations of the equations in one run after which a method counts as failed."""
 
 
-def integrate(
+def integrate(  # noqa: PLR0913 (the problem, and what is asked of its runs)
     mechanism: Mechanism,
     times: ArrayLike,
     *,
@@ -53,6 +56,7 @@ def integrate(
     rtol: float = 1e-12,
     method: str = "DOP853",
     whole: float | None = None,
+    most_growth: float = math.inf,
     progress: Callable[[float], None] | None = None,
 ) -> Reference:
     """Integrate ``mechanism`` from times[0] and report at ``times`` (m,) in s, strictly increasing.
@@ -64,6 +68,8 @@ def integrate(
     - ``method``: where DOP853 fails, Radau is tried.
     - ``whole``: the length, in s, of the whole run that the times are a part of, by default that of the times. The
       longest step is a part of it.
+    - ``most_growth``: the amplification from which on no one compares. Where that of a hybrid mechanism is far greater,
+      it is infinite, and the runs that find it end.
     - ``progress``: a function that is told the share that is done, 0 to 1.
 
     Where the time that the caller gives (``deadline``) is over before, the reference ends at the time reached. Raises
@@ -82,7 +88,11 @@ def integrate(
     runs: _Runs
     if is_hybrid(mechanism):
         runs = HybridRuns(
-            HybridRun(HybridSystem(mechanism, parameters), signals, grid, whole), starts or {}, rtol, progress
+            HybridRun(HybridSystem(mechanism, parameters), signals, grid, whole),
+            starts or {},
+            rtol,
+            most_growth,
+            progress,
         )
     else:
         equations = Equations(mechanism, parameters)
@@ -142,10 +152,16 @@ class HybridRuns:
     """The runs with events: at ``rtol``, at 10 ``rtol``, and at 10 ``rtol`` from a start perturbed by 1e-8."""
 
     def __init__(
-        self, run: HybridRun, starts: Mapping[str, float], rtol: float, progress: Callable[[float], None] | None
+        self,
+        run: HybridRun,
+        starts: Mapping[str, float],
+        rtol: float,
+        most_growth: float,
+        progress: Callable[[float], None] | None,
     ) -> None:
         """``starts`` {NAME or NAME_dot: SI value} replace declared values; ``progress`` is told the share done."""
         self.run, self.rtol, self.progress, self.grid = run, rtol, progress, run.times
+        self.most_distance = PARTED * most_growth * PERTURBATION  # in scales
         self.start = started(run, starts)
 
         self.most = math.inf  # evaluations after which a method has failed
@@ -161,28 +177,37 @@ class HybridRuns:
         track = self._track(method, self.rtol, self.start, 0)
         return len(track.modes), track
 
-    def _track(self, method: str, rtol: float, start: Floats, before: int) -> Track:
-        """The run of ``method`` from ``start`` (s,), with as many runs ``before``."""
+    def _track(self, method: str, rtol: float, start: Floats, before: int, enough: Enough | None = None) -> Track:
+        """The run of ``method`` from ``start`` (s,) to the end or until ``enough``, with as many runs ``before``."""
         run, progress = self.run, self.progress
         run.progress = None if progress is None else lambda done: progress((before + done) / RUNS)
         with within(seconds_left() / (RUNS - before)):
-            return Follower(run, method, rtol, self.most).follow(start)
+            return Follower(run, method, rtol, self.most).follow(start, enough)
 
     def completed(self, method: str, rows: int, found: Track) -> Reference:
         """The reference of the first run, ``found`` at the first ``rows`` times, until where the other two come.
 
+        These end early where the perturbed one has parted from the first. There the reference goes on without them.
         Raises SimulationError, and OutOfTimeError where they do not settle their start in time.
         """
         run = self.run
         run.times = self.grid[:rows]
         scales = np.maximum(np.ptp(found.values[:, : run.size], axis=0), run.nominal)
-        coarse = self._track(method, 10 * self.rtol, self.start, 1)
-        moved = perturbed(run, self.start, scales, found.modes[0])
-        tracks = [found, coarse, self._track(method, 10 * self.rtol, moved, 2)]
-        run.times = run.times[: min(len(track.modes) for track in tracks)]
-        tracks = [track.until(run.times) for track in tracks]
-        units = self._units(tracks[0], scales)
-        return compared(run, method, tracks, scales, units, columns_of(run, tracks[0]))
+
+        def parted(row: int, y: Floats) -> bool:
+            distance = np.abs(y[: run.n] - found.values[row, : run.n])
+            return bool((distance > self.most_distance * scales[: run.n]).any())
+
+        start = perturbed(run, self.start, scales, found.modes[0])
+        moved = self._track(method, 10 * self.rtol, start, 1, parted)
+        run.times = run.times[: len(moved.modes)]
+        coarse = self._track(method, 10 * self.rtol, self.start, 2)
+        run.times = run.times[: len(coarse.modes)]
+        others = [coarse, moved.until(run.times)]
+        if parted(len(coarse.modes) - 1, moved.values[len(coarse.modes) - 1]):
+            run.times = self.grid[:rows]
+        fine = found.until(run.times)
+        return compared(run, method, [fine, *others], scales, self._units(fine, scales), columns_of(run, fine))
 
     def _units(self, track: Track, scales: Floats) -> Floats:
         """The units of the distance of two runs at each time of the ``track``, (m, s), from the ``scales`` (s,).

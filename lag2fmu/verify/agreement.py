@@ -39,10 +39,15 @@ def has_rows(mechanism: Mechanism) -> bool:
     return bool(mechanism.unilaterals or mechanism.frictions or mechanism.latches)
 
 
+def most_growth(task: Task) -> float:
+    """The growth of errors up to which trajectories can be compared at this tolerance."""
+    return CHAOS / (SAFETY * task.tolerance)
+
+
 def horizon_of(task: Task, reference: Reference) -> float:
     """The time (s) until which trajectories can be compared at this tolerance."""
-    bar = SAFETY * reference.growth * task.tolerance
-    return float(reference.trajectory.time[bar <= CHAOS][-1]) if bar[0] <= CHAOS else 0.0
+    comparable = reference.growth <= most_growth(task)
+    return float(reference.trajectory.time[comparable][-1]) if comparable[0] else 0.0
 
 
 def out_of_time(task: Task, reference: Reference) -> str:

@@ -8,7 +8,7 @@ from lag2fmu.deadline import Budget, OutOfTimeError, check_time
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.direct_integration import integrate
 from lag2fmu.reference.integrated import Reference
-from lag2fmu.verify.agreement import has_rows
+from lag2fmu.verify.agreement import has_rows, most_growth
 from lag2fmu.verify.task import Floats, Task
 
 SHARE = 0.8
@@ -59,7 +59,14 @@ class References:
 
             grid, driving = task.grid(step), task.driving(step)
             with self.budget.spent(1 / (self._count - done)):
-                self._found[step] = integrate(task.mechanism, grid, inputs=driving, rtol=self._rtol, progress=reached)
+                self._found[step] = integrate(
+                    task.mechanism,
+                    grid,
+                    inputs=driving,
+                    rtol=self._rtol,
+                    most_growth=most_growth(task),
+                    progress=reached,
+                )
         return self._found[step]
 
     def window(self, times: Floats, starts: Mapping[str, float]) -> Reference:

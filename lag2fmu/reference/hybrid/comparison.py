@@ -57,14 +57,18 @@ def compared(
     """The record of the runs by ``method`` at rtol, 10 rtol, and 10 rtol from the perturbed start.
 
     ``scales`` (s,) are those of the states, which errors are relative to, and ``units`` (m, s) those of the distance of
-    two runs. ``columns`` {name: (m,)} are the results of the first run.
+    two runs. ``columns`` {name: (m,)} are the results of the first run. The others may have ended at an earlier time,
+    where they have parted from it.
     """
-    fine, coarse, moved = tracks
+    whole, coarse, moved = tracks
+    k = len(coarse.modes)
+    fine = whole.until(run.times[:k])
     same = alike(fine, coarse) & alike(coarse, moved)
     # a contact that touches without a force may count as open or closed: near states then tell that runs do the same
     near = [np.abs(a.values - b.values)[:, : run.size] / scales for a, b in ((fine, coarse), (coarse, moved))]
     same |= (near[0].max(axis=1) < NEAR) & (near[1].max(axis=1) < NEAR)
     same[0] = True
+    same = np.concatenate([same, np.zeros(len(run.times) - k, dtype=bool)])
     last = int(np.flatnonzero(same)[-1])
     at = np.maximum.accumulate(np.where(same, np.arange(len(same)), 0))  # the last comparable time up to each
     errors = np.abs(fine.values - coarse.values)[at, : run.size]
@@ -73,14 +77,14 @@ def compared(
     amplification[last + 1 :] = np.inf
     return Reference(
         trajectory=Trajectory.of(run.times, columns),
-        work=fine.values[:, run.size] - fine.values[:, run.size + 1],
+        work=whole.values[:, run.size] - whole.values[:, run.size + 1],
         scales=dict(zip(run.states, scales.tolist(), strict=True)),
         error=Trajectory(run.times, tuple(run.states), errors),
         amplification=amplification,
         method=method,
         evaluations=sum(track.evaluations for track in tracks),
-        events=fine.events,
-        turns=fine.turns,
+        events=whole.events,
+        turns=whole.turns,
         comparable=same,
     )
 

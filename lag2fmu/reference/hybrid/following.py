@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +25,13 @@ LOW = 1e-11
 STUCK = 200
 """The number of events at one time from which on the motion counts as stuck."""
 
+Enough = Callable[[int, Floats], bool]
+"""Whether a run may end at the time of a row, where its states and energies are (s + 2,)."""
+
+
+class _PartedError(Exception):
+    """The run is far from another one; no user sees this error."""
+
 
 class Follower:
     """Carries out a ``run`` from event to event, by SciPy's ``method`` with the relative tolerance ``rtol``.
@@ -44,6 +52,7 @@ class Follower:
         self.modes: list[Modes | None] = [None] * m
         self.counts, self.impulses, self.since = (np.zeros((m, u)) for _ in range(3))
         self.closings = np.zeros(u)  # counts of impacts when each contact was closed last
+        self.enough: Enough | None = None
         self.at_once, self.settled_at = 0, -np.inf  # the number of events at one time, and this time (s)
 
     def _energy_scale(self) -> float:
@@ -55,13 +64,17 @@ class Follower:
         scale = float(0.5 * np.abs(np.diagonal(system.equations.terms(state).mass_matrix) * system.nominal**2).sum())
         return scale if scale > 0 else 1.0
 
-    def follow(self, start: Floats) -> Track:
+    def follow(self, start: Floats, enough: Enough | None = None) -> Track:
         """The run from the states ``start`` (s,), in SI units, to the end or until the time for the work is over.
 
+        It ends earlier where it is ``enough``.
         Raises SimulationError with the time reached, and OutOfTimeError if that is not even the first one.
         """
+        self.enough = enough
         try:
             self._follow(start)
+        except _PartedError:
+            pass
         except OutOfTimeError:
             if self.modes[0] is None:
                 raise
@@ -110,6 +123,8 @@ class Follower:
         self.values[row], self.modes[row] = y, modes
         self.counts[row], self.impulses[row] = self.memory.impacts, self.memory.impulses
         self.since[row] = self.counts[row] - self.closings
+        if self.enough is not None and self.enough(row, y):
+            raise _PartedError
 
     def _settle(self, t: float, y: Floats, modes: Modes, due: Due) -> tuple[Floats, Modes]:
         """y and modes behind an event, or at the start of a segment."""
