@@ -39,14 +39,14 @@ def has_rows(mechanism: Mechanism) -> bool:
     return bool(mechanism.unilaterals or mechanism.frictions or mechanism.latches)
 
 
-def most_growth(task: Task) -> float:
-    """The growth of errors up to which trajectories can be compared at this tolerance."""
-    return CHAOS / (SAFETY * task.tolerance)
+def comparable_growth(tolerance: float) -> float:
+    """The growth of errors up to which trajectories can be compared at this ``tolerance``."""
+    return CHAOS / (SAFETY * tolerance)
 
 
 def horizon_of(task: Task, reference: Reference) -> float:
     """The time (s) until which trajectories can be compared at this tolerance."""
-    comparable = reference.growth <= most_growth(task)
+    comparable = reference.growth <= comparable_growth(task.tolerance)
     return float(reference.trajectory.time[comparable][-1]) if comparable[0] else 0.0
 
 

@@ -1,9 +1,10 @@
 """Runs of the FMU and the direct integration side by side, as long as that means something.
 
-Beyond the horizon two right runs may have nothing in common, see ``agreement``. There the run is compared in windows,
-one after the other. In a window the FMU starts from a state of the direct integration, and so does a second direct
-integration, which finds how errors grow in the window, and so how long it may be. Mechanisms with contacts and dry
-friction have no windows, because no start value gives their modes; such a run has to be comparable by itself.
+Beyond the horizon two right runs may have nothing in common, see ``agreement``. A run at a sharper tolerance has a
+later one. Where even that does not come to the end, the rest is compared in windows, one after the other. In a window
+the FMU starts from a state of the direct integration, and so does a second direct integration, which finds how errors
+grow in the window, and so how long it may be. Mechanisms with contacts and dry friction have no windows, because no
+start value gives their modes.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lag2fmu.deadline import OutOfTimeError
 from lag2fmu.reference.integrated import Reference
@@ -22,6 +24,7 @@ from lag2fmu.verify.agreement import (
     SAFETY,
     SHARPER,
     comparable,
+    comparable_growth,
     has_rows,
     horizon_of,
     on_grid,
@@ -39,7 +42,18 @@ Integration = Callable[[Floats, Mapping[str, float]], Reference]
 LEAST_WINDOWS = 20
 """The least number of windows, roughly: a fault shows itself most where errors have not grown yet."""
 SHARPEST = 1000.0
-"""In a window the FMU may have to be as many times as exact: the direct integration is exact enough for that."""
+"""Beyond the horizon the FMU may have to be as many times as exact: the direct integration is exact enough for that."""
+LEAST = 1e-10
+"""The sharpest tolerance there: below it rounding adds up in long runs."""
+
+
+_OWN = 0.1
+"""The part of the bar that the error of the direct integration may take."""
+
+
+def most_growth(task: Task) -> float:
+    """The growth of errors up to which trajectories can be compared at any tolerance."""
+    return comparable_growth(max(LEAST, task.tolerance / SHARPEST))
 
 
 def own_check(task: Task, reference: Reference) -> Check:
@@ -47,11 +61,9 @@ def own_check(task: Task, reference: Reference) -> Check:
 
     It is the one until the horizon.
     """
-    weighed = reference.relative_error / reference.growth
-    compared = comparable(task, reference) & (reference.trajectory.time <= horizon_of(task, reference))
-    worst = float(weighed[compared].max(initial=0.0))
+    worst = float((reference.relative_error / reference.growth)[_compared(task, reference)].max(initial=0.0))
     detail = "of runs at two tolerances; growth taken out"
-    return Check("direct integration, own error", worst, SAFETY * task.tolerance / 10, detail)
+    return Check("direct integration, own error", worst, _OWN * SAFETY * task.tolerance, detail)
 
 
 def compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Check:
@@ -63,7 +75,7 @@ def compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Ch
     scales = np.array([reference.scales[name] for name in task.states])
     errors = np.abs(run.columns(task.states) - reference.trajectory.columns(task.states)[rows]) / scales
     weighed = errors.max(axis=1) / reference.growth[rows]
-    compared = (run.time <= horizon_of(task, reference)) & comparable(task, reference)[rows]
+    compared = _compared(task, reference)[rows]
     if not compared.any():
         return Check(label, 1.0, 0.0, "no time can be compared; take a sharper --tolerance")
     worst, column = np.unravel_index(np.argmax(errors[compared]), errors[compared].shape)
@@ -76,21 +88,77 @@ def compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Ch
     )
 
 
-# ------------------------------------------------------------------------------------------------------------ windows
+def _compared(task: Task, reference: Reference) -> NDArray[np.bool_]:
+    """The times of ``reference`` at which another run has to agree with it, (m,)."""
+    return comparable(task, reference) & (reference.trajectory.time <= horizon_of(task, reference))
+
+
+# ------------------------------------------------------------------------------------------------- beyond the horizon
 
 
 @dataclass(frozen=True)
 class Windows:
-    """The comparisons in windows: the ``worst`` of them, their number, and the time (s) that they cover in all."""
+    """The comparisons in windows: the ``worst`` of them, their number, and the time (s) that they cover in all.
+
+    A single one may be the run from its start at a sharper ``tolerance``, ``until`` a time (s).
+    """
 
     worst: Check | None = None
     count: int = 0
     covered: float = 0.0
+    until: float = 0.0
+    tolerance: float | None = None
+
+    def told(self) -> str:
+        """A phrase on how the run is compared beyond the horizon; "" if it is not."""
+        if self.tolerance is not None:
+            return f"from there on until t = {self.until:.4g} s at the tolerance {self.tolerance:.2g}"
+        return f"from there on in {self.count} windows that start from the direct integration" if self.count else ""
 
     def with_another(self, check: Check, covered: float) -> Windows:
         """These and one more window with its ``check``, which has ``covered`` that time (s)."""
         worst = max(filter(None, (self.worst, check)), key=lambda check: check.value / check.bar)
         return Windows(worst, self.count + 1, self.covered + covered)
+
+
+def beyond(task: Task, reference: Reference, integrated: Integration) -> Windows:
+    """The comparisons beyond the horizon, in co-simulation with the middle communication step.
+
+    ``integrated`` makes direct integrations from states of the ``reference``.
+    """
+    end = float(reference.trajectory.time[-1]) * (1 - 1e-9)
+    if horizon_of(task, reference) >= end or task.solver_step:
+        return Windows()
+    sharp = _sharp(task, reference)
+    whole = horizon_of(sharp, reference) >= end
+    found = _whole(task, sharp, reference) if whole or has_rows(task.mechanism) else Windows()
+    return found if found.count else windows_after(task, reference, integrated)
+
+
+def _sharp(task: Task, reference: Reference) -> Task:
+    """The ``task`` at the tolerance that the growth of errors over the ``reference`` asks for, or at the sharpest."""
+    sharpest = replace(task, tolerance=max(LEAST, task.tolerance / SHARPEST))
+    enough = CHAOS / (SAFETY * float(reference.growth[-1])) * (1 - 1e-9)
+    own = own_check(sharpest, reference).value / (_OWN * SAFETY)
+    return replace(task, tolerance=min(task.tolerance, max(sharpest.tolerance, enough, own)))
+
+
+def _whole(task: Task, sharp: Task, reference: Reference) -> Windows:
+    """The comparison of the run from its start at the tolerance of the task ``sharp``, as far as that goes.
+
+    There is none if the FMU does the same at the tolerance of ``task``, as methods of fixed step do.
+    """
+    step, stop = task.steps[1], horizon_of(sharp, reference)
+    gained = float(np.mean(_compared(sharp, reference)) - np.mean(_compared(task, reference)))
+    count = int(stop / step * (1 + 1e-9))
+    if gained <= 0 or not count:
+        return Windows()
+    times = task.grid(step)[: count + 1]
+    run = _run_of_window(sharp, {}, times)
+    if np.array_equal(run.values, _run_of_window(task, {}, times).values):
+        return Windows()
+    check = compare(sharp, f"co-simulation at tolerance {sharp.tolerance:.2g}, step {step:.3g} s", run, reference)
+    return Windows(check, 1, gained * float(reference.trajectory.time[-1]), float(times[-1]), sharp.tolerance)
 
 
 def windows_after(task: Task, reference: Reference, integrated: Integration) -> Windows:
@@ -150,21 +218,21 @@ def _window(task: Task, label: str, starts: Mapping[str, float], direct: Referen
         return None, 0
     window = replace(task, tolerance=sharper)
     steps = int(np.sum(direct.trajectory.time <= horizon_of(window, direct))) - 1
-    run = _run_of_window(window, starts, direct, steps)
-    if sharper < task.tolerance and np.array_equal(run.values, _run_of_window(task, starts, direct, steps).values):
+    times = direct.trajectory.time[: steps + 1]
+    run = _run_of_window(window, starts, times)
+    if sharper < task.tolerance and np.array_equal(run.values, _run_of_window(task, starts, times).values):
         return None, 0
     return compare(window, label, run, direct), steps
 
 
-def _run_of_window(task: Task, starts: Mapping[str, float], direct: Reference, steps: int) -> Trajectory:
-    """The run of the FMU from ``starts`` over the first communication ``steps`` of ``direct``."""
-    times = direct.trajectory.time
+def _run_of_window(task: Task, starts: Mapping[str, float], times: Floats) -> Trajectory:
+    """The run of the FMU from ``starts``, or from its own, over the communication points ``times`` (k,) in s."""
     options = Run(
         start_time=float(times[0]),
-        stop_time=float(times[steps]),
+        stop_time=float(times[-1]),
         step=task.steps[1],
         tolerance=task.tolerance,
-        values={name: starts[name] for name in task.settable},
+        values={name: starts[name] for name in task.settable if name in starts},
         inputs=task.inputs,
         hold=task.hold,
         outputs=task.states,
@@ -182,7 +250,7 @@ def extent_check(task: Task, reference: Reference, windows: Windows | None = Non
     if left_out > LEFT_OUT and not has_rows(task.mechanism):
         grown = (
             f"the comparison ends at t = {horizon:.3g} s, where errors have grown beyond "
-            f"{CHAOS / SAFETY / task.tolerance:.1g} times at tolerance {task.tolerance:g}; {SHARPER}"
+            f"{comparable_growth(task.tolerance):.1g} times at tolerance {task.tolerance:g}; {SHARPER}"
         )
         detail = out_of_time(task, reference) or grown
         yield Check("trajectories, share not compared", left_out, LEFT_OUT, detail, extent=True)
@@ -195,14 +263,11 @@ def extent_note(task: Task, reference: Reference, windows: Windows) -> str:
         return ""
     longer = [f"{step:.3g} s" for step in task.steps if step > horizon * (1 + 1e-9)]
     beyond = f", and runs with a communication step of {' or '.join(longer)} not at all" if longer else ""
-    most = CHAOS / SAFETY / task.tolerance
+    most = comparable_growth(task.tolerance)
     reason = out_of_time(task, reference) if horizon == reference.trajectory.time[-1] else ""
     note = reason[:1].upper() + reason[1:] if reason else f"Errors may grow over {most:.3g} times"
     note += f": trajectories are compared until t = {horizon:.4g} s only{beyond}"
     if not windows.count:
         return f"{note}."
     share = (horizon + windows.covered) / task.stop_time
-    return (
-        f"{note}; from there on in {windows.count} windows that start from the direct integration, {share:.0%} of the "
-        "run in all."
-    )
+    return f"{note}; {windows.told()}, {share:.0%} of the run in all."

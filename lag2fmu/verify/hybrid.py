@@ -20,6 +20,7 @@ from lag2fmu.verify.agreement import (
     SHARPER,
     comparable,
     has_rows,
+    horizon_of,
     lowest,
     most_left_out,
     out_of_time,
@@ -27,6 +28,7 @@ from lag2fmu.verify.agreement import (
     widths_of,
 )
 from lag2fmu.verify.balances import resting_energy
+from lag2fmu.verify.comparison import Windows
 from lag2fmu.verify.laws.along import STILL
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Floats, Task
@@ -51,22 +53,23 @@ def row_outputs(mechanism: Mechanism) -> list[str]:
 # ------------------------------------------------------------------------------------------------------ what compares
 
 
-def extent(task: Task, reference: Reference, horizon: float, covered: float = 0.0) -> Iterator[Check]:
-    """Which part of the run is compared, and why the rest is not; windows have ``covered`` a time (s) beyond."""
+def extent(task: Task, reference: Reference, horizon: float, windows: Windows | None = None) -> Iterator[Check]:
+    """Which part of the run is compared, and why the rest is not; ``windows`` are those beyond the ``horizon`` (s)."""
+    windows = windows or Windows()
     if reference.comparable is None:
         return
     seen = comparable(task, reference) & (reference.trajectory.time <= horizon)
     end = float(reference.trajectory.time[-1])
-    left_out = max(0.0, 1.0 - (float(np.mean(seen)) * end + covered) / task.stop_time)
+    left_out = max(0.0, 1.0 - (float(np.mean(seen)) * end + windows.covered) / task.stop_time)
     why = out_of_time(task, reference) if horizon == end else ""
     most = most_left_out(task)
     remedy = f"; {why or SHARPER}" if left_out > most else ""
-    until = f"until t = {horizon:.4g} s"
-    if covered:
-        until += " and in windows from there on"
-    elif horizon >= task.stop_time * (1 - 1e-9):
-        until = "to the end"
-    elif horizon < end:
+    whole = task.stop_time * (1 - 1e-9)
+    until = f"until t = {horizon:.4g} s" if horizon < whole else "to the end"
+    if windows.count:
+        until += f" and {windows.told()}"
+    ends = max(horizon, windows.until) < min(end, whole) - task.steps[1]
+    if ends and (windows.tolerance is not None or not windows.count):
         until += ", where impacts and motion have amplified differences beyond the bar"
     impacts = _impacts(task, reference)
     detail = f"compared {until}, but for short times around {len(reference.events)} events ({impacts})"
@@ -172,7 +175,7 @@ def _energy(
 ) -> Check:
     """The check of the growth of energy minus work from outside; impacts and friction may only take energy."""
     external = (reference.work + reference.trajectory[names.DISSIPATED_ENERGY])[rows]
-    compared = seen[rows] & np.isfinite(reference.growth[rows])
+    compared = seen[rows] & (run.time <= horizon_of(task, reference))  # the work is that of the direct integration
     held, times = (run["generalized_energy"] - external)[compared], run.time[compared]
     sizes = np.abs(reference.trajectory["kinetic_energy"]), np.abs(external), np.abs(run["generalized_energy"])
     size = max(*(float(x.max()) for x in sizes), resting_energy(task, run), 1e-300)
@@ -180,8 +183,7 @@ def _energy(
         return Check("energy never grows", 0.0, 0.0, f"no two times are compared, {label}")
     rise = np.diff(held) / size
     at = int(np.argmax(rise))
-    growth = float(np.nanmax(np.where(np.isfinite(reference.growth), reference.growth, np.nan)))
-    bar = 4 * SAFETY * task.tolerance * growth
+    bar = 4 * SAFETY * task.tolerance * float(reference.growth[rows][compared].max())
     where = f"greatest rise at t = {times[at]:.3g} s, {label}"
     return Check("energy never grows", max(0.0, float(rise[at])), bar, where)
 

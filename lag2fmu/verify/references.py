@@ -8,7 +8,8 @@ from lag2fmu.deadline import Budget, OutOfTimeError, check_time
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.direct_integration import integrate
 from lag2fmu.reference.integrated import Reference
-from lag2fmu.verify.agreement import has_rows, most_growth
+from lag2fmu.verify.agreement import has_rows
+from lag2fmu.verify.comparison import most_growth
 from lag2fmu.verify.task import Floats, Task
 
 SHARE = 0.8

@@ -33,7 +33,7 @@ from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify import time_stepping
 from lag2fmu.verify.agreement import has_rows, horizon_of, most_left_out, on_grid
 from lag2fmu.verify.balances import constraint_checks, energy_checks
-from lag2fmu.verify.comparison import Windows, compare, extent_check, extent_note, own_check, windows_after
+from lag2fmu.verify.comparison import Windows, beyond, compare, extent_check, extent_note, own_check
 from lag2fmu.verify.hybrid import extent, row_checks, row_outputs
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange
@@ -155,10 +155,10 @@ def _compared(own: Task, references: References, checks: list[Check]) -> Report:
             energy = energy_checks(task, run, reference)
             analysis, analysis_notes = analysis_checks(task, run, reference, references.budget)
     direct = references.of(task.steps[1])
-    reference, windows = time_stepping.as_seen(task, direct), windows_after(task, direct, references.window)
+    reference, windows = time_stepping.as_seen(task, direct), beyond(task, direct, references.window)
     checks += [
         *extent_check(task, reference, windows),
-        *extent(task, reference, horizon_of(task, reference), windows.covered),
+        *extent(task, reference, horizon_of(task, reference), windows),
         *energy,
         *analysis,
         *constraint_checks(task, runs, reference),

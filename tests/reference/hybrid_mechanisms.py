@@ -197,3 +197,10 @@ def gripper() -> Mechanism:
         bodies=[Body("hand", 1, (a, 0)), Body("piece", 3, (b, 0))],
         constraints=[Constraint("grip", a.dot - b.dot, kind="nonholonomic", while_=(TIME - 1) * (2 - TIME))],
     )
+
+
+def wedge() -> Mechanism:
+    """The billiard in a flat wedge, which is chaotic: H. E. Lehtihet, B. N. Miller, Physica D 21 (1986), pp. 93-104."""
+    x, y = coordinate("x", "m", start=0.1, velocity=0.3), coordinate("y", "m", start=1.0)
+    walls = [Contact("left", gap=y + x / 2, restitution=1), Contact("right", gap=y - x / 2, restitution=1)]
+    return Mechanism("wedge", coordinates=[x, y], bodies=[Body("ball", 1, (x, y))], contacts=walls, gravity=9.81)

@@ -24,6 +24,7 @@ from lag2fmu.verify.page_samples import page_samples
 from lag2fmu.verify.reference_files import reference_files, reference_of
 from lag2fmu.verify.report import Report
 from lag2fmu.verify.validate import validate, validate_fmu
+from tests.reference.hybrid_mechanisms import wedge
 
 GEAR = """
 [mechanism]
@@ -82,21 +83,31 @@ def test_an_inner_bound_is_no_longer_than_the_outer_one() -> None:
 
 
 @pytest.mark.slow
-def test_windows_begin_as_often_as_stiff_play_asks_for() -> None:
-    """An impact of stiff teeth lets errors grow by 200 within one step; so much for windows of a fixed length."""
+def test_stiff_play_is_compared_at_the_tolerance_that_it_asks_for() -> None:
+    """An impact of stiff teeth lets errors grow by 200 within one step."""
     report = validate(read(GEAR, "gear.toml"))
     assert report.outcome == "ok", str(report)
     assert share_left_out(report) < 0.1
-    (window,) = [check for check in report.checks if "windows" in check.name]
-    assert window.value < 0.1 * window.bar
+    (sharper,) = [check for check in report.checks if "at tolerance" in check.name]
+    assert sharper.value < 0.1 * sharper.bar
 
 
 @pytest.mark.slow
-def test_windows_find_a_fault_in_stiff_play(exported) -> None:
+def test_a_sharper_tolerance_finds_a_fault_in_stiff_play(exported) -> None:
     path = exported(read(GEAR, "gear.toml")).path
     report = validate_fmu(read(GEAR.replace("{ value = 1.0,", "{ value = 1.01,"), "gear.toml"), path)
-    (window,) = [check for check in report.checks if "windows" in check.name]
-    assert window.outcome == "FAILED"
+    (sharper,) = [check for check in report.checks if "at tolerance" in check.name]
+    assert sharper.outcome == "FAILED"
+
+
+@pytest.mark.slow
+def test_a_billiard_is_compared_farther_at_a_sharper_tolerance() -> None:
+    """Errors grow by 3e4 in 8 s: at a tolerance of 1e-6 a right run may be anywhere after 4.4 s."""
+    report = validate(wedge(), stop_time=8.0)
+    assert report.outcome == "ok", str(report)
+    assert share_left_out(report) < 0.05
+    (sharper,) = [check for check in report.checks if "at tolerance" in check.name]
+    assert 1e-9 <= sharper.bar / 100 < 5e-9
 
 
 @pytest.mark.slow
