@@ -46,6 +46,17 @@ def test_friction_never_drives_a_crank_past_its_dead_centres(way: str, exported)
     assert (force * slip <= 0.15 * np.abs(a_dot) * 5e-3).all()
 
 
+def test_a_crank_creeps_out_of_its_dead_centre_against_friction(exported) -> None:
+    """The slide waited there without friction until its slip was 1e-9 m/s, for a fiftieth of a slow motion."""
+    values = {"a": np.pi, "a_dot": 0.0, "T": 0.0159, "F": 32.8, "J": 0.286}
+    run = lag2fmu.simulate(
+        exported(mechanism("yoke")), stop_time=0.05, step=0.002, values=values, outputs=["a", "a_dot", "slide_mode"]
+    )
+    expected = [_yoke_speed(angle, np.pi, 0.0, 0.0159, 32.8, 0.286) for angle in run["a"]]
+    assert run["a_dot"] == pytest.approx(expected, abs=5e-8)
+    assert (run["slide_mode"][run.time > 0.005] != STICKS).all()
+
+
 @pytest.mark.parametrize("start", [0.0, np.pi])
 @pytest.mark.parametrize("options", [{}, MODEL_EXCHANGE], ids=["co-simulation", "CVode"])
 def test_a_loop_turns_out_of_its_dead_centre(start: float, options: dict, exported) -> None:
