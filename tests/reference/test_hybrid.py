@@ -513,12 +513,17 @@ gap = "y - profile(x)"
         "columns = [[0, 1, 2], [0.5, 0, 0]]",
         'columns = [[0, 0.5, 1], [0.5, 0.25, 0]]\ninterpolation = "cubic"',
         'columns = [[0, 0.5, 1], [0.5, 0.25, 0]]\ninterpolation = "pchip"',
+        "columns = [[0, 1, 2], [0, 1], [[0.5, 0.5], [0, 0], [0, 0]]]",
+        'columns = [[0, 0.5, 1], [0, 1], [[0.5, 0.5], [0.25, 0.25], [0, 0]]]\ninterpolation = "cubic"',
     ],
 )
 def test_a_follower_is_struck_where_the_slope_of_its_table_changes(table: str) -> None:
     push = 1 / 1.0125
     speed = np.sqrt(1 + 2 * push * 0.5)
-    track = run(read(FOLLOWER.replace("columns = [[0, 1, 2], [0.5, 0, 0]]", table), "follower.toml"), 0.9)
+    text = FOLLOWER.replace("columns = [[0, 1, 2], [0.5, 0, 0]]", table)
+    if "[[0.5, 0.5]" in table:
+        text = text.replace("profile(x)", "profile(x, 0.5)").replace('["m", "m"]', '["m", "m", "m"]')
+    track = run(read(text, "follower.toml"), 0.9)
     (at,) = times_of(track, "impact")
     assert at == pytest.approx((speed - 1) / push, rel=1e-9)
     assert track.values[-1, :4] == pytest.approx([1 + speed * (0.9 - at), 0, speed, 0], abs=1e-9)
