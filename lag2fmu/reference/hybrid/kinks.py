@@ -140,14 +140,19 @@ class Kinks:
         None where none of the points is a kink. Those of an argument that does not move are none.
         """
         margins = [[x - point for point in axis] for x, axis in zip(arguments, points, strict=True)]
-        moving = [margin for along in margins for margin in along if margin.free_symbols & self.moving]
-        few = 0 < len(moving) <= MOST_BENDS and math.prod(len(along) + 1 for along in margins) <= MOST_PIECES
-        if not few or not (self.bending or self._known.keys() >= set(moving)):
-            return None
-        sides = {margin: side for margin in moving if (side := self._side(margin)) is not None}
-        if len(sides) < len(set(moving)):
+        few = math.prod(len(along) + 1 for along in margins) <= MOST_PIECES
+        moving = [margin for along in margins for margin in along if few and margin.free_symbols & self.moving]
+        sides = self._sides(moving)
+        if not sides:
             return None
         return [[m * (1 + sides[m]) / 2 if m in sides else sp.Max(0, m) for m in along] for along in margins]
+
+    def _sides(self, margins: Sequence[sp.Expr]) -> dict[sp.Expr, sp.Expr]:
+        """The side of each of the ``margins`` of a table; none where these are no kinks."""
+        if len(margins) > MOST_BENDS or not (self.bending or self._known.keys() >= set(margins)):
+            return {}
+        sides = {margin: side for margin in margins if (side := self._side(margin)) is not None}
+        return sides if sides.keys() >= set(margins) else {}
 
     def _side(self, margin: sp.Expr) -> sp.Expr | None:
         """The side of ``margin``: a symbol, or its negative; None for one that does not move."""
