@@ -21,7 +21,9 @@ def check_identifier(name: object, where: str) -> None:
 
     An identifier is a letter or underscore, followed by letters, underscores and digits.
     """
-    if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or len(name) > MAX_NAME:
+    if isinstance(name, str) and len(name) > MAX_NAME:
+        raise MechanismError(f"{where}: '{name[:20]}...' has {len(name)} letters; a name has {MAX_NAME} at most")
+    if not isinstance(name, str) or not IDENTIFIER.fullmatch(name):
         raise MechanismError(
             f"{where}: {str(name)[:60]!r} is no name; use letters, digits and underscores, not starting with a digit"
         )
