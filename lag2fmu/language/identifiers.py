@@ -41,7 +41,10 @@ def suggestion(word: object, known: Iterable[str]) -> str:
     """The remedy for an unknown ``word``: similar names in ``known``, or else all of ``known``."""
     from difflib import get_close_matches
 
-    word, known = str(word), list(known)
+    known = list(known)
+    if not isinstance(word, str) and str(word) in known:
+        return f"give the name as a text, {str(word)!r}"
+    word = str(word)
     near = [name for name in known if name.lower() == word.lower()][:2]
     near = near or get_close_matches(word[:MAX_NAME], known, n=2)
     near = near or [name for name in known if _one_apart(word, name)][:2]
