@@ -556,6 +556,14 @@ def test_a_bead_keeps_its_velocity_along_a_rail_that_turns() -> None:
     assert reference.relative_error.max() < 1e-8
 
 
+def test_a_coordinate_may_be_called_as_a_side_was() -> None:
+    side = coordinate("side_0", "m", velocity=1.0)
+    body = Body("body", mass=1, position=(side, 0))
+    mechanism = Mechanism("named", coordinates=[side], bodies=[body], forces={side: sp.Max(side - 1, 0)})
+    track = run(mechanism, 2.0)
+    assert track.values[-1, :2] == pytest.approx([1 + np.sinh(1), np.cosh(1)], rel=1e-9)
+
+
 def test_gaps_with_a_kink_are_told_on_both_sides_of_it() -> None:
     y, t = coordinate("y", "m", start=3.0), sp.Symbol("t", real=True)
     table = Contact("table", gap=y - sp.Min(t, 1))

@@ -161,7 +161,7 @@ class Kinks:
             return self._known[margin]
         if self.closed or not free & self.moving or not free <= self.moving | self._parameters:
             return None
-        side = sp.Symbol(f"side_{len(self.sides)}", real=True)
+        side = sp.Symbol(f"side {len(self.sides)}", real=True)  # a name that no user can give
         self.margins.append(margin)
         self.sides.append(side)
         self._known[margin], self._known[-margin] = side, -side
