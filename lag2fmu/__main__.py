@@ -18,6 +18,9 @@ Modules and equations are made of objects that stay. Python's own 700 take a ten
 def program() -> None:
     """Run the command that the arguments of the process name; the process ends with it."""
     gc.set_threshold(_YOUNG, *gc.get_threshold()[1:])
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by who started the process: nobody reads
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))
     from lag2fmu.cli import main
 
     ending: list[int] = []

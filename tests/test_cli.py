@@ -530,3 +530,21 @@ def test_the_program_ends_with_the_code_of_its_command(argument: str, code: int,
     assert ("lag2fmu" in done.stdout) is (code == 0)
     assert ("--nothing" in done.stderr) is (code == 2)
     assert left.exists()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize("argument", ["--help", "--version", "models"])
+def test_output_to_a_full_device_gets_one_sentence(argument: str) -> None:
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "lag2fmu", argument]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("Error: No space left on device")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closes an output as POSIX shells do")
+def test_an_output_that_is_closed_is_no_error() -> None:
+    command = ["/bin/sh", "-c", f"'{sys.executable}' -m lag2fmu models >&-"]
+    done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")

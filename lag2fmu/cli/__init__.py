@@ -11,6 +11,8 @@ import signal
 import sys
 import threading
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import click
@@ -54,24 +56,37 @@ class _BadInputError(click.ClickException):
 class _Commands(click.Group):
     """A group that turns every error of lag2fmu into one line and exit code 2."""
 
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:
+        """Read the options; ``--help`` and ``--version`` write here, before any command is run."""
+        with _errors_as_lines():
+            return super().make_context(info_name, args, parent, **extra)
+
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; if it is terminated, its temporary folders are removed."""
         _exit_when_terminated()
         os.environ.setdefault(_THREADS, "1")
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter(
-                    "ignore", RuntimeWarning
-                )  # NumPy's warnings; values that are not finite raise an error that names them
-                return super().invoke(ctx)
-        except Lag2FmuError as error:
-            raise _BadInputError(str(error)) from error
-        except OSError as error:
-            if error.errno == errno.EPIPE:  # the reader of our output is gone; click deals with that
-                raise
-            where = f"'{error.filename}': " if error.filename else ""
-            remedy = "is there room, and the right to write, there and in the folder for temporary files (TMPDIR)?"
-            raise _BadInputError(f"{where}{error.strerror or error}; {remedy}") from error
+        with warnings.catch_warnings(), _errors_as_lines():
+            warnings.simplefilter(
+                "ignore", RuntimeWarning
+            )  # NumPy's warnings; values that are not finite raise an error that names them
+            return super().invoke(ctx)
+
+
+@contextmanager
+def _errors_as_lines() -> Iterator[None]:
+    """Turn the errors of lag2fmu and of the files that are written into one line."""
+    try:
+        yield
+    except Lag2FmuError as error:
+        raise _BadInputError(str(error)) from error
+    except OSError as error:
+        if error.errno == errno.EPIPE:  # the reader of our output is gone; click deals with that
+            raise
+        where = f"'{error.filename}': " if error.filename else ""
+        remedy = "is there room, and the right to write, there and in the folder for temporary files (TMPDIR)?"
+        raise _BadInputError(f"{where}{error.strerror or error}; {remedy}") from error
 
 
 def _exit_when_terminated() -> None:

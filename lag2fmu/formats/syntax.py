@@ -17,8 +17,10 @@ else:
 MAX_KEY_PARTS = 32
 
 _DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)")
-_NO_QUOTES = re.compile(r"=\s*(?!true\b|false\b)([^\W\d][\w.*/^-]*)")
-_LINE = re.compile(r"at line (\d+)")
+_NO_QUOTES = re.compile(r"(?!(?:true|false|inf|nan)\b)-?[^\W\d][^\s,\]}]*")
+_COLON = re.compile(r"\s*([\w-]+)\s*:")
+_OTHER_LETTERS = re.compile(r"[\w.-]*[^\x00-\x7f][\w.-]*(?=\s*[=\]])")
+_PLACE = re.compile(r"at line (\d+), column (\d+)")
 
 
 def parse_toml(text: str) -> dict[str, Any]:
@@ -43,6 +45,11 @@ def _remedy(text: str, error: str) -> str:
     """What may help against the ``error`` of the TOML parser, '' where nothing is known."""
     if comma := _DECIMAL_COMMA.search(text):
         return f"; decimals have a point: {comma[1]}.{comma[2]} instead of {comma[1]},{comma[2]}"
-    place = _LINE.search(error)
-    bare = _NO_QUOTES.search(text.split("\n")[int(place[1]) - 1]) if place else None
-    return f'; texts have quotes: "{bare[1]}" instead of {bare[1]}' if bare else ""
+    place = _PLACE.search(error)
+    line, column = (text.split("\n")[int(place[1]) - 1], int(place[2]) - 1) if place else ("", 0)
+    bare = _NO_QUOTES.match(line[column:].lstrip("[ "))
+    if "Invalid value" in error:
+        return f'; texts have quotes: "{bare[0]}" instead of {bare[0]}' if bare else ""
+    if other := _OTHER_LETTERS.match(line.lstrip("[ ")):
+        return f"; names have letters from a to z, digits and underscores: '{other[0]}' has another one"
+    return f"; a key is followed by '=': {colon[1]} = ..." if (colon := _COLON.match(line)) else ""

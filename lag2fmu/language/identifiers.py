@@ -21,7 +21,9 @@ def check_identifier(name: object, where: str) -> None:
 
     An identifier is a letter or underscore, followed by letters, underscores and digits.
     """
-    if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or len(name) > MAX_NAME:
+    if isinstance(name, str) and len(name) > MAX_NAME:
+        raise MechanismError(f"{where}: '{name[:20]}...' has {len(name)} letters; a name has {MAX_NAME} at most")
+    if not isinstance(name, str) or not IDENTIFIER.fullmatch(name):
         raise MechanismError(
             f"{where}: {str(name)[:60]!r} is no name; use letters, digits and underscores, not starting with a digit"
         )
@@ -39,7 +41,10 @@ def suggestion(word: object, known: Iterable[str]) -> str:
     """The remedy for an unknown ``word``: similar names in ``known``, or else all of ``known``."""
     from difflib import get_close_matches
 
-    word, known = str(word), list(known)
+    known = list(known)
+    if not isinstance(word, str) and str(word) in known:
+        return f"give the name as a text, {str(word)!r}"
+    word = str(word)
     near = [name for name in known if name.lower() == word.lower()][:2]
     near = near or get_close_matches(word[:MAX_NAME], known, n=2)
     near = near or [name for name in known if _one_apart(word, name)][:2]

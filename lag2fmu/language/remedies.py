@@ -37,8 +37,14 @@ def of_rest(kind: str, token: str, before: str) -> str:
     return f"is a '*' missing before it?{unit}" if operand else ""
 
 
+_ELSEWHERE = {"ln": "log(...)", "log10": "log(...)/log(10)", "pow": "a**b", "cot": "1/tan(...)"}
+"""Functions of other languages: {name: what is written here}."""
+
+
 def of_call(name: str, functions: Iterable[str]) -> str:
     """The remedy for a call of ``name``, which is none of the ``functions``."""
+    if name in _ELSEWHERE:
+        return f"write {_ELSEWHERE[name]}"
     remedy = suggestion(name, functions)
     return f"{remedy}; a product is written {name}*(...)" if remedy.startswith("known") else remedy
 

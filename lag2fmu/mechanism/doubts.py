@@ -31,6 +31,12 @@ def doubts(m: Description, names_in: NamesIn) -> Iterator[str]:
     yield from _twice(m, placed, names_in)
     yield from _idle_gravity(m, placed)
     yield from _scaled_gravity(m)
+    for force in m.forces:
+        if sp.sympify(force.expression).is_zero:
+            yield (
+                f"forces.{force.coordinate}: is 0, and does nothing; correct it, or leave it out (a velocity is "
+                f"{velocity(force.coordinate)}, in Python {force.coordinate}.dot)"
+            )
 
 
 def _by_kind(texts: Iterable[str]) -> Iterator[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from lag2fmu.description.description import Description
 from lag2fmu.description.names import velocity
-from lag2fmu.description.parts import Constraint, in_order_of_kinds
+from lag2fmu.description.parts import Constraint, Energy, in_order_of_kinds
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.language.identifiers import suggestion
@@ -79,7 +79,9 @@ class Mechanism(Description):
         """
         unknown = next((table for table in tables if table not in _TABLES), None)
         if unknown is not None:
-            raise TypeError(f"Mechanism: there is no table '{unknown}'; {suggestion(unknown, _TABLES)}")
+            of_energy = unknown in {item.name for item in fields(Energy)}
+            remedy = f"give energy=Energy({unknown}=...)" if of_energy else suggestion(unknown, _TABLES)
+            raise TypeError(f"Mechanism: there is no table '{unknown}'; {remedy}")
         written = Description(name, **cast("dict[str, Any]", tables))  # which makes records and tuples of them
         known = completed(written)._asdict()
         vars(self).update(vars(known.pop("expanded")) | known, description=written)

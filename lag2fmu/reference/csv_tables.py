@@ -39,9 +39,10 @@ def parse_table(
     header, table, lines = _parsed(text, where, units, gaps=gaps, first="time")
     check_names(header[1:], f"{where}, line 1", LoadError)
     for i in np.flatnonzero(np.diff(table[:, 0]) <= 0)[:1].tolist():
+        jump = ": let a jump take a short time, such as 1e-9 s" if table[i + 1, 0] == table[i, 0] else ""
         raise LoadError(
             f"{where}, line {lines[i + 1]}, column 'time': {float(table[i + 1, 0])!r} s does not come after "
-            f"{float(table[i, 0])!r} s; times must increase"
+            f"{float(table[i, 0])!r} s; times must increase{jump}"
         )
     return tuple(header[1:]), table
 

@@ -18,6 +18,7 @@ from lag2fmu.deadline import check_time
 from lag2fmu.description.names import velocity
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.constraints import onward
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.initial_value_problem import PULL_BACK, SCIPY_METHODS
 from lag2fmu.reference.single import single_state
@@ -57,7 +58,7 @@ def integrate_canonically(
         if solution.status != 0:
             raise SimulationError(f"mechanism '{mechanism.name}': Hamilton's equations: {solution.message}")
         found += list(solution.y.T[: None if b in grid else -1])
-        start = solution.y[:, -1]
+        start = problem.struck(b, solution.y[:, -1])
     q, p = np.array(found)[:, : problem.n], np.array(found)[:, problem.n :]
     qd = np.array([problem.velocity(float(t), *row) for t, *row in zip(grid, q, p, strict=True)])
     names = [c.name for c in mechanism.coordinates]
@@ -98,6 +99,20 @@ class _Canonical:
             )
         found: Floats = scale * np.linalg.solve(scaled, scale * (p - resting.momenta))
         return found
+
+    def struck(self, t: float, z: Floats) -> Floats:
+        """z (2 n,) behind a kink of the equations that z is at: momenta that meet the constraints there.
+
+        A corner of a constraint is an impact, p + G^T P with G M^-1 (p - b + G^T P) + phi_t = 0.
+        """
+        equations, constraints, q = self.equations, self.equations.energies.constraints, z[: self.n]
+        if not constraints.m:
+            return z
+        qd = self.velocity(t, q, z[self.n :])
+        beyond = equations.energies.state(t, onward(q, qd, self.nominal), qd)
+        _, off, _, G = constraints(beyond)
+        held = G @ np.linalg.solve(self.terms(beyond).mass_matrix, G.T)
+        return np.concatenate([q, z[self.n :] - np.linalg.lstsq(held, off)[0] @ G])
 
     def slope(self, t: float, z: Floats) -> Floats:
         """dz/dt, (2 n,)."""

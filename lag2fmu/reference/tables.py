@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 from sympy.printing.latex import LatexPrinter
 from sympy.printing.str import StrPrinter
 
@@ -19,6 +20,9 @@ from lag2fmu.language.vocabulary import TableCall, table_function
 
 Data = tuple[tuple[tuple[float, ...], ...], tuple[float, ...], str, str]
 """A table's arguments, values, kind of interpolation, and what holds outside its data."""
+
+
+Floats = NDArray[np.float64]
 
 
 class Tabulated(sp.Function):  # type: ignore[misc]
@@ -69,25 +73,29 @@ def with_data(expression: sp.Expr, tables: Mapping[str, Table]) -> sp.Expr:
     return expression.replace(lambda e: isinstance(e, TableCall), lambda e: bound(*e.args, call=e))
 
 
-def bends(call: Tabulated) -> tuple[float, float, float, list[tuple[float, float]]]:
-    """Where the straight pieces of a table meet: x0, f0, s0 and [(x_k, c_k)].
+def straight_pieces(call: Tabulated) -> Floats | None:
+    """The factors C, one index for each argument, of a table of straight pieces; None if ``call`` is no such table.
 
-    The table is f0 + s0 (x - x0) + sum of c_k max(0, x - x_k). There are no bends where it is a derivative, smooth, of
-    two arguments, or where it ends with an error.
+    The table is the sum of C[i] p_i(x), or of C[i, j] p_i(x) p_j(y), where p is 1, x - x_0 and then max(0, x - x_k) for
+    each point x_k of this argument. It is no such table where it is smooth, a derivative, or ends with an error.
     """
     axes, values, kind, outside = call.data
-    if kind != "linear" or len(axes) != 1 or any(call.orders) or outside == "error":
-        return axes[0][0], values[0], 0.0, []
-    slopes = list(np.diff(values) / np.diff(axes[0]))
-    slopes = [0.0, *slopes, 0.0] if outside == "hold" else [slopes[0], *slopes, slopes[-1]]
-    found = [(place, float(change)) for place, change in zip(axes[0], np.diff(slopes), strict=True) if change]
-    return axes[0][0], values[0], float(slopes[0]), found
+    if kind != "linear" or any(call.orders) or outside == "error":
+        return None
+    found = np.reshape(values, [len(axis) for axis in axes])
+    for k, axis in enumerate(axes):
+        along = np.moveaxis(found, k, 0)
+        slopes = (np.diff(along, axis=0).T / np.diff(axis)).T
+        beyond = np.zeros_like(slopes) if outside == "hold" else slopes
+        slopes = np.concatenate([beyond[:1], slopes, beyond[-1:]])
+        found = np.moveaxis(np.concatenate([along[:1], slopes[:1], np.diff(slopes, axis=0)]), 0, k)
+    return found
 
 
 def without_ends(call: Tabulated) -> type[Tabulated] | None:
     """The smooth table that goes on beyond its ends where ``call`` holds its values; None if it is no such table."""
     axes, values, kind, outside = call.data
-    if kind == "linear" or len(axes) != 1 or any(call.orders) or outside != "hold":
+    if kind == "linear" or any(call.orders) or outside != "hold":
         return None
     return _function(call.table, (axes, values, kind, "extrapolate"), call.orders)
 

@@ -203,7 +203,10 @@ def _by_slopes(
         max_nfev=200 * len(point),
     )
     if not found.success:
-        raise SimulationError(f"'{problem.runs.library.name}': the search ended without a minimum: {found.message}")
+        raise SimulationError(
+            f"'{problem.runs.library.name}': the search found no minimum in {found.nfev} runs, with {len(weights)} "
+            f"values measured and {len(point)} sought; seek fewer, or give bounds or better first values"
+        )
     return np.asarray(found.x)
 
 

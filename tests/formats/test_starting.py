@@ -75,11 +75,16 @@ def test_it_exports_and_validates(tmp_path: Path) -> None:
     assert run["tip_x"][-1] < -0.1  # on its way down
 
 
-@pytest.mark.parametrize("name", ["", "2carts", "my cart", "my-cart", "../cart", "cart.toml", 'x"', "größe", "x" * 129])
+@pytest.mark.parametrize("name", ["", "2carts", "my cart", "my-cart", "../cart", "cart.toml", 'x"', "größe"])
 def test_what_is_no_identifier_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(MechanismError, match="is no name; use letters, digits and underscores"):
         write_start(name, tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_name_that_is_too_long_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(MechanismError, match=r"'x{20}\.\.\.' has 129 letters; a name has 128 at most"):
+        write_start("x" * 129, tmp_path)
 
 
 def test_a_file_that_exists_is_not_overwritten(tmp_path: Path) -> None:

@@ -81,6 +81,25 @@ position = [0, "z"]
 [constraints.holonomic]
 ramp = "z - 0.15*max(x, 0)"
 """
+LAND = """
+[mechanism]
+name = "land"
+[coordinates]
+x = { unit = "m", start = 0.5, velocity = 1 }
+z = { unit = "m", start = 0.2, velocity = 1.3 }
+y = { unit = "m", guess = 0.2 }
+[gravity]
+acceleration = 9.81
+direction = [0, 0, -1]
+[bodies.bead]
+mass = 1
+position = ["x", "z", "y"]
+[tables.height]
+columns = [[0, 0.6, 1.1, 2], [0, 0.5, 1], [[0.5, 0.3, 0.2], [0.2, 0.1, 0.05], [0, 0.1, -0.1], [-0.1, -0.2, -0.5]]]
+units = ["m", "m", "m"]
+[constraints.holonomic]
+ground = "y - height(x, z)"
+"""
 CAM = """
 [mechanism]
 name = "cam"
@@ -222,6 +241,17 @@ def test_a_corner_of_a_constraint_is_an_impact(exported: Callable[..., Fmu]) -> 
         assert run["x_dot"][run.time > 0.75][0] == pytest.approx(after - 0.1 * 2 * 0.15 * G * after, abs=1e-6)
         assert run["x_dot"][-1] == pytest.approx(-after, abs=1e-6)
     assert validate(corner, stop_time=1.6).passed
+
+
+def test_a_bead_crosses_the_borders_of_a_table_of_two_arguments(exported: Callable[..., Fmu]) -> None:
+    """It is struck at each of the five borders, once.
+
+    In model exchange positions that were moved back onto the ground passed the border at x = 1.1 m again.
+    """
+    land = exported(read(LAND, "land.toml"))
+    runs = [simulate(land, stop_time=0.6, step=0.1, tolerance=1e-8, kind=kind) for kind in (CS, "model-exchange")]
+    assert runs[1]["y_dot"] == pytest.approx(runs[0]["y_dot"], abs=1e-6)
+    assert validate(land, stop_time=1.2).passed
 
 
 @pytest.mark.parametrize(("rise", "slope"), [("if(x > 0, x**2, 3*x**2)", -6), ("x*abs(x)", 2)])

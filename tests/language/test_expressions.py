@@ -209,6 +209,7 @@ def test_a_name_is_resolved_or_unknown() -> None:
         ("exp x", r"the function 'exp' has no argument at column 1 of 'exp x'; write exp\(...\)"),
         ("1 + sin", r"the function 'sin' has no argument at column 5"),
         ("arcsin(x)", "'arcsin' is not a function at column 1 .*; did you mean 'asin'"),
+        ("ln(x)", r"'ln' is not a function at column 1 of 'ln\(x\)'; write log\(...\)"),
         ("l(x)", r"'l' is not a function .*; known are sin, .*; a product is written l\*\(...\)"),
         ("x²", r"unexpected character '²' .*; a power is written with '\*\*'"),
         ("x·y", r"unexpected character '·' .*; a product is written with '\*'"),

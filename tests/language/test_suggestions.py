@@ -6,6 +6,7 @@ import random
 import string
 
 import pytest
+import sympy as sp
 
 from lag2fmu.language.identifiers import suggestion
 
@@ -33,3 +34,7 @@ def test_what_is_like_nothing_gets_all_names() -> None:
     assert suggestion("vx", KNOWN) == f"known are {', '.join(KNOWN)}"
     assert suggestion("a", KNOWN).startswith("known are")
     assert suggestion("a", []) == "there are none"
+
+
+def test_a_symbol_in_place_of_its_name_is_told() -> None:
+    assert suggestion(sp.Symbol("kw"), KNOWN) == "give the name as a text, 'kw'"

@@ -158,6 +158,8 @@ def test_tables_take_their_parts_only() -> None:
         arm(outputs=[Frame("a")])
     with pytest.raises(TypeError, match="there is no table 'bodys'; did you mean 'bodies'"):
         arm(bodys=[])
+    with pytest.raises(TypeError, match=r"there is no table 'lagrangian'; give energy=Energy\(lagrangian=\.\.\.\)"):
+        arm(lagrangian=0)
 
 
 def test_every_field_of_a_part_is_a_key() -> None:

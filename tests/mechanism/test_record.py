@@ -148,7 +148,7 @@ a, b, x = symbol("a"), symbol("b"), symbol("x")
         ),
         ({"parameters": [m, l, g, parameter("total_energy", 1)]}, "'total_energy' is already taken by an energy"),
         ({"parameters": [m, l, g, parameter("1a", 1)]}, "parameters.1a: '1a' is no name"),
-        ({"parameters": [m, l, g, parameter("a" * 129, 1)]}, "is no name"),
+        ({"parameters": [m, l, g, parameter("a" * 129, 1)]}, "has 129 letters"),
         ({"parameters": [m, l, g, Parameter("k")]}, "parameters.k: give either a value or an expression"),
         (
             {"parameters": [m, l, g, parameter("a", b), parameter("b", a)]},
@@ -295,6 +295,8 @@ def test_gravity_that_does_nothing_and_energies_that_count_twice_are_said() -> N
     assert long.startswith("gravity: its direction has the length 5, not 1, so that bodies fall with 5 times")
     (none,) = warnings(x, z, gravity=Gravity(9.81, (0, 0)))
     assert none.startswith("gravity: its direction is 0, and does nothing")
+    (still,) = warnings(x, z, forces={x: sp.diff(x, sp.Symbol("t"))})
+    assert still.startswith("forces.x: is 0, and does nothing; correct it, or leave it out (a velocity is x_dot, in Py")
     (twice,) = warnings(x, z, parameters=[m], energy=Energy(lagrangian=m * x.dot**2))
     assert twice.startswith("energy.lagrangian: the energies of b count beside it; leave the bodies out")
     assert warnings(x, 0, parameters=[m], energy=Energy(lagrangian=m * z.dot**2)) == ()

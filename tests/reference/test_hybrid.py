@@ -528,12 +528,17 @@ gap = "y - profile(x)"
         "columns = [[0, 1, 2], [0.5, 0, 0]]",
         'columns = [[0, 0.5, 1], [0.5, 0.25, 0]]\ninterpolation = "cubic"',
         'columns = [[0, 0.5, 1], [0.5, 0.25, 0]]\ninterpolation = "pchip"',
+        "columns = [[0, 1, 2], [0, 1], [[0.5, 0.5], [0, 0], [0, 0]]]",
+        'columns = [[0, 0.5, 1], [0, 1], [[0.5, 0.5], [0.25, 0.25], [0, 0]]]\ninterpolation = "cubic"',
     ],
 )
 def test_a_follower_is_struck_where_the_slope_of_its_table_changes(table: str) -> None:
     push = 1 / 1.0125
     speed = np.sqrt(1 + 2 * push * 0.5)
-    track = run(read(FOLLOWER.replace("columns = [[0, 1, 2], [0.5, 0, 0]]", table), "follower.toml"), 0.9)
+    text = FOLLOWER.replace("columns = [[0, 1, 2], [0.5, 0, 0]]", table)
+    if "[[0.5, 0.5]" in table:
+        text = text.replace("profile(x)", "profile(x, 0.5)").replace('["m", "m"]', '["m", "m", "m"]')
+    track = run(read(text, "follower.toml"), 0.9)
     (at,) = times_of(track, "impact")
     assert at == pytest.approx((speed - 1) / push, rel=1e-9)
     assert track.values[-1, :4] == pytest.approx([1 + speed * (0.9 - at), 0, speed, 0], abs=1e-9)
@@ -564,6 +569,14 @@ def test_a_bead_keeps_its_velocity_along_a_rail_that_turns() -> None:
     assert reference.trajectory["x_dot"][-1] == pytest.approx(speed, rel=1e-9)
     assert reference.trajectory["y_dot"][-1] == pytest.approx(0, abs=1e-9)
     assert reference.relative_error.max() < 1e-8
+
+
+def test_a_coordinate_may_be_called_as_a_side_was() -> None:
+    side = coordinate("side_0", "m", velocity=1.0)
+    body = Body("body", mass=1, position=(side, 0))
+    mechanism = Mechanism("named", coordinates=[side], bodies=[body], forces={side: sp.Max(side - 1, 0)})
+    track = run(mechanism, 2.0)
+    assert track.values[-1, :2] == pytest.approx([1 + np.sinh(1), np.cosh(1)], rel=1e-9)
 
 
 def test_gaps_with_a_kink_are_told_on_both_sides_of_it() -> None:

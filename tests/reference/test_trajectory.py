@@ -76,7 +76,7 @@ def test_refuses_arrays(time: list, names: tuple, values: list, message: str) ->
         ("time,a\n0,1_000\n", "line 2, column 'a': '1_000' is not a finite number"),
         ("time,a\nx,1\n", "line 2, column 'time': 'x' is not a finite number"),
         ("time,a\n0,1\n2,1\n1,1\n", r"line 4, column 'time': 1\.0 s does not come after 2\.0 s"),
-        ("time,a\n0,1\n0,1\n", r"line 3, column 'time': 0\.0 s does not come after 0\.0 s"),
+        ("time,a\n0,1\n0,1\n", r"line 3, column 'time': 0\.0 s does not .*: let a jump take a short time"),
     ],
 )
 def test_refuses_csv(text: str, message: str) -> None:

@@ -16,6 +16,7 @@ from lag2fmu.verify.hybrid import extent, row_checks
 from lag2fmu.verify.law_checks import accuracy_of
 from lag2fmu.verify.laws.along import Along
 from lag2fmu.verify.laws.points import at_points
+from lag2fmu.verify.laws.spans import between_points
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Task
 from lag2fmu.verify.validate import validate
@@ -73,6 +74,21 @@ a = "cos(t)"
 sprag = { expression = "a_dot - b_dot", while = "if(a_dot < b_dot, -1, cos(t))" }
 """
 """The driver takes the driven wheel along until t = pi/2; up to there the condition asks for the sign of 0."""
+
+
+CATCH = """
+[mechanism]
+name = "catch"
+[coordinates]
+x = { unit = "m", start = 0, velocity = 1 }
+y = { unit = "m", start = 1 }
+[bodies]
+a = { mass = 1, position = ["x", 0] }
+b = { mass = 2, position = ["y", 0] }
+[constraints.holonomic]
+hold = { expression = "x - y", while = "x - y + 0.5" }
+"""
+"""At t = .5 s the second body is caught, which leaves 1/3 m/s, and the condition at 0."""
 
 
 def compared(mechanism: Mechanism, end: float) -> tuple[Task, Reference]:
@@ -143,6 +159,18 @@ def test_a_margin_of_0_does_not_tell_whether_a_latch_holds() -> None:
     assert reference.trajectory["a_dot"][-1] == pytest.approx(4 / 3 + np.sin(2) - 1, abs=1e-9)
     rounded = reference.trajectory["a_dot"] - 4e-16
     assert broken(task, reference, a_dot=rounded) == set()
+
+
+def test_a_latch_that_catches_at_a_communication_point_is_no_motion_without_a_cause() -> None:
+    """The point itself shows what was before, and nothing tells that the latch catches right behind it."""
+    task, reference = compared(read(CATCH, "catch.toml"), 1.0)
+    at = reference.trajectory.time <= 0.5
+    shown = {"x_dot": np.where(at, 1, 1 / 3), "y_dot": np.where(at, 0, 1 / 3)}
+    along = Along(HybridSystem(task.mechanism), other(reference, shown), {}, {})
+    spans = list(between_points(along, accuracy_of(task.tolerance)))
+    assert [item.law for item in spans if not item.value <= item.bar] == []
+    assert {item.law for item in spans} >= {"velocities follow accelerations"}
+    assert along.quiet.sum() >= len(along.quiet) - 4
 
 
 def test_times_around_impacts_and_low_rebounds_are_not_compared(bouncing: tuple[Task, Reference]) -> None:

@@ -5,8 +5,8 @@ Each kink whose margin moves gets a side s, +1 or -1, and a formula that is smoo
     sign(m) = s,  |m| = s m,  heaviside(m) = (1 + s)/2,  max(a, b) = (a + b + s (a - b))/2 with m = a - b.
 
 A gap or constraint that follows a table of straight pieces has a kink at each of its points, with m = x - x_k, and one
-at each end of a smooth table that is held there. What is closed or bound is struck there. Forces may pass the points of
-their tables, because steps notice what those change.
+at each end of a smooth table that is held there; so it has along each argument of a table of two. What is closed or
+bound is struck there. Forces may pass the points of their tables, because steps notice what those change.
 
 Where the margin comes to zero the side changes. A broken power of a frozen kink, such as max(0, d)**1.5, is continued
 beyond this place by |d|**1.5, because trial steps may go there. Kinks of constants, and kinks within ``smooth``, are
@@ -15,10 +15,15 @@ not frozen.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import cast
+from itertools import compress
+from typing import Any, cast
 
+import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from lag2fmu.description.description import Entry
 from lag2fmu.language.definitions import Defined, calls, define
@@ -26,13 +31,13 @@ from lag2fmu.language.vocabulary import TIME, Choice, Smooth
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import Composition, composition_of
 from lag2fmu.reference.symbols import Symbols
-from lag2fmu.reference.tables import Tabulated, bends, without_ends
+from lag2fmu.reference.tables import Tabulated, straight_pieces, without_ends
 
 KINKS = (sp.sign, sp.Abs, sp.Heaviside, Choice)
 BENT = ("contacts", "stops", "constraints")
 """Where the points of a table are kinks."""
-MOST_BENDS = 64
-"""The points of a table with more of them are no kinks: it is a curve that was sampled."""
+MOST_BENDS, MOST_PIECES = 64, 256
+"""The points of a table with more of them, or with more pieces, are no kinks: it is a curve or surface of samples."""
 
 
 class Kinks:
@@ -79,7 +84,8 @@ class Kinks:
         if isinstance(expression, (sp.Min, sp.Max)):
             return self._extreme(arguments, 1 if isinstance(expression, sp.Max) else -1) or expression
         if isinstance(expression, Tabulated):
-            return self._straight(expression, arguments[0]) or self._held(expression, arguments[0])
+            straight = self._straight(expression, arguments)
+            return self._held(expression, arguments) if straight is None else straight
         if isinstance(expression, KINKS):
             side = self._side(arguments[0])
             return expression.func(*arguments) if side is None else self._formula(expression.func, side, arguments)
@@ -103,33 +109,50 @@ class Kinks:
             found = (found + other + sense * side * (found - other)) / 2
         return found
 
-    def _straight(self, table: Tabulated, x: sp.Expr) -> sp.Expr | None:
-        """The straight pieces of a ``table`` at ``x``, by the sides of its points; None where these are no kinks."""
-        start, value, slope, bent = bends(table)
-        margins = [x - place for place, _ in bent]
-        if not 0 < len(bent) <= MOST_BENDS or not (self.bending or self._known.keys() >= set(margins)):
+    def _straight(self, table: Tabulated, arguments: Sequence[sp.Expr]) -> sp.Expr | None:
+        """The straight pieces of a ``table``, by the sides of its points; None where these are no kinks."""
+        factors, axes = straight_pieces(table), table.data[0]
+        if factors is None:
             return None
-        found = value + slope * (x - start)
-        for margin, (_, change) in zip(margins, bent, strict=True):
-            side = self._side(margin)
-            if side is None:
-                return None
-            found += change * (1 + side) / 2 * margin
-        return found
+        others = [tuple(i for i in range(len(axes)) if i != k) for k in range(len(axes))]
+        bent = [np.atleast_1d(factors.any(axis=other))[2:].tolist() for other in others]
+        ramps = self._ramps(arguments, [list(compress(axis, bends)) for axis, bends in zip(axes, bent, strict=True)])
+        if ramps is None:
+            return None
+        found: NDArray[Any] = factors
+        for x, axis, bends, up in zip(arguments, axes, bent, ramps, strict=True):
+            found = np.compress([True, True, *bends], found, axis=0)
+            found = np.tensordot(np.array([sp.S.One, x - axis[0], *up]), found, axes=1)
+        return cast(sp.Expr, found.item())
 
-    def _held(self, table: Tabulated, x: sp.Expr) -> sp.Expr | None:
-        """A smooth ``table`` that is held beyond its ends, at ``x``, by the sides of the ends; None for another one."""
+    def _held(self, table: Tabulated, arguments: Sequence[sp.Expr]) -> sp.Expr | None:
+        """A smooth ``table`` that is held beyond its ends, by the sides of the ends; None for another one."""
         inside = without_ends(table)
-        if inside is None:
+        ends = [(axis[0], axis[-1]) for axis in table.data[0]]
+        ramps = None if inside is None else self._ramps(arguments, ends)
+        if inside is None or ramps is None:
             return None
-        axis, values = table.data[0][0], table.data[1]
-        margins = x - axis[0], x - axis[-1]
-        if not (self.bending or self._known.keys() >= set(margins)):
+        return inside(*(first + above - beyond for (first, _), (above, beyond) in zip(ends, ramps, strict=True)))
+
+    def _ramps(self, arguments: Sequence[sp.Expr], points: Sequence[Sequence[float]]) -> list[list[sp.Expr]] | None:
+        """max(0, x - x_k) for each of the ``arguments`` x and its ``points`` x_k, by their sides.
+
+        None where none of the points is a kink. Those of an argument that does not move are none.
+        """
+        margins = [[x - point for point in axis] for x, axis in zip(arguments, points, strict=True)]
+        few = math.prod(len(along) + 1 for along in margins) <= MOST_PIECES
+        moving = [margin for along in margins for margin in along if few and margin.free_symbols & self.moving]
+        sides = self._sides(moving)
+        if not sides:
             return None
-        first, last = map(self._side, margins)
-        if first is None or last is None:
-            return None
-        return values[0] * (1 - first) / 2 + inside(x) * (first - last) / 2 + values[-1] * (1 + last) / 2
+        return [[m * (1 + sides[m]) / 2 if m in sides else sp.Max(0, m) for m in along] for along in margins]
+
+    def _sides(self, margins: Sequence[sp.Expr]) -> dict[sp.Expr, sp.Expr]:
+        """The side of each of the ``margins`` of a table; none where these are no kinks."""
+        if len(margins) > MOST_BENDS or not (self.bending or self._known.keys() >= set(margins)):
+            return {}
+        sides = {margin: side for margin in margins if (side := self._side(margin)) is not None}
+        return sides if sides.keys() >= set(margins) else {}
 
     def _side(self, margin: sp.Expr) -> sp.Expr | None:
         """The side of ``margin``: a symbol, or its negative; None for one that does not move."""
@@ -138,7 +161,7 @@ class Kinks:
             return self._known[margin]
         if self.closed or not free & self.moving or not free <= self.moving | self._parameters:
             return None
-        side = sp.Symbol(f"side_{len(self.sides)}", real=True)
+        side = sp.Symbol(f"side {len(self.sides)}", real=True)  # a name that no user can give
         self.margins.append(margin)
         self.sides.append(side)
         self._known[margin], self._known[-margin] = side, -side

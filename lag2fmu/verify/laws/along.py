@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +77,8 @@ class Along:
     def _evaluate(self) -> None:
         """Everything at the states of the run, in one batch for each combination of sides of kinks."""
         found: list[tuple[NDArray[np.intp], list[Floats]]] = []
-        sides, self.told = self._sides()
+        sides, told = self._sides()
+        self.told = np.asarray(told.all(axis=0))
         kinds, group = np.unique(sides, axis=1, return_inverse=True)
         for k, kind in enumerate(kinds.T):
             at = np.flatnonzero(group.ravel() == k)
@@ -92,7 +94,7 @@ class Along:
         self.accelerations = np.einsum("kim,im->km", self.slopes, self.qdd) + self.gamma
 
     def _sides(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-        """The sides of all kinks (s, m), and at which times the state tells them, (m,)."""
+        """The sides of all kinks (s, m), and at which times the state tells them, (s, m)."""
         e, m = self.e, len(self.time)
         sides = np.ones((e.sides, m), dtype=np.intp)
         margins = np.zeros((e.sides, m))
@@ -102,8 +104,7 @@ class Along:
                 at = np.flatnonzero((sides == kind[:, None]).all(axis=0))
                 margins[:, at] = e.events(_part(self.state, at))[0]
             sides = np.where(margins > 0, 1, -1)
-        size = np.abs(margins).max(axis=1, initial=0.0, keepdims=True)
-        return sides, (np.abs(margins) > UNTOLD * size).all(axis=0)
+        return sides, _tells(margins)
 
     def _evaluated(self, at: NDArray[np.intp]) -> list[Floats]:
         """The arrays of ``_evaluate`` at the times ``at``, on the sides that are set."""
@@ -153,11 +154,13 @@ class Along:
 
     @cached_property
     def quiet(self) -> NDArray[np.bool_]:
-        """Between which times and the next ones nothing happens, (m - 1,)."""
+        """Between which times and the next ones nothing happens, as far as these tell, (m - 1,)."""
         columns = self.run.columns(watched(self.mechanism))
         kept = (columns[1:] == columns[:-1]).all(axis=1)
-        for changing in (self.conditions > 0, self._sides()[0]):
-            kept &= (changing[:, 1:] == changing[:, :-1]).all(axis=0)
+        sides, told = self._sides()
+        latched = np.where(self.conditions > 0, 1, -1) * _tells(self.conditions)
+        for side in (latched, sides * told):
+            kept &= ~_turns(side).any(axis=0)
         kept[self.sided] = False
         return np.asarray(kept)
 
@@ -269,6 +272,23 @@ class Along:
     def force_unit(self, element: str) -> str:
         """The unit of the force of an ``element``."""
         return "N.m" if self.unit(element) == "rad" else "N"
+
+
+def _tells(margins: Floats) -> NDArray[np.bool_]:
+    """Which of the ``margins`` (k, m) tell on which side of 0 they are: those that are more than rounding."""
+    return np.asarray(np.abs(margins) > UNTOLD * np.abs(margins).max(axis=1, initial=0.0, keepdims=True))
+
+
+def _turns(side: NDArray[Any]) -> NDArray[np.bool_]:
+    """Between which times and the next ones a ``side`` (k, m) may turn, (k, m - 1).
+
+    Where it is 0, nothing tells whether the turn at this time is behind it: it may be on both sides of this time.
+    """
+    changes, untold = np.asarray(side[:, 1:] != side[:, :-1]), side[:, 1:-1] == 0
+    found: NDArray[np.bool_] = changes.copy()
+    found[:, 1:] |= changes[:, :-1] & untold
+    found[:, :-1] |= changes[:, 1:] & untold
+    return found
 
 
 def _part(state: StateBatch, at: NDArray[np.intp] | Sequence[int]) -> StateBatch:

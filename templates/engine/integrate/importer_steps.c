@@ -78,14 +78,15 @@ void importer_enters_event(Instance *instance) {
     }
 }
 
-/* Moves the states onto the constraints. */
-static bool pull_back(Instance *instance, bool *changed) {
+/* Moves the states onto the constraints, or their velocities alone. */
+static bool pull_back(Instance *instance, bool positions, bool *changed) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, states, N_STATES);
     State *state = &instance->state;
     bool moved;
     memcpy(states, state->states, N_STATES * sizeof(double));
-    if (!constraints_project(instance, state->time, state->inputs, states, &moved)) {
+    if (positions ? !constraints_project(instance, state->time, state->inputs, states, &moved)
+                  : !constraints_project_velocities(instance, states, &moved)) {
         return arena_leave(mark, false);
     }
     for (int i = 0; i < N_CONTINUOUS; i++) {
@@ -141,7 +142,7 @@ static int moved_most(const double from[], const double to[]) {
 
 static bool meet_constraints(Instance *instance, bool *changed) {
     if (massless_return(instance)) {
-        return pull_back(instance, changed);
+        return pull_back(instance, true, changed);
     }
     if (!equations_massless(instance)) {
         return false;
@@ -153,7 +154,7 @@ static bool meet_constraints(Instance *instance, bool *changed) {
     WORK(mark, double, before, N_STATES);
     const bool kink = came_past_kink(instance);
     memcpy(before, instance->state.states, N_STATES * sizeof(double));
-    if (!pull_back(instance, changed)) {
+    if (!pull_back(instance, true, changed)) {
         return arena_leave(mark, false);
     }
     if (kink) {
@@ -174,7 +175,9 @@ bool importer_updates_states(Instance *instance, bool *changed) {
     }
     *changed = *changed || jumped;
     const bool cornered = constraints_velocity_drift(instance) > DRIFT * solver_tolerance(&instance->state);
-    return !cornered || pull_back(instance, changed); /* behind a corner of a constraint velocities meet it no longer */
+    /* Behind a corner of a constraint velocities meet it no longer. Positions stay: on their way back onto the
+       constraint they could pass the corner again, which would be another impact. */
+    return !cornered || pull_back(instance, false, changed);
 }
 
 double importer_next_event(Instance *instance) {

@@ -21,6 +21,9 @@ bool constraints_jump(const Instance *instance, double time, const double inputs
    Ordinary Differential Equations II, 2nd edition, section VII.2. */
 bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved);
 
+/* The same of qd alone, at the present time and inputs. */
+bool constraints_project_velocities(Instance *instance, double states[], bool *moved);
+
 /* Solves for the states that are guesses, such that the constraints hold at the start. Given states that miss them by
    little are moved too, and a remark says how far. Steps are of least norm in nominal values: Deuflhard, Newton Methods
    for Nonlinear Problems, section 4.4. Returns false, with instance->failure, if there is no solution. */

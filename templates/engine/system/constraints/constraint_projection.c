@@ -80,7 +80,9 @@ static bool project_to(Instance *instance, Level level, double time, const doubl
     return false;
 }
 
-bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
+/* Moves states[2n] onto the constraints, their positions only where that is wanted. */
+static bool move_onto(Instance *instance, bool positions, double time, const double inputs[], double states[],
+                    bool *moved) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, Values, values);
     int factorized = 0;
@@ -91,6 +93,14 @@ bool constraints_project(Instance *instance, double time, const double inputs[],
     residuals_evaluate(instance, time, states, inputs, values);
     return arena_leave(
         mark,
-        (N_HOLONOMIC == 0 || project_to(instance, POSITIONS, time, inputs, states, values, &factorized, moved)) &&
+        (!positions || project_to(instance, POSITIONS, time, inputs, states, values, &factorized, moved)) &&
             project_to(instance, VELOCITIES, time, inputs, states, values, &factorized, moved));
+}
+
+bool constraints_project(Instance *instance, double time, const double inputs[], double states[], bool *moved) {
+    return move_onto(instance, N_HOLONOMIC > 0, time, inputs, states, moved);
+}
+
+bool constraints_project_velocities(Instance *instance, double states[], bool *moved) {
+    return move_onto(instance, false, instance->state.time, instance->state.inputs, states, moved);
 }

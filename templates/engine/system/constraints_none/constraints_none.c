@@ -106,6 +106,13 @@ bool constraints_project(Instance *instance, double time, const double inputs[],
     return true;
 }
 
+bool constraints_project_velocities(Instance *instance, double states[], bool *moved) {
+    (void)instance;
+    (void)states;
+    *moved = false;
+    return true;
+}
+
 bool constraints_settle(Instance *instance) {
     (void)instance;
     return true;
