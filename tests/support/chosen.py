@@ -37,7 +37,7 @@ SENSITIVE = frozenset(
         *("rutherford_scattering", "three_bodies", "two_bodies"),
     )
 )
-"""Smooth ones whose small errors grow more than 50 times, as the promise of accuracy has it, or, of the quaternion, whose
+"""Smooth ones whose small errors grow more than 50 times, beyond the promise of accuracy, or, of the quaternion, whose
 direct integration is not sharp enough. ``validate`` at a sharp tolerance knows what grows; all others have bars."""
 
 
