@@ -224,8 +224,8 @@ static inline void *no_zeros(size_t count, size_t size) { (void)count; (void)siz
 def _instance(folder: Path, *options: str) -> tuple[int | None, list[str]]:
     """The address of an instance of an FMU that is compiled with these options, and what it logs."""
     sources = _sources("stack_of_blocks", "dopri5", "2.0")
-    options = ("-include", "refusing.h", *UNOPTIMISED["gcc"], *options)
-    library = compiled(folder, {**sources, "refusing.h": REFUSING}, "gcc", options=options)
+    options = ("-include", "refusing.h", *UNOPTIMISED["zig"], *options)
+    library = compiled(folder, {**sources, "refusing.h": REFUSING}, options=options)
     logged: list[str] = []
     logger = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, *[ctypes.c_char_p] * 3)
     hear = logger(lambda _e, _n, _s, _c, _format, text: logged.append(text.decode()))
