@@ -152,6 +152,13 @@ def optimised() -> Iterator[None]:
         yield
 
 
+@pytest.fixture
+def optimised_alone() -> Iterator[None]:
+    """The same for one test."""
+    with compiling(optimised=True):
+        yield
+
+
 @pytest.fixture(scope="session")
 def exported(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config) -> Exported:
     """``exported(name_or_mechanism, solver=..., outputs=..., fmi=..., **arguments)``: an FMU, built once a session.

@@ -8,7 +8,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from chosen import KINDS, kind_of
+from chosen import KINDS, SENSITIVE, kind_of
 from describing import described
 
 import lag2fmu
@@ -22,8 +22,6 @@ from lag2fmu.reference import Reference, integrate
 
 pytestmark = pytest.mark.fmu
 
-CHAOTIC = frozenset(("cart_pole", "double_pendulum", "n_pendulum", "furuta_pendulum"))
-"""tests/fmu/test_accuracy.py has sharp bars for those whose motion is regular."""
 FAMILIES = [
     ("n_pendulum", {"n": "1"}),
     ("n_pendulum", {"n": "5", "relative": "true"}),
@@ -69,11 +67,9 @@ def test_every_kind_of_model_is_among_the_chosen() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", sorted(KINDS | CHAOTIC))
+@pytest.mark.parametrize("model", sorted(SENSITIVE))
 def test_the_fmu_agrees_at_a_sharp_tolerance(model: str, exported) -> None:
-    """One of each kind, and those whose motion is not regular: tests/fmu/test_accuracy.py has all others at 1e-10."""
-    if load(model).hybrid:
-        pytest.skip("importers locate events to the hysteresis of the indicators; tests/gallery has sharp bars")
+    """tests/fmu/test_accuracy.py has all other smooth ones at 1e-10, and tests/gallery sharp bars for hybrid ones."""
     report = lag2fmu.validate(exported(model), tolerance=1e-10)
     assert report.passed, str(report)
 

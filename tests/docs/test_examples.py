@@ -14,6 +14,8 @@ ROOT = Path(__file__).parents[2]
 WRITTEN = ROOT / "docs" / "gallery"
 PAGES = [ROOT / "README.md", *(page for page in sorted((ROOT / "docs").rglob("*.md")) if page.parent != WRITTEN)]
 RUN = {"console", "python", "toml"}
+LONG = {"robots-on-the-ground.md"}
+"""Pages whose runs take longer than to compile them as users do."""
 FIRST_STEPS = ROOT / "docs" / "first-steps.md"
 COULD_BE_RUN = re.compile(rf"^(\$ |lag2fmu ({'|'.join(main.commands)})\b|import lag2fmu)", re.M)
 
@@ -29,7 +31,11 @@ def _shows_something(page: Path) -> bool:
 @pytest.mark.fmu
 @pytest.mark.slow
 @pytest.mark.parametrize("page", filter(_shows_something, PAGES), ids=_name)
-def test_the_examples_of_a_page_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_examples_of_a_page_run(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    if page.name in LONG:
+        request.getfixturevalue("optimised_alone")
     text = page.read_text("utf-8")
     needed = {*re.findall(r"^import (casadi|control|mujoco|pandas|wasmtime|xarray)", text, re.M)}
     for package in sorted(needed | ({"h5netcdf"} if ".nc\n" in text else set())):

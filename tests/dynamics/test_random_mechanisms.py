@@ -55,9 +55,9 @@ def test_what_has_no_mass_in_many_random_mechanisms_is_in_equilibrium() -> None:
 
 
 @pytest.mark.all_models
-@pytest.mark.parametrize("start", range(10, 30, 10))
-def test_many_random_mechanisms_with_bodies_have_the_equations_of_lagrange(start: int) -> None:
-    for seed in range(start, start + 10):
+def test_many_random_mechanisms_with_bodies_have_the_equations_of_lagrange() -> None:
+    """Half of them on frames in space, where SymPy's derivatives take seconds."""
+    for seed in range(10, 20):
         compare(seed, mechanism_with_bodies)
 
 

@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bare import program
-from compiling import QUICK
+from compiling import QUICK, UNOPTIMISED
 
 from lag2fmu.evidence.counting import counted, counting
 from lag2fmu.evidence.realtime import errors_of
+from lag2fmu.fmu import compilers
 from lag2fmu.fmu.compilers import compile_unit, host_target
 from lag2fmu.fmu.firmware import firmware
 from lag2fmu.formats.loading import load
@@ -48,6 +49,12 @@ int main(void) {
 """
 
 
+@pytest.fixture
+def unoptimised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For values alone, and for what is compared within a run: to optimise takes most of the time."""
+    monkeypatch.setattr(compilers, "FLAGS", (*compilers.FLAGS, *UNOPTIMISED["zig"]))
+
+
 def test_operations_that_are_known(tmp_path: Path) -> None:
     code = compile_unit({"work.c": KNOWN_WORK}, "work.c", (host_target(),), "-S", "-emit-llvm").decode()
     files = {"work.ll": counting(code), "main.c": PRINTED}
@@ -58,6 +65,7 @@ def test_operations_that_are_known(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.usefixtures("unoptimised")
 def test_a_run_that_is_counted_is_the_run(tmp_path: Path) -> None:
     """Bit for bit, with contacts; a step in the air takes less than one with an impact."""
     made = firmware("woodpecker", own_math=True)
@@ -109,6 +117,7 @@ def test_an_impact_takes_no_more_than_twice_a_step(model: str, stop: float | Non
     assert instructions.max() <= 2 * np.median(instructions)
 
 
+@pytest.mark.usefixtures("unoptimised")
 @pytest.mark.parametrize("model", ["cart_pole", "four_bar_linkage", "bouncing_ball"])
 @pytest.mark.parametrize("step", [1e-3, 1e-2])  # s, no longer than that of the experiment
 def test_errors_that_are_reported_are_those_of_an_independent_integration(model: str, step: float) -> None:

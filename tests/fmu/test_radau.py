@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy as sp
+from compiling import QUICK, UNOPTIMISED
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from stepping import Stepping
@@ -25,7 +24,7 @@ from lag2fmu.reference import integrate
 
 pytestmark = pytest.mark.fmu
 
-STRICT = ["-std=c99", "-O0", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off"]
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off"]
 Run = tuple[float, float, float, np.ndarray]
 """Steps, the greatest residuals of positions and velocities, states (2n,) at the end."""
 
@@ -41,8 +40,7 @@ class Host:
             (folder / name).write_text(text, "utf-8")
         units = [str(folder / name) for name in joined]
         own = str(Path(__file__).with_name("radau_host.c"))
-        compiler = ["gcc"] if shutil.which("gcc") else [sys.executable, "-m", "ziglang", "cc"]
-        command = [*compiler, *STRICT, f"-I{folder}", f"-I{fmi_headers()}", *units, own]
+        command = [*QUICK, *STRICT, *UNOPTIMISED["zig"], f"-I{folder}", f"-I{fmi_headers()}", *units, own]
         self.program = folder / "host"
         done = subprocess.run([*command, "-lm", "-o", str(self.program)], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bare import Bare
-from compiling import COMPILERS, UNOPTIMISED, compiled
+from compiling import UNOPTIMISED, compiled
 from fmpy.fmi1 import FMICallException
 from stepping import Stepping
 from stepping3 import Stepping3
@@ -102,7 +102,6 @@ def test_it_moves_as_without_the_profile(cradles: list[Path]) -> None:
     assert np.array_equal(*(simulate(path, stop_time=0.5).values for path in cradles))
 
 
-@pytest.mark.skipif("gcc" not in COMPILERS, reason="no gcc")
 def test_nothing_is_allocated_after_instantiation(tmp_path: Path) -> None:
     """An allocator that counts: one call for the instance, none for the steps of a stack that falls.
 
@@ -119,7 +118,7 @@ def test_nothing_is_allocated_after_instantiation(tmp_path: Path) -> None:
     counter = '__attribute__((visibility("default"))) int allocations;\n'
     counter += '__attribute__((visibility("default"))) __SIZE_TYPE__ allocated;\n'
     texts = {**sources, "counting.h": counting, "counter.c": counter}
-    library = compiled(tmp_path, texts, "gcc", options=("-include", "counting.h", *UNOPTIMISED["gcc"]))
+    library = compiled(tmp_path, texts, options=("-include", "counting.h", *UNOPTIMISED["zig"]))
     guid = re.search(r'MODEL_GUID\[\] = "([^"]+)"', sources["tables.c"])[1]
     library.fmi2Instantiate.restype = ctypes.c_void_p
     callbacks = (ctypes.c_void_p * 5)()

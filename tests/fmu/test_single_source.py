@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from compiling import COMPILERS, QUICK, TARGET
+from compiling import COMPILERS, QUICK, TARGET, UNOPTIMISED
 from delivered import before_joining, unpack_sources
 from fmpy.model_description import read_build_description
 from headers import headers_of_fmi
@@ -34,7 +34,7 @@ pytestmark = pytest.mark.fmu
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror", "-ffp-contract=off"]
 HERE = Path(__file__).parent
 BUILD = "sources/buildDescription.xml"
-C = (*QUICK, *STRICT)
+C = (*QUICK, *STRICT, *UNOPTIMISED["zig"])
 CPLUSPLUS = {"zig": [sys.executable, "-m", "ziglang", "c++", *TARGET, "-Wno-c99-designator"]}
 if shutil.which("g++"):
     CPLUSPLUS["gcc"] = ["g++"]
@@ -135,7 +135,7 @@ def test_words_that_do_not_fit(tmp_path: Path) -> None:
 def test_compilers_have_nothing_to_say(model: str, fmi: str, solver: str, compiler: str, tmp_path: Path) -> None:
     (tmp_path / ALL).write_text(files_of(model, fmi, solver, SINGLE)[ALL], "utf-8")
     # clang finds what it warns of before it optimises, gcc on the way
-    command = [*COMPILERS[compiler], *STRICT, "-O0" if compiler == "zig" else "-O1"]
+    command = [*COMPILERS[compiler], *STRICT, *(UNOPTIMISED["zig"] if compiler == "zig" else ["-O1"])]
     run(*command, "-isystem", headers_of_fmi(tmp_path), "-c", tmp_path / ALL, "-o", tmp_path / "all.o")
 
 
@@ -159,7 +159,7 @@ def test_it_is_cpp_as_well(model: str, fmi: str, solver: str, compiler: str, tmp
 
 @pytest.mark.parametrize(
     ("form", "command"),
-    [(MANY, C), (SINGLE, C), (SINGLE, (*CPLUSPLUS[min(CPLUSPLUS)], *OF_CPLUSPLUS, "-ffp-contract=off"))],
+    [(MANY, C), (SINGLE, C), (SINGLE, (*CPLUSPLUS["zig"], *OF_CPLUSPLUS, *UNOPTIMISED["zig"], "-ffp-contract=off"))],
     ids=["many", "single", "cpp"],
 )
 def test_fmus_in_one_program(exported, form: str, command: Sequence[str], tmp_path: Path) -> None:
@@ -170,7 +170,7 @@ def test_fmus_in_one_program(exported, form: str, command: Sequence[str], tmp_pa
         file = delivered(fmu, model, fmi, form, tmp_path / str(number))
         objects.append(tmp_path / f"{number}.o")
         own = [f"-DFMI{fmi[0]}_FUNCTION_PREFIX={prefix}"] if prefix else []
-        run(*command, "-O0", *own, "-isystem", headers, "-c", file, "-o", objects[-1])
+        run(*command, *own, "-isystem", headers, "-c", file, "-o", objects[-1])
         runs.append(f"RUN_FMI{fmi[0]}({prefix or f'{model}_'}, {c_string(fmu.description.guid)}, 4)")
         expected.append(alone(fmu.path, fmi))
     main = "\n    ".join(["int main(void) {", *runs, "return 0;\n}\n"])

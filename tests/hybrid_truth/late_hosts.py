@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from compiling import COMPILERS, compiled
+from compiling import compiled
 from numpy.typing import NDArray
 from stepping import WARNING, Stepping
 
@@ -41,7 +41,7 @@ class _LateHost(ctypes.Structure):
 def _library() -> ctypes.CDLL:
     text = (Path(__file__).parent / "late_host.c").read_text("utf-8")
     folder = Path(tempfile.mkdtemp(prefix="late_host"))
-    return compiled(folder, {"late_host.c": text}, "gcc" if "gcc" in COMPILERS else "zig", units=("late_host.c",))
+    return compiled(folder, {"late_host.c": text}, units=("late_host.c",))
 
 
 def fixed_steps(

@@ -8,7 +8,7 @@ import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
-from compiling import COMPILERS, UNOPTIMISED, compiled
+from compiling import UNOPTIMISED, compiled
 
 FLAGS = (
     "-std=c99",
@@ -26,15 +26,11 @@ FLAGS = (
 class Bare:
     """An instance of the mechanism in ``files`` {name: text}, as a library of ``compiler``, compiled in ``folder``."""
 
-    def __init__(self, files: Mapping[str, str], folder: Path, compiler: str = "", shift: int = 0) -> None:
-        """Compile, by default with gcc if it is there.
-
-        The memory of the instance begins ``shift`` bytes behind what malloc gives.
-        """
+    def __init__(self, files: Mapping[str, str], folder: Path, compiler: str = "zig", shift: int = 0) -> None:
+        """The memory of the instance begins ``shift`` bytes behind what malloc gives."""
         self.name = next(file for file in files if file.endswith(".h")).removesuffix(".h")
         self.header = files[f"{self.name}.h"]
         sources = {file: files[file] for file in (f"{self.name}.h", f"{self.name}.c")}
-        compiler = compiler or max(COMPILERS, key="gcc".__eq__)
         self.library = compiled(folder, sources, compiler, options=("-Wshadow", *UNOPTIMISED[compiler]))
         self.real = (
             ctypes.c_float if "typedef float" in self.header or " float value" in self.header else ctypes.c_double

@@ -10,13 +10,13 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from support.compiling import QUICK
+from support.compiling import QUICK, UNOPTIMISED
 from support.delivered import file_with
 
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.sources import ALL
 
-OPTIONS = ("-std=c99", "-O0", "-ffp-contract=off", "-fPIC", "-w", "-DFMI2_OVERRIDE_FUNCTION_PREFIX")
+OPTIONS = ("-std=c99", *UNOPTIMISED["zig"], "-ffp-contract=off", "-fPIC", "-w", "-DFMI2_OVERRIDE_FUNCTION_PREFIX")
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import scipy.sparse
-from compiling import COMPILERS, UNOPTIMISED, compiled
+from compiling import UNOPTIMISED, compiled
 from numpy.typing import NDArray
 
 from lag2fmu.resources import resource_folder
@@ -190,8 +190,8 @@ class Laws:
         paths = [folder / f"{name}.{ending}" for folder in folders for name in UNITS for ending in "ch"]
         sources = {path.name: path.read_text("utf-8") for path in paths if path.is_file()}
         sources |= {"mechanism.h": SIZES, "batch.c": BATCH}
-        compiler = "gcc" if "gcc" in COMPILERS else "zig"  # tests/codegen/test_sources.py has them optimised
-        self._library = compiled(folder, sources, compiler, options=UNOPTIMISED[compiler])
+        # tests/codegen/test_sources.py has them optimised
+        self._library = compiled(folder, sources, options=UNOPTIMISED["zig"])
         for name in ("impacts_solve", "impacts_without_collision", "complementarity_large"):
             getattr(self._library, name).restype = ctypes.c_bool
         self._library.arena_begin.restype = ctypes.c_void_p

@@ -80,7 +80,7 @@ def test_address_leak_and_undefined_behaviour(model: str, under) -> None:
     """2000 lives of instances, of which each would show its leak, and random calls."""
     run = under(model, hosts.ADDRESS)
     assert succeeded(run("cycles", 2000)) == "2000 cycles\n"
-    met = random_calls(run, 150_000, (1, 2))
+    met = random_calls(run, 75_000, (1, 2))
     legal_met = [met[key] for key in met if key[2][1] != "." and key[3] == "accepted"]
     illegal_met = [met[key] for key in met if key[2][1] == "." and key[3] == "refused"]
     assert min(legal_met) > 0, "every function was called in every state where it is legal"

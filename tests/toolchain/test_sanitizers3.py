@@ -24,7 +24,7 @@ pytestmark = [
     ),
 ]
 
-CALLS, SEEDS = 200_000, (1, 2)
+CALLS, SEEDS = 75_000, (1, 2)
 MODELS = [
     ("bouncing_ball", False),
     ("block_on_belt", False),

@@ -23,17 +23,17 @@ from lag2fmu.formats.loading import load
 
 pytestmark = pytest.mark.toolchain
 
-ARTIFACTS = {
-    "org.into-cps.vdmcheck.fmi2:vdmcheck2:1.1.3": "vdmcheck2.jar",
-    "org.into-cps.vdmcheck.fmi2:rule-model:1.1.3": "rule-model.jar",
-    "org.into-cps.vdmcheck.fmi2:static-model:1.1.3": "static-model.jar",
-    "org.into-cps.vdmcheck:xsd2vdm:1.1.3": "xsd2vdm.jar",
-    "org.into-cps.vdmcheck:fmuReader:1.1.3": "fmuReader.jar",
-    "dk.au.ece.vdmj:vdmj:4.5.0": "vdmj.jar",
-    "dk.au.ece.vdmj:annotations:4.5.0": "annotations.jar",
-}
-"""Maven coordinates -> the names that the checker expects beside itself."""
-COPY = "org.apache.maven.plugins:maven-dependency-plugin:3.6.1:copy"
+ARTIFACTS = (
+    *(("org.into-cps.vdmcheck.fmi2", name, "1.1.3") for name in ("vdmcheck2", "rule-model", "static-model")),
+    *(("org.into-cps.vdmcheck", name, "1.1.3") for name in ("xsd2vdm", "fmuReader")),
+    *(("dk.au.ece.vdmj", name, "4.5.0") for name in ("vdmj", "annotations")),
+)
+"""Groups, names and versions of the jars in Maven Central; NAME.jar is what the checker expects beside itself."""
+ALONE = "<exclusions><exclusion><groupId>*</groupId><artifactId>*</artifactId></exclusion></exclusions>"
+"""Of an artifact: without what it depends on."""
+PROJECT = "<project><modelVersion>4.0.0</modelVersion>{0}<dependencies>{1}</dependencies></project>"
+COORDINATES = "<groupId>{}</groupId><artifactId>{}</artifactId><version>{}</version>"
+COPY = "org.apache.maven.plugins:maven-dependency-plugin:3.6.1:copy-dependencies"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "lag2fmu-tests" / "vdmcheck-1.1.3"
 
 CLASSES = os.pathsep.join(("vdmj.jar", "annotations.jar", "xsd2vdm.jar", "fmuReader.jar"))
@@ -60,17 +60,15 @@ def jars() -> Path:
     """The folder of the jars, filled once a machine."""
     if shutil.which("java") is None or shutil.which("mvn") is None:
         pytest.skip("java and mvn are needed to fetch and run the FMI VDM checker")
-    CACHE.mkdir(parents=True, exist_ok=True)
-    for artifact, name in ARTIFACTS.items():
-        if (CACHE / name).exists():
-            continue
-        folder = CACHE / artifact.split(":")[1]
-        command = ["mvn", "-q", "-B", COPY, f"-Dartifact={artifact}", f"-DoutputDirectory={folder}"]
+    names = [f"{name}.jar" for _, name, _ in ARTIFACTS]
+    if not all((CACHE / name).exists() for name in names):
+        CACHE.mkdir(parents=True, exist_ok=True)
+        needed = "".join(f"<dependency>{COORDINATES.format(*jar)}{ALONE}</dependency>" for jar in ARTIFACTS)
+        (CACHE / "pom.xml").write_text(PROJECT.format(COORDINATES.format("lag2fmu", "jars", "1"), needed), "utf-8")
+        command = ["mvn", "-q", "-B", COPY, "-Dmdep.stripVersion=true", f"-DoutputDirectory={CACHE}"]
         done = subprocess.run(command, cwd=CACHE, capture_output=True, text=True, timeout=300, check=False)
         if done.returncode:
-            pytest.skip(f"Maven could not fetch {artifact}: {done.stdout[-300:]}")
-        (jar,) = folder.glob("*.jar")
-        jar.replace(CACHE / name)
+            pytest.skip(f"Maven could not fetch the FMI VDM checker: {done.stdout[-300:]}")
     return CACHE
 
 
@@ -82,8 +80,8 @@ class Checker:
 
     def __init__(self, folder: Path, model: str, jars: Path) -> None:
         self._folder, self._model = folder, f"fmi2-{model}"
-        for name in ARTIFACTS.values():
-            shutil.copy(jars / name, folder / name)
+        for jar in jars.glob("*.jar"):
+            shutil.copy(jar, folder / jar.name)
         for name in ("vdmcheck2.jar", f"{model}.jar"):
             with zipfile.ZipFile(jars / name) as archive:
                 archive.extractall(folder, [n for n in archive.namelist() if n.startswith(("fmi2schema/", "fmi2-"))])

@@ -24,8 +24,8 @@ pytestmark = pytest.mark.fmu
 FAMILIES = Path(__file__).parents[1] / "hybrid_truth" / "families"
 THROWN = {"disc": {"x_dot": -10.0}}
 """Start values (m/s) with which a disc still slides behind its first impact."""
-STOPS = {"puck": 0.05}
-"""Until when (s) a model runs, where its fault shows soon and makes a whole run take minutes."""
+STOPS = {"puck": 0.05, "row_of_blocks": 1.0}
+"""Until when (s) a model runs, where its fault shows soon and makes a whole run take 10 s or minutes."""
 QUICK = ("restitution is applied twice", "a gap closes late", "an impact is lost")
 BUNDLED = ("backlash_slider_crank", "block_on_belt", "bouncing_ball", "brake", "braked_wheel", "clutch_pair")
 BUNDLED += ("coulomb_oscillator", "crane", "falling_rod", "gripper", "hopper_leg", "impact_oscillator")
