@@ -66,8 +66,8 @@ static const double AT_REST = 1e-10;
    may be below 0 by it as long as their mode holds. */
 static const double HYSTERESIS = 1e-9;
 
-/* m/s or rad/s; a slip without a lever waits for friction up to here, where one of 1e4 has no rounding error. A thousand
-   times more were a creep to be seen in slow motions. */
+/* m/s or rad/s; a slip without a lever waits for friction up to here, which a slip of 1e4 is exact to. A hundred times
+   more show as a creep where the motion is slow. */
 static const double WAITING_SLIP = 1e-11;
 
 /* Values that a user types have 6 digits: starts that miss the constraints by less are moved, gaps that are negative by
