@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+import shutil
 from collections.abc import Callable
 
 import mpmath
@@ -39,7 +40,7 @@ def call(real: str, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., f
         texts = {name: in_single(text, EXACT) for name, text in texts.items()}
     options = ("-Wshadow", *(("-Wdouble-promotion",) if real == "float" else ()))
     library, kind = (
-        compiled(tmp_path_factory.mktemp(real), texts, options=options),
+        compiled(tmp_path_factory.mktemp(real), texts, "gcc" if shutil.which("gcc") else "zig", options=options),
         REALS[real][1],
     )
 
