@@ -5,7 +5,7 @@ calls each other at each stage of a solver stands in one unit, where the compile
 generated for a mechanism stands apart from the engine, and so does each room of what knows no sizes: other mechanisms
 have the same units, which the compiler finds again.
 
-What does not run in the steps of a solver is compiled for size, which takes half of the time.
+What does not run in the steps of a solver is compiled for size, which takes a third less time.
 """
 
 from __future__ import annotations
@@ -22,17 +22,29 @@ MOST = 100_000
 """No file joins a unit with more characters, so that several units are compiled side by side."""
 HOT = ("integrate", "system")
 """The rooms of the engine that work at each stage of a solver."""
-SELDOM = ("drivers/fmi2", "drivers/fmi3", "drivers/gate")
+OF_CALLS = ("drivers/fmi2", "drivers/fmi3", "drivers/gate")
 """The folders of the engine whose files run once a communication step."""
-SELDOM_FILES = frozenset(
+OF_EVENTS = frozenset(
     {
-        *("constraint_start.c", "diagnosis.c", "step_failure.c", "failure_sentence.c", "notice_sentence.c"),
-        *("central_path.c", "choices.c", "complementarity.c", "elimination.c", "laws.c", "least_norm.c"),
+        *("constraint_kinks.c", "constraint_start.c", "diagnosis.c", "failure.c", "failure_sentence.c", "further.c"),
+        *("importer_steps.c", "instance.c", "listing.c", "multiplier_rates.c", "names.c", "notice_sentence.c"),
+        *("notices.c", "policy.c", "settle_laws.c", "settle_modes.c", "settle_slips.c", "step_failure.c"),
+        *("stopping_slips.c", "values.c"),
     }
 )
-"""Files of other folders that run at starts, at failures, or where Newton's method finds no modes."""
+"""Files of other folders that run as seldom, or at starts, events and failures.
+
+Impacts are not among them: some runs consist of impacts.
+"""
+SEARCHES = frozenset(
+    {
+        *("central_path.c", "choices.c", "complementarity.c", "cones.c", "elimination.c", "envelope.c", "islands.c"),
+        *("laws.c", "least_norm.c", "newton.c"),
+    }
+)
+"""Files that search the modes of contacts: seldom, but half of the time of some runs."""
 OF_STAGES = "tableau.c"
-"""The generated file that does so as well; it depends on the solver and on sizes alone."""
+"""The generated file that works at each stage as well; it depends on the solver and on sizes alone."""
 
 
 def translation_units(sources: Mapping[str, str]) -> dict[str, str]:
@@ -91,21 +103,27 @@ def including(files: Iterable[str]) -> str:
 
 
 def _unit(files: Iterable[str]) -> str:
-    """The text of a unit of ``files``; functions that run seldom are cold, which clang optimises for size."""
-    return "".join(_COLD.format(including([name])) if _seldom(name) else including([name]) for name in files)
+    """The text of a unit of ``files``; clang is told which functions run seldom."""
+    return "".join(_attributed(name) for name in files)
 
 
-_COLD = """#if defined(__clang__)
-#pragma clang attribute push(__attribute__((cold)), apply_to = function)
+def _attributed(name: str) -> str:
+    """The text that includes the file ``name``."""
+    included_alone = including([name])
+    if name in SEARCHES:
+        return _ATTRIBUTED.format("cold", included_alone)
+    if name in OF_EVENTS or _folders().get(name, "").startswith(OF_CALLS):
+        return _ATTRIBUTED.format("minsize", included_alone)
+    return included_alone
+
+
+_ATTRIBUTED = """#if defined(__clang__)
+#pragma clang attribute push(__attribute__(({})), apply_to = function)
 #endif
 {}#if defined(__clang__)
 #pragma clang attribute pop
 #endif
 """
-
-
-def _seldom(name: str) -> bool:
-    return name in SELDOM_FILES or _folders().get(name, "").startswith(SELDOM)
 
 
 def _group(name: str, sources: Mapping[str, str]) -> tuple[int, str]:
