@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rewriting import rewrite_shared
 
 from lag2fmu import progress
 from lag2fmu.building import build_cache, process
@@ -59,6 +60,13 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.setdefault(process.CACHE, str(config.cache.mkdir("compiler")))
     os.environ.setdefault(module.VARIABLE, "static")
     os.environ.setdefault(progress.QUIET, "1")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session: pytest.Session) -> None:
+    """Processes that all collect the whole tree share its compilation."""
+    if session.config.args_source == pytest.Config.ArgsSource.TESTPATHS:
+        rewrite_shared(session.config, sorted(Path(__file__).parent.rglob("test_*.py")))
 
 
 @pytest.hookimpl(tryfirst=True)
