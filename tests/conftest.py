@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from compiling import UNOPTIMISED
 from rewriting import rewrite_shared
 
 from lag2fmu import progress
@@ -165,6 +166,15 @@ def optimised_alone() -> Iterator[None]:
     """The same for one test."""
     with compiling(optimised=True):
         yield
+
+
+@pytest.fixture
+def unoptimised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For programs that are counted, and FMUs with a bound for steps, where neither work nor memory is what is tested.
+
+    What compilers make of single files is optimised else, for each processor whose memory is told.
+    """
+    monkeypatch.setattr(compilers, "FLAGS", (*compilers.FLAGS, *UNOPTIMISED["zig"]))
 
 
 @pytest.fixture(scope="session")
