@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from compiling import UNOPTIMISED
 from rewriting import rewrite_shared
 
 from lag2fmu import progress
@@ -174,6 +173,8 @@ def unoptimised(monkeypatch: pytest.MonkeyPatch) -> None:
 
     What compilers make of single files is optimised else, for each processor whose memory is told.
     """
+    from compiling import UNOPTIMISED  # it asks for the machine's platform, which only those who compile need
+
     monkeypatch.setattr(compilers, "FLAGS", (*compilers.FLAGS, *UNOPTIMISED["zig"]))
 
 
