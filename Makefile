@@ -73,7 +73,7 @@ style: $(READY)
 	$(BIN)/ruff format --check .
 
 lint: style
-	$(BIN)/mypy
+	$(BIN)/mypy --num-workers $(JOBS)
 	$(BIN)/mypy templates/python/runtime
 
 # the documentation as a site, in build/site, in minutes; LIVE=none: no model of the gallery moves, which is faster

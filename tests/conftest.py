@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rewriting import rewrite_shared
 
 from lag2fmu import progress
 from lag2fmu.building import build_cache, process
@@ -59,6 +60,13 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.setdefault(process.CACHE, str(config.cache.mkdir("compiler")))
     os.environ.setdefault(module.VARIABLE, "static")
     os.environ.setdefault(progress.QUIET, "1")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session: pytest.Session) -> None:
+    """Processes that all collect the whole tree share its compilation."""
+    if session.config.args_source == pytest.Config.ArgsSource.TESTPATHS:
+        rewrite_shared(session.config, sorted(Path(__file__).parent.rglob("test_*.py")))
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -157,6 +165,17 @@ def optimised_alone() -> Iterator[None]:
     """The same for one test."""
     with compiling(optimised=True):
         yield
+
+
+@pytest.fixture
+def unoptimised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For programs that are counted, and FMUs with a bound for steps, where neither work nor memory is what is tested.
+
+    What compilers make of single files is optimised else, for each processor whose memory is told.
+    """
+    from compiling import UNOPTIMISED  # it asks for the machine's platform, which only those who compile need
+
+    monkeypatch.setattr(compilers, "FLAGS", (*compilers.FLAGS, *UNOPTIMISED["zig"]))
 
 
 @pytest.fixture(scope="session")

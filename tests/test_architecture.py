@@ -440,11 +440,13 @@ def _public(node: ast.AST) -> Iterator[ast.FunctionDef]:
 OWN_ERRORS = {name for name, kind in vars(errors).items() if isinstance(kind, type)}
 
 
-def _raisers(tree: ast.Module) -> set[str]:
+def _raisers(path: Path) -> set[str]:
     """The functions of a module that raise one of our errors, themselves or by another function of the module."""
-    functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)]
-    calls = {f.name: {_called(n) for n in ast.walk(f) if isinstance(n, ast.Call)} for f in functions}
-    raised = [(f.name, n.exc) for f in functions for n in ast.walk(f) if isinstance(n, ast.Raise) and n.exc is not None]
+    if not any(isinstance(node, ast.Raise) for node in _nodes(path)):
+        return set()
+    functions = [(f.name, [*ast.walk(f)]) for f in _nodes(path) if isinstance(f, ast.FunctionDef)]
+    calls = {name: {_called(n) for n in nodes if isinstance(n, ast.Call)} for name, nodes in functions}
+    raised = [(name, n.exc) for name, nodes in functions for n in nodes if isinstance(n, ast.Raise) and n.exc]
     found = {name for name, exc in raised if OWN_ERRORS & {x.id for x in ast.walk(exc) if isinstance(x, ast.Name)}}
     while more := {name for name, others in calls.items() if others & found} - found:
         found |= more
@@ -463,7 +465,7 @@ def _called(call: ast.Call) -> str:
 def test_a_function_says_which_errors_it_raises(room: str) -> None:
     """Those of its module; errors that come from farther down are said there."""
     for path in (p for p in _modules() if p.parts[0] == room):
-        raisers = _raisers(_tree(path))
+        raisers = _raisers(path)
         documented = {f.name for f in _public(_tree(path)) if RAISES.search(ast.get_docstring(f) or "")}
         silent = {f.name for f in _public(_tree(path))} & raisers - documented
         assert not silent, f"{path}: {silent}"

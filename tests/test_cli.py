@@ -135,6 +135,7 @@ def test_values_are_shown_once_they_are_known_to_fit(run) -> None:
     assert "warning" not in run("show", "pendulum", "--set", "g=-9.81").stderr
 
 
+@pytest.mark.fmu
 def test_a_guess_that_is_set_and_moved_is_told(run) -> None:
     """b is solved for: it is 130 deg nowhere near the crank's start, of the model as of its FMU."""
     command = ("simulate", "four_bar_linkage", "--stop-time", "0.01", "--set", "b=130 deg", "-o", "-")

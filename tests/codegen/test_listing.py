@@ -51,6 +51,7 @@ def both(folder: Path, program: Program, functions: list[Function]) -> list[ctyp
     return [compiled(p, {**engine, "f.c": begin + heads + text}) for p, text in zip(folders, texts, strict=True)]
 
 
+@pytest.mark.fmu
 @pytest.mark.parametrize("model", ["four_bar_linkage", "six_axis_arm", "heavy_top_quaternion"])
 def test_a_listing_has_the_bits_of_statements(model: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(listing, "LONGEST", 0)

@@ -10,11 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bare import program
-from compiling import QUICK, UNOPTIMISED
+from compiling import QUICK
 
 from lag2fmu.evidence.counting import counted, counting
 from lag2fmu.evidence.realtime import errors_of
-from lag2fmu.fmu import compilers
 from lag2fmu.fmu.compilers import compile_unit, host_target
 from lag2fmu.fmu.firmware import firmware
 from lag2fmu.formats.loading import load
@@ -47,12 +46,6 @@ int main(void) {
     return 0;
 }
 """
-
-
-@pytest.fixture
-def unoptimised(monkeypatch: pytest.MonkeyPatch) -> None:
-    """For values alone, and for what is compared within a run: to optimise takes most of the time."""
-    monkeypatch.setattr(compilers, "FLAGS", (*compilers.FLAGS, *UNOPTIMISED["zig"]))
 
 
 def test_operations_that_are_known(tmp_path: Path) -> None:

@@ -28,6 +28,7 @@ from lag2fmu.formats.loading import load
 pytestmark = pytest.mark.fmu
 
 
+@pytest.mark.usefixtures("unoptimised")
 def test_the_solver_is_one_of_fixed_steps(tmp_path: Path) -> None:
     fmu = export("pendulum", tmp_path / "pendulum.fmu", profile="realtime", page="static")
     assert fmu.description.solver == "rk4"
@@ -38,6 +39,7 @@ def test_the_solver_is_one_of_fixed_steps(tmp_path: Path) -> None:
     assert hybrid == "moreau"
 
 
+@pytest.mark.usefixtures("unoptimised")
 def test_longer_steps_are_discarded_and_shorter_ones_taken(tmp_path: Path) -> None:
     fmu = export("cart_pole", tmp_path / "it.fmu", profile="realtime", step=0.004, page="static")
     with Stepping(fmu.path) as host:
@@ -49,6 +51,7 @@ def test_longer_steps_are_discarded_and_shorter_ones_taken(tmp_path: Path) -> No
         assert any("steps" in sentence for _, _, sentence in host.log)
 
 
+@pytest.mark.usefixtures("unoptimised")
 def test_what_is_no_step_or_no_input_is_a_status(tmp_path: Path) -> None:
     """Nothing moves, and a sentence tells why; FMI allows no further step after an error."""
     fmu = export("bouncing_ball", tmp_path / "it.fmu", profile="realtime", page="static")
@@ -69,6 +72,7 @@ def test_what_is_no_step_or_no_input_is_a_status(tmp_path: Path) -> None:
             assert name in host.log[-1][2]
 
 
+@pytest.mark.usefixtures("unoptimised")
 def test_what_is_no_step_or_no_input_is_an_error_of_fmi_3(tmp_path: Path) -> None:
     fmu = export("bouncing_ball", tmp_path / "it.fmu", profile="realtime", page="static", fmi="3.0")
     for step in (0.0, -0.01, math.nan, math.inf, 0.5):

@@ -45,6 +45,7 @@ def test_a_bound_at_which_a_stop_holds_is_not_said_to_be_none() -> None:
     assert "max 3 m" not in text
 
 
+@pytest.mark.fmu
 @pytest.mark.parametrize(("stop", "told"), [("[stops.floor]\nof = 'x'\nlower = 0.0\n", 0), ("", 1)])
 def test_a_run_is_warned_of_a_bound_unless_a_stop_holds_there(stop: str, told: int, caplog) -> None:
     """What falls comes to the bound and stays within rounding of it, or passes it."""

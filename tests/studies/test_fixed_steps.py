@@ -18,6 +18,8 @@ from lag2fmu.studies.requests import scale_of
 from lag2fmu.studies.sensitivities import Sensitivities, directed_run
 from lag2fmu.studies.tape import Tape
 
+pytestmark = pytest.mark.fmu
+
 
 def test_the_midpoint_rule_of_an_oscillator_has_a_closed_form() -> None:
     """With z = (x, p) a step is the Cayley transform of h J H; its derivatives are complex steps of that."""
