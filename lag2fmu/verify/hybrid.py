@@ -202,21 +202,33 @@ def _expected_impacts(task: Task, contact: str, reference: Reference) -> Floats:
     return np.asarray(np.cumsum(np.diff(counts, prepend=0.0) * np.append(True, apart[:-1])))
 
 
+def _accumulation(task: Task, contact: str, reference: Reference) -> float:
+    """The time (s) of the first impact that accumulates and in which a ``contact`` takes part; inf if there is none.
+
+    It rebounds, or lifts another contact, by no more than the tolerance; from there on each path ends impacts in its
+    own way. A closed contact takes part in those of others that it bears, such as a taut rope.
+    """
+    time, counts = reference.trajectory.time, reference.trajectory[names.impacts(contact)]
+    for event in (event for event in reference.events if _accumulates(task, reference, event)):
+        at = int(np.searchsorted(time, event.time))
+        if event.element == contact or counts[max(at - 1, 0)] < counts[min(at + 1, len(time) - 1)]:
+            return event.time
+    return float(np.inf)
+
+
 def _impact_checks(
     task: Task, label: str, run: Trajectory, reference: Reference, rows: NDArray[np.intp]
 ) -> Iterator[Check]:
     """Checks of the counts of impacts, and of their times, which the gaps behind them tell.
 
-    An element is watched until one of its impacts rebounds, or lifts another contact, by no more than the tolerance.
-    From there on impacts accumulate, and each path ends them in its own way. Counts are not checked if there are more
+    A contact is watched until impacts accumulate in which it takes part. Counts are not checked if there are more
     contacts than coordinates. How an impact is shared among them is then not unique, and one of them may bear nothing.
     """
     seen = comparable(task, reference)[rows] & np.isfinite(reference.growth[rows])
-    low = {event.element: event.time for event in reversed(reference.events) if _accumulates(task, reference, event)}
     missed, worst, where, count = 0, 0.0, "no impact", 0
     widths = widths_of(task, reference)
     for c in task.mechanism.unilaterals:
-        watched = seen & (run.time < low.get(c.name, np.inf))
+        watched = seen & (run.time < _accumulation(task, c.name, reference))
         expected = _expected_impacts(task, c.name, reference)[rows]
         missed += int(np.sum(expected[watched] != run[names.impacts(c.name)][watched]))
         gap = reference.trajectory[names.gap(c.name)]
