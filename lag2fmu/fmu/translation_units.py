@@ -118,6 +118,7 @@ def _attributed(name: str) -> str:
 
 
 _ATTRIBUTED = """#if defined(__clang__)
+#pragma clang diagnostic ignored "-Wpragma-clang-attribute" /* of a file without functions */
 #pragma clang attribute push(__attribute__(({})), apply_to = function)
 #endif
 {}#if defined(__clang__)
