@@ -224,3 +224,35 @@ def test_the_direct_integration_passes_dead_centres_too(family: str, stop: float
     """The clutch engages while the crank is at rest in its dead centre; a crank passes six others until 0.5 s."""
     report = lag2fmu.validate(mechanism(family), stop_time=stop)
     assert report.outcome == "ok", str(report)
+
+
+CORNER = """
+[mechanism]
+name = "corner"
+[parameters]
+mu = { value = 0 }
+[coordinates]
+x = { start = 0.5 }
+y = { start = 0.3 }
+z = { start = 0.4 }
+[bodies]
+point = { mass = 2, position = ["x", "y", "z"] }
+[forces]
+x = "-7"
+y = "-9"
+z = "-8"
+[contacts]
+floor = { gap = "z", slip = ["x_dot", "y_dot"], friction = "mu" }
+wall = { gap = "x", slip = ["y_dot", "z_dot"], friction = "mu" }
+side = { gap = "y", slip = "x_dot", friction = "mu" }
+"""
+
+
+def test_a_corner_without_friction_bears_by_its_faces_alone(exported) -> None:
+    """Contacts that stuck at a limit of 0 shared the load that other faces bear, and the run ended there."""
+    forces = {"floor_force": 8, "wall_force": 7, "side_force": 9}
+    rubs = ["floor_friction_1", "floor_friction_2", "wall_friction_1", "wall_friction_2", "side_friction"]
+    run = lag2fmu.simulate(exported(read(CORNER, "corner.toml")), stop_time=1, step=0.05, outputs=["x", *forces, *rubs])
+    assert run["x"] == pytest.approx(np.maximum(0.5 - 7 / 4 * run.time**2, 0), abs=1e-9)
+    assert run.columns(list(forces))[-1] == pytest.approx(list(forces.values()), rel=1e-9)
+    assert (run.columns(rubs)[-1] == 0).all()

@@ -165,10 +165,32 @@ static void begin_slip(Settling *settling, int contact) {
     state->event_rests[N_SWITCHES + 2 * contact + 1] = 0.0; /* the speed along a new direction is another function */
 }
 
+/* Is the contact one that friction cannot hold? At rest it slides all the same, as something else may hold the same
+   motion, such as the other side of a corner: a row that sticks would share its load, beyond a limit of 0. */
+static bool holds_nothing(const Settling *settling, int contact) {
+    return contact_slips(contact) > 0 && !(settling->row[ROW_PLACES[SLIP_ROWS[contact]]].holding > 0.0);
+}
+
+/* Slides without a slip. The direction is that of before, if there is one; no friction depends on it. */
+static void slide_at_rest(Settling *settling, int contact) {
+    State *state = &settling->instance->state;
+    const int first = SLIP_ROWS[contact];
+    double along[2] = {0.0};
+    for (int i = 0; i < contact_slips(contact); i++) {
+        along[i] = row_direction(state, first + i);
+    }
+    if (hypot(along[0], along[1]) == 0.0) {
+        along[0] = 1.0;
+    }
+    contact_slide(state, contact, along, steadying_speed(settling, contact));
+}
+
 void settling_carry_out_slip(Settling *settling, int contact) {
     State *state = &settling->instance->state;
     const int row = ROW_PLACES[SLIP_ROWS[contact]];
-    if (!slips(settling, contact)) {
+    if (!slips(settling, contact) && holds_nothing(settling, contact)) {
+        slide_at_rest(settling, contact);
+    } else if (!slips(settling, contact)) {
         const bool waits = contact_slips(contact) == 1 && settling->determined[row];
         (waits ? contact_wait : contact_stick)(state, contact);
     } else if (settling->row[row].law != ROW_SLIDING || !goes_on(settling, contact)) {
