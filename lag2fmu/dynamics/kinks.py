@@ -84,7 +84,8 @@ def switched(
     margin_function = Function("mechanism_switches", doc, state, ("S",), results)
     timed = [k for k, margin in enumerate(described) if margin.timed]
     with graph.as_written():
-        new = kinks.replaced(dict(zip(margins, switches, strict=False)), [*functions, margin_function])
+        new = [*functions, margin_function]
+        new = kinks.replaced(dict(zip(margins, switches, strict=False)), new) if margins else new
         new += _timed_functions(graph, variables, new[-1], timed) if timed else ()
     *others, last = (_with_modes(graph, f, switches, masks) for f in new)
     return Switched((*others,), described, last) if timed else Switched((*others, last), described)
@@ -101,10 +102,7 @@ class _Kinks:
         self.graph, self.moving, self.unknown = graph, moving, unknown
 
     def margins(self, outputs: Sequence[Node]) -> list[Node]:
-        """The margins of the kinks that ``outputs`` need, in order of the graph.
-
-        Of two margins that are opposite one is returned.
-        """
+        """The margins of the kinks that ``outputs`` need, in order of the graph; of two opposite ones, one."""
         found: dict[int, Node] = {}
         for node in self.graph.cone(outputs):
             margin = self._margin(node)
