@@ -158,7 +158,7 @@ def _reach(
     (mass,) = mass_matrices(graph, entries, v.qd, [values])
     jacobian = matrix(graph, constraints.jacobian, values, n)
     times = np.linspace(0.0, mechanism.experiment.stop_time, _TIMES)
-    forces = np.array([graph.evaluate(forcing, values | {"t": float(t)}) for t in times]).T
+    forces = evaluate(graph, forcing, {**values, "t": times})
     unknown = np.full(n, np.nan)
     if not all(np.isfinite(x).all() for x in (stiffness, mass, jacobian, forces)):
         return unknown
