@@ -28,18 +28,22 @@ from lag2fmu.fmu.translation_units import shared_files, translation_units
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
 
+LONG = 400_000
+"""Characters of a C file that is long: zig looks for less in it, see SHORT_SEARCHES."""
+
+SHORT_SEARCHES = ("-fno-slp-vectorize", "-mllvm", "-dse-memoryssa-walklimit=1")
+"""Options of clang for long straight-line code.
+
+It does not join scalar operations to vectors, the search for which takes a third of the time. The results have the same
+bits, and accelerations of long mechanisms take .95 to 1 of the time. It looks only a step back for stores that later
+ones make superfluous, which takes a twentieth of the time and finds none: each result is stored once.
+"""
+
 MODULE_FLAGS = (
     *("-Os" if flag == "-O2" else flag for flag in FLAGS if flag != "-fPIC"),
-    *("-fno-vectorize", "-fno-slp-vectorize", "-fno-unroll-loops"),
+    *("-fno-vectorize", "-fno-unroll-loops", *SHORT_SEARCHES),
 )
 """Those of modules of WebAssembly, which have no vectors: looking for some takes a tenth of the time and finds none."""
-
-LONG = 400_000
-"""Characters of a C file beyond which zig does not join its scalar operations to vectors.
-
-The search for such operations takes a third of the time of long straight-line code. The results have the same bits, and
-accelerations of long mechanisms take .95 to 1 of the time.
-"""
 
 WASM = "wasm32-wasi"
 """Zig's name of the target WebAssembly with a C library."""
@@ -128,7 +132,7 @@ def compile_here(sources: Mapping[str, str], name: str, compiler: str = "zig") -
 def _flags(sources: Mapping[str, str], compiler: str) -> tuple[str, ...]:
     """FLAGS, and what long ``sources`` {file name: text} take beside them."""
     long = compiler == "zig" and max(map(len, sources.values()), default=0) > LONG
-    return (*FLAGS, "-fno-slp-vectorize") if long else FLAGS
+    return (*FLAGS, *SHORT_SEARCHES) if long else FLAGS
 
 
 def host_target() -> str:

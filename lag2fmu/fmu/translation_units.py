@@ -2,8 +2,8 @@
 
 Files are joined by inclusion, as they are: what one of them keeps to itself has a name that no other one has. What
 calls each other at each stage of a solver stands in one unit, where the compiler sees both sides of the calls. What is
-generated for a mechanism stands apart from the engine, and so does each room of what knows no sizes: other mechanisms
-have the same units, which the compiler finds again.
+generated for a mechanism stands apart from the engine, and so do the laws and the rest of what knows no sizes: other
+mechanisms have the same units, which the compiler finds again.
 
 What does not run in the steps of a solver is compiled for size, which takes a third less time.
 """
@@ -19,7 +19,10 @@ from lag2fmu.codegen.amalgamation import included
 from lag2fmu.resources import resource_folder
 
 MOST = 100_000
-"""No file joins a unit with more characters, so that several units are compiled side by side."""
+"""No file joins a unit with more characters, so that several units are compiled side by side.
+
+Beside a longer file, others may join units up to its length.
+"""
 HOT = ("integrate", "system")
 """The rooms of the engine that work at each stage of a solver."""
 OF_CALLS = ("drivers/fmi2", "drivers/fmi3", "drivers/gate")
@@ -80,10 +83,12 @@ def _reached(file: str, sources: Mapping[str, str]) -> dict[str, str]:
 
 
 def _packed(names: Iterable[str], sources: Mapping[str, str]) -> list[list[str]]:
-    """The ``names`` in lists of at most MOST characters together; each name in the first one that has room."""
+    """The ``names`` in lists of about MOST characters together; each name in the first one that has room."""
+    names = list(names)
+    most = max(MOST, *(len(sources[name]) for name in names))
     units: list[list[str]] = []
     for name in names:
-        room = (unit for unit in units if sum(len(sources[other]) for other in (*unit, name)) <= MOST)
+        room = (unit for unit in units if sum(len(sources[other]) for other in (*unit, name)) <= most)
         unit = next(room, None)
         if unit is None:
             units.append([name])
@@ -134,7 +139,9 @@ def _group(name: str, sources: Mapping[str, str]) -> tuple[int, str]:
         return (0, "stages of solvers")
     if not room:
         return (3, "generated")
-    return (2, "the mechanism's sizes") if _reached(name, sources).keys() - _folders().keys() else (1, room)
+    if _reached(name, sources).keys() - _folders().keys():
+        return (2, "the mechanism's sizes")
+    return (1, "laws" if room == "laws" else "what knows no sizes")
 
 
 def room_of(name: str) -> str:
