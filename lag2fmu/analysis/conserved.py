@@ -32,6 +32,7 @@ CONSTANT_IF = 1e-9
 """Relative to the sum of the magnitudes of its terms: a smaller derivative is rounding and counts as zero."""
 
 _MAX_WRITTEN = 120
+"""The most operations of a conserved quantity that is written out."""
 
 
 class Conserved(NamedTuple):

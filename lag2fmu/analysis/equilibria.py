@@ -23,8 +23,13 @@ from lag2fmu.graph.batches import Evaluator, Floats, Values, drawn, evaluate
 from lag2fmu.mechanism.record import Mechanism
 
 _SEEDS, _ITERATIONS, _HALVINGS, _RETURNS = 11, 40, 6, 4
+"""Places from which equilibria are looked for, the steps of Newton's method from each, how often a step that makes
+residuals greater is halved, and the moves along directions without a force back to the start."""
 _MANY = 6
+"""With more coordinates a third of the places is tried: each takes longer."""
 _CONVERGED, _BALANCED, _FAR, _ROUNDING = 1e-12, 1e-9, 1e4, 1e-9
+"""In nominal values: the steps at which the method ends, the distance at which it gives up, and what counts as 0 of a
+place. Forces balance if a part of _BALANCED is left of them."""
 _FALLS = 0.99
 """Where Newton's method promises that more of a residual remains, it stands where the residual is smallest."""
 TURN = 2 * np.pi

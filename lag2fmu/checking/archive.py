@@ -23,7 +23,9 @@ __all__ = ["DESCRIPTION", "Archive", "archive_findings", "open_archive"]
 _MOST_OF_A_LIBRARY = 512 << 20
 """At most this many bytes of a file are read at once."""
 _STORED, _DEFLATED = 0, 8
+"""Methods of compression that FMI allows, by their numbers in the zip format."""
 _ENCRYPTED, _DESCRIPTOR = 0x1, 0x8
+"""Flags of an entry: encrypted; its size stands behind its bytes."""
 _KNOWN = {DESCRIPTION, "model.png", "documentation", "sources", "binaries", "resources", "extra", "terminalsAndIcons"}
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 NO_COLUMN = -1
+"""What stands in a colour for a row that none of its columns has an entry in."""
 
 Colouring = tuple[tuple[int, ...], ...]
 """For each colour (c, rows): the column of this colour that has an entry in each row, NO_COLUMN where none has."""

@@ -28,6 +28,7 @@ runtime defines them."""
 BUILT_IN = {"abs", "min", "max"}
 
 _SUM, _PRODUCT, _ATOM = 0, 1, 2
+"""How tightly a text binds: one that binds less than its place asks for gets brackets."""
 _RESERVED = {
     *keyword.kwlist,
     *dir(builtins),

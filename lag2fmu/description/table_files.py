@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from lag2fmu.errors import MechanismError
 
 MAX_FILE = 10_000_000
+"""The most bytes of a file with a table."""
 
 _BRACKETS = re.compile(r"(|.*?\S)(?:^|\s+|(?=\[[^\]]*[^\d,\s\]]))\[(.+)\]")
 """A name with its unit at the head of a column: 'omega [rpm]'. 'x[1]', without a blank, is an element of an array."""

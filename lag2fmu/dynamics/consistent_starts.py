@@ -28,9 +28,13 @@ MET, PROJECTED = 1e-12, 1e-6
 moved onto it."""
 
 _ITERATIONS, _HALVINGS = 60, 12
+"""The most steps of Newton's method, and how often a step that makes residuals greater is halved."""
 _INDEPENDENT, _TRIALS = 1e-8, 3
+"""Rows of length 1 are independent beyond this singular value; places where the slopes are looked at."""
 _SHOWN, _PLACES = 6, 12
+"""The most names in a message, and the places from which a start that meets the constraints is looked for."""
 _NEAR, _NEIGHBOURS, _NOISE = 1e-6, 6, 0.01
+"""Slopes are noise if those at some neighbours, this part of the positions away, differ by a hundred times as much."""
 _ONWARD = 1e-14
 """A part of the positions: a kink is passed, and no slope changes by as much as MET."""
 

@@ -20,6 +20,7 @@ _SYMTAB, _DYSYMTAB, _CODE_SIGNATURE, _DYLD_INFO, _EXPORTS_TRIE = 0x2, 0xB, 0x1D,
 _EXTERNAL = 0x01
 """The bit of n_type that marks a symbol as visible to other libraries."""
 _CODE_DIRECTORY, _SHA256 = 0xFADE0C02, 2
+"""The magic number of the directory of a signature, and the number of the kind of its hashes."""
 
 
 def universal(libraries: Sequence[bytes]) -> bytes:

@@ -11,6 +11,8 @@ from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.language.units import Unit
 
 MAX_EXPONENT, MAX_BITS, MAX_NUMBER = 330, 1024, 1600
+"""The limits of numbers in texts: the exponent to 10 and the bits of an integer go little beyond the range of doubles;
+digits are those of the longest exact decimal of a double, and more."""
 QUANTITY = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d,.].*)$")
 
 

@@ -243,6 +243,7 @@ def _decimal(value: float, offset: Fraction, factor: Fraction, convert: Callable
 
 
 _DIGITS: Iterable[int] = (*range(1, 41), 400, 1200)
+"""The lengths of decimals that are tried: 1200 digits tell the middle of any two doubles."""
 
 
 def _toml_float(decimal: Decimal) -> str:

@@ -13,6 +13,7 @@ from lag2fmu.language.vocabulary import TIME
 from lag2fmu.language.writer import with_decimals
 
 _DOTS = {"_ddot": 2, "_dot": 1}
+"""{end of a name: the number of dots over its letter}."""
 _ACCENTS, _ABOVE = ("", "\\dot", "\\ddot"), ("", "\u0307", "\u0308")
 _NUMBERED = re.compile(r"(?P<letters>[A-Za-z]+)(?P<number>\d+)")
 

@@ -32,12 +32,15 @@ _PLACES = ("position", "angle", "origin", "rotations", "center")
 _CORNERS = (*_JUMPING, sp.Abs, sp.Min, sp.Max)
 
 _TRIALS = 12
+"""Random states at which energies are looked at."""
 _NEAR, _NEARER = 1e-8, 1e-11
 """Distances from a border, as parts of the size of what moves; a jump is the same at both."""
 _ROUNDING = 1e-9
+"""Values are equal up to this part of them."""
 _RANGES = (1.0, 10.0, 100.0, 1e4)
 """In nominal values: the distances from the start, one after the other, within which a border is looked for."""
 _CELLS, _BISECTIONS = 24, 80
+"""Pieces of a range in which a border is looked for, and the bisections that follow: down to a double's last bit."""
 
 Numbers = dict[str, float]
 

@@ -26,6 +26,7 @@ from lag2fmu.mechanism.velocities import slips
 
 _NO_VALUE = (KeyError, ValueError, ArithmeticError)
 _TRIALS, _ROUNDING = 8, 1e-9
+"""Random places at which an expression is looked at; it is linear up to this part of its terms."""
 
 _OF_ELLIPSOID = 3
 """Radii of an ellipsoid; those of a flat disc are two and 0."""

@@ -16,6 +16,7 @@ from lag2fmu.language.vocabulary import value_of
 from lag2fmu.mechanism.order import in_order
 
 _TRIALS, _ROUNDING = 5, 1e-9
+"""Random places at which an expression is looked at, and the size up to which it is 0 there."""
 
 
 def missing_norms(m: Description) -> Iterator[tuple[str, Constraint]]:

@@ -17,6 +17,7 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.picture.skeleton import Skeleton
 
 _NEAR = 1e-9
+"""Slopes and places are equal up to this part of them."""
 
 
 class Attachment(NamedTuple):

@@ -18,6 +18,7 @@ from lag2fmu.picture.arms import ARM, ArmStep, steps
 from lag2fmu.picture.skeleton import Skeleton, SkeletonLine
 
 _MEETS = 1e-6
+"""Points meet, and lines are parallel, up to this part of the size of the picture."""
 
 
 def add_loops(skeleton: Skeleton) -> None:

@@ -10,7 +10,9 @@ from lag2fmu.graph.batches import Floats
 from lag2fmu.picture.skeleton import Skeleton
 
 AZIMUTH, ELEVATION = np.radians(30.0), np.radians(18.0)
+"""The direction from which mechanisms in space are seen, rad."""
 _FLAT = 1e-9
+"""Mechanisms whose extent along an axis is below this part of their size lie in a plane."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,7 @@ from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.mechanism.starts import start_values, value_at
 
 _ROUNDING = 1e-9
+"""Values are 0 up to this part of their size."""
 
 
 class Law(NamedTuple):

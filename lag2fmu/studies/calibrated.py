@@ -24,6 +24,7 @@ SINGULAR = 1e-6
 _TAKES_PART = 0.3
 """Relative to its greatest entry: a message on a direction names the entries that are not smaller."""
 _AT_BOUND = 1e-6
+"""A value is at a bound if it is nearer than this part of its scale."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,6 +30,7 @@ _INSTANT = 1e-9
 _GAUSS = (0.5 - math.sqrt(3) / 6, 0.5 + math.sqrt(3) / 6)
 """The nodes of Gauss's rule of order 4, at which noise comes in."""
 _ORDER = 4
+"""The terms of the series of exp(A t)."""
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from lag2fmu.verify.inputs import Inputs
 from lag2fmu.verify.plan import check_tolerance
 
 TOLERANCE = 1e-8
+"""The relative tolerance of the runs, if none is given."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,7 @@ from lag2fmu.verify.run import Run
 from lag2fmu.verify.scalars import scalars_of
 
 _SAMPLES = 101
+"""Times at which a run is sampled where none are asked for."""
 
 
 @dataclass(frozen=True, eq=False)

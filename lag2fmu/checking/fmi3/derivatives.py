@@ -23,6 +23,7 @@ from lag2fmu.checking.fmi3.description import Variable3
 from lag2fmu.checking.fmi3.session import Model3, Session3, size_of
 
 _MOST_KNOWNS, _MOST_UNKNOWNS = 16, 60
+"""The entries along which, and the variables of which, derivatives are compared: enough to meet each kind."""
 
 
 @dataclass(frozen=True)

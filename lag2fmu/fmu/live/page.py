@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _SHORT, _LONG, _SHOWN = 3.0, 30.0, 10.0
 """Experiments between these lengths (s) are shown in real time; others are sped up or slowed down to the last one."""
 _LINES = 4
+"""The most coordinates that are plotted at first."""
 
 
 def live_document(

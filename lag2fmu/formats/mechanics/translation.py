@@ -25,6 +25,8 @@ from lag2fmu.mechanism.record import Mechanism
 Floats = NDArray[np.float64]
 
 _TRIALS, _STEPS, _RANK, _MET, _NEARLY_MET = 5, 50, 1e-9, 1e-14, 1e-10
+"""Places where the rank of a Jacobian is looked at, with the steps of Newton's method that lead there; what counts as 0
+of its singular values; the residuals at which the method ends, and with which a place will do."""
 
 
 class Translation:

@@ -99,6 +99,7 @@ def _object(compiled: Compiled, k: int) -> str:
 
 
 _UNIT = (1.0, 0.0, 0.0, 0.0)
+"""The quaternion without a turn."""
 _POSES: dict[str, Callable[[Any, int], tuple[int, Any, Any]]] = {
     "BODY": lambda m, i: (i, m.body_ipos[i], m.body_iquat[i]),
     "XBODY": lambda m, i: (i, 0 * m.body_ipos[i], _UNIT),

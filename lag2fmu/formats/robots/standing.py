@@ -18,6 +18,7 @@ from lag2fmu.mechanism.poses import poses_of
 from lag2fmu.mechanism.starts import start_values, value_at
 
 _ROUNDS = 10
+"""The most moves of what floats: what stands on another body that moves has to move again."""
 _OVERLAP = 1e-12
 """m; a gap of less below 0 is rounding."""
 

@@ -32,6 +32,7 @@ RATE, MOST_FRAMES = 25, 300
 """Frames a second, and in all: a longer motion is shown faster, and says so."""
 
 _SIZE, _MARGIN, _DOTS = (6.0, 4.5), 6.0, 100
+"""The size of a picture in inches, the margin around the motion in units of the picture, dots for each inch."""
 
 Progress = Callable[[float], None]
 _LOGGER = logging.getLogger("lag2fmu")
