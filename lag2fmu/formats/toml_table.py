@@ -112,7 +112,8 @@ class TomlTable:
     def require(self, key: str) -> None:
         """Raise TextError unless ``key`` is there."""
         if key not in self.content:
-            raise TextError(f"{self.where or 'the file'}: '{key}' is missing")
+            begin = "" if self.where else f'; a mechanism begins with [{key}] and name = "..."'
+            raise TextError(f"{self.where or 'the file'}: '{key}' is missing{begin}")
 
     def expression(self, key: str, required: bool = False) -> sp.Expr | None:
         """The expression ``key``, a string or a number; None if it is not there and not required.

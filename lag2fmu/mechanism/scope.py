@@ -46,7 +46,8 @@ class Scope:
             if name not in self.meaning:
                 fits = [x for x, what in self.meaning.items() if allowed is None or what in {*allowed, "definition"}]
                 remedy = suggestion(name, fits)
-                raise MechanismError(f"{where}: undefined symbol '{name}'; {remedy}")
+                declare = "" if remedy.startswith("did you mean") else f", or declare '{name}' among the parameters"
+                raise MechanismError(f"{where}: undefined symbol '{name}'; {remedy}{declare}")
             found |= self.uses.get(name, {name})
         return found
 

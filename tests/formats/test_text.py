@@ -163,6 +163,12 @@ def test_other_bytes_are_refused(content: bytes, expected: str, tmp_path: Path) 
         read_file(tmp_path / "p.toml")
 
 
+@pytest.mark.parametrize("text", ["", "# a comment\n", "[coordinates]\n"])
+def test_a_text_without_a_mechanism_is_told_how_to_begin(text: str) -> None:
+    with pytest.raises(TextError, match=r"'mechanism' is missing; a mechanism begins with \[mechanism\]"):
+        read(text, "p.toml")
+
+
 def test_a_byte_order_mark_is_let_pass(tmp_path: Path) -> None:
     (tmp_path / "p.toml").write_bytes(b"\xef\xbb\xbf" + PENDULUM.encode())
     assert read_file(tmp_path / "p.toml") == read(PENDULUM, "p.toml")

@@ -136,7 +136,7 @@ a, b, x = symbol("a"), symbol("b"), symbol("x")
             r"coordinates.theta.start: 4.0 is outside of \[-inf, 3.0\]",
         ),
         ({"coordinates": [coordinate("theta", nominal=-1)]}, "coordinates.theta.nominal: -1.0 is not positive"),
-        ({"parameters": [m, l]}, "gravity.acceleration: undefined symbol 'g'"),
+        ({"parameters": [m, l]}, "undefined symbol 'g'; known are .*, or declare 'g' among the parameters"),
         ({"parameters": [m, l, g, m]}, "parameters.m: the name 'm' is already taken by parameters.m"),
         (
             {"parameters": [m, l, g, parameter("Q_theta", 1)]},
