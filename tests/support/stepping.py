@@ -47,7 +47,7 @@ def _callbacks() -> fmi2CallbackFunctions:
 
 
 @lru_cache(maxsize=64)
-def _description(path: Path, changed: int) -> Any:
+def described(path: Path, changed: int) -> Any:
     """What fmpy reads in the FMU ``path`` that was ``changed`` then; nobody changes what is read."""
     return fmpy.read_model_description(str(path), validate=False)
 
@@ -67,7 +67,7 @@ class Stepping:
         folder = path.with_suffix(".unpacked")
         if not folder.is_dir():
             fmpy.extract(str(path), str(folder))
-        self.description: Any = _description(path, path.stat().st_mtime_ns)
+        self.description: Any = described(path, path.stat().st_mtime_ns)
         variables = self.description.modelVariables
         self.references = {v.name: v.valueReference for v in variables}
         self.states = [v.name for v in variables if v.causality == "output" and v.start is not None]
