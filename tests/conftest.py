@@ -6,6 +6,7 @@ import gc
 import os
 import sys
 import time
+import zlib
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -26,6 +27,7 @@ from lag2fmu.formats import loading
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.resources import bundled
+from lag2fmu.verify import apart, instances
 
 Exported = Callable[..., Fmu]
 
@@ -36,7 +38,7 @@ LIMIT = 0.7
 """A test that takes longer than this (s) belongs into SLOW."""
 WEEK = 7 * 24 * 3600.0
 """s"""
-FLAGS, MOST = compilers._flags, translation_units.MOST
+FLAGS, MOST, PACKED = compilers._flags, translation_units.MOST, zlib.Z_DEFAULT_COMPRESSION
 """Those of users."""
 
 _seconds: dict[str, float] = defaultdict(float)
@@ -119,11 +121,13 @@ def compiling(optimised: bool) -> Iterator[None]:
     """What is compiled in this process meanwhile is optimised, as users get it, or not.
 
     Without it the compiler takes a sixth of the time, and the result runs a few times as long. Its files are one unit:
-    units beside each other read the same headers anew, and both processors have other tests to run.
+    units beside each other read the same headers anew, and both processors have other tests to run. It is packed in
+    a quarter of the time, too.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compilers, "_flags", FLAGS if optimised else _unoptimised)
         patch.setattr(translation_units, "MOST", MOST if optimised else sys.maxsize)
+        patch.setattr(zlib, "Z_DEFAULT_COMPRESSION", PACKED if optimised else zlib.Z_BEST_SPEED)
         yield
 
 
@@ -183,7 +187,8 @@ def exported(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Conf
     """``exported(name_or_mechanism, solver=..., outputs=..., fmi=..., **arguments)``: an FMU, built once a session.
 
     By default it is optimised with ``--optimised`` alone, see ``compiling``. Only tests of the page ask for its
-    equations, by ``without=()``.
+    equations, by ``without=()``. It is not run in a process of its own first, as any other FMU is: if it crashed, the
+    test would be named all the same.
     """
     built: dict[object, Fmu] = {}
     seen: list[str | Mechanism] = []  # kept, so that no other mechanism gets the id of one that is in use
@@ -210,6 +215,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Conf
             with compiling(optimised):
                 options = {"solver": solver, "outputs": outputs, "fmi": fmi, "arrays": arrays, "without": without}
                 built[key] = export(mechanism, path, **options)
+            apart._proven.add(instances.state_of(path))
         return built[key]
 
     return build

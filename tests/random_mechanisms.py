@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -188,21 +188,47 @@ class Expected:
 
     def numbers(self, values: Mapping[str, float]) -> list[np.ndarray]:
         """Residual, momenta and outputs in double precision."""
-        symbols, function = self._compiled
-        found = np.array(function(*(values[s.name] for s in symbols)), dtype=float)
-        return np.split(found, np.cumsum([len(self.residual), len(self.momenta)]))
+        known: dict[sp.Basic, np.float64] = {}
+        with np.errstate(all="ignore"):  # NaN where a function has no value
+            return [
+                np.array([_value(e, values, known) for e in part], dtype=float)
+                for part in (self.residual, self.momenta, self.outputs)
+            ]
 
-    @cached_property
-    def _compiled(self) -> tuple[list[sp.Symbol], Callable[..., list[float]]]:
-        """The symbols in residual, momenta and outputs, and the function of their values."""
-        everything = [_with_flat_signs(e) for e in (*self.residual, *self.momenta, *self.outputs)]
-        symbols = sorted({s for e in everything for s in e.free_symbols}, key=str)
-        own = {
-            "Heaviside": lambda x, *_: np.heaviside(x, 0.5),
-            "DiracDelta": lambda *_: 0.0,
-            "sqrt": lambda x: np.sqrt(np.float64(x)),  # of an integer of any size
-        }
-        return symbols, sp.lambdify(symbols, everything, [own, "numpy"], cse=True)
+
+_NUMERIC: Mapping[type, Callable[..., np.float64]] = {
+    sp.Add: lambda *terms: sum(terms),
+    sp.Mul: lambda *factors: math.prod(factors),
+    sp.Pow: np.power,
+    sp.Max: lambda *values: np.max(values),
+    sp.Min: lambda *values: np.min(values),
+    sp.Abs: np.abs,
+    sp.sign: np.sign,
+    sp.re: np.real,
+    sp.im: np.imag,
+    sp.Heaviside: lambda x, *_: np.heaviside(x, 0.5),
+    sp.DiracDelta: lambda *_: np.float64(0.0),
+    sp.Derivative: lambda *_: np.float64(0.0),  # that of a sign, of which SymPy says no more
+    **{getattr(sp, name): getattr(np, name) for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log")},
+    **{sp.atan: np.arctan, sp.atan2: np.arctan2},
+}
+"""What each function of SymPy is in doubles."""
+
+
+def _value(e: sp.Expr, values: Mapping[str, float], known: dict[sp.Basic, np.float64]) -> np.float64:
+    """The value of ``e``, and in ``known`` those of its parts, each of which is computed once.
+
+    To compile an expression takes longer than to evaluate it a few times.
+    """
+    if e not in known:
+        if isinstance(e, sp.Symbol):
+            known[e] = np.float64(values[e.name])
+        elif e.is_Number or e.is_NumberSymbol:
+            known[e] = np.float64(float(e))
+        else:
+            parts = () if isinstance(e, sp.Derivative) else e.args
+            known[e] = _NUMERIC[e.func](*(_value(part, values, known) for part in parts))
+    return known[e]
 
 
 def _with_flat_signs(e: sp.Expr) -> sp.Expr:

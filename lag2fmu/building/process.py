@@ -71,6 +71,18 @@ def zig_version() -> str:
     return version("ziglang")
 
 
+def of_processor_alone(target: str) -> tuple[str, ...]:
+    """The options by which zig links no compiler-rt to code for ``target``; none where the code may need it.
+
+    Compiler-rt is what processors lack. Code that computes with doubles needs nothing of it on these processors, and
+    libraries have the same bytes without it. To build it takes 5 s of CPU time for each target. What is missing all the
+    same is an error of the linker. Libraries for Windows need its care for long stacks.
+    """
+    if target.startswith(("x86_64-linux-gnu", "aarch64-linux-gnu")):
+        return ("-rtlib=none", "-Wl,-z,defs")
+    return ("-rtlib=none",) if "-macos" in target else ()
+
+
 def is_zig(command: Sequence[str]) -> bool:
     """Whether the ``command`` is one of the installed zig, which finds again what it compiled.
 

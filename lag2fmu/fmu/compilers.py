@@ -19,7 +19,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from lag2fmu.building.build_cache import kept, place
-from lag2fmu.building.process import compiling, is_zig, placed, run, zig, zig_version
+from lag2fmu.building.process import compiling, is_zig, of_processor_alone, placed, run, zig, zig_version
 from lag2fmu.codegen.sources import component_sources
 from lag2fmu.errors import BuildError
 from lag2fmu.fmu.mach import hide, universal
@@ -61,7 +61,7 @@ def compiler_command(compiler: str, target: str) -> list[str]:
     Raises BuildError if no compiler is found; the message names the ones looked for.
     """
     if compiler == "zig":
-        return [zig(), "cc", "-target", target]
+        return [zig(), "cc", "-target", target, *of_processor_alone(target)]
     if compiler == "host":
         candidates = [os.environ.get("CC", ""), "cc", "gcc", "clang"]
         for candidate in candidates:

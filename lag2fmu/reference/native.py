@@ -21,7 +21,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from lag2fmu.building.build_cache import kept
-from lag2fmu.building.process import run, zig, zig_version
+from lag2fmu.building.process import of_processor_alone, run, zig, zig_version
 from lag2fmu.errors import BuildError
 from lag2fmu.language.rebuilding import replaced
 from lag2fmu.language.vocabulary import NAME_OF, TIME, Choice
@@ -162,7 +162,8 @@ def native_terms(composition: Composition) -> Function | None:
     """
     if find_spec("ziglang") is None or composition.mechanism.tables:
         return None
-    target = ["-target", f"{machine()}-linux-gnu.2.17"] if sys.platform == "linux" else []
+    here = f"{machine()}-linux-gnu.2.17"
+    target = ["-target", here, *of_processor_alone(here)] if sys.platform == "linux" else []
     # complex products ignore infinities, because care for them makes clang ten times as slow
     flags = [*target, "-std=c99", "-O1", "-fcx-limited-range", "-ffp-contract=off", "-fno-math-errno", "-g0"]
     flags += ["-fPIC", "-shared"]

@@ -12,6 +12,7 @@ import macho
 import pytest
 from compiling import UNOPTIMISED
 
+from lag2fmu.building.process import of_processor_alone
 from lag2fmu.fmu.mach import hide
 
 if TYPE_CHECKING:
@@ -35,7 +36,8 @@ def library(request, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     folder = tmp_path_factory.mktemp("mach")
     (folder / "x.c").write_text(SOURCE)
     command = [sys.executable, "-m", "ziglang", "cc", "-s", "-target", request.param, *UNOPTIMISED["zig"]]
-    subprocess.run([*command, "-shared", "-o", "x.dylib", "x.c"], cwd=folder, check=True)
+    command += [*of_processor_alone(request.param), "-shared", "-o", "x.dylib", "x.c"]
+    subprocess.run(command, cwd=folder, check=True)
     return Path(folder / "x.dylib").read_bytes()
 
 

@@ -99,6 +99,8 @@ class TestAll:
         for library in found.values():
             assert library.exported == functions_of_fmi()
             assert library.needed == {"/usr/lib/libSystem.B.dylib"}
+            inner = {name for name in library.imported if name.startswith("__")}
+            assert inner <= {"__bzero", "__memcpy_chk", "__sincos_stret"}, "those of libSystem, none of compiler-rt"
             assert library.minimum_system == (11, 0)
         assert found[macho.ARM64].signed, "Apple silicon loads signed libraries only"
 

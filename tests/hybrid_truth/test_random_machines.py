@@ -16,9 +16,10 @@ from late_hosts import EULER, RK4, fixed_steps
 from machines import FAMILIES, mechanism
 from numpy.typing import NDArray
 
-import lag2fmu
 from lag2fmu.errors import SimulationError
 from lag2fmu.fmu import Fmu
+from lag2fmu.verify.run import Run
+from lag2fmu.verify.simulate import simulate_fmu
 
 pytestmark = pytest.mark.fmu
 
@@ -57,7 +58,8 @@ def _located(family: str, fmus: dict[str, Fmu], values: dict[str, float], way: s
     steps, options, fmi, bar = LOCATED[way]
     names = recorded(FAMILIES[family])
     options = {"tolerance": TOLERANCE, **options}
-    run = lag2fmu.simulate(fmus[fmi], stop_time=STOP, step=STOP / steps, values=values, outputs=names, **options)
+    chosen = {"stop_time": STOP, "step": STOP / steps, "values": values, "outputs": names}
+    run = simulate_fmu(fmus[fmi].path, Run(**chosen, **options))
     record = Record(names, run.columns(names))
     return record, violations(FAMILIES[family], record, bar)
 

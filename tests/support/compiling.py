@@ -9,12 +9,14 @@ import sys
 from collections.abc import Collection, Mapping
 from pathlib import Path
 
+from lag2fmu.building.process import of_processor_alone
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.platforms import host_platform
 from lag2fmu.fmu.translation_units import translation_units
 
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-fPIC"]
-TARGET = ["-target", host_platform().targets[0]] if sys.platform == "linux" else []
+_HERE = host_platform().targets[0]
+TARGET = ["-target", _HERE, *of_processor_alone(_HERE)] if sys.platform == "linux" else []
 """That of FMUs, for which zig has built the parts of the C library already; what it takes for itself is another one."""
 COMPILERS = {"zig": [sys.executable, "-m", "ziglang", "cc", *TARGET]}
 UNOPTIMISED = {"zig": ("-O2", "-Xclang", "-O0", "-g0"), "gcc": ("-O0",)}

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 X86_64, ARM64 = 0x01000007, 0x0100000C
 _LOAD_DYLIB, _CODE_SIGNATURE, _VERSION_MIN_MACOS, _BUILD_VERSION = 0xC, 0x1D, 0x24, 0x32
 _DYLD_INFO, _EXPORTS_TRIE = 0x80000022, 0x80000033
+_SYMBOLS, _DEFINED = 0x2, 0xE
 _DYLIB, _MACOS = 6, 1
 
 
@@ -51,6 +52,14 @@ class Library:
 
     def _text(self, start: int) -> str:
         return self.data[start : self.data.index(b"\0", start)].decode()
+
+    @property
+    def imported(self) -> set[str]:
+        """The names that other libraries must have, without the leading underscore: the undefined symbols."""
+        (at,) = self._commands(_SYMBOLS)
+        first, count, texts, _ = struct.unpack_from("<4I", self.data, at + 8)
+        entries = (struct.unpack_from("<IB", self.data, first + 16 * i) for i in range(count))
+        return {self._text(texts + name).removeprefix("_") for name, kind in entries if kind & _DEFINED == 0}
 
     @property
     def exported(self) -> set[str]:

@@ -6,6 +6,7 @@ import itertools
 import struct
 from collections.abc import Mapping, Sequence
 from ctypes import byref, c_double
+from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -45,6 +46,12 @@ def _callbacks() -> fmi2CallbackFunctions:
     return callbacks
 
 
+@lru_cache(maxsize=64)
+def described(path: Path, changed: int) -> Any:
+    """What fmpy reads in the FMU ``path`` that was ``changed`` then; nobody changes what is read."""
+    return fmpy.read_model_description(str(path), validate=False)
+
+
 def bits(values: Sequence[float]) -> str:
     """The bits of ``values`` as text; equal if and only if the values are equal bit for bit."""
     return struct.pack(f"<{len(values)}d", *values).hex()
@@ -60,7 +67,7 @@ class Stepping:
         folder = path.with_suffix(".unpacked")
         if not folder.is_dir():
             fmpy.extract(str(path), str(folder))
-        self.description: Any = fmpy.read_model_description(str(path), validate=False)
+        self.description: Any = described(path, path.stat().st_mtime_ns)
         variables = self.description.modelVariables
         self.references = {v.name: v.valueReference for v in variables}
         self.states = [v.name for v in variables if v.causality == "output" and v.start is not None]

@@ -16,6 +16,7 @@ from fmpy.fmi3 import (
     fmi3DependencyKind,
     fmi3ValueReference,
 )
+from stepping import described
 
 _NUMBERS = itertools.count()
 Update = Callable[[float, bool, bool], "float | None"]
@@ -43,7 +44,7 @@ class Stepping3:
         folder = path.with_suffix(".unpacked")
         if not folder.is_dir():
             fmpy.extract(str(path), str(folder))
-        self.description: Any = fmpy.read_model_description(str(path), validate=False)
+        self.description: Any = described(path, path.stat().st_mtime_ns)
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         self.log: list[tuple[int, str, str]] = []
         self.unit: Any = (FMU3Slave if kind == "CoSimulation" else FMU3Model)(

@@ -13,6 +13,7 @@ from pathlib import Path
 from delivered import tables, unpack_sources
 from fmpy import read_model_description
 
+from lag2fmu.building.process import of_processor_alone
 from lag2fmu.fmu import Fmu
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.formats.loading import load, with_values
@@ -87,7 +88,7 @@ def with_host3(fmu: Fmu, folder: Path, command: Sequence[str]) -> Path:
 
 def zig(target: str) -> list[str]:
     """The command for a ``target``. With -s, as for libraries of FMUs, zig has the parts of the C library already."""
-    return [sys.executable, "-m", "ziglang", "cc", "-target", target, "-O1", "-s"]
+    return [sys.executable, "-m", "ziglang", "cc", "-target", target, *of_processor_alone(target), "-O1", "-s"]
 
 
 KINDS = {"independent": "t", "input": "u", "calculatedParameter": "c"}

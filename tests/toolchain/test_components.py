@@ -19,7 +19,7 @@ from stepping3 import Stepping3
 from lag2fmu.archives import unpack
 from lag2fmu.building.process import zig
 from lag2fmu.fmu.backends.native import fmi_headers
-from lag2fmu.fmu.compilers import FLAGS
+from lag2fmu.fmu.compilers import FLAGS, compiler_command
 from lag2fmu.fmu.exporting import export
 from lag2fmu.formats.loading import load
 
@@ -136,7 +136,7 @@ def build_host(path: Path, host: Path, objects: Sequence[Path]) -> None:
     """The program ``host``: component_host.c and the sources of the FMU, with these ``objects`` before libm."""
     unpack(path, host.with_name("fmu"))
     sources = host.with_name("fmu") / "sources"
-    command = [zig(), "cc", "-target", "x86_64-linux-gnu.2.17", *FLAGS, f"-I{fmi_headers()}", f"-I{sources}"]
+    command = [*compiler_command("zig", "x86_64-linux-gnu.2.17"), *FLAGS, f"-I{fmi_headers()}", f"-I{sources}"]
     command += ["-DFMI3_OVERRIDE_FUNCTION_PREFIX=", "-Xclang", "-O0", "-o", host, sources / "all.c"]
     subprocess.run([*command, HERE / "component_host.c", *objects, "-lm"], cwd=host.parent, check=True)
 

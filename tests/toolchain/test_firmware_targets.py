@@ -18,9 +18,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from compiling import UNOPTIMISED
+from compiling import TARGET, UNOPTIMISED
 from wine import wine
 
+from lag2fmu.building.process import of_processor_alone
 from lag2fmu.fmu.firmware import firmware
 from lag2fmu.fmu.platforms import PLATFORMS
 
@@ -75,7 +76,7 @@ def files(model: str, real: str) -> Mapping[str, str]:
 def here(model: str, real: str) -> str:
     """What this machine prints. Not optimised: bits that an optimisation changed elsewhere would differ from these."""
     with TemporaryDirectory() as folder:
-        return run(written(Path(folder), model, real), compiler(False))
+        return run(written(Path(folder), model, real), (*compiler(False), *TARGET))
 
 
 def compiler(optimised: bool) -> tuple[str, ...]:
@@ -144,7 +145,7 @@ def test_bits_on_other_processors(model: str, real: str, optimised: bool, proces
         begin = f"{library.replace('i686', 'x86')}."
         target = next(t for platform in PLATFORMS.values() for t in platform.targets if t.startswith(begin))
         start += ["-L", str(root)]
-    command = (*compiler(optimised), "-target", target, *flags)
+    command = (*compiler(optimised), "-target", target, *of_processor_alone(target), *flags)
     assert run(written(tmp_path, model, real), command, *start) == here(model, real)
 
 
