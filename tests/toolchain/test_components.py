@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -37,11 +38,14 @@ COUNT = {"CoSimulation": 50, "ModelExchange": 200}
 """Steps: by co-simulation through the experiment, by model exchange, with Euler's method, 1e-4 of it each."""
 
 
-@pytest.fixture
-def fmu_of(tmp_path: Path) -> Callable[[str], Path]:
-    return lambda model: export(model, tmp_path / f"{model}.fmu", fmi="3.0", platform="host,wasm", page="static").path
+@pytest.fixture(scope="session")
+def fmu_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """``fmu_of(model)``: its FMU, built once."""
+    folder = tmp_path_factory.mktemp("components")
+    return cache(lambda m: export(m, folder / f"{m}.fmu", fmi="3.0", platform="host,wasm", page="static").path)
 
 
+@cache
 def run_of(path: Path, model: str, kind: str) -> tuple[list[str], list[list[float]], bytes]:
     """What the hosts beside this file need to do the same run as wasmtime does here; its values and its last state."""
     stop = load(model).experiment.stop_time
