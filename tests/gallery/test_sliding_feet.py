@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from stepping import Stepping
 
 from lag2fmu import simulate
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.verify.run import Kind
-from tests.support.stepping import Stepping
 
 pytestmark = pytest.mark.fmu
 
