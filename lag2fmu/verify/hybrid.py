@@ -173,8 +173,12 @@ def _laws_of_contact(task: Task, start: MotionPoint, label: str, run: Trajectory
 def _energy(
     task: Task, label: str, run: Trajectory, reference: Reference, rows: NDArray[np.intp], seen: NDArray[np.bool_]
 ) -> Check:
-    """The check of the growth of energy minus work from outside; impacts and friction may only take energy."""
-    external = (reference.work + reference.trajectory[names.DISSIPATED_ENERGY])[rows]
+    """The check of the growth of energy minus work from outside; impacts and friction may only take energy.
+
+    A dissipation function may bring some, as the drag of a stream does: what is dissipated then falls.
+    """
+    taken = np.maximum(np.diff(reference.trajectory[names.DISSIPATED_ENERGY], prepend=0.0), 0.0)
+    external = (reference.work + np.cumsum(taken))[rows]
     compared = seen[rows] & (run.time <= horizon_of(task, reference))  # the work is that of the direct integration
     held, times = (run["generalized_energy"] - external)[compared], run.time[compared]
     sizes = np.abs(reference.trajectory["kinetic_energy"]), np.abs(external), np.abs(run["generalized_energy"])

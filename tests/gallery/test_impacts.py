@@ -395,6 +395,48 @@ def test_teeth_that_have_parted_rebound_no_higher_in_model_exchange(exported) ->
     assert outside.values[-1, 1:3].max() < 50, "CVode counts fewer of the last, low ones than co-simulation does"
 
 
+def test_impacts_are_when_gaps_were_0_in_model_exchange(exported) -> None:
+    """An importer finds each impact 1e-9 m inside. 39 of them lifted the ball by 2e-8 m. About 1 s."""
+    run = lag2fmu.simulate(
+        exported("bouncing_ball"), stop_time=4.05, step=0.05, tolerance=1e-12, outputs=["y"], kind="model-exchange"
+    )
+    assert run["y"][-1] == pytest.approx(ball(4.05), abs=5e-10)
+
+
+YO_YO = """
+[mechanism]
+name = "yo_yo"
+[coordinates]
+y = { unit = "m" }
+phi = { unit = "rad", start = -10 }
+[gravity]
+acceleration = 9.81
+direction = [0, 1]
+[bodies.wheel]
+mass = 0.1
+inertia = 4.5e-5
+position = [0, "y"]
+angle = "phi"
+[contacts]
+winds = { gap = "0.05 + 0.005*phi - y" }
+unwinds = { gap = "0.05 - 0.005*phi - y" }
+"""
+
+
+def test_a_yo_yo_comes_to_rest_in_model_exchange(exported) -> None:
+    """Each time the string is unwound k = 17/19 of the speed is left: rest at t1 (1 + k)/(1 - k) = 18 t1 = 7.92 s.
+
+    The string's two sides lift each other, 5e-9 m for ever, and CVode made 20 000 steps for it. About 0.5 s.
+    """
+    run = lag2fmu.simulate(
+        exported(read(YO_YO, "yo_yo")), stop_time=9, step=0.5, tolerance=1e-8, outputs=["phi"], kind="model-exchange"
+    )
+    t1 = np.sqrt(2 * 0.05 * 19 / G)
+    assert 18 * t1 == pytest.approx(7.92, abs=0.005)
+    assert abs(run["phi"][run.time < 7.9][-1]) > 1e-5
+    assert abs(run["phi"][-1]) < 1e-12
+
+
 ROPE = """
 [mechanism]
 name = "rope"

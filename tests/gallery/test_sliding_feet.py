@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from stepping import Stepping
 
 from lag2fmu import simulate
 from lag2fmu.fmu import Fmu
@@ -215,3 +216,21 @@ def test_a_point_creeps_down_a_slope_that_is_shaken_across(exported: Callable[..
     creep = solve_ivp(rates, (0, 2), [0, 0], "DOP853", run.time, rtol=1e-10, atol=1e-12, max_step=2e-3).y
     assert run["x_dot"] == pytest.approx(creep[0], abs=5e-6)
     assert run["y_dot"] == pytest.approx(creep[1], abs=5e-6)
+
+
+def test_a_slip_in_space_has_turned_away_before_its_friction_turns(exported: Callable[..., Fmu]) -> None:
+    """The sign of friction turns at 90 degrees from the direction of the mode. A fast slip gets an event before.
+
+    Where inertia makes friction push the slip back over that sign, as in a disk that rolls and slips, an importer with
+    a sharp tolerance could not get past it and took steps of 1e-12 s without an end.
+    """
+    with Stepping(exported(read(POINT + PULLED, "pulled.toml")).path, "ModelExchange") as fmu:
+        fmu.start({"x_dot": 1.0})
+        assert fmu.due([0, 0, 0, *slip(50), 0, 0]) == []
+        assert fmu.due([0, 0, 0, *slip(70), 0, 0]) == [1]
+        assert fmu.rates()[3:5] == pytest.approx([0.9 - np.cos(np.radians(70)), -np.sin(np.radians(70))], abs=1e-9)
+
+
+def slip(angle: float) -> tuple[float, float]:
+    """The velocity (m/s) of a slip of 1 m/s at an ``angle`` (degrees)."""
+    return float(np.cos(np.radians(angle))), float(np.sin(np.radians(angle)))

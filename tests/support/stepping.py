@@ -149,6 +149,13 @@ class Stepping:
         self.unit.getDerivatives(values, len(values))
         return list(values)
 
+    def due(self, states: Sequence[float]) -> list[int]:
+        """The event indicators that are not above 0 where the continuous states are ``states``."""
+        self.unit.setContinuousStates((c_double * len(states))(*states), len(states))
+        values = (c_double * self.description.numberOfEventIndicators)()
+        self.unit.getEventIndicators(values, len(values))
+        return [k for k, value in enumerate(values) if value <= 0]
+
     @property
     def states_of_derivatives(self) -> list[str]:
         """The names of the continuous states: what the variables with the attribute ``derivative`` derive."""

@@ -252,6 +252,15 @@ def test_an_impact_that_gains_energy_is_seen(bouncing: tuple[Task, Reference]) -
     assert "energy never grows" in failed(task, reference, generalized_energy=energy)
 
 
+def test_a_stream_may_bring_energy() -> None:
+    """The dissipation function of a drag relative to a stream that rises: it takes a ball along."""
+    text = "[mechanism]\nname = 'lifted'\n[coordinates]\ny = { unit = 'm', start = 1.0 }\n[energy]\n"
+    text += "kinetic = 'y_dot**2/2'\npotential = '2*y'\ndissipation = '2*(y_dot - 1)**2'\n"
+    task, reference = compared(read(text + "[contacts.floor]\ngap = 'y'\n", "lifted.toml"), 5.0)
+    assert np.diff(reference.trajectory["dissipated_energy"]).min() < 0
+    assert failed(task, reference) == set()
+
+
 def test_late_and_missing_impacts_are_seen(bouncing: tuple[Task, Reference]) -> None:
     task, reference = bouncing
     late = np.interp(reference.trajectory.time - 0.005, reference.trajectory.time, reference.trajectory["floor_gap"])

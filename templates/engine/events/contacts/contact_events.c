@@ -75,6 +75,25 @@ static double rest_of_impacts(const State *state, double time, int contact, doub
     return left <= 0.0 ? left : force <= 0.0 ? force : left * force;
 }
 
+/* The cosine of 60 degrees. Where the angle between a slip in space and the direction of its mode is greater, the mode
+   takes the direction of the slip. */
+static const double TURNED_AWAY = 0.5;
+
+/* The event function of a slip. In model exchange a slip in space has turned away from its direction before it is at a
+   right angle to it, where the sign of friction turns: importers cannot get past that sign where the slip is fast. */
+static double slip_margin(const State *state, int contact, const double slips[]) {
+    const double margin = contact_slip_margin(state, contact, slips);
+    if (!contact_slides_in_space(state, contact) || contact_steady(state, contact) > 0.0 ||
+        !(state->slip_ends[contact] > 0.0)) {
+        return margin;
+    }
+    const double x = row_direction(state, SLIP_ROWS[contact]), y = row_direction(state, SLIP_ROWS[contact] + 1);
+    const double along = (x * slips[0] + y * slips[1]) / hypot(x, y);
+    const double size = states_pace(state) * EVENT_NOMINALS[N_SWITCHES + 2 * contact + 1];
+    const double slow = SLIP_ERROR * solver_tolerance(state) * size;
+    return fmin(margin, along - TURNED_AWAY * (hypot(slips[0], slips[1]) - slow));
+}
+
 static void evaluate_contact(const State *state, const ContactPoint *point, double time, int contact, double values[]) {
     values[1] = 1.0;
     if (!contact_closed(state, contact)) {
@@ -92,7 +111,7 @@ static void evaluate_contact(const State *state, const ContactPoint *point, doub
         const double holding = fmax(point->friction[contact], point->holding[contact]);
         values[1] = told_of(point, contact, holding * force_of(point, contact) - friction_of(point, contact));
     } else if (SLIP_ROWS[contact + 1] > SLIP_ROWS[contact]) {
-        values[1] = contact_slip_margin(state, contact, point->slips + SLIP_ROWS[contact] - FIRST_SLIP);
+        values[1] = slip_margin(state, contact, point->slips + SLIP_ROWS[contact] - FIRST_SLIP);
     }
 }
 
@@ -186,10 +205,6 @@ static bool fades(const Instance *instance, const ElementRows *rows, int contact
     return contact_slides_in_space(state, contact) && contact_steady(state, contact) == 0.0 &&
            hypot(rows->velocities[first], rows->velocities[first + 1]) <= contact_loose_speed(instance, rows, contact);
 }
-
-/* The cosine of 60 degrees. Where the angle between a slip in space and the direction of its mode is greater, the mode
-   takes the direction of the slip. */
-static const double TURNED_AWAY = 0.5;
 
 /* LOOK_AT_SLIPS tolerances of the greatest velocity, for the slip of a contact in space, m/s or rad/s. */
 static double slow_slip(const State *state, int contact) {

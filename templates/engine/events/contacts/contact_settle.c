@@ -10,6 +10,7 @@
 #include "contacts.h"
 #include "failure.h"
 #include "inputs.h"
+#include "late_impacts.h"
 #include "scale.h"
 #include "settings.h"
 #include "settling.h"
@@ -281,6 +282,7 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *a
     settling->instance = instance;
     const bool flew = flies(instance, due);
     bool collided = false, moved = false;
+    double late = 0.0;
     instance->arena->refused = 0;
     if (due == NULL) {
         forget_modes(&instance->state);
@@ -288,6 +290,9 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *a
         memcpy(settling->due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
     }
     end_cascades(settling);
+    if (due != NULL && !impacts_go_back(settling, &late)) {
+        return arena_leave(mark, false);
+    }
     if (!undo_overlap(settling, &moved) || !close_at_top(settling, &moved)) {
         return arena_leave(mark, false);
     }
@@ -300,7 +305,7 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *a
     update_latches(settling);
     find_touching(settling);
     if (!settling_impacts(settling, &collided) || !settling_modes(settling, &moved) ||
-        !settling_move(settling, &moved) ||
+        !settling_move(settling, &moved) || !impacts_catch_up(settling, late, &moved) ||
         !contacts_oppose(instance, instance->state.time, instance->state.states, NULL)) {
         return arena_leave(mark, false);
     }

@@ -39,9 +39,9 @@ bool settling_fail(Instance *instance);
 double settling_least_speed(const Settling *settling, int row);
 
 /* Rebounds of a contact up to this height, in units of its gap, are not followed one by one: the tolerance. In model
-   exchange each impact is located inside by the hysteresis of its indicator, and undoing the overlap lifts the body by
-   as much. Rebounds of a hundred times that height still lose more than this from a restitution of 0.995 downwards;
-   lower ones would go on without end. */
+   exchange each impact is located inside by the hysteresis of its indicator, and where it is not told when the gap was
+   0 (late_impacts.h), undoing the overlap lifts the body by as much. Rebounds of a hundred times that height still lose
+   more than this from a restitution of 0.995 downwards; lower ones would go on without end. */
 double settling_least_rebound(const Settling *settling, int contact);
 
 /* Is this normal force (N) of a contact more than rounding? One that is would soon move the contact faster than

@@ -1,0 +1,110 @@
+#include "late_impacts.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "accelerations.h"
+#include "inputs.h"
+#include "scale.h"
+
+/* In units of the hysteresis: importers find gaps that deep that locate events; those that do not are a step inside. */
+static const double FOUND = 2.0;
+
+/* The part of the square of its velocity that a gap has to have had where it was 0. Where it had less, as in rebounds
+   that are much lower than the hysteresis, the square is a difference of errors. */
+static const double ENTERED = 0.1;
+
+/* Are gaps due, and nothing else? */
+static bool gaps_alone(const Settling *settling) {
+    const State *state = &settling->instance->state;
+    bool found = false, alone = true;
+    for (int k = 0; k < 2 * N_UNILATERALS + N_FRICTIONS; k++) {
+        const bool gap = k < 2 * N_UNILATERALS && k % 2 == 0 && !contact_closed(state, k / 2);
+        found = found || (settling->due[k] && gap);
+        alone = alone && (gap || !settling->due[k]);
+    }
+    return found && alone;
+}
+
+/* Moves the states by the time h, s, at these accelerations. */
+static void move_by(State *state, double h, const double qdd[]) {
+    for (int i = 0; i < N; i++) {
+        state->states[i] += h * (state->states[N + i] + 0.5 * h * qdd[i]);
+        state->states[N + i] += h * qdd[i];
+    }
+}
+
+/* The rate of change of the velocity of a gap, m/s^2. */
+static double gap_acceleration(const Settling *settling, int contact, const double qdd[]) {
+    double change = settling->rows.gamma[contact];
+    for (int i = 0; i < N; i++) {
+        change += settling->rows.jacobian[contact * N + i] * qdd[i];
+    }
+    return change;
+}
+
+/* How long ago, s, the gap that is due was 0, on a parabola; HUGE_VAL where that is not told. */
+static double time_of(const Settling *settling, int contact, const double qdd[]) {
+    const double gap = settling->rows.positions[contact], v = settling->rows.velocities[contact];
+    const double square = v * v - 2.0 * gap * gap_acceleration(settling, contact, qdd); /* of v where the gap was 0 */
+    const bool near = gap < 0.0 && -gap <= FOUND * HYSTERESIS * row_size(&settling->rows, contact);
+    return near && v < 0.0 && square >= ENTERED * v * v ? 2.0 * gap / (v - sqrt(square)) : HUGE_VAL;
+}
+
+bool impacts_go_back(Settling *settling, double *late) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    Instance *instance = settling->instance;
+    State *state = &instance->state;
+    *late = 0.0;
+    if (instance->policy->integrate || !gaps_alone(settling)) {
+        return arena_leave(mark, true);
+    }
+    const double *inputs = inputs_at(instance, state->time);
+    if (!accelerations_at(instance, state->time, state->states, inputs, unknowns)) {
+        return arena_leave(mark, false);
+    }
+    rows_evaluate(instance, state->time, state->states, inputs, &settling->rows);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        *late = settling->due[2 * i] ? fmax(*late, time_of(settling, i, unknowns)) : *late;
+    }
+    *late = *late < HUGE_VAL ? *late : 0.0;
+    move_by(state, -*late, unknowns);
+    state->time -= *late;
+    return arena_leave(mark, true);
+}
+
+/* Is an open gap below 0, so that the importer would not see it close? */
+static bool overlaps(Settling *settling) {
+    Instance *instance = settling->instance;
+    const State *state = &instance->state;
+    bool found = false;
+    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const double least = -0.5 * HYSTERESIS * row_size(&settling->rows, i);
+        found = found || (!contact_closed(state, i) && settling->rows.positions[i] < least);
+    }
+    return found;
+}
+
+bool impacts_catch_up(Settling *settling, double late, bool *jumped) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    WORK(mark, double, before, N_STATES);
+    Instance *instance = settling->instance;
+    State *state = &instance->state;
+    if (late == 0.0) {
+        return arena_leave(mark, true);
+    }
+    const double *inputs = inputs_at(instance, state->time);
+    const bool known = accelerations_at(instance, state->time, state->states, inputs, unknowns);
+    memcpy(before, state->states, N_STATES * sizeof(double));
+    if (known) {
+        move_by(state, late, unknowns);
+    }
+    state->time += late;
+    if (known && overlaps(settling)) {
+        memcpy(state->states, before, N_STATES * sizeof(double));
+    }
+    return arena_leave(mark, known && settling_move(settling, jumped));
+}
