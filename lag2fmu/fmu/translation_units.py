@@ -30,9 +30,9 @@ OF_CALLS = ("drivers/fmi2", "drivers/fmi3", "drivers/gate")
 OF_EVENTS = frozenset(
     {
         *("constraint_kinks.c", "constraint_start.c", "diagnosis.c", "failure.c", "failure_sentence.c", "further.c"),
-        *("importer_steps.c", "instance.c", "listing.c", "multiplier_rates.c", "names.c", "notice_sentence.c"),
-        *("notices.c", "policy.c", "settle_laws.c", "settle_modes.c", "settle_slips.c", "step_failure.c"),
-        *("stopping_slips.c", "values.c"),
+        *("importer_steps.c", "instance.c", "late_impacts.c", "listing.c", "multiplier_rates.c", "names.c"),
+        *("notice_sentence.c", "notices.c", "policy.c", "settle_laws.c", "settle_modes.c", "settle_slips.c"),
+        *("step_failure.c", "stopping_slips.c", "values.c"),
     }
 )
 """Files of other folders that run as seldom, or at starts, events and failures.
