@@ -300,6 +300,30 @@ def test_a_taut_rope_takes_part_in_impacts_that_accumulate_elsewhere() -> None:
     assert "impacts counted" in failed(task, reference, rope_impacts=counts + 3 * (time > 1.2))
 
 
+BELT = """
+[mechanism]
+name = "belt"
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m", start = 0.05 }
+[gravity]
+acceleration = 9.81
+[bodies]
+crate = { mass = 1, position = ["x", "y"] }
+[contacts.belt]
+gap = "y"
+slip = "x_dot - 2"
+friction = 0.3
+restitution = 0.3
+"""
+"""A crate that is dropped onto a belt of 2 m/s: its rebounds accumulate while it slips."""
+
+
+def test_a_moving_surface_does_work_where_impacts_accumulate() -> None:
+    reference = compared(read(BELT, "belt.toml"), 0.5)[1]
+    assert np.abs(reference.balance).max() < 1e-10  # J, of 4; the last rebound, which is taken back, has 3e-6
+
+
 def test_another_acceleration_than_forces_make_is_seen(sliding: tuple[Task, Reference]) -> None:
     task, reference = sliding
     x = 1.001 * reference.trajectory["x_ddot"]

@@ -15,7 +15,15 @@ from dataclasses import replace
 import numpy as np
 
 from lag2fmu.reference.hybrid.laws import PLANES, Item, apart
-from lag2fmu.reference.hybrid.measures import STILL, force_sizes, is_free, slips_of, touching, velocity_sizes
+from lag2fmu.reference.hybrid.measures import (
+    STILL,
+    energies_of_jump,
+    force_sizes,
+    is_free,
+    slips_of,
+    touching,
+    velocity_sizes,
+)
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.projections import expanded
 from lag2fmu.reference.hybrid.records import MotionPoint
@@ -66,9 +74,7 @@ class Impacts:
         for i in np.flatnonzero(total[: e.u] > LOADED * np.abs(total).max(initial=0.0)).tolist():
             self.memory.impacts[i] += 1
             self.memory.impulses[i] = total[i]
-        gained = 0.5 * float((qd + state.qd) @ point.terms.mass_matrix @ (qd - state.qd))
-        lost += dissipated
-        return StateBatch(state.t, state.q, qd, state.inputs), np.array([gained + lost, lost]), True
+        return StateBatch(state.t, state.q, qd, state.inputs), energies_of_jump(point, qd, lost + dissipated), True
 
     def _rounds(
         self, D: Floats, v: Floats, total: Floats, near: Sequence[int], loaded: list[int], point: MotionPoint

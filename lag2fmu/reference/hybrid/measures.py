@@ -106,3 +106,13 @@ def slips_of(point: MotionPoint, i: int) -> tuple[int, ...]:
     """The rows of the slips of the contact ``i``; none without friction."""
     frictional = max(point.rows.friction[i], point.rows.static[i]) > 0
     return tuple(int(row) for row in point.rows.slip_rows[i]) if frictional else ()
+
+
+def energies_of_jump(point: MotionPoint, qd: Floats, lost: float) -> Floats:
+    """(work, dissipated energy), (2,) in J, of impulses that make the velocities of ``point`` to be ``qd`` (n,).
+
+    ``lost`` (J) is what the impulses take along the velocities of rows. These contain how surfaces move, which qd does
+    not: so surfaces do work.
+    """
+    gained = 0.5 * float((qd + point.state.qd) @ point.terms.mass_matrix @ (qd - point.state.qd))
+    return np.array([gained + lost, lost])

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lag2fmu.reference.hybrid.laws import LATE
-from lag2fmu.reference.hybrid.measures import STILL, gap_sizes, touches, velocity_sizes
+from lag2fmu.reference.hybrid.measures import STILL, energies_of_jump, gap_sizes, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import SENSE, Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.hybrid.system import HybridSystem
@@ -200,7 +200,7 @@ class Settling:
         logged = len(self.memory.events)
         new, modes, _ = self.chosen(new, modes, frozenset(("gap", i) for i in low))
         del self.memory.events[logged:]
-        return new, modes, np.array([0.0, -0.5 * float(P @ (2 * v + D @ P))])
+        return new, modes, energies_of_jump(point, state.qd + X @ P, -0.5 * float(P @ (2 * v + D @ P)))
 
 
 def _stopped(modes: Modes, *, struck: bool) -> Due:
