@@ -19,6 +19,8 @@ import lag2fmu
 from lag2fmu.errors import SimulationError
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
+from lag2fmu.verify.located import located
+from lag2fmu.verify.run import Run
 
 pytestmark = pytest.mark.fmu
 
@@ -471,3 +473,28 @@ def test_a_rope_and_a_floor_that_jerk_in_turn_come_to_rest_in_model_exchange(exp
         assert run.time[moving][-1] == pytest.approx(rest, abs=0.011)
         assert run["floor_impacts"][-1] < 30
         assert run["rope_lower_force"][-1] == pytest.approx(2 * 9.81)
+
+
+SHAKEN = """
+[mechanism]
+name = "shaken"
+[coordinates]
+y = { unit = "m" }
+[gravity]
+acceleration = 2
+[bodies]
+ball = { mass = 1, position = [0, "y"] }
+[forces]
+y = "3*sin(5*t)"
+[contacts.floor]
+gap = "y"
+restitution = 0.3
+"""
+
+
+def test_a_gap_closes_at_0_wherever_it_opened_and_steps_end(exported) -> None:
+    """A force that ends in rounding opens the gap; steps are halved towards each impact that follows. About 1 s."""
+    run = Run(stop_time=4, step=0.01, tolerance=1e-8, outputs=["y", "floor_impacts"])
+    found = located(exported(read(SHAKEN, "shaken")).path, run, ["floor_impacts"], ())
+    assert found["floor_impacts"][-1] > 10
+    assert found["y"].min() > -1e-12

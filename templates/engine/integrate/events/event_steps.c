@@ -299,6 +299,17 @@ static bool end_at_root(Instance *instance, Descents *found, Step *step, const d
     return true;
 }
 
+/* In units of how far an event function was from 0 at its last event: one that is greater has left 0. */
+static const double RISEN = 100.0;
+
+/* Forgets what was left of event functions that have left 0 since. A gap that has opened would close as far inside, and
+   leave more each time. start[N_EVENTS]: their values where the step begins. */
+static void forget_left(State *state, const double start[]) {
+    for (int k = 0; k < N_EVENTS; k++) {
+        state->event_rests[k] = start[k] > RISEN * state->event_rests[k] ? 0.0 : state->event_rests[k];
+    }
+}
+
 /* events_end_step, with event functions of the loads in instance->shown_loads. */
 static bool end_step(Instance *instance, Step *step) {
     const ArenaMark mark = arena_mark(instance->arena);
@@ -314,6 +325,7 @@ static bool end_step(Instance *instance, Step *step) {
         (DENSE_ROWS > 0 && !overdue && !far_from_events(instance, *step, start, &far))) {
         return arena_leave(mark, false);
     }
+    forget_left(state, start);
     if (far || overdue) {
         return arena_leave(mark, true);
     }
