@@ -62,7 +62,7 @@ def many_entries() -> bytes:
 
 def zip_bomb() -> bytes:
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as target:
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as target:
         target.writestr(DESCRIPTION, fmi("2.0"))
         target.writestr("resources/zeros", bytes(40 << 20))
     return stream.getvalue()
