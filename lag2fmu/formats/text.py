@@ -103,7 +103,7 @@ def _description(content: object, around: Surroundings, where: str = "") -> Desc
         if key in SINGLE["mechanism"] and key not in TABLES:
             raise TextError(f"{key}: stands before the first table; write it below the line [mechanism]")
     root = TomlTable(where, content, TABLES, around)
-    root.require("mechanism")
+    root.require("mechanism", '; a mechanism begins with [mechanism] and name = "..."')
     head = _values(Description, root.table("mechanism", SINGLE["mechanism"]))
     written = {name: of for name, of in table_keys().items() if name in root.content}
     parts: dict[str, Any] = {name: _FORMS[of.form](root, name, of.part) for name, of in written.items()}

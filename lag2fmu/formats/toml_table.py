@@ -109,11 +109,10 @@ class TomlTable:
         except UnitError as error:
             raise TextError(f"{self.place(key)}: {error}") from error
 
-    def require(self, key: str) -> None:
-        """Raise TextError unless ``key`` is there."""
+    def require(self, key: str, remedy: str = "") -> None:
+        """Raise TextError unless ``key`` is there; a ``remedy`` ends its message."""
         if key not in self.content:
-            begin = "" if self.where else f'; a mechanism begins with [{key}] and name = "..."'
-            raise TextError(f"{self.where or 'the file'}: '{key}' is missing{begin}")
+            raise TextError(f"{self.where or 'the file'}: '{key}' is missing{remedy}")
 
     def expression(self, key: str, required: bool = False) -> sp.Expr | None:
         """The expression ``key``, a string or a number; None if it is not there and not required.
