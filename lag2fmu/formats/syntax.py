@@ -15,7 +15,7 @@ else:
     import tomli as tomllib  # type: ignore[import-not-found,unused-ignore]
 
 MAX_KEY_PARTS = 32
-"""The most parts of a key with dots; the parser calls itself for each of them."""
+"""The most parts of a key with dots; no table of a mechanism lies as deep."""
 
 _DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)")
 _NO_QUOTES = re.compile(r"(?!(?:true|false|inf|nan)\b)-?[^\W\d][^\s,\]}]*")

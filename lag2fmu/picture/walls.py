@@ -21,7 +21,7 @@ from lag2fmu.picture.scene import Canvas
 _NEAR = 1e-6
 """Directions are equal up to this angle, rad, and slopes up to this part."""
 _SAME_LEVEL = 1e-3
-"""Walls that are nearer to each other than this, m, are one."""
+"""In units of the picture: parallel walls that are nearer to each other are one."""
 _HALF_WALL, _PARTICLE = 9.0, 2.2
 """Half the length of a wall, and the radius of a point that touches one, in units of the picture."""
 

@@ -17,7 +17,7 @@ from lag2fmu.reference.functions import compiled
 from lag2fmu.reference.state import Floats, InputValues
 
 MAX_COORDINATES = 3
-"""The most coordinates: SymPy takes minutes to simplify the equations of four."""
+"""The most coordinates of a mechanism whose equations SymPy differentiates."""
 
 
 def sympy_accelerations(mechanism: Mechanism) -> Callable[[float, ArrayLike, ArrayLike, InputValues | None], Floats]:

@@ -23,7 +23,7 @@ from lag2fmu.checking.fmi2.description import ScalarVariable2
 from lag2fmu.checking.fmi2.session import Model2, Session2
 
 _MOST_KNOWNS, _MOST_UNKNOWNS = 12, 60
-"""The variables along which, and of which, derivatives are compared: enough to meet each kind, in a second at most."""
+"""The variables along which, and of which, derivatives are compared: enough to meet each kind."""
 
 
 @dataclass(frozen=True)

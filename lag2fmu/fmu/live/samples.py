@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _MOST = 60
-"""The most times of the reference run at which the page compares: more are not seen, and take place."""
+"""The most times of the reference run that a page holds to compare with."""
 
 
 @dataclass(frozen=True, eq=False)
