@@ -122,6 +122,8 @@ def _remedy(table: str, field: str, meaning: str) -> str:
         return "; a constraint on velocities belongs to the nonholonomic ones"
     if meaning == "further state" and table == "constraints":
         return "; a force may use it"
+    if meaning == "further state" and table == "energy":
+        return "; what has an energy is a coordinate, whose rate a nonholonomic constraint may give"
     return ""
 
 

@@ -615,7 +615,7 @@ REFUSED = {
     ),
     "state in an energy": (
         '[states]\ni = { derivative = 1 }\n[energy]\npotential = "x*i"',
-        "energy.potential: 'i' is a further state and cannot stand here",
+        "energy.potential: 'i' is a further state and cannot stand here; what has an energy is a coordinate",
     ),
     "state in a mass": (
         '[states]\ni = { derivative = 1 }\n[bodies.tank]\nmass = "i"\nposition = ["x", "y"]',
