@@ -35,6 +35,9 @@ class Settling:
     def __init__(self, system: HybridSystem, memory: Memory, low: float, resolved: Resolved, chosen: Chosen) -> None:
         self.system, self.memory, self.low = system, memory, low
         self.resolved, self.chosen = resolved, chosen
+        self.returned: dict[
+            int, float
+        ] = {}  # {contact: which part of its velocity an impact by Poisson's law returned}
 
     def settled(self, state: StateBatch, modes: Modes, due: Due) -> tuple[StateBatch, Modes, Floats]:
         """The state and modes behind an event at a single ``state``, and (work, dissipated energy) of impacts, in J.
@@ -52,7 +55,9 @@ class Settling:
                 modes = self._left(state, modes)
                 bilateral = bilateral or self.system.constraints.m > 0  # they may have a corner there
             margins = self._margins(state)
+            begun, logged = state, len(self.memory.events)
             state, gained, struck = self.resolved(state, modes, due, bilateral)
+            self._note_returned(begun, state, logged)
             energies = energies + gained
             due = due | _stopped(modes, struck=struck)
             for step in (self.chosen, self._rested):
@@ -168,6 +173,18 @@ class Settling:
             contacts[i] = Mode.OPEN if gap > JUMP * size else contacts[i]
         return replace(modes, contacts=tuple(contacts))
 
+    def _note_returned(self, begun: StateBatch, state: StateBatch, logged: int) -> None:
+        """Note what impacts by Poisson's law have ``returned``, events from number ``logged`` on: ``begun`` is before.
+
+        Friction takes a share, so that contacts with a restitution of 1 come to rest, too.
+        """
+        self.returned = {}
+        if any(event.kind == "poisson" for event in self.memory.events[logged:]):
+            before, after = (self.system.elements.rows(x).velocities for x in (begun, state))
+            self.returned = {
+                i: -after[i] / before[i] for i in range(self.system.elements.u) if before[i] < 0 < after[i]
+            }
+
     def _rested(self, state: StateBatch, modes: Modes, due: Due) -> tuple[StateBatch, Modes, Floats]:
         """Close contacts that rebound lower than ``low``; the rest of their cascade would last 2 v/(a (1 - e))."""
         system, e = self.system, self.system.elements
@@ -186,6 +203,7 @@ class Settling:
         low = []
         for i in rising:
             v, a, restitution = point.rows.velocities[i], -accelerations[i], float(point.rows.restitution[i])
+            restitution = min(restitution, self.returned.get(i, restitution))
             if a > 0 and restitution < 1 and v * v < 2 * a * self.low * gaps[i]:
                 low.append(i)
                 rest = float(state.t) + 2 * v / (a * (1 - restitution))

@@ -116,6 +116,18 @@ static void keep_result(Settling *settling, const ImpactResult *result, const in
     }
 }
 
+/* Poisson's law returns a part of each velocity before[K] that no coefficient tells: friction takes its share. Where
+   impacts accumulate, each returns the same part. */
+static void note_returned(Settling *settling, const double before[]) {
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const int k = ROW_PLACES[i];
+        if (settling->rebounds[i] && before[k] < 0.0) {
+            const double part = fmax(settling->velocity[k], 0.0) / -before[k];
+            settling->restitution[i] = fmin(settling->restitution[i], part);
+        }
+    }
+}
+
 /* Performs an impact at this point. Contacts in loaded[] take part though they do not approach. Without a collision it
    is the impact that stops a slip because sliding friction leaves no forces (Painleve's paradox). Returns false if
    there is no solution. */
@@ -125,7 +137,9 @@ static bool perform(Settling *settling, const bool loaded[], bool collision, boo
     WORK(mark, ImpactContact, contact, SIZE_CONTACTS);
     WORK_OF(mark, ImpactResult, result);
     WORK(mark, int, which, SIZE_CONTACTS);
+    WORK(mark, double, before, K);
     const State *state = &settling->instance->state;
+    memcpy(before, settling->velocity, K * sizeof(double));
     memcpy(bilateral, settling->permanent, K * sizeof(bool));
     for (int row = FIRST_LATCH; row < N_ROWS; row++) {
         bilateral[ROW_PLACES[row]] = row_active(state, row);
@@ -148,6 +162,9 @@ static bool perform(Settling *settling, const bool loaded[], bool collision, boo
         return arena_leave(mark, false);
     }
     rest(settling, result->velocities);
+    if (result->poisson) {
+        note_returned(settling, before);
+    }
     return arena_leave(mark, true);
 }
 
