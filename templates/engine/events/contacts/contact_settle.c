@@ -167,11 +167,7 @@ static bool close_at_top(Settling *settling, bool *jumped) {
 bool contacts_undo_drift(Instance *instance, bool *jumped) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, Settling, settling);
-    bool closed = false;
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        closed = closed || contact_closed(&instance->state, i);
-    }
-    if (!closed || !instance->policy->stabilise) {
+    if (!contacts_hold(instance) || !instance->policy->stabilise) {
         return arena_leave(mark, true);
     }
     memset(settling, 0, sizeof *settling);
