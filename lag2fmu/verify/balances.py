@@ -111,7 +111,8 @@ def _balance_beside(
 def resting_energy(task: Task, run: Trajectory) -> float:
     """The energy (J) of rounding errors of the positions along ``run``: forces times nominal values times rounding.
 
-    The drift of a body at rest, on a floor or stuck, is measured by it, because there is no other energy.
+    The drift of a body at rest, on a floor or stuck, is measured by it, because there is no other energy. What
+    frictions bear counts, too: a moving belt and the ground may pull at a body that rests.
     """
     equations, n = Equations(task.mechanism), len(task.mechanism.coordinates)
     seen = np.unique(np.linspace(0, len(run) - 1, _POINTS).astype(int))
@@ -119,7 +120,9 @@ def resting_energy(task: Task, run: Trajectory) -> float:
     given = {name: values[seen] for name, values in (_inputs_at(task, run.time) | task.further(run)).items()}
     terms = equations.terms(equations.energies.state(run.time[seen], x[:, :n], x[:, n : 2 * n], given))
     force = np.abs(terms.lagrangian_slope).max(axis=-1) + np.abs(terms.forces).max(axis=-1)
-    energy = ROUNDING * float(force @ [c.nominal for c in task.mechanism.coordinates])
+    nominal = np.array([c.nominal for c in task.mechanism.coordinates])
+    rubbing = np.abs(run.columns([names.force(f.name) for f in task.mechanism.frictions])).max(axis=0, initial=0.0)
+    energy = ROUNDING * float(force @ nominal + rubbing.sum() * nominal.max(initial=0.0))
     return energy if np.isfinite(energy) else 0.0
 
 

@@ -15,9 +15,8 @@ import numpy as np
 
 from lag2fmu.checking.schema import problems
 from lag2fmu.deadline import LIMIT, OutOfTimeError, within
-from lag2fmu.description import names
 from lag2fmu.dynamics.lagrange import derive, with_derived
-from lag2fmu.errors import ExportError, SimulationError
+from lag2fmu.errors import ExportError
 from lag2fmu.fmu.contents import read_mechanism
 from lag2fmu.fmu.deriving import chosen_solver
 from lag2fmu.fmu.exported import Model, fmu_path, is_fmu
@@ -26,7 +25,6 @@ from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import reached, telling
-from lag2fmu.reference.direct_integration import remedy_of_jumps
 from lag2fmu.reference.initial_value_problem import prepare
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
@@ -34,17 +32,16 @@ from lag2fmu.verify import time_stepping
 from lag2fmu.verify.agreement import has_rows, horizon_of, most_left_out, on_grid
 from lag2fmu.verify.balances import constraint_checks, energy_checks
 from lag2fmu.verify.comparison import Windows, beyond, compare, extent_check, extent_note, own_check
-from lag2fmu.verify.hybrid import extent, row_checks, row_outputs
+from lag2fmu.verify.fmu_runs import by_sharper_cvode, planned, run_of
+from lag2fmu.verify.hybrid import extent, row_checks
 from lag2fmu.verify.inputs import Inputs, trajectory_of
-from lag2fmu.verify.instances import description_of, has_event_mode, offers_model_exchange
+from lag2fmu.verify.instances import description_of, offers_model_exchange
 from lag2fmu.verify.invariants import analysis_checks
 from lag2fmu.verify.law_checks import law_checks
 from lag2fmu.verify.plan import check_limit, check_tolerance, checked_stop, input_orders, times_of
 from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.references import References
 from lag2fmu.verify.report import Check, Report
-from lag2fmu.verify.run import Kind, Run
-from lag2fmu.verify.simulate import simulate_fmu
 from lag2fmu.verify.task import Task, moves_a_target
 
 DIRECT = "direct integration"
@@ -139,18 +136,20 @@ def _compared(own: Task, references: References, checks: list[Check]) -> Report:
     task = time_stepping.sharpened(own, [*map(references.of, own.steps)])
     runs: dict[str, Trajectory] = {}
     warnings: dict[str, list[str]] = {}
-    for label, kind, step, events in _plan(task):
+    for label, kind, step, events in planned(task):
         reference = time_stepping.as_seen(task, references.of(step), kind)
         try:
             with within(task.limit if kind == "model-exchange" else math.inf):
-                run = _run(task, kind, step, events, warnings.setdefault(label, []).append)
+                run = run_of(task, kind, step, events, warnings.setdefault(label, []).append)
         except OutOfTimeError:
             detail = f"the run does not end in {task.limit:g} s of CPU time; give a longer --limit"
             checks.append(Check(f"{label}, share not compared", 1.0, most_left_out(task), detail, extent=True))
             continue
         runs[label] = run = run.until(float(reference.trajectory.time[-1]))
         if task.states and step <= horizon_of(task, reference) * (1 + 1e-9):  # else the start alone
-            checks.append(compare(task, label, run, reference))
+            check = compare(task, label, run, reference)
+            again = kind == "model-exchange" and not check.passed
+            checks.append(by_sharper_cvode(task, check, step, reference) if again else check)
         if (kind, step, events) == ("co-simulation", task.steps[1], False):
             energy = energy_checks(task, run, reference)
             analysis, analysis_notes = analysis_checks(task, run, reference, references.budget)
@@ -173,7 +172,7 @@ def _compared(own: Task, references: References, checks: list[Check]) -> Report:
             *_notes(task, reference, windows),
             *analysis_notes,
             *_solver_notes(task, warnings),
-            *time_stepping.own_step_notes(own, direct, _run),
+            *time_stepping.own_step_notes(own, direct, run_of),
         ),
         coordinates=tuple(c.name for c in task.mechanism.coordinates),
         trajectories={DIRECT: reference.trajectory, **runs},
@@ -197,9 +196,9 @@ def _not_compared(task: Task, checks: list[Check], lacking: str) -> Report:
 
     The FMU runs all the same, and is held against the laws of contacts and dry friction where there are any.
     """
-    label, kind, step, events = _plan(task)[1]
+    label, kind, step, events = planned(task)[1]
     warned: list[str] = []
-    run = _run(task, kind, step, events, warned.append)
+    run = run_of(task, kind, step, events, warned.append)
     detail = f"the direct integration {lacking}"
     extent = Check("trajectories, share not compared", 1.0, most_left_out(task), detail, extent=True)
     return Report(
@@ -210,46 +209,6 @@ def _not_compared(task: Task, checks: list[Check], lacking: str) -> Report:
         trajectories={label: run},
         units=display_units(task.mechanism),
     )
-
-
-def _plan(task: Task) -> list[tuple[str, Kind, float, bool]]:
-    """(label, kind, communication step in s, whether by event mode with early return) of the runs of the FMU."""
-    middle = task.steps[1]
-    plan: list[tuple[str, Kind, float, bool]]
-    plan = [(f"co-simulation, step {step:.3g} s", "co-simulation", step, False) for step in task.steps]
-    if has_event_mode(task.path):
-        plan.append((f"co-simulation with event mode, step {middle:.3g} s", "co-simulation", middle, True))
-    if offers_model_exchange(task.path):
-        plan.append(("model exchange, CVode of fmpy", "model-exchange", middle, False))
-    return plan
-
-
-def _run(task: Task, kind: Kind, step: float, events: bool, warned: Callable[[str], None]) -> Trajectory:
-    """One run of the FMU, whose warnings go to ``warned``.
-
-    CVode gets a hundredth of the tolerance, for its global errors exceed its local ones.
-    """
-    outputs = [*task.states, *(names.acceleration(c.name) for c in task.mechanism.coordinates), "generalized_energy"]
-    outputs += [names.residual(c.name) for c in task.mechanism.constraints]
-    outputs += row_outputs(task.mechanism)
-    tolerance = task.tolerance if kind == "co-simulation" else max(task.tolerance / 100, 1e-13)
-    options = Run(
-        stop_time=task.stop_time,
-        step=step,
-        tolerance=tolerance,
-        inputs=task.inputs,
-        hold=task.hold,
-        values=task.settings,
-        outputs=outputs,
-        kind=kind,
-        warned=warned,
-        events=events,
-    )
-    try:
-        return simulate_fmu(task.path, options)
-    except SimulationError as error:
-        remedy = remedy_of_jumps(task.mechanism)
-        raise SimulationError(f"{error}; {remedy}" if remedy else str(error)) from error
 
 
 # ---------------------------------------------------------------------------------------------------------- what holds

@@ -31,7 +31,7 @@ from lag2fmu.reference.state import Floats, StateBatch
 SLIP_ENDS = 1e3
 """In units of the velocity that counts as zero: the most that a slip in space may have left where it ends."""
 DRIVEN = 1e-9
-"""Relative to the accelerations that all forces make: a greater one along a row drives it."""
+"""Relative to the accelerations that all forces make: a greater one along a row drives it, and tells how it goes on."""
 
 WithoutCollision = Callable[[MotionPoint, Modes, Sequence[int]], tuple[StateBatch, float]]
 
@@ -78,9 +78,8 @@ class ModeChoice:
         before: tuple[Mode, ...] | None = None
         slips = any(kind == "cone" for kind, _ in due)
         giving = giving_way(point, modes, system.answer(point, modes)) if slips else {}
-        driven = _driven(point, D, c) & (np.abs(v) <= rests)
-        lone = np.diag(force_sizes(point) ** -2) * pace(point) ** 2  # what is left of them by rounding is no answer
-        D = np.where(driven[:, None] | driven, lone, D)
+        D, driven = _without_fixed(point, D, c)
+        driven &= np.abs(v) <= rests
         going, beyond = np.where(driven, c, v), np.where(driven, 0.0, rests)
         for _ in range(100):  # the capacities of frictions may depend on the forces that result
             items = [self._touching_item(point, i, modes, due, rests, giving.get(i)) for i in contacts]
@@ -185,14 +184,15 @@ class ModeChoice:
         )
 
 
-def _driven(point: MotionPoint, D: Floats, c: Floats) -> NDArray[np.bool_]:
-    """Which rows of dry friction no force along them moves, but the motion does: a slide in its crank's dead centre.
+def _without_fixed(point: MotionPoint, D: Floats, c: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """D (k, k) without rows that no force along them moves, and which of these the motion drives by its c (k,).
 
-    Their accelerations are c (k,), which tell how they go on; D (k, k) is the answer of rows to forces on rows.
+    What rounding leaves of such rows is no answer. A slide in its crank's dead centre is one that is driven, and what a
+    latch holds beside a friction is one that is not.
     """
-    fixed = [not is_free(point, D, row) for row in range(len(c))]
-    found: NDArray[np.bool_] = (np.abs(c) > DRIVEN * pace(point)) & fixed
-    return found
+    fixed = np.array([not is_free(point, D, row) for row in range(len(c))], dtype=bool)
+    lone = np.diag(force_sizes(point) ** -2) * pace(point) ** 2
+    return np.where(fixed[:, None] | fixed, lone, D), fixed & (np.abs(c) > DRIVEN * pace(point))
 
 
 def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: float) -> Outcome:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.reference.hybrid.measures import rest_speeds
-from lag2fmu.reference.hybrid.modes import Mode, Modes, closed_contacts
+from lag2fmu.reference.hybrid.modes import Mode, Modes
 from lag2fmu.reference.hybrid.run import HybridRun, Track
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.state import Floats
@@ -29,6 +29,7 @@ def perturbed(run: HybridRun, start: Floats, scales: Floats, modes: Modes) -> Fl
     """The ``start`` moved by 1e-8 of the ``scales`` (s,), along a direction without symmetry.
 
     Contacts that are closed at the start stay closed, and what rests begins to slip from rest: by its static friction.
+    What an impact stops at the start goes on to need this impact.
     """
     n, system = run.n, run.system
     direction = np.cos(np.arange(1, run.size + 1))
@@ -40,15 +41,22 @@ def perturbed(run: HybridRun, start: Floats, scales: Floats, modes: Modes) -> Fl
     still = Modes(touching, tuple(Mode.FORWARD for _ in modes.frictions), modes.held, modes.sides, {}, modes.offsets)
     onto = system.projected(run.state(t, moved), still).q
     rests, e = np.abs(point.rows.velocities) <= rest_speeds(point), system.elements
-    closed = {i for i in closed_contacts(modes) if len(slips[i]) and rests[slips[i]].all()}
-    held = rests[e.friction_rows]
+    contacts = (_before(mode, bool(rests[i]), bool(rests[slips[i]].all())) for i, mode in enumerate(modes.contacts))
     resting = replace(
         modes,
-        contacts=tuple(Mode.STICKS if i in closed else mode for i, mode in enumerate(modes.contacts)),
-        frictions=tuple(Mode.STICKS if rest else mode for rest, mode in zip(held, modes.frictions, strict=True)),
+        contacts=tuple(contacts),
+        frictions=tuple(Mode.STICKS if rest else Mode.FORWARD for rest in rests[e.friction_rows]),
+        held=tuple(h and bool(rest) for h, rest in zip(modes.held, rests[e.latch_rows], strict=True)),
     )
     both = system.projected(run.state(t, np.concatenate([onto, moved[n:]])), resting)
     return np.concatenate([onto, both.qd, moved[2 * n :]])
+
+
+def _before(mode: Mode, touches: bool, rests: bool) -> Mode:
+    """What holds a contact at the start before an impact there, if it ``touches`` at rest or its slip ``rests``."""
+    if mode is Mode.OPEN or not touches:
+        return Mode.OPEN
+    return Mode.STICKS if rests else Mode.SLIDES
 
 
 def compared(

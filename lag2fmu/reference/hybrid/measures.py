@@ -89,7 +89,7 @@ def touches(point: MotionPoint, i: int) -> bool:
 
 
 def is_free(point: MotionPoint, D: Floats, i: int) -> bool:
-    """Whether constraints leave the gap of the contact ``i`` free; D (k, k) is the answer of rows to forces on rows."""
+    """Whether constraints leave the motion along row ``i`` free; D (k, k) is the answer of rows to forces on rows."""
     return bool(D[i, i] > 1e-10 * (point.rows.jacobian[i] ** 2 @ mobilities(point)))
 
 

@@ -158,11 +158,15 @@ class Along:
         columns = self.run.columns(watched(self.mechanism))
         kept = (columns[1:] == columns[:-1]).all(axis=1)
         sides, told = self._sides()
-        latched = np.where(self.conditions > 0, 1, -1) * _tells(self.conditions)
-        for side in (latched, sides * told):
+        for side in (self.latched, sides * told):
             kept &= ~_turns(side).any(axis=0)
         kept[self.sided] = False
         return np.asarray(kept)
+
+    @cached_property
+    def latched(self) -> Floats:
+        """Whether each latch holds, (l, m): 1 or -1, and 0 where its condition does not tell."""
+        return np.asarray(np.where(self.conditions > 0, 1.0, -1.0) * _tells(self.conditions))
 
     def lasting(self, off: Floats, step: float, bars: Floats | float = 0.0) -> Floats:
         """Of violations ``off`` (k, m) the least of STILL communication points in a row; all without a ``step``.

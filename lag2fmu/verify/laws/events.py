@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.description import names
 from lag2fmu.verify.laws.along import Along
-from lag2fmu.verify.laws.points import STICKS, rubbing
+from lag2fmu.verify.laws.points import STICKS, Rubbing, rubbing
 from lag2fmu.verify.laws.residual import Accuracy, Floats, Residual, worst
 
 RANK = 1e-9
@@ -247,8 +247,22 @@ def _energies(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Re
     yield from worst("dissipated energy = loss of impacts", ["energy"], ["J"], times, off, bar)
 
 
+def _turns(a: Along, item: Rubbing, left: int) -> bool:
+    """Whether the mode of ``item`` changes behind the time ``left``."""
+    return bool(a.mode(item.element)[left] != a.mode(item.element)[left + 1])
+
+
+def _loads_go_on(a: Along, event: _Event) -> bool:
+    """Whether the ``event`` is no impact, no latch catches or lets go, and no force jumps."""
+    i = event.left
+    forcing = np.abs(a.forcing[:, i + 1] - a.forcing[:, i])
+    smooth = (forcing <= event.accuracy.states * np.abs(a.forcing).max(axis=1)).all()
+    held = (a.latched[:, i] * a.latched[:, i + 1] > 0).all()
+    return bool(smooth and held and not (a.e.u and event.hits.any()))
+
+
 def _break_away(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
-    """What sticks slips once its friction has come to the greatest holding force, unless loads jump.
+    """What sticks slips once its friction has come to the greatest holding force, unless loads jump, as by a latch.
 
     What is missing to that force is told as the acceleration that it makes. It makes none at a dead centre, where no
     force along the slip moves anything: the force that holds there is not determined.
@@ -259,13 +273,10 @@ def _break_away(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[
     off = np.full((len(items), len(events)), np.nan)
     for k, event in enumerate(events):
         i = event.left
-        alone = not (a.e.u and event.hits.any())
-        changed = sum(bool(a.mode(item.element)[i] != a.mode(item.element)[i + 1]) for item in items)
-        forcing = a.forcing[:, i + 1] - a.forcing[:, i]
-        alone &= bool((np.abs(forcing) <= accuracy.states * np.abs(a.forcing).max(axis=1)).all()) and changed == 1
+        alone = _loads_go_on(a, event) and sum(_turns(a, item, i) for item in items) == 1
         for j, item in enumerate(items):
-            modes = a.mode(item.element)[[i, i + 1]]
-            if alone and modes[0] == STICKS and modes[1] > STICKS:
+            modes = a.mode(item.element)
+            if alone and modes[i] == STICKS < modes[i + 1]:
                 missing = item.holding[i] - np.hypot.reduce(a.forces[item.rows, i])
                 off[j, k] = missing * np.linalg.norm(a.mobility(item.rows, i), 2)
     bars = accuracy.motion * np.array([a.acceleration_sizes[item.rows].max() for item in items])[:, None]

@@ -33,17 +33,16 @@ def at_points(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
 
 def _motion(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
     """Mass times acceleration is the sum of the forces that the run shows."""
-    parts = [
-        np.einsum("ijm,jm->im", a.mass, a.qdd),
-        -a.forcing,
-        -np.einsum("kim,km->im", a.G, a.multipliers),
-        -np.einsum("kim,km->im", a.slopes, a.forces),
-    ]
-    size = a.balanced(np.abs(parts).sum(axis=0).max(axis=1))
+    borne = (a.G, a.multipliers), (a.slopes, a.forces)
+    rest = np.einsum("ijm,jm->im", a.mass, a.qdd) - a.forcing
+    size = np.einsum("ijm,jm->im", np.abs(a.mass), np.abs(a.qdd)) + np.abs(a.forcing)
+    for rows, forces in borne:
+        rest = rest - np.einsum("kim,km->im", rows, forces)
+        size = size + np.einsum("kim,km->im", np.abs(rows), np.abs(forces))  # frictions may cancel each other
     coordinates = [c.name for c in a.mechanism.coordinates]
     units = [a.units.get(names.generalized_force(c)) or "N" for c in coordinates]
-    off = np.where(a.told, np.abs(_unexplained(a, np.sum(parts, axis=0))), np.nan)
-    yield from worst("mass x acceleration = forces", coordinates, units, a.time, off, accuracy.exact * size)
+    off, bars = np.where(a.told, np.abs(_unexplained(a, rest)), np.nan), accuracy.exact * a.balanced(size.max(axis=1))
+    yield from worst("mass x acceleration = forces", coordinates, units, a.time, off, bars)
 
 
 def _unexplained(a: Along, rest: Floats) -> Floats:

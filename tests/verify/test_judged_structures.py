@@ -1,0 +1,156 @@
+"""Mechanisms of random structure that ``validate`` has once judged wrongly; the smallest ones that show why."""
+
+import pytest
+
+from lag2fmu.formats.text import read
+from lag2fmu.verify.validate import validate
+
+pytestmark = [pytest.mark.long, pytest.mark.fmu]
+
+CAUGHT = """
+[mechanism]
+name = "caught"
+[coordinates]
+a = { start = 0.7 }
+b = { start = 1.4, velocity = 2 }
+[bodies]
+first = { mass = 0.8, position = ["a", 0] }
+second = { mass = 1.6, position = ["b", 0] }
+[springs.spring]
+stiffness = 200
+elongation = "b - 1.4"
+[frictions]
+belt = { on = "a_dot - 0.8*cos(12*t)", force = 2 }
+seal = { on = "b_dot - a_dot", force = 1.4 }
+[constraints.holonomic]
+latch = { expression = "b - a", while = "0.45 - t" }
+[experiment]
+stop_time = 1.0
+step = 0.01
+"""
+"""A latch takes the velocity between both bodies at the start, and holds them beside a friction without a lever there.
+
+Where it lets go, the load jumps onto the seal, which then slips from below its limit.
+"""
+
+HELD = """
+[mechanism]
+name = "held"
+[coordinates]
+a = { start = 0.3 }
+b = { start = 0.6 }
+[bodies]
+first = { mass = 2, position = ["a", 0] }
+second = { mass = 1, position = ["b", 0] }
+[frictions]
+belt = { on = "a_dot - cos(11*t)", force = 3.4 }
+ground = { on = "b_dot", force = 4.7 }
+seal = { on = "b_dot - a_dot", force = 4.3 }
+[experiment]
+stop_time = 0.5
+step = 0.01
+"""
+"""Nothing moves, though a belt below the first body does; the frictions of belt and seal cancel each other."""
+
+TURNED = """
+[mechanism]
+name = "turned"
+[coordinates]
+a = { start = 0.39, velocity = 0.54 }
+b = { start = 0.77 }
+[bodies]
+first = { mass = 2.9, position = ["a", 0] }
+second = { mass = 0.6, position = ["b", 0] }
+[springs]
+stiff = { stiffness = 2000, elongation = "a - 0.39" }
+soft = { stiffness = 200, elongation = "b - 0.77" }
+[forces]
+a = "21.6*t"
+b = "if(t < 0.9, 4, -4)"
+[frictions]
+belt = { on = "b_dot - 0.37*cos(7.5*t)", force = 4.6, static = 5.9 }
+seal = { on = "b_dot - a_dot", force = 2.3 }
+[experiment]
+stop_time = 1.5
+step = 0.01
+"""
+"""The slip of the seal turns round while the belt holds its body, which in model exchange has drifted off the belt.
+
+The drift counted as a slip, and the body broke loose from the belt below its limit.
+"""
+
+DRAINED = """
+[mechanism]
+name = "drained"
+[coordinates]
+p1 = { start = -0.0651, velocity = 0 }
+p2 = { start = -1.0942, velocity = 0 }
+[gravity]
+acceleration = "9.81"
+[bodies.k1]
+mass = 0.7469
+inertia = 0.0061
+position = ["0.1564*sin(p1)", "-0.1564*cos(p1)"]
+angle = "p1"
+[bodies.k2]
+mass = 1.664
+inertia = 0.0645
+position = ["0.3127*sin(p1) + 0.341*sin(p2)", "-0.3127*cos(p1) - 0.341*cos(p2)"]
+angle = "p2"
+[springs.s2]
+stiffness = 2.6319
+elongation = "p2 - p1"
+[contacts.ground]
+gap = "-0.3127*cos(p1) - 0.682*cos(p2) + 0.839"
+slip = "0.3127*cos(p1)*p1_dot + 0.682*cos(p2)*p2_dot"
+friction = 0.3
+restitution = 1
+[experiment]
+stop_time = 1.5
+step = 0.01
+"""
+"""A rod strikes the floor with a restitution of 1, by Poisson's law. Friction takes a share: the impacts accumulate."""
+
+LOW = """
+[mechanism]
+name = "low"
+[coordinates]
+x1 = { start = 0.5998, velocity = 1.0792 }
+y1 = { start = 0.197, velocity = 0.2609 }
+a1 = { start = 0, velocity = -4.4933 }
+[gravity]
+acceleration = "9.81"
+direction = [0.3398, -0.9405]
+[bodies.disc]
+mass = 2.4809
+inertia = 0.0482
+position = ["x1 + 0.0591*cos(a1)", "y1 + 0.0591*sin(a1)"]
+angle = "a1"
+[contacts.floor1]
+gap = "y1 - 0.197 - 0.0497*sin(3.1828*t)"
+slip = "x1_dot + 0.197*a1_dot"
+friction = 0.1
+restitution = 1
+[contacts.wall1]
+gap = "2.4556 - x1"
+slip = "y1_dot + 0.197*a1_dot"
+friction = 0.3
+restitution = 0.8
+[experiment]
+stop_time = 1.5
+step = 0.01
+"""
+"""A disc on a floor that moves slowly: its rebounds rise half a millimetre, and CVode errs by a part of that."""
+
+
+@pytest.mark.parametrize("text", [CAUGHT, HELD, TURNED, DRAINED], ids=["caught", "held", "turned", "drained"])
+def test_right_fmus_pass(text: str, exported) -> None:
+    report = validate(exported(read(text, "by_chance")))
+    assert report.outcome == "ok", report
+
+
+def test_errors_that_fall_with_the_tolerance_are_those_of_cvode(exported) -> None:
+    report = validate(exported(read(LOW, "by_chance")))
+    check = next(check for check in report.checks if check.name.startswith("model exchange"))
+    assert report.outcome == "ok"
+    assert "CVode at 1e-10; at 1e-08 it errs" in check.detail
