@@ -32,6 +32,8 @@ SHARPER = "take a sharper --tolerance or a shorter --stop-time"
 """What makes more of a run comparable."""
 LOWER = 10.0
 """In tolerances: the height of rebounds up to which a run may leave them out."""
+FLIGHTS = 2.0
+"""In the time that a rebound takes: a contact that has not come back by then does not, because loads have changed."""
 
 
 def has_rows(mechanism: Mechanism) -> bool:
@@ -127,12 +129,21 @@ def most_left_out(task: Task) -> float:
 
 
 def _cascades(task: Task, reference: Reference) -> Iterator[tuple[float, float]]:
-    """(first time, last time), in s, of the intervals in which impacts follow that rise less than the tolerance."""
-    low: dict[str, float] = {}
+    """(first time, last time), in s, of the intervals in which impacts follow that rise less than the tolerance.
+
+    They end with a higher impact, when the contact closes, or where it does not come back.
+    """
+    found: dict[str, tuple[float, float]] = {}
     for event in reference.events:
+        if event.kind not in ("impact", "closes"):
+            continue
+        begin, end = found.pop(event.element, (event.time, event.time))
+        if event.kind == "impact" and event.time > end:
+            yield begin, end
+            begin = event.time
         if event.kind == "impact" and event.height <= lowest(task, reference, event.time):
-            low.setdefault(event.element, event.time)
-        elif event.element in low and event.kind in ("impact", "closes"):
-            yield low.pop(event.element), event.time
+            found[event.element] = begin, event.time + FLIGHTS * event.flight
+        else:
+            yield begin, event.time
     last = float(reference.trajectory.time[-1])
-    yield from ((begin, last) for begin in low.values())
+    yield from ((begin, min(end, last)) for begin, end in found.values())

@@ -49,6 +49,8 @@ LEAST = 1e-10
 
 _OWN = 0.1
 """The part of the bar that the error of the direct integration may take."""
+_ROOM = 0.5
+"""The part of what may be left out that a sharper tolerance aims at."""
 
 
 def most_growth(task: Task) -> float:
@@ -109,10 +111,11 @@ class Windows:
     until: float = 0.0
     tolerance: float | None = None
 
-    def told(self) -> str:
-        """A phrase on how the run is compared beyond the horizon; "" if it is not."""
+    def told(self, horizon: float) -> str:
+        """A phrase on how the run is compared beyond the ``horizon`` (s), or nearer to events; "" if it is not."""
         if self.tolerance is not None:
-            return f"from there on until t = {self.until:.4g} s at the tolerance {self.tolerance:.2g}"
+            where = f"from there on until t = {self.until:.4g} s" if self.until > horizon else "nearer to events"
+            return f"{where} at the tolerance {self.tolerance:.2g}"
         return f"from there on in {self.count} windows that start from the direct integration" if self.count else ""
 
     def with_another(self, check: Check, covered: float) -> Windows:
@@ -122,12 +125,13 @@ class Windows:
 
 
 def beyond(task: Task, reference: Reference, integrated: Integration) -> Windows:
-    """The comparisons beyond the horizon, in co-simulation with the middle communication step.
+    """The comparisons beyond the horizon, and closer around events where these leave out too much of the run.
 
-    ``integrated`` makes direct integrations from states of the ``reference``.
+    They are made in co-simulation with the middle communication step. ``integrated`` makes direct integrations from
+    states of the ``reference``.
     """
     end = float(reference.trajectory.time[-1]) * (1 - 1e-9)
-    if horizon_of(task, reference) >= end or task.solver_step:
+    if task.solver_step or (horizon_of(task, reference) >= end and _between_events(task, reference) >= 1 - LEFT_OUT):
         return Windows()
     sharp = _sharp(task, reference)
     whole = horizon_of(sharp, reference) >= end
@@ -139,8 +143,16 @@ def _sharp(task: Task, reference: Reference) -> Task:
     """The ``task`` at the tolerance that the growth of errors over the ``reference`` asks for, or at the sharpest."""
     sharpest = replace(task, tolerance=max(LEAST, task.tolerance / SHARPEST))
     enough = CHAOS / (SAFETY * float(reference.growth[-1])) * (1 - 1e-9)
+    if has_rows(task.mechanism):  # those of accumulating impacts are as short as the square root of the tolerance
+        left_out = max(1 - _between_events(task, reference), LEFT_OUT)
+        enough = min(enough, task.tolerance * (_ROOM * LEFT_OUT / left_out) ** 2)
     own = own_check(sharpest, reference).value / (_OWN * SAFETY)
     return replace(task, tolerance=min(task.tolerance, max(sharpest.tolerance, enough, own)))
+
+
+def _between_events(task: Task, reference: Reference) -> float:
+    """The part of the ``reference`` at which another run has to agree with it as far as events go."""
+    return float(np.mean(comparable(task, reference)))
 
 
 def _whole(task: Task, sharp: Task, reference: Reference) -> Windows:
@@ -273,5 +285,5 @@ def extent_note(task: Task, reference: Reference, windows: Windows) -> str:
     note += f": trajectories are compared until t = {horizon:.4g} s only{beyond}"
     if not windows.count:
         return f"{note}."
-    share = (horizon + windows.covered) / task.stop_time
-    return f"{note}; {windows.told()}, {share:.0%} of the run in all."
+    share = min(1.0, (horizon + windows.covered) / task.stop_time)
+    return f"{note}; {windows.told(horizon)}, {share:.0%} of the run in all."

@@ -67,7 +67,7 @@ def extent(task: Task, reference: Reference, horizon: float, windows: Windows | 
     whole = task.stop_time * (1 - 1e-9)
     until = f"until t = {horizon:.4g} s" if horizon < whole else "to the end"
     if windows.count:
-        until += f" and {windows.told()}"
+        until += f" and {windows.told(horizon)}"
     ends = max(horizon, windows.until) < min(end, whole) - task.steps[1]
     if ends and (windows.tolerance is not None or not windows.count):
         until += ", where impacts and motion have amplified differences beyond the bar"

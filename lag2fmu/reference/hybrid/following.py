@@ -174,11 +174,12 @@ class Follower:
         for j, event in enumerate(events[logged:], logged):
             if event.kind != "impact":
                 continue
-            i, height = system.elements.contacts.index(event.element), np.inf
+            i, height, flight = system.elements.contacts.index(event.element), np.inf, 0.0
             closed = modes.contacts[i] is not Mode.OPEN
             if point.rows.restitution[i] > 0 if closed else a[i] < 0:
                 height = 0.0 if closed else float(v[i] ** 2 / (-2 * a[i]) / sizes[i])
-            events[j] = replace(event, height=height, lift=lift)
+                flight = 0.0 if closed else float(2 * v[i] / -a[i])
+            events[j] = replace(event, height=height, lift=lift, flight=flight)
 
     def _first_step(self, t: float, y: Floats, modes: Modes) -> float | None:
         """The time (s) to the top of the shortest rebound that begins; None if there is none."""

@@ -59,8 +59,8 @@ class Event:
     """What happened at ``time`` (s) to ``element``: its ``kind``, and the ``impulse`` (N.s or N.m.s) of an impact.
 
     ``height`` is how high an impact rebounds, and ``lift`` how high the highest contact rises that the impact opens;
-    both are in units of the nominal size of the gap. Kinds: impact, closes, opens, sticks, slides, holds, releases,
-    switches, painleve, poisson, plastic.
+    both are in units of the nominal size of the gap. ``flight`` is how long (s) the rebound lasts. Kinds: impact,
+    closes, opens, sticks, slides, holds, releases, switches, painleve, poisson, plastic.
     """
 
     time: float
@@ -69,6 +69,7 @@ class Event:
     impulse: float = 0.0
     height: float = np.inf
     lift: float = np.inf
+    flight: float = 0.0
 
 
 Due = frozenset[tuple[str, int]]
