@@ -256,3 +256,38 @@ def test_a_corner_without_friction_bears_by_its_faces_alone(exported) -> None:
     assert run["x"] == pytest.approx(np.maximum(0.5 - 7 / 4 * run.time**2, 0), abs=1e-9)
     assert run.columns(list(forces))[-1] == pytest.approx(list(forces.values()), rel=1e-9)
     assert (run.columns(rubs)[-1] == 0).all()
+
+
+PRESSED = """
+[mechanism]
+name = "pressed"
+[coordinates]
+x = { velocity = 1 }
+y = { start = 0 }
+[bodies]
+block = { mass = 1, position = ["x", "y"] }
+[forces]
+y = "-10"
+[contacts.floor]
+gap = "y"
+slip = "x_dot"
+friction = 0.5
+[frictions.guide]
+on = "y_dot"
+force = 0.5
+"""
+
+
+@pytest.mark.parametrize("way", ["co-simulation", "CVode"])
+def test_what_a_floor_holds_leaves_nothing_to_a_friction_beside_it(way: str, exported) -> None:
+    """The block slides on while the guide, whose share of the weight would be beyond its limit, bears nothing."""
+    options = MODEL_EXCHANGE if way == "CVode" else {}
+    names = ["x", "x_dot", "floor_force", "guide_force"]
+    run = lag2fmu.simulate(exported(read(PRESSED, "p.toml")), stop_time=0.5, step=0.01, outputs=names, **options)
+    slides, time = run.time < 0.195, np.minimum(run.time, 0.2)
+    exact = 1e-6 if way == "CVode" else 1e-12
+    assert run["x_dot"] == pytest.approx(1 - 5 * time, abs=exact)
+    assert run["x"] == pytest.approx(time - 2.5 * time**2, abs=exact)
+    assert run["floor_force"][slides] == pytest.approx(10)
+    assert (run["guide_force"][slides] == 0).all()
+    assert (run["floor_force"] + run["guide_force"])[-1] == pytest.approx(10)

@@ -141,8 +141,10 @@ class Piece:
             elif kind == "cone":
                 tangential = float(np.hypot.reduce(answer.forces[e.slip_rows[i]], initial=0.0))
                 found.append(point.rows.static[i] * answer.forces[i] - tangential)
-            else:
+            elif answer.holding[i] > 0:
                 found.append(answer.holding[i] - abs(answer.forces[e.friction_rows[i]]))
+            else:  # a clutch that is not pressed bears nothing: it rests because others hold it, until they let go
+                found.append(1.0)
         return np.array(found)
 
     def _in_an_instant(self, t: float, y: Floats) -> Floats:

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "complementarity.h"
+#include "least_norm.h"
 #include "notices.h"
 #include "scale.h"
 #include "settings.h"
@@ -117,8 +118,56 @@ static void carry_out_contact(Settling *settling, int contact, bool leaves) {
     }
 }
 
+/* Does a contact slide by friction? How rows that rest share a load then decides on the motion. */
+static bool something_rubs(const Settling *settling) {
+    bool found = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const Row *slip = &settling->row[ROW_PLACES[SLIP_ROWS[i]]];
+        found = found || (contact_slips(i) > 0 && slip->law == ROW_SLIDING && slip->friction > 0.0);
+    }
+    return found;
+}
+
+/* The rows whose force has no limit: permanent ones, latches, and normals that bear. Returns how many there are. */
+static int find_unlimited(const Settling *settling, int rows[]) {
+    int count = 0;
+    for (int k = 0; k < K; k++) {
+        const Row *row = &settling->row[k];
+        if (row->law == ROW_BILATERAL || (row->law == ROW_UNILATERAL && settling->lambda[k] > 0.0)) {
+            rows[count++] = k;
+        }
+    }
+    return count;
+}
+
+/* Do rows without a limit hold what would move along this friction, while a contact rubs? Then they bear the load
+   alone: the friction's share of it would change what rubs, and soon be beyond its own limit. */
+static bool spared(const Settling *settling, int friction) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, int, rows, K);
+    const int k = ROW_PLACES[FIRST_FRICTION + friction];
+    const int n = something_rubs(settling) ? find_unlimited(settling, rows) : 0;
+    const size_t bytes = (size_t)n * sizeof(double);
+    if (n == 0 || !arena_reserve(mark.arena, ((size_t)n + 10) * arena_bytes(bytes, 2))) {
+        return arena_leave(mark, false);
+    }
+    double *own = (double *)arena_take(mark.arena, (size_t)n * bytes), rest = settling->delassus[k * K + k];
+    double *across = (double *)arena_take(mark.arena, bytes), *loads = (double *)arena_take(mark.arena, bytes);
+    for (int i = 0; i < n; i++) {
+        across[i] = settling->delassus[rows[i] * K + k];
+        for (int j = 0; j < n; j++) {
+            own[i * n + j] = settling->delassus[rows[i] * K + rows[j]];
+        }
+    }
+    least_norm_solve(mark.arena, n, own, across, loads);
+    for (int i = 0; i < n; i++) {
+        rest -= loads[i] * across[i];
+    }
+    return arena_leave(mark, rest <= REDUNDANT * settling->delassus[k * K + k]);
+}
+
 /* A dry friction that cannot hold anything slides, also where something else holds the same motion: a row that sticks
-   would share its load, and yield to the first rounding. */
+   would share its load, and yield to the first rounding. One that is spared waits until the others let go. */
 static void carry_out_friction(Settling *settling, int friction) {
     State *state = &settling->instance->state;
     const int row = FIRST_FRICTION + friction, k = ROW_PLACES[row];
@@ -127,7 +176,7 @@ static void carry_out_friction(Settling *settling, int friction) {
     const double w = settling->row[k].law == ROW_GIVEN ? located : settling->w[k];
     if (w != 0.0 || !holds) {
         friction_slide(state, friction, w != 0.0 ? w : row_direction(state, row));
-    } else if (settling->determined[k]) {
+    } else if (settling->determined[k] || spared(settling, friction)) {
         friction_wait(state, friction);
     } else {
         friction_stick(state, friction);
