@@ -43,7 +43,7 @@ class Follower:
         self.run, self.n, system = run, run.n, run.system
         self.memory = Memory([0] * system.elements.u, np.zeros(system.elements.u))
         impacts = Impacts(system, self.memory)
-        choice = ModeChoice(system, self.memory, impacts.without_collision)
+        choice = ModeChoice(system, self.memory, impacts.without_collision, rtol)
         self.settling = Settling(system, self.memory, max(LOW, rtol), impacts.resolved, choice.chosen)
         weights = np.append(run.nominal, [self._energy_scale()] * 2)
         self.stepper = Stepper(method, rtol, rtol * weights, LONGEST_PART * run.whole, most)
