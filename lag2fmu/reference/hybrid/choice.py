@@ -40,7 +40,7 @@ class ModeChoice:
     """Chooses the modes of a ``system`` during a run.
 
     Where no modes obey the laws, ``without_collision`` first makes an impact from (point, modes, contacts). It returns
-    the state behind the impact and the energy that is lost (J). The integration has the relative tolerance ``rtol``.
+    the state behind the impact and the energy that is lost (J). What is slow goes by the relative tolerance ``rtol``.
     """
 
     def __init__(self, system: HybridSystem, memory: Memory, without_collision: WithoutCollision, rtol: float) -> None:
