@@ -182,7 +182,7 @@ class HybridRuns:
         run, progress = self.run, self.progress
         run.progress = None if progress is None else lambda done: progress((before + done) / RUNS)
         with within(seconds_left() / (RUNS - before)):
-            return Follower(run, method, rtol, self.most).follow(start, enough)
+            return Follower(run, method, rtol, self.most, self.rtol).follow(start, enough)
 
     def completed(self, method: str, rows: int, found: Track) -> Reference:
         """The reference of the first run, ``found`` at the first ``rows`` times, until where the other two come.

@@ -40,11 +40,12 @@ class ModeChoice:
     """Chooses the modes of a ``system`` during a run.
 
     Where no modes obey the laws, ``without_collision`` first makes an impact from (point, modes, contacts). It returns
-    the state behind the impact and the energy that is lost (J).
+    the state behind the impact and the energy that is lost (J). What is slow goes by the relative tolerance ``rtol``.
     """
 
-    def __init__(self, system: HybridSystem, memory: Memory, without_collision: WithoutCollision) -> None:
+    def __init__(self, system: HybridSystem, memory: Memory, without_collision: WithoutCollision, rtol: float) -> None:
         self.system, self.memory, self.without_collision = system, memory, without_collision
+        self.slow = SLOW_SLIP * float(np.sqrt(rtol))
 
     def chosen(self, state: StateBatch, modes: Modes, due: Due) -> tuple[StateBatch, Modes, Floats]:
         """The state, the modes of contacts and frictions that obey the laws, and (work, dissipated energy), (2,) in J.
@@ -171,7 +172,7 @@ class ModeChoice:
             if direction is not None and mode is Mode.SLIDES:
                 directions[i] = direction
                 rows = point.rows.slip_rows[i]
-                slow = SLOW_SLIP * float(sizes[rows].max())
+                slow = self.slow * float(sizes[rows].max())
                 if np.hypot.reduce(point.rows.velocities[rows]) <= slow:
                     steadied[i] = slow
         frictions = found.modes[len(contacts) :]

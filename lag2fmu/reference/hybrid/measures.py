@@ -20,8 +20,11 @@ SLOW = 1e-3
 BOUND = 1e-11
 """Relative to the greatest singular value: constraints with smaller ones are redundant."""
 
-SLOW_SLIP = 1e-5
-"""In nominal velocities: a slip in space up to it has no direction that an integration could tell, and is slow."""
+SLOW_SLIP = 1.0
+"""In nominal velocities, times the square root of the relative tolerance of the integration: a slip in space up to it
+is slow, and keeps the direction in which it began. The direction turns meanwhile, by less where it is slow for less
+long: the error of a velocity is about the power 3/4 of the tolerance. A slip that is slower makes an integration stiff,
+and errors turn it."""
 BACK = 0.05
 """In units of the speed up to which a slip is slow: a slow slip that moves against its direction faster than this has
 turned back; one that is faster than 3 of these units has a direction of its own."""

@@ -63,8 +63,8 @@ class Settling:
             for step in (self.chosen, self._rested):
                 state, modes, gained = step(state, modes, due)
                 energies = energies + gained
-            if any(kind == "slip" and i in before.steadied for kind, i in due):
-                state = self.system.projected(state, modes)  # what is left of a slow slip is no velocity
+            if any(kind == "slip" and before.contacts[i] is Mode.SLIDES for kind, i in due):
+                state = self.system.projected(state, modes)  # what is left of a slip in space is no velocity
             due = frozenset()
             turned = self._unmoved(turned, margins, state) if struck else turned
             if before == modes and not struck:
