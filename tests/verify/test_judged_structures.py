@@ -1,8 +1,10 @@
 """Mechanisms of random structure that ``validate`` has once judged wrongly; the smallest ones that show why."""
 
+import numpy as np
 import pytest
 
 from lag2fmu.formats.text import read
+from lag2fmu.reference import integrate
 from lag2fmu.verify.validate import validate
 
 pytestmark = [pytest.mark.long, pytest.mark.fmu]
@@ -111,6 +113,55 @@ step = 0.01
 """
 """A rod strikes the floor with a restitution of 1, by Poisson's law. Friction takes a share: the impacts accumulate."""
 
+UNPRESSED = """
+[mechanism]
+name = "unpressed"
+[coordinates]
+p1 = { start = 0, velocity = 0 }
+p2 = { start = 0, velocity = 0 }
+p3 = { start = 0, velocity = 0 }
+[states]
+i = { start = 0, derivative = "(24 - 2*i - 0.5*p1_dot)/0.05" }
+[forces]
+p1 = "1.8734*t + 0.5*i"
+[bodies.w1]
+mass = 1
+inertia = 0.6242
+position = [0, 0]
+angle = "p1"
+[bodies.w2]
+mass = 1
+inertia = 0.707
+position = [0, 0]
+angle = "p2"
+[bodies.w3]
+mass = 1
+inertia = 0.1594
+position = [0, 0]
+angle = "p3"
+[frictions.b1]
+on = "p1_dot"
+force = 0.3236
+[frictions.b2]
+on = "p2_dot"
+force = 3.9898
+[frictions.b3]
+on = "p3_dot"
+force = 3.9512
+static = 4.7414
+[frictions.c1]
+on = "p1_dot - p2_dot"
+force = "if(t > 0.5151, 1.3886, 0)"
+[frictions.c2]
+on = "p2_dot + 0.7804*p3_dot"
+force = 4.6878
+static = 6.5489
+[experiment]
+stop_time = 1.5
+step = 0.01
+"""
+"""A motor drives shafts that frictions hold at first; the clutch c1 holds nothing until it is pressed."""
+
 LOW = """
 [mechanism]
 name = "low"
@@ -143,10 +194,37 @@ step = 0.01
 """A disc on a floor that moves slowly: its rebounds rise half a millimetre, and CVode errs by a part of that."""
 
 
-@pytest.mark.parametrize("text", [CAUGHT, HELD, TURNED, DRAINED], ids=["caught", "held", "turned", "drained"])
+@pytest.mark.parametrize(
+    "text", [CAUGHT, HELD, TURNED, DRAINED, UNPRESSED], ids=["caught", "held", "turned", "drained", "unpressed"]
+)
 def test_right_fmus_pass(text: str, exported) -> None:
     report = validate(exported(read(text, "by_chance")))
     assert report.outcome == "ok", report
+
+
+RELEASED = """
+[mechanism]
+name = "released"
+[coordinates]
+p1 = { start = 0 }
+p2 = { start = 0 }
+[forces]
+p1 = "10*t"
+[bodies]
+first = { mass = 1, inertia = 0.6, position = [0, 0], angle = "p1" }
+second = { mass = 1, inertia = 0.7, position = [0, 0], angle = "p2" }
+[frictions]
+brake = { on = "p1_dot", force = 1 }
+clutch = { on = "p1_dot - p2_dot", force = "if(t > 0.3, 1.4, 0)" }
+"""
+
+
+def test_a_clutch_that_is_not_pressed_takes_nothing_along() -> None:
+    """In the direct integration: the second shaft rests though the first one breaks away, until the clutch acts."""
+    run = integrate(read(RELEASED, "released.toml"), np.linspace(0, 0.4, 81)).trajectory
+    assert run["p1_dot"][60] == pytest.approx(5 * 0.2**2 / 0.6, rel=1e-6)
+    assert run["p2_dot"][:61] == pytest.approx(0, abs=1e-12)
+    assert run["p2_dot"][-1] == pytest.approx(1.4 / 0.7 * 0.1, rel=1e-6)
 
 
 def test_errors_that_fall_with_the_tolerance_are_those_of_cvode(exported) -> None:

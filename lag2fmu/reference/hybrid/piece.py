@@ -16,6 +16,9 @@ from lag2fmu.reference.state import Floats, StateBatch
 ROUNDING = 4e-15
 """The rounding error of an event function, relative to the terms that it is made of."""
 
+UNPRESSED = 1e-10
+"""Relative to the usual force along a row: what a friction that can bear nothing may seem to bear."""
+
 
 class Piece:
     """The motion under fixed ``modes``: slopes and event functions; ``inputs`` maps a time (s) to input values."""
@@ -141,10 +144,10 @@ class Piece:
             elif kind == "cone":
                 tangential = float(np.hypot.reduce(answer.forces[e.slip_rows[i]], initial=0.0))
                 found.append(point.rows.static[i] * answer.forces[i] - tangential)
-            elif answer.holding[i] > 0:
-                found.append(answer.holding[i] - abs(answer.forces[e.friction_rows[i]]))
-            else:  # a clutch that is not pressed bears nothing: it rests because others hold it, until they let go
-                found.append(1.0)
+            else:  # a clutch that is not pressed rests as long as others hold it, whose loads leave it rounding
+                row = e.friction_rows[i]
+                least = UNPRESSED * force_sizes(point)[row] if answer.holding[i] == 0 else 0.0
+                found.append(answer.holding[i] + least - abs(answer.forces[row]))
         return np.array(found)
 
     def _in_an_instant(self, t: float, y: Floats) -> Floats:
