@@ -80,6 +80,14 @@ def test_an_oscillator_rests_where_events_are_seen_late(exported) -> None:
     assert rows[-1] == pytest.approx([0.2, 0.0], abs=1e-3)
 
 
+def test_a_sphere_rolls_where_events_are_seen_late(exported) -> None:
+    """From 0.728 s on at 5/7 of its first speed, by RK4 at 1 ms; its slip turned round in each step without an end."""
+    rows, _ = fixed_steps(exported("sliding_sphere").path, {}, ["table_mode", "x_dot"], 0.74, 1e-3, RK4)
+    modes, speeds = rows[730:].T
+    assert (modes == STICKS).all()
+    assert speeds == pytest.approx(25 / 7, rel=1e-4)
+
+
 def test_a_woodpecker_climbs_down_where_events_are_seen_late(exported) -> None:
     """By RK4 at 1 ms, beside co-simulation; it climbed up."""
     fmu = exported("woodpecker")

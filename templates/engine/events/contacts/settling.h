@@ -70,6 +70,9 @@ double settling_slip_located(const Settling *settling, int row, int function);
 /* The slip velocity along a row of a contact, in m/s. */
 double settling_slip_velocity(const Settling *settling, int contact, int row);
 
+/* The length of the last step of an importer's solver, s; 0 where the instance integrates. */
+double settling_last_step(const Instance *instance);
+
 /* The speed of the slip of a contact, in m/s. */
 double settling_slip_speed(const Settling *settling, int contact);
 
