@@ -126,7 +126,8 @@ a, b, x = symbol("a"), symbol("b"), symbol("x")
             {"coordinates": [theta, coordinate("q")], "contacts": [Contact("c", gap=2 - symbol("q"))]},
             "coordinates.q: appears in no energy.*; contacts.c.gap acts on it: give what moves there a mass or inertia",
         ),
-        ({"coordinates": [m]}, "coordinates: expected a coordinate, got Parameter"),
+        ({"coordinates": [m]}, r"coordinates: expected a coordinate, got Parameter .*; coordinate\(...\) makes one"),
+        ({"coordinates": theta}, "coordinates: expected a list, got Coordinate 'theta'; put square brackets around it"),
         (
             {"coordinates": [coordinate("theta", start=float("nan"))]},
             "coordinates.theta.start: nan is not a finite number",
