@@ -303,6 +303,20 @@ def test_gravity_that_does_nothing_and_energies_that_count_twice_are_said() -> N
     assert warnings(x, 0, parameters=[m], energy=Energy(lagrangian=m * z.dot**2)) == ()
 
 
+def test_a_kinetic_energy_that_is_that_of_the_bodies_is_said() -> None:
+    """It doubled their masses without a word."""
+    x, z, r = coordinate("x", "m"), coordinate("z", "m"), parameter("r", 2.0, "m")
+    bead = Body("bead", m, (r * sp.sin(x / r), z**2 / r))
+
+    def warnings(kinetic: sp.Expr) -> tuple[str, ...]:
+        given = {"coordinates": [x, z], "parameters": [r, m], "bodies": [bead], "energy": Energy(kinetic)}
+        return Mechanism("again", **given).warnings  # type: ignore[arg-type]
+
+    (again,) = warnings(m * ((sp.cos(x / r) * x.dot) ** 2 / 2 + 2 * (z * z.dot / r) ** 2))
+    assert again.startswith("energy.kinetic: the kinetic energy of bead counts by itself, and so twice; leave one")
+    assert warnings(m * x.dot**2 / 2) == ()
+
+
 def test_masses_are_positive_and_what_drives_is_said() -> None:
     """At the values of the parameters; what depends on coordinates is not known there."""
     x, m, k = coordinate("x", "m"), parameter("m", -2.0, "kg"), parameter("k", -3.0, "N/mm")
