@@ -23,6 +23,7 @@ typedef struct {
     bool permanent[N_CONSTRAINTS];
     bool touching[SIZE_UNILATERALS];
     bool rebounds[SIZE_UNILATERALS];                  /* an impact has just taken place there */
+    double overlap[SIZE_UNILATERALS];                 /* of a gap that was due, which has been undone */
     Row row[N_CONSTRAINTS];
     double lambda[N_CONSTRAINTS], w[N_CONSTRAINTS];
     bool determined[N_CONSTRAINTS];                   /* no friction along the row has a lever */
