@@ -46,7 +46,9 @@ class Scope:
         for name in sorted(free_names([expression])):
             if name not in self.meaning:
                 fits = [x for x, what in self.meaning.items() if allowed is None or what in {*allowed, "definition"}]
-                raise MechanismError(f"{where}: undefined symbol '{name}'; {of_symbol(name, fits)}")
+                given = f"each FMU has it as a variable, and --output {name} makes it an output"
+                remedy = given if name in names.ENERGIES else of_symbol(name, fits)
+                raise MechanismError(f"{where}: undefined symbol '{name}'; {remedy}")
             found |= self.uses.get(name, {name})
         return found
 
