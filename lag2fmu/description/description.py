@@ -33,7 +33,7 @@ from lag2fmu.description.ports import Ports
 from lag2fmu.description.subsystems import Part
 from lag2fmu.description.symbols import FILTERED, Coordinate, Declared, Input, Parameter
 from lag2fmu.description.tables import Table
-from lag2fmu.description.values import require_record
+from lag2fmu.description.values import kind_and_name, require_record
 from lag2fmu.description.visuals import Visual
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import check_identifier
@@ -278,7 +278,7 @@ def _named(parts: Iterable[Named], name: str, what: str) -> Named:
 def _records(declared: Iterable[Any], name: str, kind: type) -> tuple[Any, ...]:
     """The records of the symbols or records ``declared``; raises MechanismError for a thing of another kind."""
     if not isinstance(declared, Iterable):
-        raise MechanismError(f"{name}: expected a list, got {type(declared).__name__} '{declared}'")
+        raise MechanismError(f"{name}: expected a list, got {kind_and_name(declared)}; put square brackets around it")
     records = tuple(part.declaration if isinstance(part, Declared) else part for part in declared)
     for record in records:
         require_record(record, kind, name)

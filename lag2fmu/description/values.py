@@ -9,6 +9,15 @@ import sympy as sp
 
 from lag2fmu.errors import MechanismError
 
+_MAKERS = {"Coordinate": "coordinate", "Parameter": "parameter", "Input": "signal"}
+"""What declares a symbol, by the record that it declares."""
+
+
+def kind_and_name(value: object) -> str:
+    """What ``value`` is, for messages: Coordinate 'x' of a declared symbol or its record, int '3' of another thing."""
+    record = getattr(value, "declaration", value)
+    return f"{type(record).__name__} '{getattr(record, 'name', record)}'"
+
 
 def require_number(value: object, where: str) -> None:
     """Raise MechanismError for what is no real number, such as None, a list, a text or an expression with names."""
@@ -48,4 +57,5 @@ def require_record(value: object, kind: type, where: str) -> None:
     if not isinstance(value, kind):
         expected, found = kind.__name__.lower(), type(value).__name__
         article = "an" if expected[0] in "aeiou" else "a"
-        raise MechanismError(f"{where}: expected {article} {expected}, got {found} '{value}'")
+        maker = _MAKERS.get(kind.__name__, kind.__name__)
+        raise MechanismError(f"{where}: expected {article} {expected}, got {found} '{value}'; {maker}(...) makes one")

@@ -10,6 +10,7 @@ import numpy as np
 from lag2fmu.description import names
 from lag2fmu.dynamics.parts import Entries, Solution
 from lag2fmu.dynamics.starts import State, start_values
+from lag2fmu.dynamics.variables import declare, translator
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, evaluate, matrix
 from lag2fmu.graph.graph import Graph, Node
@@ -108,10 +109,23 @@ def check_start(
                 f"{where}.between: both ends are at the same place at the start ({starts}), at a distance of 0 m, so "
                 "that the force has no direction; start with the ends apart"
             )
+        verb, place = "has" if what == "mass matrix" else "have", _undefined(mechanism, values)
         raise DerivationError(
-            f"mechanism '{mechanism.name}': the {what} have no finite value at the start ({starts}); "
+            f"mechanism '{mechanism.name}': the {what} {verb} no finite value at the start ({starts}){place}; "
             "choose start values and parameters without a division by zero or a root of a negative number"
         )
+
+
+def _undefined(mechanism: Mechanism, values: State) -> str:
+    """A phrase with the first expression that is not finite at ``values`` (SI); '' if only derivatives are not."""
+    graph = Graph()
+    translate = translator(graph, mechanism, declare(graph, mechanism))
+    known = dict.fromkeys(map(str, graph.leaf.values()), 0.0) | values
+    for where, expression in mechanism.expressions():
+        (value,) = graph.evaluate([translate(expression)], known)
+        if not np.isfinite(value):
+            return f": {mechanism.origins.get(where, where)}, '{expression}', is {value:g} there"
+    return ""
 
 
 def check_positive(mechanism: Mechanism, mass: Floats) -> None:

@@ -192,8 +192,9 @@ def _check_words(solver: str, backend: str, fmi: str, start: str, *, arrays: boo
     """Raise ExportError for words that are unknown, and for arrays in a version that has none."""
     known = {"solver": METHODS, "backend": BACKENDS, "version of FMI": VERSIONS, "start": STARTS}
     for (what, words), word in zip(known.items(), (solver, backend, fmi, start), strict=True):
-        if word not in words:
-            raise ExportError(f"unknown {what} '{word}'; known are {', '.join(words)}")
+        if not isinstance(word, str) or word not in words:
+            known_are = f"give it as a text, '{word}'" if str(word) in words else f"known are {', '.join(words)}"
+            raise ExportError(f"unknown {what} {word!r}; {known_are}")
     if arrays and not VERSIONS[fmi].has_ports:
         raise ExportError(f"--arrays: FMI {fmi} has no arrays; add --fmi 3.0, or leave --arrays out")
 

@@ -19,6 +19,7 @@ MAX_KEY_PARTS = 32
 
 _DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)")
 _NO_QUOTES = re.compile(r"(?!(?:true|false|inf|nan)\b)-?[^\W\d][^\s,\]}]*")
+_KEY = re.compile(r"\s*([\w.-]+)\s*=")
 _COLON = re.compile(r"\s*([\w-]+)\s*:")
 _OTHER_LETTERS = re.compile(r"[\w.-]*[^\x00-\x7f][\w.-]*(?=\s*[=\]])")
 _PLACE = re.compile(r"at line (\d+), column (\d+)")
@@ -51,6 +52,10 @@ def _remedy(text: str, error: str) -> str:
     bare = _NO_QUOTES.match(line[column:].lstrip("[ "))
     if "Invalid value" in error:
         return f'; texts have quotes: "{bare[0]}" instead of {bare[0]}' if bare else ""
+    if line.lstrip().startswith(("//", "/*", "%", ";", "--")):
+        return "; a comment begins with '#'"
+    if "overwrite a value" in error and (key := _KEY.match(line)):
+        return f"; '{key[1]}' has a value already: leave one of them out"
     if other := _OTHER_LETTERS.match(line.lstrip("[ ")):
         return f"; names have letters from a to z, digits and underscores: '{other[0]}' has another one"
     return f"; a key is followed by '=': {colon[1]} = ..." if (colon := _COLON.match(line)) else ""

@@ -48,6 +48,7 @@ class TomlTable:
         """``keys`` are the ones that may stand here (None: any)."""
         if not isinstance(content, dict):
             listed = "" if keys is None else f"; its keys are {', '.join(keys)}"
+            listed = f"; write [{where}.NAME] for each" if isinstance(content, list) and keys is None else listed
             raise TextError(f"{where}: expected a table {{ ... }}, got {describe(content)}{listed}")
         self.where, self.content, self.around = where, content, around
         known = content if keys is None else tuple(keys)

@@ -207,14 +207,14 @@ class _Parser:
             value = CONSTANTS.get(token) or (None if is_function else self.resolve(token))
             if value is None:
                 self.column = column
-                raise self.fail(*remedies.of_name(token, self.tables, is_function))
+                raise self.fail(*remedies.of_name(token, self.tables, is_function, self.token))
             return value
         if token == "(":
             self.advance()
             inner = self.expression()
             self.expect(")")
             return inner
-        raise self.fail(f"unexpected '{token}'" if token else "the expression ends too early")
+        raise self.fail(*remedies.of_operator(token, self.text[: self.column]))
 
     def number(self, token: str) -> sp.Expr:
         if len(token) > MAX_DIGITS or ("e" in token.lower() and abs(int(token.lower().split("e")[1])) > MAX_DIGITS):

@@ -16,6 +16,7 @@ from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.parts_of import free_names
+from lag2fmu.language.remedies import of_symbol
 from lag2fmu.language.vocabulary import TableCall
 from lag2fmu.mechanism.order import in_order
 
@@ -45,9 +46,9 @@ class Scope:
         for name in sorted(free_names([expression])):
             if name not in self.meaning:
                 fits = [x for x, what in self.meaning.items() if allowed is None or what in {*allowed, "definition"}]
-                remedy = suggestion(name, fits)
-                declare = "" if remedy.startswith("did you mean") else f", or declare '{name}' among the parameters"
-                raise MechanismError(f"{where}: undefined symbol '{name}'; {remedy}{declare}")
+                given = f"each FMU has it as a variable, and --output {name} makes it an output"
+                remedy = given if name in names.ENERGIES else of_symbol(name, fits)
+                raise MechanismError(f"{where}: undefined symbol '{name}'; {remedy}")
             found |= self.uses.get(name, {name})
         return found
 

@@ -34,7 +34,7 @@ from lag2fmu.procedure.length import (
 )
 from lag2fmu.procedure.notation import LATEX, TEXT, Notation
 from lag2fmu.procedure.words import axes, coordinate_words, freedom, port_sentences, pose, vector
-from lag2fmu.reference.composition import Composition
+from lag2fmu.reference.composition import Composition, between_kinks
 
 MOST_WRITTEN = 50_000
 """Equations with more operations than this are not written at all."""
@@ -255,7 +255,7 @@ class _Steps:
             momentum = L.diff(qd)
             yield write.partial("L", write.name(qd.name)), tidy(momentum)
             yield write.total(write.partial("L", write.name(qd.name))), tidy(self.composition.rate(momentum))
-            yield write.partial("L", write.name(q.name)), tidy(L.diff(q))
+            yield write.partial("L", write.name(q.name)), tidy(between_kinks(L.diff(q)))
 
     def _formulas(self, formulas: Iterator[Formula] | Sequence[Formula]) -> list[str]:
         lines = []

@@ -101,7 +101,7 @@ class Composition:
         rates = (*s.qd, *qdd, *s.motion_dot, *s.motion_ddot, *self.further)
         pairs = ((TIME, sp.S.One), *zip(moving, rates, strict=False))  # the rates of filters stand behind
         used = expression.free_symbols
-        return sp.Add(*(expression.diff(x) * x_dot for x, x_dot in pairs if x in used))
+        return between_kinks(sp.Add(*(expression.diff(x) * x_dot for x, x_dot in pairs if x in used)))
 
     def velocity_part(self) -> tuple[sp.Expr, sp.Expr]:
         """(K, U) in J with L = K - U; all terms with velocities are in K, all others in U.
@@ -245,6 +245,11 @@ class Composition:
         if load.torque is not None:
             return (self.written(_angle(self.mechanism, str(load.body))),), (self.written(load.torque),)
         return self.place(place), tuple(self.written(x) for x in load.force or ())
+
+
+def between_kinks(derivative: sp.Expr) -> sp.Expr:
+    """``derivative`` where nothing jumps: there the derivative of what jumps is 0."""
+    return derivative.replace(sp.DiracDelta, lambda *_: sp.S.Zero) if derivative.has(sp.DiracDelta) else derivative
 
 
 def _meaning(mechanism: Mechanism) -> dict[sp.Symbol, sp.Expr]:

@@ -234,6 +234,13 @@ def test_a_start_without_a_finite_value_is_refused() -> None:
         derive(mechanism)
 
 
+def test_the_expression_without_a_finite_value_is_named() -> None:
+    theta, a = coordinate("theta", start=1.0), parameter("a", -1.0)
+    bob = Body("bob", 1, (sp.sqrt(a) * sp.sin(theta), sp.cos(theta)))
+    with pytest.raises(DerivationError, match=r"mass matrix has no .* bodies.bob.position\[0\], 'sqrt\(a\)\*sin"):
+        derive(Mechanism("rooted", coordinates=[theta], parameters=[a], bodies=[bob]))
+
+
 def test_external_power_is_that_of_the_inputs_alone() -> None:
     x = coordinate("x")
     m, c, F = parameter("m", 1.0), parameter("c", 0.7), signal("F")

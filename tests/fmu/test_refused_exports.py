@@ -6,9 +6,11 @@ import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from unittest import mock
 
 import pytest
 
+import lag2fmu
 from lag2fmu.errors import BuildError, ExportError
 from lag2fmu.fmu import export
 from lag2fmu.formats.loading import load
@@ -111,6 +113,19 @@ def test_paths_that_cannot_be_written(path: str, sentence: str, pendulum, tmp_pa
         export(pendulum, tmp_path / path)
     assert str(tmp_path) in str(caught.value)
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["file", "folder.fmu"]
+
+
+def test_a_version_of_fmi_is_a_text(pendulum, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match=r"unknown version of FMI 3\.0; give it as a text, '3\.0'"):
+        export(pendulum, tmp_path / "x.fmu", fmi=3.0)  # type: ignore[arg-type]
+
+
+def test_a_page_in_no_folder_is_refused_before_the_work(pendulum, tmp_path: Path) -> None:
+    with (
+        pytest.raises(ExportError, match=r"x\.html': its folder does not exist; create it"),
+        mock.patch("lag2fmu.fmu.live.paging.derived", side_effect=AssertionError),
+    ):
+        lag2fmu.page(pendulum, tmp_path / "none" / "x.html")
 
 
 @on_linux

@@ -15,7 +15,7 @@ from lag2fmu.mechanism import Body, Contact, Energy, Mechanism, coordinate
 pytestmark = pytest.mark.fmu
 
 G, MODEL_EXCHANGE = 9.81, {"kind": "model-exchange"}
-STICKS = 2
+OPEN, STICKS = 1, 2
 
 
 def _yoke_speed(angle: float, start: float, energy: float, torque: float, force: float, inertia: float) -> float:
@@ -78,6 +78,26 @@ def test_an_oscillator_rests_where_events_are_seen_late(exported) -> None:
     """At x = 0.2 after eight half swings, by RK4 at 0.01 s; it ended with a speed of 2.86 m/s."""
     rows, _ = fixed_steps(exported("coulomb_oscillator").path, {}, ["x", "x_dot"], 30.0, 0.01, RK4, 500)
     assert rows[-1] == pytest.approx([0.2, 0.0], abs=1e-3)
+
+
+@pytest.mark.parametrize(("restitution", "step"), [(0.8, 1e-3), (0.5, 1e-2), (0.95, 1e-2)])
+def test_a_ball_comes_to_rest_where_events_are_seen_late(restitution: float, step: float, exported) -> None:
+    """From 1 m, in time and with its energy, by RK4; each late impact lifted the ball, which bounced on for ever."""
+    names = ["floor_mode", "total_energy", "dissipated_energy"]
+    values, stop = {"e": restitution}, 5.0
+    rows, _ = fixed_steps(exported("bouncing_ball").path, values, names, stop, step, RK4)
+    modes, *energies = rows.T
+    rests = np.sqrt(2 / 9.81) * (1 + restitution) / (1 - restitution)
+    assert np.count_nonzero(modes == OPEN) * step == pytest.approx(min(rests, stop), abs=5 * step)
+    assert sum(energies) == pytest.approx(0.5 * 9.81, rel=1e-3)
+
+
+def test_a_sphere_rolls_where_events_are_seen_late(exported) -> None:
+    """From 0.728 s on at 5/7 of its first speed, by RK4 at 1 ms; its slip turned round in each step without an end."""
+    rows, _ = fixed_steps(exported("sliding_sphere").path, {}, ["table_mode", "x_dot"], 0.74, 1e-3, RK4)
+    modes, speeds = rows[730:].T
+    assert (modes == STICKS).all()
+    assert speeds == pytest.approx(25 / 7, rel=1e-4)
 
 
 def test_a_woodpecker_climbs_down_where_events_are_seen_late(exported) -> None:

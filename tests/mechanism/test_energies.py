@@ -141,7 +141,7 @@ def test_an_angle_that_stays_on_one_side_is_not_told() -> None:
 )
 def test_a_corner_of_a_place_is_told_where_the_speed_jumps(place: str, told: str) -> None:
     """A block that runs into a ramp gains energy there; on two ramps of one slope its speed is that on the first."""
-    warnings = read(text().replace('["x", "0"]', f'["x", {place}]'), "ramp.toml").warnings
+    warnings = read(text(mass="3").replace('["x", "0"]', f'["x", {place}]'), "ramp.toml").warnings
     assert len(warnings) == bool(told)
     assert all(w.startswith("bodies.block.position: the square of its rate jumps") and told in w for w in warnings)
 

@@ -126,7 +126,8 @@ a, b, x = symbol("a"), symbol("b"), symbol("x")
             {"coordinates": [theta, coordinate("q")], "contacts": [Contact("c", gap=2 - symbol("q"))]},
             "coordinates.q: appears in no energy.*; contacts.c.gap acts on it: give what moves there a mass or inertia",
         ),
-        ({"coordinates": [m]}, "coordinates: expected a coordinate, got Parameter"),
+        ({"coordinates": [m]}, r"coordinates: expected a coordinate, got Parameter .*; coordinate\(...\) makes one"),
+        ({"coordinates": theta}, "coordinates: expected a list, got Coordinate 'theta'; put square brackets around it"),
         (
             {"coordinates": [coordinate("theta", start=float("nan"))]},
             "coordinates.theta.start: nan is not a finite number",
@@ -300,6 +301,20 @@ def test_gravity_that_does_nothing_and_energies_that_count_twice_are_said() -> N
     (twice,) = warnings(x, z, parameters=[m], energy=Energy(lagrangian=m * x.dot**2))
     assert twice.startswith("energy.lagrangian: the energies of b count beside it; leave the bodies out")
     assert warnings(x, 0, parameters=[m], energy=Energy(lagrangian=m * z.dot**2)) == ()
+
+
+def test_a_kinetic_energy_that_is_that_of_the_bodies_is_said() -> None:
+    """It doubled their masses without a word."""
+    x, z, r = coordinate("x", "m"), coordinate("z", "m"), parameter("r", 2.0, "m")
+    bead = Body("bead", m, (r * sp.sin(x / r), z**2 / r))
+
+    def warnings(kinetic: sp.Expr) -> tuple[str, ...]:
+        given = {"coordinates": [x, z], "parameters": [r, m], "bodies": [bead], "energy": Energy(kinetic)}
+        return Mechanism("again", **given).warnings  # type: ignore[arg-type]
+
+    (again,) = warnings(m * ((sp.cos(x / r) * x.dot) ** 2 / 2 + 2 * (z * z.dot / r) ** 2))
+    assert again.startswith("energy.kinetic: the kinetic energy of bead counts by itself, and so twice; leave one")
+    assert warnings(m * x.dot**2 / 2) == ()
 
 
 def test_masses_are_positive_and_what_drives_is_said() -> None:

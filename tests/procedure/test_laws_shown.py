@@ -98,3 +98,12 @@ def test_a_table_is_told_by_its_size_and_a_state_by_its_equation() -> None:
     for line in ("Q^np_phi = Q_phi + if(i > 0, i, 0) + f(x)", "i_dot = -i + f(x)"):
         assert line in text
     assert r"f\left(x\right)" in procedure(mechanism, "latex")
+
+
+@pytest.mark.parametrize("height", ["abs(x)", "smooth(max(x, 0))", "x*heaviside(x)"])
+def test_what_jumps_in_a_derivative_has_the_derivative_0(height: str) -> None:
+    """It ended with KeyError: DiracDelta."""
+    bend = f'[coordinates]\nx = {{}}\n[bodies.bead]\nmass = 2\nposition = ["x", "{height}"]\n'
+    text = procedure(read(f'[mechanism]\nname = "bend"\n{bend}', "bend"))
+    assert "d/dt dL/d(x_dot) = " in text
+    assert "dL/d(x) = 0" in text

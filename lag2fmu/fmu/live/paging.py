@@ -35,6 +35,8 @@ def page(
     compares its trajectory with ``samples`` of a direct integration, and is written to ``path`` if one is given. Raises
     LoadError, ExportError, DerivationError or BuildError.
     """
+    if path is not None and not Path(path).parent.is_dir():
+        raise ExportError(f"cannot write '{path}': its folder does not exist; create it, or choose another with -o")
     mechanism = as_mechanism(model, values)
     if solver is not None and solver not in METHODS:
         raise ExportError(f"unknown solver '{solver}'; known are {', '.join(METHODS)}")

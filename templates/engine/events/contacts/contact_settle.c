@@ -193,6 +193,7 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
     }
     rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
+        settling->overlap[i] = open[i] && settling->due[2 * i] ? impact_overlap(settling, i) : 0.0;
         row_activate(state, i, !open[i] || meets(settling, i));
     }
     memcpy(states, state->states, N_STATES * sizeof(double));

@@ -7,23 +7,25 @@
 #include "inputs.h"
 #include "scale.h"
 
-/* In units of the hysteresis: importers find gaps that deep that locate events; those that do not are a step inside. */
+/* In units of the hysteresis: importers that locate events find gaps that deep, and no step of theirs leads there. */
 static const double FOUND = 2.0;
 
 /* The part of the square of its velocity that a gap has to have had where it was 0. Where it had less, as in rebounds
    that are much lower than the hysteresis, the square is a difference of errors. */
 static const double ENTERED = 0.1;
 
-/* Are gaps due, and nothing else? */
-static bool gaps_alone(const Settling *settling) {
+/* How many gaps are due; 0 if anything else is. */
+static int gaps_alone(const Settling *settling) {
     const State *state = &settling->instance->state;
-    bool found = false, alone = true;
+    int count = 0;
     for (int k = 0; k < 2 * N_UNILATERALS + N_FRICTIONS; k++) {
         const bool gap = k < 2 * N_UNILATERALS && k % 2 == 0 && !contact_closed(state, k / 2);
-        found = found || (settling->due[k] && gap);
-        alone = alone && (gap || !settling->due[k]);
+        if (settling->due[k] && !gap) {
+            return 0;
+        }
+        count += settling->due[k];
     }
-    return found && alone;
+    return count;
 }
 
 /* Moves the states by the time h, s, at these accelerations. */
@@ -43,12 +45,21 @@ static double gap_acceleration(const Settling *settling, int contact, const doub
     return change;
 }
 
-/* How long ago, s, the gap that is due was 0, on a parabola; HUGE_VAL where that is not told. */
-static double time_of(const Settling *settling, int contact, const double qdd[]) {
+double impact_overlap(const Settling *settling, int contact) {
+    const double depth = -settling->rows.positions[contact];
+    return depth > FOUND * HYSTERESIS * row_size(&settling->rows, contact) ? depth : 0.0;
+}
+
+/* How long ago, s, the gap that is due was 0, on a parabola; HUGE_VAL where that is more than longest, s, and the gap
+   deeper than where it is located, or where it is not told. */
+static double time_of(const Settling *settling, int contact, const double qdd[], double longest) {
     const double gap = settling->rows.positions[contact], v = settling->rows.velocities[contact];
     const double square = v * v - 2.0 * gap * gap_acceleration(settling, contact, qdd); /* of v where the gap was 0 */
-    const bool near = gap < 0.0 && -gap <= FOUND * HYSTERESIS * row_size(&settling->rows, contact);
-    return near && v < 0.0 && square >= ENTERED * v * v ? 2.0 * gap / (v - sqrt(square)) : HUGE_VAL;
+    if (!(gap < 0.0 && v < 0.0 && square >= ENTERED * v * v)) {
+        return HUGE_VAL;
+    }
+    const double ago = 2.0 * gap / (v - sqrt(square));
+    return impact_overlap(settling, contact) == 0.0 || ago <= longest ? ago : HUGE_VAL;
 }
 
 bool impacts_go_back(Settling *settling, double *late) {
@@ -57,16 +68,19 @@ bool impacts_go_back(Settling *settling, double *late) {
     Instance *instance = settling->instance;
     State *state = &instance->state;
     *late = 0.0;
-    if (instance->policy->integrate || !gaps_alone(settling)) {
+    const int gaps = gaps_alone(settling);
+    if (instance->policy->integrate || gaps == 0) {
         return arena_leave(mark, true);
     }
+    /* A gap that is 0 since before the last step was set so. Several gaps were 0 at times of their own. */
+    const double longest = gaps == 1 ? settling_last_step(instance) : 0.0;
     const double *inputs = inputs_at(instance, state->time);
     if (!accelerations_at(instance, state->time, state->states, inputs, unknowns)) {
         return arena_leave(mark, false);
     }
     rows_evaluate(instance, state->time, state->states, inputs, &settling->rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        *late = settling->due[2 * i] ? fmax(*late, time_of(settling, i, unknowns)) : *late;
+        *late = settling->due[2 * i] ? fmax(*late, time_of(settling, i, unknowns, longest)) : *late;
     }
     *late = *late < HUGE_VAL ? *late : 0.0;
     move_by(state, -*late, unknowns);

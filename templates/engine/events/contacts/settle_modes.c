@@ -15,6 +15,17 @@ static bool stays_near(const Settling *settling, int contact) {
     return settling->due[2 * contact] && !contact_closed(&settling->instance->state, contact);
 }
 
+/* The most that the height of a rebound may be in units of the overlap that is undone, so that a contact closes
+   instead: up to a restitution of 0.89. With more, a ball would stop in sight. */
+static const double MOST_OVERLAPS = 4.0;
+
+/* The height of a rebound, in units of its gap, up to which undoing the overlap brings the energy that an impact takes.
+   An importer that locates no events would see lower ones go on without end. */
+static double kept_up_rebound(const Settling *settling, int contact) {
+    const double e = settling->restitution[contact], taken = 1.0 - e * e;
+    return settling->overlap[contact] * (e * e < MOST_OVERLAPS * taken ? e * e / taken : MOST_OVERLAPS);
+}
+
 /* Begins the cascade of each contact that has rebounded, or stays near, and will rise less than the tolerance: its
    impacts accumulate. With the velocity v up and the acceleration -a the top is at v/a and the last of the impacts at
    2v/(a(1 - e)). The contact closes at the top, where it is at rest, and is held closed until the last impact: from
@@ -36,9 +47,12 @@ static void begin_cascades(Settling *settling) {
         const double v = settling->velocity[k], a = settling->w[k], e = settling->restitution[i];
         const bool bounces = settling->rebounds[i] || stays_near(settling, i);
         const double seen = bounces ? settling_least_rebound(settling, i) : unseen * row_size(&settling->rows, i);
-        const double lowest = bounces ? fmax(seen, -settling->rows.positions[i]) : seen;
+        const double kept_up = settling->rebounds[i] ? kept_up_rebound(settling, i) : 0.0;
+        const double lowest = bounces ? fmax(fmax(seen, kept_up), -settling->rows.positions[i]) : seen;
         const bool lifted = struck && settling->touching[i];
-        const bool rises = bounces || v * v > -2.0 * a * DBL_EPSILON * row_size(&settling->rows, i);
+        const bool closes = kept_up > 0.0 && v * v <= -2.0 * a * kept_up;
+        const bool seen_rising = bounces || v * v > -2.0 * a * DBL_EPSILON * row_size(&settling->rows, i);
+        const bool rises = !closes && seen_rising;
         if ((bounces || lifted) && settling->row[k].law == ROW_FREE && a < 0.0 && e < 1.0 &&
             v * v <= -2.0 * a * lowest) {
             state->cascading[i] = rises ? CASCADE_RISES : CASCADE_RESTS;

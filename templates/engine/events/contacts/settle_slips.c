@@ -21,12 +21,35 @@ static bool is_slow(const Settling *settling, int contact) {
            settling_slip_speed(settling, contact) <= loose_speed(settling, contact);
 }
 
+/* The slip's part along the direction of its mode, m/s; below 0 where it has turned back. */
+static double along_direction(const Settling *settling, int contact) {
+    double along = 0.0, length = 0.0;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        const double direction = row_direction(&settling->instance->state, row);
+        along += direction * settling->velocity[ROW_PLACES[row]];
+        length = hypot(length, direction);
+    }
+    return along / length;
+}
+
+/* Has an importer's solver that locates no events stepped over the stop of a slip in space? The slip has then turned
+   back by more than errors of location, and is no faster than friction could have made it in that step, from one limit
+   to the other. A slip that turns round without a stop is found at a right angle to its direction. */
+static bool is_overstepped(const Settling *settling, int contact) {
+    const State *state = &settling->instance->state;
+    const double gained = 2.0 * state->slip_decelerations[contact] * settling_last_step(settling->instance);
+    return settling->due[2 * contact + 1] && contact_slides_in_space(state, contact) &&
+           settling_slip_speed(settling, contact) <= gained &&
+           along_direction(settling, contact) < -loose_speed(settling, contact);
+}
+
 /* Does a slip in space come to rest here? It does if it is slow and due: it has then turned away from the direction of
    its mode. One that is slow at the event of another contact comes to rest, too, unless it is steadied: its direction
    would turn within errors of the states. */
 static bool comes_to_rest(const Settling *settling, int contact) {
     const bool steadied = contact_steady(&settling->instance->state, contact) > 0.0;
-    return (settling->due[2 * contact + 1] || !steadied) && is_slow(settling, contact);
+    return ((settling->due[2 * contact + 1] || !steadied) && is_slow(settling, contact)) ||
+           is_overstepped(settling, contact);
 }
 
 /* Brings velocity[] up to date for contacts in space, if one of them slides. */
@@ -52,7 +75,7 @@ bool settling_stop_in_space(Settling *settling, bool *jumped) {
         return true;
     }
     for (int i = 0; i < N_UNILATERALS; i++) { /* all that are slow: none is located more sharply than the due one */
-        if (is_slow(settling, i)) {
+        if (is_slow(settling, i) || is_overstepped(settling, i)) {
             contact_stick(&settling->instance->state, i);
             settling->due[2 * i + 1] = false;
         }

@@ -170,6 +170,12 @@ double settling_slip_located(const Settling *settling, int row, int function) {
                : velocity;
 }
 
+double settling_last_step(const Instance *instance) {
+    const State *state = &instance->state;
+    const double *ends = state->step_ends;
+    return instance->policy->integrate ? 0.0 : state->time > ends[0] ? state->time - ends[0] : ends[0] - ends[1];
+}
+
 double settling_slip_speed(const Settling *settling, int contact) {
     double speed = 0.0;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {

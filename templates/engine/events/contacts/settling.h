@@ -24,6 +24,7 @@ typedef struct {
     bool permanent[N_CONSTRAINTS];
     bool touching[SIZE_UNILATERALS];
     bool rebounds[SIZE_UNILATERALS];                  /* an impact has just taken place there */
+    double overlap[SIZE_UNILATERALS];                 /* of a gap that was due, which has been undone */
     Row row[N_CONSTRAINTS];
     double lambda[N_CONSTRAINTS], w[N_CONSTRAINTS];
     bool determined[N_CONSTRAINTS];                   /* no friction along the row has a lever */
@@ -70,6 +71,9 @@ double settling_slip_located(const Settling *settling, int row, int function);
 
 /* The slip velocity along a row of a contact, in m/s. */
 double settling_slip_velocity(const Settling *settling, int contact, int row);
+
+/* The length of the last step of an importer's solver, s; 0 where the instance integrates. */
+double settling_last_step(const Instance *instance);
 
 /* The speed of the slip of a contact, in m/s. */
 double settling_slip_speed(const Settling *settling, int contact);

@@ -69,19 +69,13 @@ static void turn_slip(Settling *settling, int function, double direction) {
     *rest = fmax(*rest, 2.0 * wrong);
 }
 
-/* The length of the last step of an importer's solver, s; 0 where the instance integrates. */
-static double last_step(const Instance *instance) {
-    const State *state = &instance->state;
-    const double *ends = state->step_ends;
-    return instance->policy->integrate ? 0.0 : state->time > ends[0] ? state->time - ends[0] : ends[0] - ends[1];
-}
-
 /* Could friction have made the speed of this row in the last step, when it turned from one of its limits to the
    other? */
 static bool within_step(const Settling *settling, int k) {
     const Row *row = &settling->row[k];
     const double limit = row->law == ROW_TANGENTIAL ? row->holding * settling->lambda[row->normal] : row->holding;
-    return fabs(settling->velocity[k]) <= 2.0 * limit * settling->delassus[k * K + k] * last_step(settling->instance);
+    const double change = 2.0 * limit * settling->delassus[k * K + k];
+    return fabs(settling->velocity[k]) <= change * settling_last_step(settling->instance);
 }
 
 /* Does friction hold the row of a slip that stops? */
