@@ -132,12 +132,12 @@ static void carry_out_contact(Settling *settling, int contact, bool leaves) {
     }
 }
 
-/* Does a contact slide by friction? How rows that rest share a load then decides on the motion. */
-static bool something_rubs(const Settling *settling) {
+/* Does this row bear the normal force of a contact that slides by friction? */
+static bool presses_what_slides(const Settling *settling, int normal) {
     bool found = false;
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        const Row *slip = &settling->row[ROW_PLACES[SLIP_ROWS[i]]];
-        found = found || (contact_slips(i) > 0 && slip->law == ROW_SLIDING && slip->friction > 0.0);
+    for (int k = 0; k < K; k++) {
+        const Row *row = &settling->row[k];
+        found = found || (row->law == ROW_SLIDING && row->friction > 0.0 && row->normal == normal);
     }
     return found;
 }
@@ -154,30 +154,47 @@ static int find_unlimited(const Settling *settling, int rows[]) {
     return count;
 }
 
-/* Do rows without a limit hold what would move along this friction, while a contact rubs? Then they bear the load
-   alone: the friction's share of it would change what rubs, and soon be beyond its own limit. */
-static bool spared(const Settling *settling, int friction) {
+/* part[n] of the force of row k that does the same along these rows, as accelerations see it. Returns whether that is
+   all that the force does. */
+static bool find_parts(const Settling *settling, int k, int n, const int rows[], double part[]) {
+    const double *delassus = settling->delassus;
     const ArenaMark mark = arena_mark(settling->instance->arena);
-    WORK(mark, int, rows, K);
-    const int k = ROW_PLACES[FIRST_FRICTION + friction];
-    const int n = something_rubs(settling) ? find_unlimited(settling, rows) : 0;
     const size_t bytes = (size_t)n * sizeof(double);
+    double rest = delassus[k * K + k];
     if (n == 0 || !arena_reserve(mark.arena, ((size_t)n + 10) * arena_bytes(bytes, 2))) {
         return arena_leave(mark, false);
     }
-    double *own = (double *)arena_take(mark.arena, (size_t)n * bytes), rest = settling->delassus[k * K + k];
-    double *across = (double *)arena_take(mark.arena, bytes), *loads = (double *)arena_take(mark.arena, bytes);
+    double *own = (double *)arena_take(mark.arena, (size_t)n * bytes);
+    double *across = (double *)arena_take(mark.arena, bytes);
     for (int i = 0; i < n; i++) {
-        across[i] = settling->delassus[rows[i] * K + k];
+        across[i] = delassus[rows[i] * K + k];
         for (int j = 0; j < n; j++) {
-            own[i * n + j] = settling->delassus[rows[i] * K + rows[j]];
+            own[i * n + j] = delassus[rows[i] * K + rows[j]];
         }
     }
-    least_norm_solve(mark.arena, n, own, across, loads);
+    least_norm_solve(mark.arena, n, own, across, part);
     for (int i = 0; i < n; i++) {
-        rest -= loads[i] * across[i];
+        rest -= part[i] * across[i];
     }
-    return arena_leave(mark, rest <= REDUNDANT * settling->delassus[k * K + k]);
+    return arena_leave(mark, rest <= REDUNDANT * delassus[k * K + k]);
+}
+
+/* Can rows without a limit bear alone what this friction shares with them, and does the share change what rubs? Then
+   they do: the share is arbitrary, would decide on the motion, and would soon be beyond the friction's own limit. */
+static bool spared(const Settling *settling, int friction) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, int, rows, K);
+    WORK(mark, double, part, K);
+    const int k = ROW_PLACES[FIRST_FRICTION + friction], n = find_unlimited(settling, rows);
+    bool matters = false, bear = find_parts(settling, k, n, rows, part);
+    for (int i = 0; i < n && bear; i++) {
+        const double own = settling->delassus[rows[i] * K + rows[i]];
+        const bool acts = part[i] * part[i] * own > REDUNDANT * settling->delassus[k * K + k];
+        matters = matters || (acts && presses_what_slides(settling, rows[i]));
+        bear = settling->row[rows[i]].law == ROW_BILATERAL || !acts ||
+               settling->lambda[rows[i]] + part[i] * settling->lambda[k] > 0.0;
+    }
+    return arena_leave(mark, bear && matters);
 }
 
 /* A dry friction that cannot hold anything slides, also where something else holds the same motion: a row that sticks
