@@ -162,6 +162,47 @@ step = 0.01
 """
 """A motor drives shafts that frictions hold at first; the clutch c1 holds nothing until it is pressed."""
 
+BILLIARD = """
+[mechanism]
+name = "billiard"
+[definitions]
+wy = "2*(e0*e2_dot - e2*e0_dot + e3*e1_dot - e1*e3_dot)"
+wz = "2*(e0*e3_dot - e3*e0_dot + e1*e2_dot - e2*e1_dot)"
+[coordinates]
+x = { velocity = 3 }
+y = { velocity = 1 }
+z = { start = 0.028575 }
+e0 = { start = 1 }
+e1 = { start = 0, velocity = -10 }
+e2 = { start = 0, velocity = -30 }
+e3 = { start = 0, velocity = -25 }
+[gravity]
+acceleration = 9.81
+direction = [0, 0, -1]
+[frames.ball]
+origin = ["x", "y", "z"]
+quaternion = ["e0", "e1", "e2", "e3"]
+[bodies.sphere]
+frame = "ball"
+mass = 0.17
+inertia = [5.55e-5, 5.55e-5, 5.55e-5, 0, 0, 0]
+[contacts.cloth]
+kind = "sphere_plane"
+between = ["sphere", "world"]
+normal = "z"
+radius = 0.028575
+friction = 0.2
+[contacts.cushion]
+gap = "0.6 - x"
+slip = ["y_dot + 0.028575*wz", "z_dot - 0.028575*wy"]
+friction = 0.14
+restitution = 0.9
+[experiment]
+stop_time = 0.6
+step = 0.01
+"""
+"""A ball with english meets the cushion, and rolls at .558 s: what is left of its slip turns a small ball fast."""
+
 LOW = """
 [mechanism]
 name = "low"
@@ -195,7 +236,9 @@ step = 0.01
 
 
 @pytest.mark.parametrize(
-    "text", [CAUGHT, HELD, TURNED, DRAINED, UNPRESSED], ids=["caught", "held", "turned", "drained", "unpressed"]
+    "text",
+    [CAUGHT, HELD, TURNED, DRAINED, UNPRESSED, BILLIARD],
+    ids=["caught", "held", "turned", "drained", "unpressed", "billiard"],
 )
 def test_right_fmus_pass(text: str, exported) -> None:
     report = validate(exported(read(text, "by_chance")))

@@ -206,16 +206,16 @@ class Along:
         """The mode that the run shows, (m,)."""
         return self.run[names.mode(element)]
 
-    def mobility(self, rows: Sequence[int] | NDArray[np.intp], at: int) -> Floats:
-        """The accelerations along ``rows`` (k,) that unit forces along them make at the time ``at``: (k, k).
-
-        It is 0 at a dead centre, where no force along the slip moves anything.
-        """
-        held, jacobian = self.G[:, :, at], self.slopes[rows, :, at]
-        c, n = held.shape
+    def answers(self, rows: Sequence[int] | NDArray[np.intp], at: int) -> Floats:
+        """The accelerations (n, k) that unit forces along ``rows`` (k,) make at the time ``at``."""
+        c, n = (held := self.G[:, :, at]).shape
         system = np.block([[self.mass[:, :, at], held.T], [held, np.zeros((c, c))]])
-        loads = np.concatenate([jacobian.T, np.zeros((c, len(jacobian)))])
-        return np.asarray(jacobian @ np.linalg.lstsq(system, loads, rcond=None)[0][:n])
+        loads = np.concatenate([self.slopes[rows, :, at].T, np.zeros((c, len(rows)))])
+        return np.asarray(np.linalg.lstsq(system, loads, rcond=None)[0][:n])
+
+    def mobility(self, rows: Sequence[int] | NDArray[np.intp], at: int) -> Floats:
+        """The accelerations along ``rows`` (k,) that unit forces there make at ``at``, (k, k); 0 at a dead centre."""
+        return np.asarray(self.slopes[rows, :, at] @ self.answers(rows, at))
 
     # --------------------------------------------------------------------------------------------------------- sizes
 

@@ -1,14 +1,8 @@
-"""Laws at events, which a run shows from both sides: impacts, and what begins to slip.
-
-An impact changes velocities by impulses P along the rows that touch: M (qd+ - qd-) = J^T P + G^T L. P is found from the
-change of velocities alone, and then is what Newton's and Coulomb's laws speak of.
-"""
+"""Laws at events, which a run shows from both sides: impacts, and what begins to slip."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property
 from operator import attrgetter
 
 import numpy as np
@@ -16,103 +10,21 @@ from numpy.typing import NDArray
 
 from lag2fmu.description import names
 from lag2fmu.verify.laws.along import Along
+from lag2fmu.verify.laws.event_sides import EventSides
 from lag2fmu.verify.laws.points import STICKS, Rubbing, rubbing
 from lag2fmu.verify.laws.residual import Accuracy, Floats, Residual, worst
 
-RANK = 1e-9
-"""Relative: rows whose answers to impulses differ by less have impulses that nothing tells apart."""
 SHORT = 2.0
 """In steps of a run that steps over impacts: it may end rebounds that are slower than what gravity makes in them."""
+SLIP_LEFT = 20.0
+"""In tolerances of the fastest motion: what may be left of a slip in space where it ends, and its direction is lost."""
 LOW = 10.0
 """In tolerances of the size of a gap: the height of rebounds up to which a run may end them."""
 
 
-@dataclass(frozen=True)
-class _Event:
-    """What happened in ``a`` between the times ``left`` and left + 1."""
-
-    a: Along
-    left: int
-    accuracy: Accuracy
-
-    @cached_property
-    def hits(self) -> Floats:
-        """How many impacts each contact had, (u,)."""
-        counts = self.a.run.columns([names.impacts(c.name) for c in self.a.mechanism.unilaterals])
-        return np.asarray(counts[self.left + 1] - counts[self.left])
-
-    @cached_property
-    def change(self) -> Floats:
-        """The change of velocities, (n,), without that of the time between the two sides."""
-        a, i = self.a, self.left
-        return np.asarray(a.qd[:, i + 1] - a.qd[:, i] - a.qdd[:, i] * (a.time[i + 1] - a.time[i]))
-
-    @property
-    def moved(self) -> float:
-        """By how much positions may jump, in nominal values, where gaps that close up to a step late are opened."""
-        return float(self.accuracy.step * (np.abs(self.change) / self.a.system.nominal).max())
-
-    @cached_property
-    def touching(self) -> NDArray[np.intp]:
-        """The contacts whose gaps are closed before it."""
-        a = self.a
-        gaps = np.minimum(a.gaps[:, self.left], a.gaps[:, self.left + 1])
-        return np.flatnonzero(gaps <= self.accuracy.exact * a.gap_sizes[:, 0])
-
-    @cached_property
-    def rows(self) -> list[int]:
-        """The rows that may have impulses: of contacts that touch, and of latches that hold."""
-        a = self.a
-        found = [row for i in self.touching for row in (i, *a.e.slip_rows[i])]
-        held = a.conditions[:, self.left + 1] > 0
-        return [*map(int, found), *(row for row, holds in zip(a.e.latch_rows, held, strict=True) if holds)]
-
-    @cached_property
-    def impulses(self) -> tuple[Floats, bool, Floats]:
-        """Impulses along ``rows`` and constraints, whether they are unique, and what none explains of M (qd+ - qd-)."""
-        a, at = self.a, self.left + 1
-        mass = a.mass[:, :, at]
-        given = mass @ self.change
-        along = np.concatenate([a.slopes[self.rows, :, at], a.G[:, :, at]]).T
-        weight = 1 / np.sqrt(np.maximum(np.abs(np.diagonal(mass)), 1e-300))
-        scale = np.maximum(np.linalg.norm(along * weight[:, None], axis=0), 1e-300)
-        found, _, rank, _ = np.linalg.lstsq(along * weight[:, None] / scale, given * weight, rcond=RANK)
-        loads = found / scale
-        return loads, rank == along.shape[1], np.abs(given - along @ loads)
-
-    @cached_property
-    def unforced(self) -> Floats:
-        """The change of velocities, (n,), but for what steps over events take back of the turning of rows that bear.
-
-        The law that what is closed stays closed tells how fast these rows may be before.
-        """
-        if self.accuracy.step == 0.0:
-            return self.change
-        a, at = self.a, self.left + 1
-        along = np.concatenate([a.slopes[self.rows, :, at], a.G[:, :, at]]).T
-        taken = np.linalg.lstsq(a.mass[:, :, at], along @ self.impulses[0], rcond=None)[0]
-        return np.asarray(self.change - taken)
-
-    @cached_property
-    def work(self) -> float:
-        """The energy (J) that the impulses bring, without what moving walls do: -sum of P (v+ + v-)/2.
-
-        NaN where rows that share an impulse move differently: a stop that a body strikes, and a belt below the body.
-        """
-        a, i = self.a, self.left
-        moving = a.moving[[*self.rows, *range(a.e.k, len(a.moving))]]
-        driven = (moving[:, i] + moving[:, i + 1]) / 2
-        along = np.concatenate([a.slopes[self.rows, :, i + 1], a.G[:, :, i + 1]])
-        apart = driven - along @ np.linalg.lstsq(along, driven, rcond=RANK)[0]
-        if not self.impulses[1] and np.abs(apart).max(initial=0.0) > RANK * np.abs(driven).max(initial=0.0):
-            return np.nan
-        kinetic = float(self.change @ a.mass[:, :, i + 1] @ (a.qd[:, i] + a.qd[:, i + 1])) / 2
-        return kinetic + float(self.impulses[0] @ driven)
-
-
 def at_events(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
     """The worst residual of each law of events; ``a`` has them from both sides."""
-    events = [_Event(a, int(i), accuracy) for i in a.sided if a.told[i] and a.told[i + 1]]
+    events = [EventSides(a, int(i), accuracy) for i in a.sided if a.told[i] and a.told[i + 1]]
     if not events:
         return
     yield from _jumps(a, events, accuracy)
@@ -123,11 +35,11 @@ def at_events(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
     yield from _break_away(a, events, accuracy)
 
 
-def _times(a: Along, events: list[_Event]) -> Floats:
+def _times(a: Along, events: list[EventSides]) -> Floats:
     return a.time[[event.left for event in events]]
 
 
-def _jumps(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
+def _jumps(a: Along, events: list[EventSides], accuracy: Accuracy) -> Iterator[Residual]:
     """Positions do not jump, nor velocities without an impact or a latch that catches."""
     q = [c.name for c in a.mechanism.coordinates]
     units = ["rad" if a.units.get(c, "m") == "rad" else "m" for c in q]
@@ -147,6 +59,9 @@ def _jumps(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Resid
     loose = (bears[:, at + 1] & ~bears[:, at]).any(axis=0) | any(len(rows) > 1 for rows in a.e.slip_rows)
     bars = np.where(loose, fastest * accuracy.motion, size * accuracy.states)
     bars = bars + accuracy.step * np.abs(a.qdd[:, at + 1] - a.qdd[:, at]) + _ended(a, at, accuracy)
+    bars = bars + np.transpose(
+        [_left_of_slips(a, event, SLIP_LEFT * accuracy.states * fastest[:, 0]) for event in events]
+    )
     rates = [f"{unit}/s" for unit in units]
     yield from worst("velocities jump at impacts only", q, rates, a.time[at], off, bars)
 
@@ -160,7 +75,7 @@ def _ended(a: Along, at: NDArray[np.intp], accuracy: Accuracy) -> Floats:
     return np.asarray(nominal[:, None] * np.where(closes, speed / lever, 0.0).max(axis=0, initial=0.0))
 
 
-def _impacts(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
+def _impacts(a: Along, events: list[EventSides], accuracy: Accuracy) -> Iterator[Residual]:
     """Impacts happen where gaps close; nothing approaches behind them; impulses obey Newton's and Coulomb's laws."""
     u, elements = a.e.u, [c.name for c in a.mechanism.unilaterals]
     units, times = [a.unit(c) for c in elements], _times(a, events)
@@ -183,7 +98,7 @@ def _impacts(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Res
     yield from _coulomb(a, events, accuracy)
 
 
-def _newton(a: Along, event: _Event, i: int, accuracy: Accuracy) -> float:
+def _newton(a: Along, event: EventSides, i: int, accuracy: Accuracy) -> float:
     """How far the velocity (m/s) of gap ``i``, which alone closes, is from -e times the one before; NaN if not told.
 
     A contact may close for good where the rebound is low, and rebound less where Newton's law would bring energy.
@@ -199,7 +114,7 @@ def _newton(a: Along, event: _Event, i: int, accuracy: Accuracy) -> float:
     return np.nan if _brings_energy(a, event, i) else aimed - behind
 
 
-def _brings_energy(a: Along, event: _Event, i: int) -> bool:
+def _brings_energy(a: Along, event: EventSides, i: int) -> bool:
     """Whether Newton's law with friction may bring energy: where an impulse of friction moves the gap too."""
     at, slips = event.left, a.e.slip_rows[i]
     if not len(slips) or max(a.friction[i, at], a.static[i, at]) == 0:
@@ -208,7 +123,7 @@ def _brings_energy(a: Along, event: _Event, i: int) -> bool:
     return bool(np.abs(coupling[0, 1:]).max() > 1e-9 * coupling[0, 0])
 
 
-def _coulomb(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
+def _coulomb(a: Along, events: list[EventSides], accuracy: Accuracy) -> Iterator[Residual]:
     """Impulses push, stay in the cone, are those that the run shows, and stand at what touches."""
     u, elements, times = a.e.u, [c.name for c in a.mechanism.unilaterals], _times(a, events)
     off = np.full((3, u, len(events)), np.nan)
@@ -234,7 +149,7 @@ def _coulomb(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Res
     yield from worst("impulses where it touches", coordinates, momenta, times, rest, exact * sizes)
 
 
-def _energies(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
+def _energies(a: Along, events: list[EventSides], accuracy: Accuracy) -> Iterator[Residual]:
     """No impact brings energy, and what it takes is counted as dissipated."""
     at, times = np.array([event.left for event in events]), _times(a, events)
     work = np.array([event.work for event in events])
@@ -247,12 +162,25 @@ def _energies(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Re
     yield from worst("dissipated energy = loss of impacts", ["energy"], ["J"], times, off, bar)
 
 
+def _left_of_slips(a: Along, event: EventSides, speeds: Floats) -> Floats:
+    """By how much velocities change, (n,), if what is left of the slips in space that end there is put to rest.
+
+    ``speeds`` (n,) of the coordinates make what is left. A small ball turns fast for a slow slip.
+    """
+    i, change = event.left, np.zeros(a.system.n)
+    for contact, rows in zip(a.e.contacts, a.e.slip_rows, strict=True):
+        if len(rows) > 1 and a.mode(contact)[i] > STICKS == a.mode(contact)[i + 1]:
+            slip = np.abs(a.slopes[rows, :, i + 1]) @ speeds
+            change += np.abs(a.answers(rows, i + 1) @ np.linalg.pinv(a.mobility(rows, i + 1))) @ slip
+    return change
+
+
 def _turns(a: Along, item: Rubbing, left: int) -> bool:
     """Whether the mode of ``item`` changes behind the time ``left``."""
     return bool(a.mode(item.element)[left] != a.mode(item.element)[left + 1])
 
 
-def _loads_go_on(a: Along, event: _Event) -> bool:
+def _loads_go_on(a: Along, event: EventSides) -> bool:
     """Whether the ``event`` is no impact, no latch catches or lets go, and no force jumps."""
     i = event.left
     forcing = np.abs(a.forcing[:, i + 1] - a.forcing[:, i])
@@ -261,7 +189,7 @@ def _loads_go_on(a: Along, event: _Event) -> bool:
     return bool(smooth and held and not (a.e.u and event.hits.any()))
 
 
-def _break_away(a: Along, events: list[_Event], accuracy: Accuracy) -> Iterator[Residual]:
+def _break_away(a: Along, events: list[EventSides], accuracy: Accuracy) -> Iterator[Residual]:
     """What sticks slips once its friction has come to the greatest holding force, unless loads jump, as by a latch.
 
     What is missing to that force is told as the acceleration that it makes. It makes none at a dead centre, where no
