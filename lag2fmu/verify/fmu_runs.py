@@ -52,7 +52,7 @@ def by_sharper_cvode(task: Task, check: Check, step: float, reference: Reference
     found = compare(task, check.name, run.until(float(reference.trajectory.time[-1])), reference)
     falls = check.value / max(found.value, 1e-300)
     tolerances = task.tolerance * CVODE**2, task.tolerance * CVODE
-    detail = "{}, CVode at {:.0e}; at {:.0e} it errs {:.2g} times as much".format(found.detail, *tolerances, falls)
+    detail = "{}, CVode at {:.0e}; at {:.0e} it errs {:.0f} times as much".format(found.detail, *tolerances, falls)
     return replace(found, detail=detail) if found.passed and falls > CONVERGES else check
 
 

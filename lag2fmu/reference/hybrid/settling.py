@@ -35,9 +35,7 @@ class Settling:
     def __init__(self, system: HybridSystem, memory: Memory, low: float, resolved: Resolved, chosen: Chosen) -> None:
         self.system, self.memory, self.low = system, memory, low
         self.resolved, self.chosen = resolved, chosen
-        self.returned: dict[
-            int, float
-        ] = {}  # {contact: which part of its velocity an impact by Poisson's law returned}
+        self.returned: dict[int, float] = {}  # {contact: the part of its velocity that Poisson's law returned}
 
     def settled(self, state: StateBatch, modes: Modes, due: Due) -> tuple[StateBatch, Modes, Floats]:
         """The state and modes behind an event at a single ``state``, and (work, dissipated energy) of impacts, in J.
@@ -181,9 +179,8 @@ class Settling:
         self.returned = {}
         if any(event.kind == "poisson" for event in self.memory.events[logged:]):
             before, after = (self.system.elements.rows(x).velocities for x in (begun, state))
-            self.returned = {
-                i: -after[i] / before[i] for i in range(self.system.elements.u) if before[i] < 0 < after[i]
-            }
+            fallen = [i for i in range(self.system.elements.u) if before[i] < 0 < after[i]]
+            self.returned = {i: -after[i] / before[i] for i in fallen}
 
     def _rested(self, state: StateBatch, modes: Modes, due: Due) -> tuple[StateBatch, Modes, Floats]:
         """Close contacts that rebound lower than ``low``; the rest of their cascade would last 2 v/(a (1 - e))."""
