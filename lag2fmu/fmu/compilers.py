@@ -26,7 +26,10 @@ from lag2fmu.fmu.mach import hide, universal
 from lag2fmu.fmu.platforms import Platform, host_platform
 from lag2fmu.fmu.translation_units import shared_files, translation_units
 
-FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG")
+FLAGS = (
+    *("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG"),
+    *("-ffunction-sections", "-fdata-sections"),  # zig's linker leaves out what nothing calls
+)
 
 LONG = 400_000
 """Characters of a C file that is long: zig looks for less in it, see SHORT_SEARCHES."""
