@@ -66,7 +66,7 @@ ROOMS = {
             "solvers",
             "codegen",
         },
-        {"numpy"},
+        {"numpy", "rjsmin"},
     ),
     "ensemble": (
         {"errors", "lazy", "description", "mechanism", "formats", "dynamics", "solvers", "codegen", "fmu"},
