@@ -134,8 +134,12 @@ def compile_here(sources: Mapping[str, str], name: str, compiler: str = "zig") -
 
 def _flags(sources: Mapping[str, str], compiler: str) -> tuple[str, ...]:
     """FLAGS, and what long ``sources`` {file name: text} take beside them."""
-    long = compiler == "zig" and max(map(len, sources.values()), default=0) > LONG
-    return (*FLAGS, *SHORT_SEARCHES) if long else FLAGS
+    return (*FLAGS, *SHORT_SEARCHES) if compiler == "zig" and is_long(sources) else FLAGS
+
+
+def is_long(sources: Mapping[str, str]) -> bool:
+    """Whether one of ``sources`` {file name: text} is LONG."""
+    return max(map(len, sources.values()), default=0) > LONG
 
 
 def host_target() -> str:
