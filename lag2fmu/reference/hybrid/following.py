@@ -20,8 +20,6 @@ from lag2fmu.reference.hybrid.settling import Settling
 from lag2fmu.reference.hybrid.stepping import Dense, Stepper
 from lag2fmu.reference.state import Floats, StateBatch
 
-LOW = 1e-11
-"""In nominal gaps: a rebound that is lower ends a cascade of impacts."""
 STUCK = 200
 """The number of events at one time from which on the motion counts as stuck."""
 
@@ -45,7 +43,7 @@ class Follower:
         self.memory = Memory([0] * system.elements.u, np.zeros(system.elements.u))
         impacts = Impacts(system, self.memory)
         choice = ModeChoice(system, self.memory, impacts.without_collision, finest or rtol)
-        self.settling = Settling(system, self.memory, max(LOW, rtol), impacts.resolved, choice.chosen)
+        self.settling = Settling(system, self.memory, rtol, impacts.resolved, choice.chosen)
         weights = np.append(run.nominal, [self._energy_scale()] * 2)
         self.stepper = Stepper(method, rtol, rtol * weights, LONGEST_PART * run.whole, most)
         m, u = len(run.times), system.elements.u

@@ -19,6 +19,8 @@ PASSES = 200
 ZERO = 1e-12
 """Margins of kinks and conditions whose size is at most this do not tell their side."""
 
+LOW = 1e-11
+"""In nominal gaps: a rebound that is lower ends a cascade of impacts."""
 JUMP = 1e-6
 """In nominal gaps: a gap that comes to differ from 0 by more has jumped; a kink makes less of it."""
 
@@ -27,13 +29,13 @@ Chosen = Callable[[StateBatch, Modes, Due], tuple[StateBatch, Modes, Floats]]
 
 
 class Settling:
-    """Events of a ``system`` during a run; heights of rebound below ``low`` (of nominal gaps) end a cascade.
+    """Events of a ``system`` during a run; heights of rebound below ``rtol`` (of nominal gaps) end a cascade.
 
     ``resolved`` makes impacts and ``chosen`` chooses modes, see ``Impacts`` and ``ModeChoice``.
     """
 
-    def __init__(self, system: HybridSystem, memory: Memory, low: float, resolved: Resolved, chosen: Chosen) -> None:
-        self.system, self.memory, self.low = system, memory, low
+    def __init__(self, system: HybridSystem, memory: Memory, rtol: float, resolved: Resolved, chosen: Chosen) -> None:
+        self.system, self.memory, self.low = system, memory, max(LOW, rtol)
         self.resolved, self.chosen = resolved, chosen
         self.returned: dict[int, float] = {}  # {contact: the part of its velocity that Poisson's law returned}
 
@@ -183,7 +185,10 @@ class Settling:
             self.returned = {i: -after[i] / before[i] for i in fallen}
 
     def _rested(self, state: StateBatch, modes: Modes, due: Due) -> tuple[StateBatch, Modes, Floats]:
-        """Close contacts that rebound lower than ``low``; the rest of their cascade would last 2 v/(a (1 - e))."""
+        """Close contacts that rebound lower than ``low``; the rest of their cascade would last 2 v/(a (1 - e)).
+
+        With e = 1 rebounds do not become lower. They are left out where they are LOW, as no run resolves those.
+        """
         system, e = self.system, self.system.elements
         if not e.u:
             return state, modes, np.zeros(2)
@@ -201,10 +206,11 @@ class Settling:
         for i in rising:
             v, a, restitution = point.rows.velocities[i], -accelerations[i], float(point.rows.restitution[i])
             restitution = min(restitution, self.returned.get(i, restitution))
-            if a > 0 and restitution < 1 and v * v < 2 * a * self.low * gaps[i]:
+            height = self.low if restitution < 1 else LOW
+            if a > 0 and v * v < 2 * a * height * gaps[i]:
                 low.append(i)
-                rest = float(state.t) + 2 * v / (a * (1 - restitution))
-                self.memory.log(rest, e.contacts[i], "closes")
+                lasts = 2 * v / (a * (1 - restitution)) if restitution < 1 else 0.0
+                self.memory.log(float(state.t) + lasts, e.contacts[i], "closes")
         if not low:
             return state, modes, np.zeros(2)
         _, X = system.responses(point, modes)

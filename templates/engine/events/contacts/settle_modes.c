@@ -32,12 +32,15 @@ static double kept_up_rebound(const Settling *settling, int contact) {
    rest to rest the normal impulse is weight times time, and friction takes its part of that.
    A contact that the impact of another one lifts by less than is seen begins a cascade too, as the edges of a rocking
    block do, which at last lift each other without end. If it closed at once, a pull would stop it, and friction would
-   not count the pull. */
+   not count the pull.
+   Impacts with a restitution of 1 do not accumulate. Such a contact closes at the top of a rebound if its gap is that
+   of a closed one all the time: of thousands of impacts a millisecond nothing would be seen. */
 static void begin_cascades(Settling *settling) {
     State *state = &settling->instance->state;
     /* The height up to which a lift is not seen: rounding of the gap, or in model exchange the hysteresis of the
        indicator, inside of which each impact is found. A contact that rises less closes at once. */
     const double unseen = settling->instance->policy->integrate ? DBL_EPSILON : 2.0 * HYSTERESIS;
+    const double closed = fmax(unseen, AT_REST);
     bool struck = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         struck = struck || settling->rebounds[i];
@@ -53,12 +56,12 @@ static void begin_cascades(Settling *settling) {
         const bool closes = kept_up > 0.0 && v * v <= -2.0 * a * kept_up;
         const bool seen_rising = bounces || v * v > -2.0 * a * DBL_EPSILON * row_size(&settling->rows, i);
         const bool rises = !closes && seen_rising;
-        if ((bounces || lifted) && settling->row[k].law == ROW_FREE && a < 0.0 && e < 1.0 &&
-            v * v <= -2.0 * a * lowest) {
+        const double rise = e < 1.0 ? lowest : closed * row_size(&settling->rows, i);
+        if ((bounces || lifted) && settling->row[k].law == ROW_FREE && a < 0.0 && v * v <= -2.0 * a * rise) {
             state->cascading[i] = rises ? CASCADE_RISES : CASCADE_RESTS;
             state->states[DISSIPATED] += rises ? 0.0 : 0.5 * v * v / settling->delassus[k * K + k];
             state->top_time[i] = state->time + v / -a;
-            state->rest_time[i] = state->time + 2.0 * v / (-a * (1.0 - e));
+            state->rest_time[i] = state->time + 2.0 * v / (-a * (e < 1.0 ? 1.0 - e : 1.0));
         }
     }
 }
