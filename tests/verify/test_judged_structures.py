@@ -301,3 +301,32 @@ def test_elastic_rebounds_that_no_one_sees_are_none(exported) -> None:
     assert run["y"] == pytest.approx(table, rel=0, abs=1e-12)
     assert run["table_impacts"][-1] <= 1
     assert integrate(mechanism, times).trajectory["y"] == pytest.approx(table, rel=0, abs=1e-9)
+
+
+IDLE = """
+[mechanism]
+name = "idle"
+[coordinates]
+p1 = { start = 2e-8 }
+p2 = { start = -1e-8, velocity = 2e-8 }
+p3 = { start = -3e-8, velocity = 2e-8 }
+[forces]
+p3 = "5*sin(2*t)"
+[bodies]
+first = { mass = 1, inertia = 0.6, position = [0, 0], angle = "p1" }
+second = { mass = 1, inertia = 0.6, position = [0, 0], angle = "p2" }
+third = { mass = 1, inertia = 0.3, position = [0, 0], angle = "p3" }
+[springs.shaft]
+stiffness = 10
+elongation = "p1 - p2"
+[frictions.clutch]
+on = "p2_dot - p3_dot"
+force = "if(t > 0.2, 6, 0)"
+"""
+"""The spring turns the clutch one way for 1e-8 s; then the torque turns it the other way."""
+
+
+def test_a_slip_that_turns_round_before_it_shows_goes_on() -> None:
+    times = np.linspace(0, 0.2, 21)
+    run = integrate(read(IDLE, "idle.toml"), times).trajectory
+    assert run["p3_dot"] == pytest.approx(2e-8 + 5 / 0.3 * (1 - np.cos(2 * times)) / 2, rel=1e-9)

@@ -80,12 +80,12 @@ class ModeChoice:
         slips = any(kind == "cone" for kind, _ in due)
         giving = giving_way(point, modes, system.answer(point, modes)) if slips else {}
         D, driven = _without_fixed(point, D, c)
-        driven &= np.abs(v) <= rests
-        going, beyond = np.where(driven, c, v), np.where(driven, 0.0, rests)
+        resting = np.abs(v) <= rests
+        moves, going = ~resting | driven, np.where(resting, c, v)
         for _ in range(100):  # the capacities of frictions may depend on the forces that result
             items = [self._touching_item(point, i, modes, due, rests, giving.get(i)) for i in contacts]
             if e.f:
-                items += self._friction_items(due, beyond, going, *e.capacities(point.state, *borne))
+                items += self._friction_items(due, moves, going, *e.capacities(point.state, *borne))
             rows, moved = apart(items)
             found = decided(D[np.ix_(rows, rows)], c[rows], moved, pace(point), present)
             if found is not None:
@@ -146,18 +146,24 @@ class ModeChoice:
             return None
         return tuple(slip / np.hypot.reduce(slip))
 
-    def _friction_items(self, due: Due, rests: Floats, going: Floats, force: Floats, static: Floats) -> list[Item]:
-        """The items of dry frictions, which move where ``going`` (k,) is beyond ``rests``."""
+    def _friction_items(
+        self, due: Due, moves: NDArray[np.bool_], going: Floats, force: Floats, static: Floats
+    ) -> list[Item]:
+        """The items of dry frictions, which slide as ``going`` (k,) says where a row ``moves`` (k,).
+
+        What gives way takes the same direction first: a load of 0 that grows tells no other one.
+        """
         items = []
         for j, row in enumerate(self.system.elements.friction_rows):
-            v, r = going[row], int(row)
-            moving = abs(v) > rests[row]
-            direction = (float(np.sign(v)),) if moving else None
+            r, sense = int(row), float(np.sign(going[row]))
+            moving = bool(moves[row])
+            direction = (sense,) if moving else None
             options: tuple[Mode, ...] = CLOSED
+            ways = (Mode.BACKWARD, Mode.FORWARD) if sense < 0 else (Mode.FORWARD, Mode.BACKWARD)
             if moving:
-                options = (Mode.FORWARD if v > 0 else Mode.BACKWARD,)
+                options = ways[:1]
             elif ("hold", j) in due:
-                options = CLOSED[1:]
+                options = ways
             items.append(Item(options, None, (r,), float(force[j]), float(static[j]), 0.0, direction))
         return items
 

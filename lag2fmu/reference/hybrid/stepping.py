@@ -226,10 +226,12 @@ class Watch:
             peak = left + (right - left) * 0.5**k
             if value(peak) > self.floors[i]:
                 return root(value, peak, right)
-        return left
+        # where it was not, it is 0 as long as nothing shows: the time goes on, and accelerations tell the next modes
+        sunk = partial(self._value, i, dense, rise=10 * self.floors[i])
+        return root(sunk, left, right)
 
-    def _value(self, i: int, dense: Dense, t: float) -> float:
-        return float(self.piece.events(np.array([t]), dense(t)[None])[i, 0])
+    def _value(self, i: int, dense: Dense, t: float, rise: float = 0.0) -> float:
+        return float(self.piece.events(np.array([t]), dense(t)[None])[i, 0]) + rise
 
     def nearly(self, t: float, y: Floats) -> Due:
         """The kinks whose margins are almost zero at ``t`` (s) and y (s,); a formula may be undefined beyond them."""
