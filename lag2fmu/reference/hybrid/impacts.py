@@ -26,7 +26,7 @@ from lag2fmu.reference.hybrid.measures import (
     velocity_sizes,
 )
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
-from lag2fmu.reference.hybrid.projections import expanded
+from lag2fmu.reference.hybrid.projections import projected
 from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.hybrid.search import all_outcomes, decided
 from lag2fmu.reference.hybrid.system import HybridSystem
@@ -144,10 +144,10 @@ class Impacts:
             ]
             rows, moved = apart(plastic)
             after = v + D @ pressed
-            found = expanded(D[np.ix_(rows, rows)], after[rows], moved, returned)
+            found = projected(D[np.ix_(rows, rows)], after[rows], moved, 0.0, returned)
             if found is not None:
                 back = np.zeros(len(v))
-                back[rows] = found
+                back[rows] = found.forces
                 # 2 T changes by -lost + 2 share slope + share^2 bend
                 lost, slope, bend = (float(x) for x in (-pressed @ (v + after), back @ after, back @ D @ back))
                 beyond = slope + math.sqrt(max(0.0, slope**2 + bend * lost))
