@@ -258,6 +258,32 @@ def test_impact_with_friction_never_gains_energy(friction: float, poisson: bool)
     assert track.values[0, 5] > 0
 
 
+def test_an_expansion_ends_where_it_would_gain_energy() -> None:
+    """Two contacts that share friction would bring 1.7 J by Poisson's law, and more by Newton's: all of it is kept."""
+    text = """
+        mechanism = { name = "wedged", impacts = "simultaneous" }
+        energy = { kinetic = "(x_dot**2 + y_dot**2 + z_dot**2)/2" }
+        [coordinates]
+        x = { velocity = -0.6 }
+        y = { velocity = -0.5 }
+        z = { velocity = 0.6 }
+        [contacts.a]
+        gap = "0.9*x - 0.4*y - 0.4*z"
+        slip = "-0.8*x_dot + 0.5*y_dot + 0.4*z_dot"
+        friction = 0.6
+        restitution = 0.9
+        [contacts.b]
+        gap = "-0.1*x - 0.8*y - 0.7*z"
+        slip = "0.2*x_dot - 0.9*y_dot - 0.7*z_dot"
+        friction = 1.1
+        restitution = 0.2
+    """
+    track = run(read(text, "wedged"), 1e-6)
+    assert times_of(track, "poisson") == [0.0]
+    assert np.sum(track.values[0, 3:6] ** 2) / 2 == pytest.approx(0.485, rel=1e-13)
+    assert track.values[0, 3] > 0
+
+
 def test_friction_under_the_force_of_its_own_guide() -> None:
     """The guide bears g/(1 + k^2 + k mu) while the bead slides, which slows it down by (k + mu) times that."""
     k, mu = 0.25, 0.5

@@ -69,8 +69,8 @@ class ModeChoice:
     def _problem(self, point: MotionPoint, modes: Modes, due: Due) -> tuple[Outcome | None, list[int]]:
         """The outcome of the choice for all frictions and touching contacts, and the indices of these contacts."""
         system, e = self.system, self.system.elements
-        a, X = system.responses(point, modes)
-        D, c = point.rows.jacobian @ X, point.rows.jacobian @ a + point.rows.gamma
+        responses = system.responses(point, modes)
+        D, c = responses.D, responses.c
         sizes, rests = velocity_sizes(point), rest_speeds(point)
         v = point.rows.velocities
         contacts = [i for i in touching(point, modes, due, D) if v[i] < STILL * sizes[i]]
@@ -94,7 +94,7 @@ class ModeChoice:
                 return found, contacts
             forces = np.zeros(e.k)
             forces[rows] = found.forces
-            new = system.borne(point, modes, forces)
+            new = responses.borne(forces)
             change = np.abs(np.concatenate(new) - np.concatenate(borne)).max(initial=0.0)
             borne = new
             if found.modes == before and change <= 1e-12 * max(1e-300, np.abs(np.concatenate(borne)).max(initial=0.0)):

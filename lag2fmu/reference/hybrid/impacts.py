@@ -9,6 +9,7 @@ Dynamics with Unilateral Contacts, Wiley 1996, chapter 8.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -25,7 +26,7 @@ from lag2fmu.reference.hybrid.measures import (
     velocity_sizes,
 )
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
-from lag2fmu.reference.hybrid.projections import expanded
+from lag2fmu.reference.hybrid.projections import projected
 from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.hybrid.search import all_outcomes, decided
 from lag2fmu.reference.hybrid.system import HybridSystem
@@ -55,20 +56,18 @@ class Impacts:
         if not e.u and not catching:
             return state, np.zeros(2), False
         point = system.point(state)
-        X = system.responses(point, modes)[1]
-        D, v = point.rows.jacobian @ X, point.rows.velocities.copy()
+        responses = system.responses(point, modes)
+        D, v = responses.D, point.rows.velocities
         near = touching(point, modes, due, D)
         loaded = [i for i in self._loaded(point, modes) if is_free(point, D, i)]
         lost, total, qd = 0.0, np.zeros(e.k), state.qd
         if catching:
-            jump, _ = system.caught(point, modes, total)
-            total = self._round(D, v + point.rows.jacobian @ jump, loaded, dict.fromkeys(loaded, 0.0), point)[0]
-            jump, impulses = system.caught(point, modes, total)
-            lost, qd = -0.5 * float(impulses @ (2 * v + point.rows.jacobian @ jump)), qd + jump
-            v = v + point.rows.jacobian @ jump
-        caught = total.copy()
+            total = self._round(D, responses.caught, loaded, dict.fromkeys(loaded, 0.0), point)[0]
+            behind = responses.caught + D @ total
+            lost = -0.5 * float(responses.borne(total, jump=True)[1] @ (v + behind))
+            v, qd = behind, qd + responses.moved[:, 1]
         total, dissipated, struck = self._rounds(D, v, total, near, loaded, point)
-        qd = qd + X @ (total - caught)
+        qd = qd + responses.moved[:, 2:] @ total
         if not struck and not catching:
             return state, np.zeros(2), False
         for i in np.flatnonzero(total[: e.u] > LOADED * np.abs(total).max(initial=0.0)).tolist():
@@ -120,18 +119,7 @@ class Impacts:
         P = self._impulses(D, v, items)
         if P is not None and not self._gains(D, v, P):
             return P, ""
-        found = self._by_poisson(D, v, items, part, point, 1.0)
-        if self._gains(D, v, found):
-            low, high = 0.0, 1.0
-            for _ in range(60):  # finds the greatest part of the restitution that gains no energy
-                middle = 0.5 * (low + high)
-                low, high = (
-                    (low, middle)
-                    if self._gains(D, v, self._by_poisson(D, v, items, part, point, middle))
-                    else (middle, high)
-                )
-            found = self._by_poisson(D, v, items, part, point, low)
-        return found, "poisson"
+        return self._by_poisson(D, v, items, part, point), "poisson"
 
     @staticmethod
     def _gains(D: Floats, v: Floats, P: Floats) -> bool:
@@ -140,25 +128,31 @@ class Impacts:
         return float(P @ (v + after)) > 1e-12 * float(np.abs(P) @ (np.abs(v) + np.abs(after)))
 
     def _by_poisson(
-        self, D: Floats, v: Floats, items: Sequence[Item], part: Sequence[int], point: MotionPoint, share: float
+        self, D: Floats, v: Floats, items: Sequence[Item], part: Sequence[int], point: MotionPoint
     ) -> Floats:
         """The impulses (k,) of compression and expansion together, by Poisson's law.
 
-        ``share`` of the restitution, times the impulses of compression, returns in the expansion. Raises
-        SimulationError where no impulses meet the laws of impact.
+        Of the expansion, the greatest share is taken that gains no energy. Raises SimulationError where no impulses
+        meet the laws of impact.
         """
-        pressed = self._impulses(D, v, [replace(item, shift=0.0) for item in items])
+        plastic = [replace(item, shift=0.0) for item in items]
+        pressed = self._impulses(D, v, plastic)
         if pressed is not None:
-            least = [
-                share * point.rows.restitution[i] * pressed[i] if item.shift else 0.0
+            returned = [
+                point.rows.restitution[i] * pressed[i] if item.shift else 0.0
                 for i, item in zip(part, items, strict=True)
             ]
-            rows, moved = apart([replace(item, shift=0.0) for item in items])
+            rows, moved = apart(plastic)
             after = v + D @ pressed
-            found = expanded(D[np.ix_(rows, rows)], after[rows], moved, least)
+            found = projected(D[np.ix_(rows, rows)], after[rows], moved, 0.0, returned)
             if found is not None:
-                pressed[rows] += found
-                return pressed
+                back = np.zeros(len(v))
+                back[rows] = found.forces
+                # 2 T changes by -lost + 2 share slope + share^2 bend
+                lost, slope, bend = (float(x) for x in (-pressed @ (v + after), back @ after, back @ D @ back))
+                beyond = slope + math.sqrt(max(0.0, slope**2 + bend * lost))
+                share = min(1.0, lost / beyond) if beyond > 0 else 1.0
+                return np.asarray(pressed + share * back)
         where = ", ".join(self.system.elements.contacts[i] for i in part)
         raise self.system.stops(point.state.t, f"no impulses meet the laws of impact at {where}")
 
@@ -188,8 +182,8 @@ class Impacts:
         Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 8.
         """
         system, e = self.system, self.system.elements
-        _, X = system.responses(point, modes)
-        D, v = point.rows.jacobian @ X, point.rows.velocities
+        responses = system.responses(point, modes)
+        D, v = responses.D, point.rows.velocities
         rows, moved = apart([impact_item(point, i, 0.0) for i in contacts])
         momentum = point.terms.mass_matrix @ point.state.qd
         pace = float(np.sqrt(max(0.0, float(momentum @ point.state.qd))))
@@ -204,7 +198,7 @@ class Impacts:
         for i in contacts:
             self.memory.log(float(point.state.t), e.contacts[i], "painleve", float(P[i]))
         s = point.state
-        return StateBatch(s.t, s.q, s.qd + X @ P, s.inputs), -0.5 * float(P @ (2 * v + D @ P))
+        return StateBatch(s.t, s.q, s.qd + responses.moved[:, 2:] @ P, s.inputs), -0.5 * float(P @ (2 * v + D @ P))
 
 
 def impact_item(point: MotionPoint, i: int, shift: float) -> Item:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -23,64 +22,33 @@ PATIENCE = 20
 """The sweeps from one trial of the modes that the projections have reached to the next."""
 
 
-def iterated(D: Floats, c: Floats, items: Sequence[Item], pace: float) -> Outcome | None:
-    """The outcome for D (k, k), c (k,), first with static limits, then with sliding limits for items that slide."""
-    found = _projected(D, c, items, [item.static for item in items], pace)
-    if found is None:
-        return None
-    slides = [mode not in (Mode.OPEN, Mode.STICKS) for mode in found.modes]
-    if not any(s and item.static > item.friction for s, item in zip(slides, items, strict=True)):
-        return found
-    limits = [item.friction if s else item.static for s, item in zip(slides, items, strict=True)]
-    bound = [
-        replace(item, options=tuple(o for o in item.options if o is not Mode.STICKS)) if s else item
-        for s, item in zip(slides, items, strict=True)
-    ]
-    return _projected(D, c, bound, limits, pace)
-
-
-def _projected(
-    D: Floats,
-    c: Floats,
-    items: Sequence[Item],
-    limits: Sequence[float],
-    pace: float,
-    least: Sequence[float] | None = None,
+def projected(
+    D: Floats, c: Floats, items: Sequence[Item], pace: float, least: Sequence[float] | None = None
 ) -> Outcome | None:
-    """The prox iteration: projected Gauss-Seidel on the laws until nothing changes; None if it does not converge."""
-    least = least or [0.0] * len(items)
+    """The outcome for D (k, k), c (k,) with normal forces of ``least`` or more; None if sweeps do not come to rest.
+
+    Projections find the modes soon, but the forces slowly where one row moves many others. So the modes that they have
+    reached are tried now and then, where these tell the forces: not of slips in space, nor with least forces.
+    """
     k, diagonal = len(c), np.maximum(np.diagonal(D), 1e-300)
     r, size = np.zeros(k), units(D, c, pace)[1]
     parts = [_ItemRows(D, c, item, diagonal) for item in items]
+    telling = least is None and not in_space(items)
     for sweep in range(1, SWEEPS + 1):
         check_time()
         before = r.copy()
-        for part, limit, lowest in zip(parts, limits, least, strict=True):
-            n = part.item.normal
-            if n is not None:
-                r[n] = max(lowest, r[n] - (part.normal @ r + part.approach) / diagonal[n])
-            part.slip_forces(limit if n is None else limit * r[n], r)
+        for part, lowest in zip(parts, least or [0.0] * len(items), strict=True):
+            part.project(r, lowest)
         change = float(np.max(np.abs(r - before) / size, initial=0.0))
         if change <= STILL * max(1.0, float(np.max(np.abs(r) / size, initial=0.0))):
-            return _read(D, c, items, limits, r, size)
-        if sweep % PATIENCE == 0 and not any(least):
-            tried = _tried(D, c, items, limits, _read(D, c, items, limits, r, size), pace)
-            if tried is not None:
-                return tried
+            return _read(D, c, items, r, size)
+        if telling and sweep % PATIENCE == 0:
+            modes = _read(D, c, items, r, size).modes
+            lasting = all(mode in item.options for item, mode in zip(items, modes, strict=True))
+            outcome = lawful(D, c, items, modes, pace) if lasting else None
+            if outcome is not None:
+                return outcome
     return None
-
-
-def _tried(
-    D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], reached: Outcome, pace: float
-) -> Outcome | None:
-    """The outcome with the modes that were ``reached``, if it meets the laws and all modes are options, else None.
-
-    Projections find the modes soon, but the forces slowly where one row moves many others. None for slips in space.
-    """
-    if in_space(items) or any(mode not in item.options for item, mode in zip(items, reached.modes, strict=True)):
-        return None
-    bound = [replace(item, friction=limit, static=limit) for item, limit in zip(items, limits, strict=True)]
-    return lawful(D, c, bound, reached.modes, pace)
 
 
 class _ItemRows:
@@ -90,36 +58,40 @@ class _ItemRows:
         n, slips = item.normal, list(item.slips)
         self.item, self.slips = item, slips
         if n is not None:
-            self.normal, self.approach = D[n], c[n] + item.shift
+            self.normal, self.approach, self.stiff = D[n], c[n] + item.shift, diagonal[n]
         if slips:
             self.along, self.drift, self.stiffest = D[slips], c[slips], diagonal[slips].max()
         if item.direction is not None:
             self.sliding = -item.friction * np.array(item.direction)
 
-    def slip_forces(self, limit: float, r: Floats) -> None:
-        """Project the tangential forces once, within r (k,), to a size of at most ``limit``."""
-        item, slips = self.item, self.slips
+    def project(self, r: Floats, lowest: float) -> None:
+        """Project the forces once, within r (k,): normal to ``lowest`` or more, tangential to at most their limit."""
+        item, slips, n = self.item, self.slips, self.item.normal
+        if n is not None:
+            r[n] = max(lowest, r[n] - (self.normal @ r + self.approach) / self.stiff)
         if not slips:
             return
         if item.direction is not None:
             r[slips] = self.sliding if item.normal is None else self.sliding * r[item.normal]
             return
         trial = r[slips] - (self.along @ r + self.drift) / self.stiffest
-        length = math.hypot(*trial)
+        length, limit = math.hypot(*trial), _limit(item, r)
         r[slips] = trial if length <= limit else trial * (limit / length)
 
 
-def _read(D: Floats, c: Floats, items: Sequence[Item], limits: Sequence[float], r: Floats, size: Floats) -> Outcome:
+def _limit(item: Item, r: Floats) -> float:
+    """The greatest friction of ``item`` for forces r (k,)."""
+    return item.friction * (1.0 if item.normal is None else float(r[item.normal]))
+
+
+def _read(D: Floats, c: Floats, items: Sequence[Item], r: Floats, size: Floats) -> Outcome:
     """The modes that the forces r (k,) belong to."""
     w = D @ r + c
-    found = []
-    for item, coefficient in zip(items, limits, strict=True):
-        limit = coefficient * (1.0 if item.normal is None else r[item.normal])
-        found.append(_mode_of(item, limit, r, w, size))
+    found = [_mode_of(item, r, w, size) for item in items]
     return Outcome(tuple(mode for mode, _ in found), r, w, tuple(direction for _, direction in found))
 
 
-def _mode_of(item: Item, limit: float, r: Floats, w: Floats, size: Floats) -> tuple[Mode, tuple[float, ...] | None]:
+def _mode_of(item: Item, r: Floats, w: Floats, size: Floats) -> tuple[Mode, tuple[float, ...] | None]:
     """The mode of ``item`` and the direction in which it slides, for forces r and motions w (k,)."""
     slips, direction, n = list(item.slips), item.direction, item.normal
     if n is not None and r[n] <= EXACT * size[n] and Mode.OPEN in item.options:
@@ -128,7 +100,7 @@ def _mode_of(item: Item, limit: float, r: Floats, w: Floats, size: Floats) -> tu
         return Mode.SLIDES, direction
     if direction is None:
         force, moves = float(np.hypot.reduce(r[slips])), float(np.hypot.reduce(w[slips]))
-        if (Mode.STICKS in item.options and moves <= EXACT) or force < limit * (1 - EXACT):
+        if (Mode.STICKS in item.options and moves <= EXACT) or force < _limit(item, r) * (1 - EXACT):
             return Mode.STICKS, direction
         if len(slips) == 1:
             return _sense(-r[slips[0]]), direction
@@ -144,9 +116,3 @@ def _sense(slip: float) -> Mode:
 def in_space(items: Sequence[Item]) -> bool:
     """Whether one of the ``items`` may slide in space, in a direction that is not known yet."""
     return any(len(item.slips) == 2 and item.direction is None and len(item.options) > 1 for item in items)
-
-
-def expanded(D: Floats, c: Floats, items: Sequence[Item], least: Sequence[float]) -> Floats | None:
-    """r (k,) with normal forces of ``least`` or more; they are greater only where w would be negative otherwise."""
-    found = _projected(D, c, items, [item.friction for item in items], 0.0, least)
-    return None if found is None else found.forces

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,46 @@ class MotionPoint:
     constraints: Values
     rows: Rows
     nominal: Floats
+
+
+@dataclass(frozen=True)
+class Responses:
+    """What forces r along all k ``rows`` make where constraints stay met, and so do the l latches of the rows ``held``.
+
+    ``moved`` (n, 2 + k): accelerations without r, the jump of qd that meets constraints and latches, and what a unit of
+    each r adds to either, a force to the one or an impulse to the other. ``loads`` (m + l, 2 + k): what the constraints
+    and these latches bear for that.
+    """
+
+    rows: Rows
+    held: Sequence[int]
+    moved: Floats
+    loads: Floats
+
+    @cached_property
+    def D(self) -> Floats:
+        """The accelerations along rows by a unit of force along each row, (k, k)."""
+        return np.asarray(self.rows.jacobian @ self.moved[:, 2:])
+
+    @property
+    def c(self) -> Floats:
+        """The accelerations along rows without forces along them, (k,)."""
+        return np.asarray(self.rows.jacobian @ self.moved[:, 0] + self.rows.gamma)
+
+    @property
+    def caught(self) -> Floats:
+        """The velocities of rows, (k,), behind the jump that meets constraints and latches."""
+        return np.asarray(self.rows.velocities + self.rows.jacobian @ self.moved[:, 1])
+
+    def borne(self, forces: Floats, *, jump: bool = False) -> tuple[Floats, Floats]:
+        """Multipliers (m,), and forces along all rows (k,), where ``forces`` (k,) are those of all but the latches.
+
+        Of a ``jump`` they are impulses.
+        """
+        found, whole = self.loads[:, int(jump)] + self.loads[:, 2:] @ forces, forces.copy()
+        m = len(found) - len(self.held)
+        whole[self.held] = found[m:]
+        return found[:m], whole
 
 
 @dataclass(frozen=True)

@@ -6,17 +6,20 @@ Source: Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 4 to 7.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations, islice, product
 
 from lag2fmu.reference.hybrid.laws import Item, Outcome, lawful
 from lag2fmu.reference.hybrid.modes import SENSE, Mode
-from lag2fmu.reference.hybrid.projections import in_space, iterated
+from lag2fmu.reference.hybrid.projections import in_space, projected
 from lag2fmu.reference.state import Floats
 
 MOST = 3000
 """If there are more combinations, only the first ones are tried, and then the prox iteration."""
+
+Solved = Callable[[Sequence[Item]], Outcome | None]
+"""The outcome for items, by either way."""
 
 
 def decided(
@@ -29,40 +32,37 @@ def decided(
     sqrt(D) of its row, that errors of w are measured by. None if no combination meets the laws (Painleve's paradox).
     Source: Ch. Glocker, Set-Valued Force Laws, 2001, chapters 4 to 7.
     """
-    if in_space(items):
-        return iterated(D, c, items, pace)
     few = math.prod(len(item.options) for item in items) <= MOST
     known = [None if few else item.options[0] for item in items] if present is None else present
+
+    def enumerated(items: Sequence[Item], most: int = len(items)) -> Outcome | None:
+        turns = islice(_in_turn(items, known, most), MOST)
+        return next((o for modes in turns if (o := lawful(D, c, items, modes, pace)) is not None), None)
+
+    def by_projections(items: Sequence[Item]) -> Outcome | None:
+        return projected(D, c, items, pace)
+
+    if in_space(items):
+        return _given_way(by_projections, items, known)
     return (
-        _found(D, c, items, pace, known, 0)
-        or _given_way(D, c, items, pace, known)
-        or _found(D, c, items, pace, known, len(items))
-        or (None if few else iterated(D, c, items, pace))
+        enumerated(items, 0)
+        or _given_way(enumerated, items, known)
+        or enumerated(items)
+        or (None if few else _given_way(by_projections, items, known))
     )
 
 
-def _found(
-    D: Floats, c: Floats, items: Sequence[Item], pace: float, present: Sequence[Mode | None], most: int
-) -> Outcome | None:
-    """The outcome for D (k, k), c (k,) that changes fewest ``present`` modes, ``most`` at most; None without any."""
-    turns = islice(_in_turn(items, present, most), MOST)
-    return next((o for modes in turns if (o := lawful(D, c, items, modes, pace)) is not None), None)
-
-
-def _given_way(
-    D: Floats, c: Floats, items: Sequence[Item], pace: float, present: Sequence[Mode | None]
-) -> Outcome | None:
-    """The outcome for D (k, k), c (k,) where static limits tell what gives way, and sliding ones then hold for that."""
+def _given_way(solved: Solved, items: Sequence[Item], present: Sequence[Mode | None]) -> Outcome | None:
+    """The outcome where static limits tell what gives way, and sliding ones then hold for that."""
     tried = [x if x.direction or present[i] in SENSE else replace(x, friction=x.static) for i, x in enumerate(items)]
-    while True:
-        outcome = _found(D, c, tried, pace, present, len(items))
-        if outcome is None:
-            return None
-        begun = [i for i, x in enumerate(tried) if outcome.modes[i] in SENSE and x.friction > items[i].friction]
+    while (outcome := solved(tried)) is not None:
+        slides = [mode not in (Mode.OPEN, Mode.STICKS) for mode in outcome.modes]
+        begun = [i for i, x in enumerate(tried) if slides[i] and x.friction > items[i].friction]
         if not begun:
-            return outcome
+            break
         for i in begun:
             tried[i] = replace(items[i], static=items[i].friction)
+    return outcome
 
 
 def _in_turn(items: Sequence[Item], present: Sequence[Mode | None], most: int) -> Iterator[tuple[Mode, ...]]:

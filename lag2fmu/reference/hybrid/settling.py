@@ -213,15 +213,14 @@ class Settling:
                 self.memory.log(float(state.t) + lasts, e.contacts[i], "closes")
         if not low:
             return state, modes, np.zeros(2)
-        _, X = system.responses(point, modes)
-        D = point.rows.jacobian @ X
-        v = point.rows.velocities
-        P = self._undone(point, modes, low, D)
-        new = StateBatch(state.t, state.q, state.qd + X @ P, state.inputs)
+        responses, v = system.responses(point, modes), point.rows.velocities
+        P = self._undone(point, modes, low, responses.D)
+        qd = state.qd + responses.moved[:, 2:] @ P
+        new = StateBatch(state.t, state.q, qd, state.inputs)
         logged = len(self.memory.events)
         new, modes, _ = self.chosen(new, modes, frozenset(("gap", i) for i in low))
         del self.memory.events[logged:]
-        return new, modes, energies_of_jump(point, state.qd + X @ P, -0.5 * float(P @ (2 * v + D @ P)))
+        return new, modes, energies_of_jump(point, qd, -0.5 * float(P @ (2 * v + responses.D @ P)))
 
 
 def _stopped(modes: Modes, *, struck: bool) -> Due:

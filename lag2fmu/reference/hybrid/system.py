@@ -25,7 +25,7 @@ from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.hybrid.elements import Elements
 from lag2fmu.reference.hybrid.kinks import FrozenComposition
 from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes, closed_contacts
-from lag2fmu.reference.hybrid.records import Answer, MotionPoint, Rows
+from lag2fmu.reference.hybrid.records import Answer, MotionPoint, Responses, Rows
 from lag2fmu.reference.newton import newton
 from lag2fmu.reference.single import CompiledLater
 from lag2fmu.reference.state import Floats, StateBatch
@@ -211,46 +211,17 @@ class HybridSystem:
     def _bound_values(self, state: StateBatch) -> tuple[Values, Rows]:
         return self._constraint_values(state), self.elements.rows(state)
 
-    def _fixed(self, point: MotionPoint, modes: Modes) -> tuple[Floats, Floats, Floats]:
-        """Constraints and latches that hold: G (r, n), velocities and gamma (r,)."""
-        latches = [self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]
+    def responses(self, point: MotionPoint, modes: Modes) -> Responses:
+        """What forces along rows make at ``point``, where constraints, and latches that hold in the ``modes``, do."""
+        n, held = self.n, [row for row, holds in zip(self.elements.latch_rows, modes.held, strict=True) if holds]
         (_, velocities, gamma, G), rows = point.constraints, point.rows
-        parts = (G, rows.jacobian), (velocities, rows.velocities), (gamma, rows.gamma)
-        G, velocities, gamma = (np.concatenate([a, b[latches]]) for a, b in parts)
-        return G, velocities, gamma
-
-    def responses(self, point: MotionPoint, modes: Modes) -> tuple[Floats, Floats]:
-        """qdd (n,) without forces along rows, and the change of qdd by a unit of force along each row, (n, k).
-
-        The second also is the change of qd by a unit of impulse. Constraints, and latches that hold, stay met.
-        """
-        n, (G, _, gamma) = self.n, self._fixed(point, modes)
-        right = np.zeros((n + len(G), 1 + self.elements.k))
-        right[:n, 0], right[n:, 0] = point.forcing, -gamma
-        right[:n, 1:] = point.rows.jacobian.T
+        G = np.concatenate([G, rows.jacobian[held]])
+        right = np.zeros((n + len(G), 2 + self.elements.k))
+        right[:n, 0], right[n:, 0] = point.forcing, -np.concatenate([gamma, rows.gamma[held]])
+        right[n:, 1] = -np.concatenate([velocities, rows.velocities[held]])
+        right[:n, 2:] = rows.jacobian.T
         found, _ = _solved(point.terms.mass_matrix, G, G, right)
-        return found[:n, 0], found[:n, 1:]
-
-    def borne(self, point: MotionPoint, modes: Modes, forces: Floats) -> tuple[Floats, Floats]:
-        """Multipliers (m,), and forces along all rows (k,), where ``forces`` (k,) are those of all but the latches."""
-        n, m, (G, _, gamma) = self.n, self.constraints.m, self._fixed(point, modes)
-        right = np.concatenate([point.forcing + point.rows.jacobian.T @ forces, -gamma])
-        found = _solved(point.terms.mass_matrix, G, G, right[:, None])[0][n:, 0]
-        whole = forces.copy()
-        whole[[self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]] = found[m:]
-        return found[:m], whole
-
-    def caught(self, point: MotionPoint, modes: Modes, impulses: Floats) -> tuple[Floats, Floats]:
-        """The change of qd (n,) at an impact of latches without rebound, and the impulses of all rows (k,).
-
-        Behind it constraints and latches that hold are met. ``impulses`` (k,) are those of the rows of no latch.
-        """
-        n, m, (G, velocities, _) = self.n, self.constraints.m, self._fixed(point, modes)
-        right = np.concatenate([point.rows.jacobian.T @ impulses, -velocities])[:, None]
-        found = _solved(point.terms.mass_matrix, G, G, right)[0][:, 0]
-        whole = impulses.copy()
-        whole[[self.elements.latch_rows[i] for i, held in enumerate(modes.held) if held]] = found[n + m :]
-        return found[:n], whole
+        return Responses(rows, held, found[:n], found[n:])
 
 
 def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> tuple[Floats, bool]:
