@@ -17,6 +17,7 @@ from lag2fmu.reference import integrate, remedy_of_jumps
 from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.impacts import all_outcomes
 from lag2fmu.reference.hybrid.laws import PLANES, Item
+from lag2fmu.reference.hybrid.limits import nearest
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.run import HybridRun, Track, started
 from lag2fmu.reference.hybrid.search import decided
@@ -243,9 +244,13 @@ def test_stop_of_a_pendulum() -> None:
 
 @pytest.mark.parametrize(("friction", "paradox"), [(1.32, False), (1.35, True)])
 def test_painleve_begins_at_four_thirds(friction: float, paradox: bool) -> None:
-    """At tan phi = 2 the limit (4 + tan^2 phi)/(3 tan phi) has its least value 4/3; then the rod is stopped at once."""
+    """At tan phi = 2 the limit (4 + tan^2 phi)/(3 tan phi) has its least value 4/3; then the rod is stopped at once.
+
+    The FMU counts an impact without a collision, and so does its judge.
+    """
     track = run(known.falling_rod(friction, float(np.arctan(2))), 1e-3)
     assert bool(times_of(track, "painleve")) == paradox
+    assert track.impacts[0] == [1 if paradox else 0]
     slip = track.values[0, 3] - np.sin(np.arctan(2)) * track.values[0, 5]
     assert slip == pytest.approx(0.0 if paradox else 1.0, abs=1e-14)
 
@@ -459,6 +464,16 @@ def test_outcomes_of_an_impact_slide_in_space() -> None:
     (outcome,) = all_outcomes(np.eye(3), np.array([-1.0, 0.5, 0.0]), [contact], 1.0)
     assert outcome.forces == pytest.approx([1.0, -0.3, 0.0])
     assert outcome.modes == (Mode.SLIDES,)
+
+
+def test_a_load_far_beyond_all_others_is_none() -> None:
+    """Two feet press on each other along a line that is 2e-9 off the ground: the load that lifts one is no number.
+
+    A limit of 1 by a slope of 1e-3 asks for a load of 1e3; by a slope of 2e-9 rounding decides on the load.
+    """
+    least, free = np.ones(1), np.ones((1, 1))
+    assert nearest(least, free, [(-1.0, np.array([1e-3]), np.zeros((0, 1)))]) == pytest.approx([1e3])
+    assert nearest(least, free, [(-1.0, np.array([2e-9]), np.zeros((0, 1)))]) is None
 
 
 def test_what_is_left_of_a_motion_that_has_ended_contradicts_nothing() -> None:

@@ -70,10 +70,15 @@ class Impacts:
         qd = qd + responses.moved[:, 2:] @ total
         if not struck and not catching:
             return state, np.zeros(2), False
-        for i in np.flatnonzero(total[: e.u] > LOADED * np.abs(total).max(initial=0.0)).tolist():
-            self.memory.impacts[i] += 1
-            self.memory.impulses[i] = total[i]
+        self._count(total)
         return StateBatch(state.t, state.q, qd, state.inputs), energies_of_jump(point, qd, lost + dissipated), True
+
+    def _count(self, impulses: Floats) -> None:
+        """Count an impact of each contact with a part in the ``impulses`` (k,)."""
+        struck = impulses[: self.system.elements.u] > LOADED * np.abs(impulses).max(initial=0.0)
+        for i in np.flatnonzero(struck).tolist():
+            self.memory.impacts[i] += 1
+            self.memory.impulses[i] = impulses[i]
 
     def _rounds(
         self, D: Floats, v: Floats, total: Floats, near: Sequence[int], loaded: list[int], point: MotionPoint
@@ -195,6 +200,7 @@ class Impacts:
             where = ", ".join(e.contacts[i] for i in contacts)
             none = f"neither accelerations nor an impact meet the laws of contact at {where}"
             raise system.stops(point.state.t, none if where else "no accelerations meet the laws of dry friction")
+        self._count(P)
         for i in contacts:
             self.memory.log(float(point.state.t), e.contacts[i], "painleve", float(P[i]))
         s = point.state

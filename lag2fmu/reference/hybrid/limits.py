@@ -24,6 +24,8 @@ FAR = 1e-3
 FIRST = 1e3
 """The weight of the least margin, in units of that of all margins together."""
 EXACTLY = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+NONE = 1e-14
+"""The least square of what is left of 1 by which planes have a point in common; below it is rounding."""
 MOST = 1e3
 """In units of the greatest load of least norm: the bound of the loads that are looked for."""
 
@@ -94,4 +96,4 @@ def _least_distance(A: Floats, b: Floats) -> Floats | None:
     right = np.append(np.zeros(A.shape[1]), 1.0)
     matrix = np.vstack([A.T, b])
     rest = matrix @ nnls(matrix, right)[0] - right
-    return None if np.linalg.norm(rest) < FREE else np.asarray(-rest[:-1] / rest[-1])
+    return None if -rest[-1] < NONE else np.asarray(-rest[:-1] / rest[-1])  # -rest[-1] is the square of its length
