@@ -52,6 +52,16 @@ def test_a_command_has_one_thread_for_matrices_unless_the_user_says_so(run, monk
     assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
 
 
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="Python knows PYTHONSAFEPATH since 3.11")
+def test_workers_import_nothing_from_the_current_folder(run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file there is the user's, whatever its name: processes of multiprocessing begin with -c, and import signal."""
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+    write("signal.py", "raise SystemExit('the wrong signal')")
+    run("models")
+    done = subprocess.run([sys.executable, "-c", "import signal"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_new_writes_a_start_file_once(run) -> None:
     result = run("new", "my_cart")
     assert result.exit_code == 0

@@ -47,6 +47,13 @@ The matrices of a mechanism are too small to be shared. To start the threads tak
 """
 
 
+_SAFE_PATH = "PYTHONSAFEPATH"
+"""The variable by which processes of Python (3.11 and newer) import nothing from the current folder by chance.
+
+A file signal.py there stood for the module of that name in the workers of a sweep.
+"""
+
+
 class _BadInputError(click.ClickException):
     """An error of the user, shown as one line."""
 
@@ -67,6 +74,7 @@ class _Commands(click.Group):
         """Run the command; if it is terminated, its temporary folders are removed."""
         _exit_when_terminated()
         os.environ.setdefault(_THREADS, "1")
+        os.environ.setdefault(_SAFE_PATH, "1")
         with warnings.catch_warnings(), _errors_as_lines():
             warnings.simplefilter(
                 "ignore", RuntimeWarning

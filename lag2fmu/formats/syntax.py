@@ -22,6 +22,11 @@ _NO_QUOTES = re.compile(r"(?!(?:true|false|inf|nan)\b)-?[^\W\d][^\s,\]}]*")
 _KEY = re.compile(r"\s*([\w.-]+)\s*=")
 _COLON = re.compile(r"\s*([\w-]+)\s*:")
 _OTHER_LETTERS = re.compile(r"[\w.-]*[^\x00-\x7f][\w.-]*(?=\s*[=\]])")
+_CHARACTERS = {
+    "\N{MINUS SIGN}": "a minus is written with '-'",
+    **dict.fromkeys("\u201c\u201d\u201e\u2018\u2019\u00ab\u00bb", 'texts have straight quotes: "..."'),
+}
+"""What word processors write at the beginning of a value: {character: the remedy}."""
 _PLACE = re.compile(r"at line (\d+), column (\d+)")
 
 
@@ -50,6 +55,8 @@ def _remedy(text: str, error: str) -> str:
     place = _PLACE.search(error)
     line, column = (text.split("\n")[int(place[1]) - 1], int(place[2]) - 1) if place else ("", 0)
     bare = _NO_QUOTES.match(line[column:].lstrip("[ "))
+    if "Invalid value" in error and (remedy := _CHARACTERS.get(line[column : column + 1])):
+        return f"; {remedy}"
     if "Invalid value" in error:
         return f'; texts have quotes: "{bare[0]}" instead of {bare[0]}' if bare else ""
     if line.lstrip().startswith(("//", "/*", "%", ";", "--")):

@@ -32,6 +32,16 @@ def of_character(character: str) -> str:
     return _CHARACTERS.get(character, "names are of the letters A to Z, a to z, digits and _" if letter else "")
 
 
+def of_number(text: str) -> str:
+    """The number that a ``text`` was meant to be, with a decimal comma or the sign of a printed minus; '' if none."""
+    meant = text.strip().replace("\N{MINUS SIGN}", "-").replace(",", ".")
+    try:
+        float(meant.partition(" ")[0])
+    except ValueError:
+        return ""
+    return "" if meant == text else f"write {meant}"
+
+
 def of_operator(token: str, before: str) -> tuple[str, str]:
     """(message, remedy) for a ``token`` with which no operand begins; ``before`` is the text in front of it."""
     comment = token == "/" and before.rstrip().endswith("/")

@@ -10,6 +10,7 @@ from lag2fmu.description import names
 from lag2fmu.description.events import State
 from lag2fmu.description.symbols import Input, Parameter
 from lag2fmu.errors import LoadError, UnitError
+from lag2fmu.language import remedies
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.language.units import DIMENSIONLESS, JOULE, SECOND, WATT, Unit
 from lag2fmu.mechanism.calculated_units import calculated_units
@@ -73,8 +74,8 @@ def value_in_si(name: str, text: str, units: Mapping[str, Unit]) -> float:
         try:
             return float(text)  # inf and nan are refused where they are used
         except ValueError:
-            remedy = f"; write {text.replace(',', '.')}" if re.fullmatch(r"[+-]?\d*,\d+", text) else ""
-            raise LoadError(f"setting '{name}={text}': '{text}' is not a number{remedy}") from None
+            remedy = remedies.of_number(text)
+            raise LoadError(f"setting '{name}={text}': '{text}' is not a number{remedy and f'; {remedy}'}") from None
     number, own = match.groups()
     unit = units.get(name, DIMENSIONLESS)
     if own:

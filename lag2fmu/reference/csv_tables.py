@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.description.table_files import name_and_unit
 from lag2fmu.errors import LoadError, SimulationError, UnitError
+from lag2fmu.language import remedies
 from lag2fmu.language.unit_parser import is_unit, parse_unit
 from lag2fmu.language.units import SECOND, Unit
 
@@ -68,7 +69,9 @@ def _parsed(
     try:
         header, own = _headings(next(reader, []), f"{where}, line 1", {} if units is None else units)
         _check_first(header, first, text, f"{where}, line 1")
-        for row in filter(None, reader):
+        for row in reader:
+            if not "".join(row).strip() and len(row) <= 1:
+                continue  # an empty line
             rows.append(_numbers(row, header, f"{where}, line {reader.line_num}", gaps=gaps))
             lines.append(reader.line_num)
     except csv.Error as error:
@@ -86,7 +89,9 @@ def _check_first(header: Sequence[str], first: str, text: str, where: str) -> No
     if not header and not first:
         raise LoadError(f"{where}: the names of the columns are missing; begin with a line of them")
     if not header or (first and header[0] != first):
-        found, commas = header[:1] or "missing", "; separate columns by commas" if ";" in text[:1000] else ""
+        heading = text.partition("\n")[0]
+        commas = "; separate columns by commas" if ";" in heading or "\t" in heading else ""
+        found = f"'{header[0]}'" if header else "missing"
         raise LoadError(f"{where}: the first column is {found}, expected 'time' (time,name,...){commas}")
 
 
@@ -110,14 +115,24 @@ def _headings(cells: Sequence[str], where: str, units: Mapping[str, Unit]) -> tu
 def _numbers(row: Sequence[str], header: Sequence[str], where: str, *, gaps: bool = False) -> list[float]:
     """The finite numbers of ``row``, as many as the header has names; with ``gaps`` an empty cell, or nan, is NaN."""
     if len(row) != len(header):
-        missing = f"; column '{header[len(row)]}' is missing" if len(row) < len(header) else ""
-        raise LoadError(f"{where}: {len(row)} values for {len(header)} columns{missing}")
+        raise LoadError(f"{where}: {len(row)} values for {len(header)} columns; {_remedy(row, header)}")
     numbers = [_number(text) for text in row]
     for name, text, number in zip(header, row, numbers, strict=True):
         empty = gaps and name != "time" and text.strip().lower() in {"", "nan"}
         if not (empty or math.isfinite(number)):
-            raise LoadError(f"{where}, column '{name}': {text[:40]!r} is not a finite number")
+            remedy = remedies.of_number(text[:40])
+            problem = f"{text[:40]!r} is not a finite number{remedy and f'; {remedy}'}"
+            raise LoadError(f"{where}, column '{name}': {problem}")
     return numbers
+
+
+def _remedy(row: Sequence[str], header: Sequence[str]) -> str:
+    """What is to be done about a ``row`` of fewer or more cells than the ``header`` has."""
+    if row[0].lstrip().startswith("#"):
+        return "leave comments out"
+    if len(row) < len(header):
+        return f"column '{header[len(row)]}' is missing"
+    return "decimals have a point, and columns a comma between them"
 
 
 def _number(text: str) -> float:

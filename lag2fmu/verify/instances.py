@@ -12,6 +12,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from ctypes import byref
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -176,6 +177,8 @@ def instance_of(path: Path, kind: str, *, events: bool = False, followed: tuple[
 
 
 def _keep(key: tuple[object, ...], instance: Instance) -> None:
+    """Keep the ``instance`` for another run, until the process ends at the latest."""
+    _close_kept_at_exit()
     with _lock:
         dropped = [_waiting.pop(key)] if key in _waiting else []
         _waiting[key] = instance
@@ -185,10 +188,19 @@ def _keep(key: tuple[object, ...], instance: Instance) -> None:
         other.close()
 
 
-@atexit.register
-def _close_all() -> None:
-    while _waiting:
-        _waiting.popitem()[1].close()
+@cache
+def _close_kept_at_exit() -> None:
+    """Have the kept instances closed when the process ends.
+
+    What is registered last is called first. The folder of an instance registers its own removal when it is made. That
+    must come later: Windows removes no library that is loaded, and Python warns of a folder that is removed for us.
+    """
+
+    def close_all() -> None:
+        while _waiting:
+            _waiting.popitem()[1].close()
+
+    atexit.register(close_all)
 
 
 _descriptions: dict[tuple[object, ...], Any] = {}

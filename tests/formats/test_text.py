@@ -193,6 +193,16 @@ def test_an_exponent_beyond_all_bounds_is_named() -> None:
         read(f'[mechanism]\nname = "m"\n[experiment]\nstop_time = 1e-{"9" * 30}\n', "x.toml")
 
 
+@pytest.mark.parametrize(
+    ("value", "remedy"),
+    [("\N{MINUS SIGN}5", "a minus is written with '-'"), ("\u201ekg\u201c", "texts have straight quotes")],
+    ids=["minus", "quotes"],
+)
+def test_signs_of_word_processors_get_their_remedy(value: str, remedy: str) -> None:
+    with pytest.raises(TextError, match=remedy):
+        read(f'[mechanism]\nname = "x"\n[parameters]\nm = {value}\n', "x.toml")
+
+
 def test_a_decimal_comma_is_told_from_other_faults() -> None:
     with pytest.raises(TextError, match=r"decimals have a point: 1\.5 instead of 1,5"):
         read('[mechanism]\nname = "x"\n[parameters]\nm = { value = 1,5 }\n', "x.toml")

@@ -65,7 +65,12 @@ def test_refuses_arrays(time: list, names: tuple, values: list, message: str) ->
     ("text", "message"),
     [
         ("", "line 1: the first column is missing"),
-        ("t,a\n0,1\n", r"line 1: the first column is \['t'\], expected 'time'"),
+        ("t,a\n0,1\n", "line 1: the first column is 't', expected 'time'"),
+        ("time\ta\n0\t1\n", "separate columns by commas"),
+        ("time,a\n0,1\n \n1\n", "line 4: 1 values for 2 columns; column 'a' is missing"),
+        ("time,a\n# all in SI\n0,1\n", "line 2: 1 values for 2 columns; leave comments out"),
+        ("time,a\n0,1,5\n", "3 values for 2 columns; decimals have a point"),
+        ("time,a\n0,\N{MINUS SIGN}2\n", "is not a finite number; write -2"),
         ("time,a,a\n0,1,2\n", r"line 1: the name 'a' stands twice \(column 3\)"),
         ("time,a,\n0,1,2\n", "line 1: column 3 has no name"),
         ("time,a\n", "no rows below the header"),

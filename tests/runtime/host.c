@@ -36,6 +36,7 @@ static void logger(fmi2ComponentEnvironment environment, fmi2String name, fmi2St
     log->status = status;
     snprintf(log->name, sizeof log->name, "%s", name);
     snprintf(log->category, sizeof log->category, "%s", category);
+    snprintf(log->message, sizeof log->message, "%s", message);
     va_start(arguments, message);
     vsnprintf(log->text, sizeof log->text, message, arguments);
     va_end(arguments);

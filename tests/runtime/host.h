@@ -22,7 +22,8 @@ typedef struct {
     fmi2Status status;
     char name[64];
     char category[64];
-    char text[2048];
+    char message[2048]; /* as it came, a format */
+    char text[2048];    /* with its arguments */
 } Log;
 
 /* Counts a check and reports it with file and line if it does not hold. */

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -149,6 +151,15 @@ def test_an_fmu_that_was_run_is_as_new(exported) -> None:
     with pytest.raises(SimulationError):
         lag2fmu.simulate(fmu, stop_time=1.0, values={"m": 0.0, "M": 0.0})
     assert (lag2fmu.simulate(fmu, stop_time=1.0).values == first.values).all()
+
+
+def test_nothing_is_left_to_be_cleaned_up_when_python_ends(exported) -> None:
+    """Python warns of folders that it has to remove; with a library that is loaded Windows would keep them."""
+    start = "import pathlib, sys; from lag2fmu.verify.instances import instance_of"
+    program = f"{start}\nwith instance_of(pathlib.Path(sys.argv[1]), 'CoSimulation'): pass"
+    command = [sys.executable, "-W", "error::ResourceWarning", "-c", program, str(exported("pendulum").path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])

@@ -49,6 +49,6 @@ const ModeColumns MODE_COLUMNS[N_MODES] = {
 
 void deliver(const Importer *importer, const char *name, Status status, const char *category, const char *text) {
     if (importer->logger != NULL) {
-        importer->logger(importer->componentEnvironment, name, status, category, "%s", text);
+        importer->logger(importer->componentEnvironment, name, status, category, text);
     }
 }

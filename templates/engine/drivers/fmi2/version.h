@@ -121,7 +121,11 @@ static inline Mode mode_of_calls(const Importer *importer, const Session *sessio
     return (Mode)session->mode;
 }
 
-/* Hands a message to the importer's logger, if it has one. */
+/* What a message doubles: #r1# would mean a variable, and a message is a format of printf. It needs no arguments: a
+   logger in C#, Java or Python cannot take them, and showed the format alone. */
+#define DOUBLED "#%"
+
+/* Hands a message, with what it doubles doubled, to the importer's logger, if it has one. */
 void deliver(const Importer *importer, const char *name, Status status, const char *category, const char *text);
 
 /* Is a message of this status delivered with logging off, too? Errors are, and what is said of a step's results. */

@@ -161,7 +161,10 @@ static inline Mode mode_of_calls(const Importer *importer, const Session *sessio
     return importer->updating ? MODE_INTERMEDIATE_UPDATE : (Mode)session->mode;
 }
 
-/* Hands a message to the importer's logger, if it has one. */
+/* What a message doubles: #1# would mean a variable. */
+#define DOUBLED "#"
+
+/* Hands a message, with what it doubles doubled, to the importer's logger, if it has one. */
 void deliver(const Importer *importer, const char *name, Status status, const char *category, const char *text);
 
 /* Is a message of this status delivered with logging off, too? Errors are; nothing else may be. */

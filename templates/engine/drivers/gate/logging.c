@@ -3,6 +3,7 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "failure_sentence.h"
 #include "notice_sentence.h"
@@ -19,14 +20,14 @@ const char *category_name(Category category) {
     return CATEGORY_NAMES[category];
 }
 
-/* Hands over finished text with # doubled, because #r1#, or #1# in FMI 3.0, would mean a variable. */
+/* Hands over finished text, with those characters doubled that would mean something else than themselves. */
 static void escape_and_deliver(const Importer *importer, const char *name, Status status, Category category,
                                const char *text) {
     char escaped[2 * SENTENCE_SIZE];
     size_t used = 0;
     for (const char *c = text; *c != '\0'; c++) {
-        if (*c == '#') {
-            escaped[used++] = '#';
+        if (strchr(DOUBLED, *c) != NULL) {
+            escaped[used++] = *c;
         }
         escaped[used++] = *c;
     }
