@@ -70,12 +70,17 @@ class Impacts:
         qd = qd + responses.moved[:, 2:] @ total
         if not struck and not catching:
             return state, np.zeros(2), False
-        self._count(total)
+        self._count(total, D, point)
         return StateBatch(state.t, state.q, qd, state.inputs), energies_of_jump(point, qd, lost + dissipated), True
 
-    def _count(self, impulses: Floats) -> None:
-        """Count an impact of each contact with a part in the ``impulses`` (k,)."""
-        struck = impulses[: self.system.elements.u] > LOADED * np.abs(impulses).max(initial=0.0)
+    def _count(self, impulses: Floats, D: Floats, point: MotionPoint) -> None:
+        """Count an impact of each contact with a part in the ``impulses`` (k,); D is (k, k).
+
+        Where no impulse changes a velocity, all of them are rounding.
+        """
+        u, sizes = self.system.elements.u, velocity_sizes(point)
+        shows = impulses[:u] * np.diagonal(D)[:u] > STILL * sizes[:u]
+        struck = shows & (impulses[:u] > LOADED * np.abs(impulses).max(initial=0.0))
         for i in np.flatnonzero(struck).tolist():
             self.memory.impacts[i] += 1
             self.memory.impulses[i] = impulses[i]
@@ -200,7 +205,7 @@ class Impacts:
             where = ", ".join(e.contacts[i] for i in contacts)
             none = f"neither accelerations nor an impact meet the laws of contact at {where}"
             raise system.stops(point.state.t, none if where else "no accelerations meet the laws of dry friction")
-        self._count(P)
+        self._count(P, D, point)
         for i in contacts:
             self.memory.log(float(point.state.t), e.contacts[i], "painleve", float(P[i]))
         s = point.state
