@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from bare import Bare
 from compiling import UNOPTIMISED, compiled
+from fmpy import read_model_description
 from fmpy.fmi1 import FMICallException
 from stepping import Stepping
 from stepping3 import Stepping3
@@ -42,6 +43,7 @@ def test_the_solver_is_one_of_fixed_steps(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("unoptimised")
 def test_longer_steps_are_discarded_and_shorter_ones_taken(tmp_path: Path) -> None:
     fmu = export("cart_pole", tmp_path / "it.fmu", profile="realtime", step=0.004, page="static")
+    assert float(read_model_description(str(fmu.path)).defaultExperiment.stepSize) == 0.004  # 0.01 in the model
     with Stepping(fmu.path) as host:
         host.start()
         assert len(host.steps(3, 0.004)) == 3

@@ -45,8 +45,9 @@ def add_categories(root: ET.Element, description: ModelDescription) -> None:
 
 
 def add_experiment(root: ET.Element, description: ModelDescription) -> None:
-    """DefaultExperiment."""
-    experiment = description.mechanism.experiment
+    """DefaultExperiment; its step is none that the bound of steps in real time forbids."""
+    experiment, bound = description.mechanism.experiment, description.bound
+    step = experiment.step if bound is None else min(experiment.step, bound.longest)
     ET.SubElement(
         root,
         "DefaultExperiment",
@@ -54,7 +55,7 @@ def add_experiment(root: ET.Element, description: ModelDescription) -> None:
             "startTime": "0.0",
             "stopTime": repr(float(experiment.stop_time)),
             "tolerance": repr(float(experiment.tolerance)),
-            "stepSize": repr(float(experiment.step)),
+            "stepSize": repr(float(step)),
         },
     )
 
