@@ -227,8 +227,8 @@ def _instance(folder: Path, *options: str) -> tuple[int | None, list[str]]:
     options = ("-include", "refusing.h", *UNOPTIMISED["zig"], *options)
     library = compiled(folder, {**sources, "refusing.h": REFUSING}, options=options)
     logged: list[str] = []
-    logger = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, *[ctypes.c_char_p] * 3)
-    hear = logger(lambda _e, _n, _s, _c, _format, text: logged.append(text.decode()))
+    logger = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, *[ctypes.c_char_p] * 2)
+    hear = logger(lambda _e, _n, _s, _c, text: logged.append(text.decode()))
     callbacks = (ctypes.c_void_p * 5)(ctypes.cast(hear, ctypes.c_void_p))
     library.fmi2Instantiate.restype = ctypes.c_void_p
     guid = re.search(r'MODEL_GUID\[\] = "([^"]+)"', sources["tables.c"])
