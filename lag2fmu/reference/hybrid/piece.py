@@ -96,6 +96,18 @@ class Piece:
         forceful = [self._forceful(float(t), at) for t, at in zip(times, y, strict=True)]
         return np.concatenate([margins, np.transpose(forceful)])
 
+    def margin_of_time(self, i: int, times: Floats, y: Floats) -> Floats:
+        """The event function ``i``, which depends on nothing but the time, at ``times`` (b,); y (s + 2,) is any."""
+        e, sides = self.system.elements, self.modes.sides
+        inputs = self.inputs(float(times[0]))[:, None].repeat(len(times), axis=1)
+        along = y[:, None].repeat(len(times), axis=1)
+        batch = StateBatch(times, along[: self.n], along[self.n : 2 * self.n], self.with_further(inputs, along))
+        margins, conditions, *_ = e.events(batch)
+        if i < len(sides):
+            return np.asarray(sides[i] * margins[i])
+        j = i - len(sides)
+        return np.asarray(conditions[j] if self.modes.held[j] else -conditions[j])
+
     def margins(self, times: Floats, y: Floats) -> Floats:
         """The event functions that follow without forces, at ``times`` (b,) and y (b, s + 2): (plain, b)."""
         check_time()

@@ -2,9 +2,8 @@
 
 Event functions are positive while the modes last. Every step is looked at in POINTS places, so that two roots in a step
 are not missed. It is halved where these places do not tell the functions, as those of a condition that turns many times
-within one step. Functions of the time alone are looked at on their own, whatever the places of the motion. A function
-that starts within rounding of zero counts once it was positive, or when it is clearly negative. A step that ends at the
-root ends the piece exactly there.
+within one step. A function that starts within rounding of zero counts once it was positive, or when it is clearly
+negative. A step that ends at the root ends the piece exactly there.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.modes import Due
 from lag2fmu.reference.hybrid.piece import Piece
 from lag2fmu.reference.hybrid.roots import bottom, dips, root
+from lag2fmu.reference.hybrid.timed import first_descent
 from lag2fmu.reference.state import Floats
 
 Dense = Callable[[float], Floats]
@@ -28,12 +28,11 @@ Solver = Any
 
 POINTS = 8
 """The intervals of a step at whose ends event functions are evaluated."""
-BETWEEN = np.array([0.38, 2.77, 5.62, 7.23])
-"""Where, in units of the distance of two places, a polynomial through the POINTS + 1 places is compared. No whole
-multiple of a short period hides at all of them."""
+BETWEEN = np.array([0.5, 2.5, 5.5, 7.5])
+"""Where, in units of the distance of two places, a polynomial through the POINTS + 1 places is compared."""
 RESOLVED = 1e-6
 """Relative to the greatest value of a function: the places tell the function if their polynomial differs by less."""
-HALVINGS = 14
+HALVINGS = 10
 """The most halvings of a step."""
 TOUCHING = 1e5
 """In units of its rounding error: how far below 0 a gap may begin, where an event was found to the accuracy of a step.
@@ -89,7 +88,7 @@ class Stepper:
                     return before, at, due
                 raise SimulationError(f"{self.method} cannot go on; {failed}")
             dense = solver.dense_output()
-            found = watch.first(dense, before, solver.t)
+            found = watch.first(dense, before, solver.t, at, solver.y)
             if found is None:
                 wanted(dense, before, solver.t)
                 piece_over = solver.status == "finished"
@@ -134,66 +133,66 @@ class Watch:
     """Looks for the first down-crossing of the event functions of a ``piece`` that starts at (t, y)."""
 
     def __init__(self, piece: Piece, t: float, y: Floats) -> None:
-        self.piece, floors = piece, piece.floors(t, y)
+        self.piece, self.floors = piece, piece.floors(t, y)
         start = piece.events(np.array([t]), y[None])[:, 0]
         gaps = np.array([label[0] == "gap" for label in piece.labels], dtype=bool)
-        touching = gaps & (start < 0) & (-start < TOUCHING * floors)
-        floors[touching] = np.maximum(floors, -start)[touching]
-        moving = [i for i in range(len(floors)) if i not in piece.timed]
-        self.timed = Descents(piece, list(piece.timed), floors, start, plain=True)
-        self.moving = Descents(piece, moving, floors, start, plain=False)
-
-    def first(self, dense: Dense, a: float, b: float) -> tuple[float, Due] | None:
-        """The time (s) of the first event in (a, b] and what is due there; None without one."""
-        still = dense(a)  # what depends on nothing but the time needs no motion
-        found = self.timed.first(lambda t: still, a, b, HALVINGS) | self.moving.first(dense, a, b, HALVINGS)
-        if not found:
-            return None
-        at = min(found.values())
-        return at, frozenset(label for label, root in found.items() if root <= at + SAME * max(1.0, abs(at)))
-
-    def nearly(self, t: float, y: Floats) -> Due:
-        """The kinks whose margins are almost zero at ``t`` (s) and y (s,); a formula may be undefined beyond them."""
-        values = self.piece.margins(np.array([t]), y[None])[:, 0]
-        labels = self.piece.labels[: len(values)]
-        return frozenset(x for x, value in zip(labels, values, strict=True) if x[0] == "side" and abs(value) <= 1e-9)
-
-
-class Descents:
-    """The event functions number ``rows`` of a ``piece``, which come down to 0 behind the place where they ``start``.
-
-    ``floors`` and ``start`` (count,): the sizes below which functions are zero up to rounding, and the values at the
-    start of the piece. ``plain``: no function needs forces.
-    """
-
-    def __init__(self, piece: Piece, rows: list[int], floors: Floats, start: Floats, *, plain: bool) -> None:
-        self.piece, self.rows, self.floors, self.armed = piece, rows, floors, start > floors
-        self.evaluated = piece.margins if plain else piece.events
+        touching = gaps & (start < 0) & (-start < TOUCHING * self.floors)
+        self.floors[touching] = np.maximum(self.floors, -start)[touching]
         self.last: tuple[float, Floats] | None = None  # the time (s) looked at last, and the event functions there
+        self.armed = start > self.floors
 
-    def first(self, dense: Dense, a: float, b: float, halvings: int) -> dict[tuple[str, int], float]:
-        """{label: time (s) of its root} of those that are the first to have roots in (a, b]; a few of them or none."""
-        if not self.rows:
-            return {}
-        times = np.linspace(a, b, POINTS + 1)
-        values = self._values(dense, times)
+    def first(self, dense: Dense, a: float, b: float, ya: Floats, yb: Floats) -> tuple[float, Due] | None:
+        """The time (s) of the first event in (a, b], y there being ``yb`` (s,), and what is due; None without one."""
+        if not len(self.floors):
+            return None
+        roots = self._timed_roots(a, b, ya)
+        found = self._first(dense, (a, b), (ya, yb), HALVINGS)
+        at = min([*roots.values(), *([found[0]] if found else [])], default=None)
+        if at is None:
+            return None
+        last = at + SAME * max(1.0, abs(at))
+        timed = frozenset(label for label, root in roots.items() if root <= last)
+        return at, timed | (found[1] if found and found[0] <= last else frozenset())
+
+    def _timed_roots(self, a: float, b: float, y: Floats) -> dict[tuple[str, int], float]:
+        """{label: time (s) of its first descent in (a, b]} of the functions of the time alone; y (s,) is any."""
+        roots = {}
+        for i in self.piece.timed:
+            function = partial(self.piece.margin_of_time, i, y=y)
+            time = first_descent(function, a, b, float(self.floors[i]), bool(self.armed[i]))
+            if time is not None:
+                roots[self.piece.labels[i]] = time
+        return roots
+
+    def _first(
+        self, dense: Dense, ends: tuple[float, float], there: tuple[Floats, Floats], halvings: int
+    ) -> tuple[float, Due] | None:
+        """As ``first``, between two ``ends`` (s) with the states ``there``, (s,) each."""
+        (a, b), (ya, yb) = ends, there
+        times = a + (b - a) * np.arange(0, POINTS + 1) / POINTS
+        times[-1] = b
+        y = np.stack([ya, *(dense(t) for t in times[1:-1]), yb])
+        values = self._values(times, y)
         if halvings > 0 and not self._resolved(dense, times, values):
-            middle = float(times[POINTS // 2])
-            return self.first(dense, a, middle, halvings - 1) or self.first(dense, middle, b, halvings - 1)
-        dip = dips(values)
+            middle, half = float(times[POINTS // 2]), y[POINTS // 2]
+            first = self._first(dense, (a, middle), (ya, half), halvings - 1)
+            return first or self._first(dense, (middle, b), (half, yb), halvings - 1)
+        others, dip = sorted(set(range(len(values))) - {*self.piece.timed}), dips(values)
         for j in range(1, len(times)):
-            found = {self.piece.labels[i]: self._root(i, dense, times, values[i], j, dip[i, j]) for i in self.rows}
+            found = {self.piece.labels[i]: self._root(i, dense, times, values[i], j, dip[i, j]) for i in others}
             roots = {label: time for label, time in found.items() if time is not None}
             if roots:
-                return roots
-            self.armed[self.rows] |= values[self.rows, j] > self.floors[self.rows]
-        return {}
+                at = min(roots.values())
+                return at, frozenset(label for label, root in roots.items() if root <= at + SAME * max(1.0, abs(at)))
+            self.armed |= values[:, j] > self.floors
+        return None
 
-    def _values(self, dense: Dense, times: Floats) -> Floats:
-        """The event functions at ``times`` (b,), (count, b); where the last step ended they are known."""
-        before = [] if self.piece.turning or self.last is None or self.last[0] != times[0] else [self.last[1]]
-        new = times[len(before) :]
-        values = np.column_stack([*before, self.evaluated(new, np.stack([dense(t) for t in new]))])
+    def _values(self, times: Floats, y: Floats) -> Floats:
+        """The event functions at ``times`` (b,) and y (b, s), (count, b); where the last step ended they are known."""
+        if self.last is not None and not self.piece.turning and self.last[0] == times[0]:
+            values = np.column_stack([self.last[1], self.piece.events(times[1:], y[1:])])
+        else:
+            values = self.piece.events(times, y)
         self.last = float(times[-1]), values[:, -1]
         return values
 
@@ -204,18 +203,18 @@ class Descents:
         """
         between = times[0] + (times[-1] - times[0]) * BETWEEN / POINTS
         margins = self.piece.margins(between, np.stack([dense(t) for t in between]))
-        rows = [i for i in self.rows if i < len(margins)]
-        known = values[rows]
-        bound = np.maximum(RESOLVED * np.abs(known).max(axis=1), self.floors[rows])
-        return bool((np.abs(known @ _WEIGHTS - margins[rows]).max(axis=1, initial=0.0) <= bound).all())
+        known = values[: len(margins)]
+        bound = np.maximum(RESOLVED * np.abs(known).max(axis=1), self.floors[: len(margins)])
+        told = np.abs(known @ _WEIGHTS - margins).max(axis=1, initial=0.0) <= bound
+        told[list(self.piece.timed)] = True
+        return bool(told.all())
 
     def _root(self, i: int, dense: Dense, times: Floats, values: Floats, j: int, dip: bool) -> float | None:
         """The root of function ``i`` between the places j - 1 and j of a step, if it comes down to zero there.
 
         In a ``dip`` it does so where its least value is not positive.
         """
-        value = partial(self._value, i, dense)
-        left, right = float(times[j - 1]), float(times[j])
+        value, left, right = partial(self._value, i, dense), float(times[j - 1]), float(times[j])
         if self.armed[i]:
             if values[j] <= 0:
                 return root(value, left, right)
@@ -232,4 +231,13 @@ class Descents:
         return root(sunk, left, right)
 
     def _value(self, i: int, dense: Dense, t: float, rise: float = 0.0) -> float:
-        return float(self.evaluated(np.array([t]), dense(t)[None])[i, 0]) + rise
+        return float(self.piece.events(np.array([t]), dense(t)[None])[i, 0]) + rise
+
+    def nearly(self, t: float, y: Floats) -> Due:
+        """The kinks whose margins are almost zero at ``t`` (s) and y (s,); a formula may be undefined beyond them."""
+        values = self.piece.events(np.array([t]), y[None])[:, 0]
+        return frozenset(
+            label
+            for label, value in zip(self.piece.labels, values, strict=True)
+            if label[0] == "side" and abs(value) <= 1e-9
+        )
