@@ -212,7 +212,7 @@ class HybridSystem:
         return self._constraint_values(state), self.elements.rows(state)
 
     def responses(self, point: MotionPoint, modes: Modes) -> Responses:
-        """What forces along rows make at ``point``, where constraints, and latches that hold in the ``modes``, do."""
+        """What forces along rows make at ``point``; constraints and latches that hold in the ``modes`` stay met."""
         n, held = self.n, [row for row, holds in zip(self.elements.latch_rows, modes.held, strict=True) if holds]
         (_, velocities, gamma, G), rows = point.constraints, point.rows
         G = np.concatenate([G, rows.jacobian[held]])
