@@ -247,7 +247,8 @@ def _impact_checks(
             at, count = int(behind[0]), count + 1
             if not flies[at]:  # the contact closes at once, or both sides stay where they touch
                 continue
-            pace = quick if task.solver_step else rate[at]  # all impacts have errors of first order
+            since = gap[rows][at] / (run.time[at] - event.time)  # at the top of the rebound ``rate`` is 0
+            pace = quick if task.solver_step else max(rate[at], since)  # all impacts have errors of first order
             late = float(off[at] / pace) / width_at(reference, widths, event.time)
             if late >= worst:
                 worst, where = late, f"{c.name} at t = {event.time:.4g} s"

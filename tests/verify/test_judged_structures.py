@@ -236,10 +236,60 @@ step = 0.01
 """A disc on a floor that moves slowly: its rebounds rise half a millimetre, and CVode errs by a part of that."""
 
 
+CARRIED = """
+[mechanism]
+name = "carried"
+[coordinates]
+x = { unit = "m", start = 0.1 }
+s = { unit = "rad", start = 0.2 }
+[bodies]
+carrier = { mass = 1, position = ["x", 0] }
+carried = { mass = 1, position = ["x + 0.1*s", 0] }
+[forces]
+x = "-10"
+s = "-0.2*s"
+[contacts.stop]
+gap = "x"
+restitution = 0.8
+[experiment]
+stop_time = 2
+"""
+"""The communication point behind an impact is that at the top of the rebound, where nothing moves."""
+
+CLOSED = """
+[mechanism]
+name = "closed"
+[coordinates]
+x = {}
+p = { start = -0.4963, velocity = -0.0839 }
+[forces]
+x = "16.0696*t"
+[gravity]
+acceleration = 9.81
+[bodies]
+block = { mass = 1.7351, position = ["x", 0] }
+bob = { mass = 1.0636, inertia = 0.02, position = ["x + 0.1953*sin(p)", "-0.1953*cos(p)"], angle = "p" }
+[frictions]
+guide = { on = "x_dot", force = 4.5333, static = 5.8933 }
+hinge = { on = "p_dot", force = 1.8388 }
+[stops.end]
+of = "x"
+upper = 0.4
+restitution = 0.8
+[springs.back]
+stiffness = 20.6505
+elongation = "p"
+[experiment]
+stop_time = 1.5
+step = 0.01
+"""
+"""A rebound ends 7e-7 m above the stop: the impulse that brings the block there moves the bob by three times that."""
+
+
 @pytest.mark.parametrize(
     "text",
-    [CAUGHT, HELD, TURNED, DRAINED, UNPRESSED, BILLIARD],
-    ids=["caught", "held", "turned", "drained", "unpressed", "billiard"],
+    [CAUGHT, HELD, TURNED, DRAINED, UNPRESSED, BILLIARD, CARRIED, CLOSED],
+    ids=["caught", "held", "turned", "drained", "unpressed", "billiard", "carried", "closed"],
 )
 def test_right_fmus_pass(text: str, exported) -> None:
     report = validate(exported(read(text, "by_chance")))

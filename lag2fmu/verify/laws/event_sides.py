@@ -45,6 +45,21 @@ class EventSides:
         """By how much positions may jump, in nominal values, where gaps that close up to a step late are opened."""
         return float(self.accuracy.step * (np.abs(self.change) / self.a.system.nominal).max())
 
+    @property
+    def drawn(self) -> Floats:
+        """The change of positions, (n,), that brings gaps to 0 which are closed to the tolerance before it.
+
+        Impulses along the gaps make it, so coordinates of little inertia move further than the gaps.
+        """
+        a, gaps = self.a, np.abs(self.a.gaps[self.touching, self.left])
+        size = a.gap_sizes[self.touching, 0]
+        apart = gaps > self.accuracy.exact * size
+        if not apart.any():
+            return np.zeros(a.system.n)
+        height = np.where(apart, np.minimum(gaps, self.accuracy.states * size), 0.0)
+        shares = np.linalg.lstsq(a.mobility(self.touching, self.left), height, rcond=RANK)[0]
+        return np.asarray(np.abs(a.answers(self.touching, self.left) @ shares))
+
     @cached_property
     def touching(self) -> NDArray[np.intp]:
         """The contacts whose gaps are closed before it, (c,)."""

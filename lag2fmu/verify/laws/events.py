@@ -46,7 +46,7 @@ def _jumps(a: Along, events: list[EventSides], accuracy: Accuracy) -> Iterator[R
     at = np.array([event.left for event in events])
     size = np.maximum(np.abs(a.q).max(axis=1), a.system.nominal)[:, None]
     off = np.abs(a.q[:, at + 1] - a.q[:, at] - a.qd[:, at] * (a.time[at + 1] - a.time[at]))
-    late = a.system.nominal[:, None] * [event.moved for event in events]
+    late = np.transpose([a.system.nominal * event.moved + event.drawn for event in events])
     yield from worst("positions do not jump", q, units, a.time[at], off, accuracy.states * size + late)
     caught = (a.conditions[:, at + 1] > 0).any(axis=0)
     plain = np.array([not (a.e.u and event.hits.any()) for event in events]) & ~caught
