@@ -26,7 +26,7 @@ from lag2fmu.progress import reached, telling
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of, instance_of
-from lag2fmu.verify.plan import check_tolerance, check_values, times_of
+from lag2fmu.verify.plan import check_tolerance, check_values, checked_stop, times_of
 from lag2fmu.verify.run import Feedback, Kind, Plan, Run
 from lag2fmu.verify.scalars import scalars_of
 from lag2fmu.verify.simulate import initialize
@@ -61,6 +61,8 @@ def simulate(  # noqa: PLR0913 (the fields of Run)
     Raises Lag2FmuError if the model cannot be loaded, exported or run.
     """
     source = model if is_fmu(model) else as_mechanism(model)
+    if isinstance(source, Mechanism):
+        checked_stop(source.experiment, stop_time, step)  # before the export, which takes time
     with as_fmu(source, solver) as path:
         times = times_of(path, stop_time, step)
         loop = _feedback(inputs, sample_time, kind)

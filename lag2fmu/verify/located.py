@@ -84,7 +84,9 @@ def _located(path: Path, run: Run, watched: list[str], inner: tuple[float, ...])
             stepper = (_of_fmi3 if is_fmi3(description) else _of_fmi2)(instance, run, plan, watched)
             time, values = _followed(stepper, plan, [plan.names.index(name) for name in watched], inner)
         except Exception as error:  # fmpy raises bare exceptions
-            raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
+            raise SimulationError(
+                f"'{path.name}': the simulation failed: {str(error).rstrip('.')}; {instance.log.tail()}"
+            ) from error
     return Trajectory(np.array(time), tuple(plan.names), np.array(values))
 
 

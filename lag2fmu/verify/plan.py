@@ -130,12 +130,16 @@ def check_tolerance(tolerance: float) -> float:
     return float(tolerance)
 
 
-def checked_stop(experiment: Experiment, stop_time: float | None) -> float:
-    """The ``stop_time`` (s), that of the ``experiment`` if it is None; raises LoadError for what is no time."""
+def checked_stop(experiment: Experiment, stop_time: float | None, step: float | None = None) -> float:
+    """The ``stop_time`` (s), that of the ``experiment`` if it is None.
+
+    Raises LoadError for what is no time, and for a ``step`` (s) that does not fit into it; None is the usual one.
+    """
     found = experiment.stop_time if stop_time is None else stop_time
-    if not within(found, above=0.0):
-        raise LoadError(f"the stop time {found!r} s is not positive and finite")
-    check_times(found, min(experiment.step, found))
+    for label, value in (("stop time", found), ("step", step)):
+        if value is not None and not within(value, above=0.0):
+            raise LoadError(f"the {label} {value!r} s is not positive and finite")
+    check_times(found, min(experiment.step, found) if step is None else step)
     return found
 
 

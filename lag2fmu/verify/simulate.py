@@ -64,7 +64,9 @@ def _simulated(path: Path, run: Run) -> Trajectory:
         except (LoadError, OutOfTimeError):  # of what a feedback gives, and of the bound of a run
             raise
         except Exception as error:  # fmpy raises bare exceptions
-            raise SimulationError(f"'{path}': the simulation failed: {error}; {instance.log.tail()}") from error
+            raise SimulationError(
+                f"'{path.name}': the simulation failed: {str(error).rstrip('.')}; {instance.log.tail()}"
+            ) from error
         guesses = {v.name for v in description.modelVariables if v.initial == "approx"}
         start = dict(zip(plan.names, values[0], strict=True))
         remarks = (*moved_guesses(guesses, run.values or {}, start), *short_inputs(run, plan))
@@ -73,7 +75,7 @@ def _simulated(path: Path, run: Run) -> Trajectory:
         reached, stop = float(time[-1]), float(plan.grid[-1])
         if reached < stop - 1e-9 * max(stop / len(plan.grid), stop):
             raise SimulationError(
-                f"'{path}': the simulation stopped at t = {reached:.9g} s of {stop:g} s; {instance.log.tail()}"
+                f"'{path.name}': the simulation stopped at t = {reached:.9g} s of {stop:g} s; {instance.log.tail()}"
             )
     return Trajectory(time, tuple(plan.names), values)
 

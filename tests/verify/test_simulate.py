@@ -16,6 +16,7 @@ import lag2fmu
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu import export
 from lag2fmu.formats.loading import load
+from lag2fmu.formats.text import read
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
 from lag2fmu.reference import Trajectory, held, integrate, read_csv
@@ -275,6 +276,31 @@ def test_wrong_settings(settings: dict, sentence: str, exported) -> None:
 def test_a_validation_takes_no_other_stop_times(stop_time: float, exported) -> None:
     with pytest.raises(LoadError, match=r"is not positive and finite|are too many"):
         lag2fmu.validate(exported("pendulum"), stop_time=stop_time)
+
+
+def test_a_model_is_not_exported_for_times_that_cannot_be(monkeypatch) -> None:
+    monkeypatch.setattr("lag2fmu.verify.entry_points.as_fmu", None)
+    with pytest.raises(LoadError, match=r"stop time 0\.0 s is not positive"):
+        lag2fmu.simulate("pendulum", stop_time=0.0)
+    with pytest.raises(LoadError, match=r"step -1\.0 s is not positive"):
+        lag2fmu.simulate("pendulum", step=-1.0)
+
+
+SINGULAR = """
+[mechanism]
+name = "singular"
+[coordinates]
+x = {}
+[bodies]
+block = { mass = 1, position = ["x", 0] }
+[forces]
+x = "1/(0.5 - t)**3"
+"""
+
+
+def test_a_failed_run_of_a_model_names_no_temporary_folder() -> None:
+    with pytest.raises(SimulationError, match=r"^'singular\.fmu': the simulation failed: "):
+        lag2fmu.simulate(read(SINGULAR, "singular.toml"), stop_time=1.0)
 
 
 @pytest.mark.parametrize("given", [["y0", "y0_dot"], ["y0_ddot"], ["y0", "y0_ddot"]])
