@@ -604,6 +604,27 @@ rail = "y - profile(x)"
 """
 
 
+DIPPING = """
+[mechanism]
+name = "dipping"
+[coordinates]
+y = { velocity = 0.5 }
+[bodies]
+ball = { mass = 1, position = [0, "y"] }
+[contacts.table]
+gap = "y + 1e-7 - 0.51*t + 100*t**2"
+restitution = 0.5
+"""
+"""The gap is below 0 for 77 us by 1.5e-7 m at most, at the beginning of a step that is as long as the run allows."""
+
+
+def test_a_gap_that_closes_for_a_short_while_behind_the_start_of_a_step_is_struck() -> None:
+    run = integrate(read(DIPPING, "dipping.toml"), np.linspace(0, 1, 11)).trajectory
+    approach = np.sqrt(0.01**2 - 4 * 100 * 1e-7)
+    assert run["table_impacts"][-1] == 1
+    assert run["y_dot"][-1] - 0.5 == pytest.approx(1.5 * approach, rel=1e-8)
+
+
 def test_a_bead_keeps_its_velocity_along_a_rail_that_turns() -> None:
     """At the foot of the slope of 1/2 its energy is all in 5/8 x_dot^2; the vertical part of the velocity is lost."""
     reference = integrate(read(BEAD, "bead.toml"), np.linspace(0, 0.6, 61))

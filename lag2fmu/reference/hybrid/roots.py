@@ -15,19 +15,19 @@ from lag2fmu.reference.state import Floats
 Function = Callable[[float], float]
 
 DEEP = 0.3
-"""Relative to the middle one of three samples: where the parabola through them has a smaller minimum, the function may
-come down to 0 between them."""
+"""Relative to the lower one of two samples: where the tangents of both cross lower, the function may come down to 0
+between them."""
 
 
-def dips(values: Floats) -> NDArray[np.bool_]:
-    """Which ``values`` (..., m) are less than their neighbours, so that the function may come down to 0 beside them."""
-    left, middle, right = values[..., :-2], values[..., 1:-1], values[..., 2:]
-    bend = left - 2 * middle + right
+def dips(values: Floats, slopes: Floats) -> NDArray[np.bool_]:
+    """Between which neighbours of ``values`` (..., m) the function may come down to 0 and rise again, (..., m - 1).
+
+    ``slopes`` (..., m) are those in units of the distance of two samples. What is convex is above its tangents.
+    """
+    left, right, falls, rises = values[..., :-1], values[..., 1:], slopes[..., :-1], slopes[..., 1:]
     with np.errstate(divide="ignore", invalid="ignore"):
-        lowest = middle - (right - left) ** 2 / (8 * bend)
-    found = np.zeros(values.shape, dtype=bool)
-    found[..., 1:-1] = (middle <= left) & (middle <= right) & (bend > 0) & (lowest <= DEEP * middle)
-    return found
+        lowest = left + falls * (right - rises - left) / (falls - rises)
+    return np.asarray((falls < 0) & (rises > 0) & (lowest <= DEEP * np.minimum(left, right)))
 
 
 def bottom(function: Function, left: float, right: float) -> float | None:

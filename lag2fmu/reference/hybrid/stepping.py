@@ -49,7 +49,19 @@ def _weights() -> Floats:
     return np.array([np.prod((BETWEEN[:, None] - o) / (k - o), axis=1) for k, o in zip(places, others, strict=True)])
 
 
-_WEIGHTS = _weights()
+def _derivatives() -> Floats:
+    """The slopes at the places of the polynomials that are 1 at one place and 0 at all others, (places, places).
+
+    They are in units of the distance of two places. Source: Berrut, Trefethen, Barycentric Lagrange Interpolation, SIAM
+    Review 2004, section 9.3.
+    """
+    places, unit = np.arange(POINTS + 1), np.eye(POINTS + 1)
+    weights = 1 / np.prod(places[:, None] - places + unit, axis=1)
+    found = (1 - unit) * weights[:, None] / weights / (places - places[:, None] + unit)
+    return np.asarray(found - np.diag(found.sum(axis=0)))
+
+
+_WEIGHTS, _DERIVATIVES = _weights(), _derivatives()
 
 
 @dataclass
@@ -177,9 +189,9 @@ class Watch:
             middle, half = float(times[POINTS // 2]), y[POINTS // 2]
             first = self._first(dense, (a, middle), (ya, half), halvings - 1)
             return first or self._first(dense, (middle, b), (half, yb), halvings - 1)
-        others, dip = sorted(set(range(len(values))) - {*self.piece.timed}), dips(values)
+        others, dip = sorted(set(range(len(values))) - {*self.piece.timed}), dips(values, values @ _DERIVATIVES)
         for j in range(1, len(times)):
-            found = {self.piece.labels[i]: self._root(i, dense, times, values[i], j, dip[i, j]) for i in others}
+            found = {self.piece.labels[i]: self._root(i, dense, times, values[i], j, dip[i, j - 1]) for i in others}
             roots = {label: time for label, time in found.items() if time is not None}
             if roots:
                 at = min(roots.values())
@@ -218,7 +230,7 @@ class Watch:
         if self.armed[i]:
             if values[j] <= 0:
                 return root(value, left, right)
-            low = bottom(value, left, float(times[j + 1])) if dip else None
+            low = bottom(value, left, right) if dip else None
             return None if low is None else root(value, left, low)
         if values[j] >= -10 * self.floors[i]:
             return None

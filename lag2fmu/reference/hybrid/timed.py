@@ -43,10 +43,10 @@ def first_descent(function: Callable[[Floats], Floats], a: float, b: float, floo
         times, values = times[positive[0] :], values[positive[0] :]
     below = np.flatnonzero(values <= 0)
     end = int(below[0]) if below.size else len(values)
-    for j in np.flatnonzero(dips(values[:end])):
-        low = bottom(value, float(times[j - 1]), float(times[j + 1]))
+    for j in np.flatnonzero(dips(values, np.gradient(values))[: max(end - 1, 0)]):
+        low = bottom(value, float(times[j]), float(times[j + 1]))
         if low is not None:
-            return root(value, float(times[j - 1]), low)
+            return root(value, float(times[j]), low)
     if end == len(values):
         return None
     return root(value, float(times[end - 1]), float(times[end])) if end else float(times[0])
