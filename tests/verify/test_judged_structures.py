@@ -286,10 +286,31 @@ step = 0.01
 """A rebound ends 7e-7 m above the stop: the impulse that brings the block there moves the bob by three times that."""
 
 
+FALLING = """
+[mechanism]
+name = "falling"
+[coordinates]
+y0 = { unit = "m", start = 0.103, velocity = -0.019 }
+y1 = { unit = "m", start = 0.58, velocity = 0.406 }
+[bodies]
+b0 = { mass = 1.194, position = [0, "y0"] }
+b1 = { mass = 2.374, position = [0, "y1"] }
+[gravity]
+acceleration = 9.81
+[contacts]
+table = { gap = "y0 - 0.026*sin(31.777*t)", restitution = 0.8 }
+c1 = { gap = "y1 - y0 - 0.1" }
+[experiment]
+stop_time = 0.5
+step = 0.01
+"""
+"""Two bodies that touch and fall: the force between them is rounding."""
+
+
 @pytest.mark.parametrize(
     "text",
-    [CAUGHT, HELD, TURNED, DRAINED, UNPRESSED, BILLIARD, CARRIED, CLOSED],
-    ids=["caught", "held", "turned", "drained", "unpressed", "billiard", "carried", "closed"],
+    [CAUGHT, HELD, TURNED, DRAINED, UNPRESSED, BILLIARD, CARRIED, CLOSED, FALLING],
+    ids=["caught", "held", "turned", "drained", "unpressed", "billiard", "carried", "closed", "falling"],
 )
 def test_right_fmus_pass(text: str, exported) -> None:
     report = validate(exported(read(text, "by_chance")))

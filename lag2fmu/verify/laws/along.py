@@ -24,8 +24,7 @@ SIDED = 1e-9
 SMALL = 1e-3
 """Relative to the greatest size, in units of energy: what is smaller may be the rest of a cancellation."""
 STILL = 3
-"""The communication points in a row at which a force has to break a law, so that it is more than one step of time
-stepping."""
+"""The communication points in a row at which a force has to break a law: it is then no single step of time stepping."""
 UNTOLD = 1e-9
 """Relative to its greatest value: a margin that is smaller does not tell its side."""
 
@@ -65,11 +64,10 @@ class Along:
         self.system, self.run, self.time, self.units = system, run, run.time, units
         self.e, self.mechanism = system.elements, system.mechanism
         q = [c.name for c in self.mechanism.coordinates]
-        self.q, self.qd, self.qdd = (
-            run.columns([of(name) for name in q]).T for of in (str, names.velocity, names.acceleration)
-        )
-        further = {z.name: run[z.name] for z in self.mechanism.states}
-        self.state = system.energies.state(run.time, self.q.T, self.qd.T, {**inputs, **further})
+        kinds = (str, names.velocity, names.acceleration)
+        self.q, self.qd, self.qdd = (run.columns([of(name) for name in q]).T for of in kinds)
+        others = {**inputs, **{z.name: run[z.name] for z in self.mechanism.states}}
+        self.state = system.energies.state(run.time, self.q.T, self.qd.T, others)
         self.forces = run.columns(self.e.force_names).T
         self.multipliers = run.columns([names.multiplier(c.name) for c in self.mechanism.constraints]).T
         self._evaluate()
@@ -85,9 +83,8 @@ class Along:
             self.e.set_sides(tuple(int(side) for side in kind))
             found.append((at, self._evaluated(at)))
         order = np.argsort(np.concatenate([at for at, _ in found]))
-        parts = [
-            np.concatenate(part, axis=-1)[..., order] for part in zip(*(values for _, values in found), strict=True)
-        ]
+        evaluated = zip(*(values for _, values in found), strict=True)
+        parts = [np.concatenate(part, axis=-1)[..., order] for part in evaluated]
         self.mass, self.forcing, self.G, self.moving = parts[:4]
         self.gaps, self.velocities, self.gamma, self.slopes, self.restitution, self.friction, self.static = parts[4:11]
         self.sliding, self.holding, self.power, self.lost, self.conditions = parts[11:]
@@ -242,14 +239,17 @@ class Along:
     def force_sizes(self) -> Floats:
         """The greatest force of each element, (k, 1): of a contact's normal force and friction together.
 
-        None is far below the greatest of all: a ball that rolls along a wall has forces of rounding there.
+        None is far below the greatest of all, or below what else acts: a ball that rolls along a wall has forces of
+        rounding there, and so have bodies that fall together.
         """
         found = np.abs(self.forces).max(axis=1)
         for i, rows in enumerate(self.e.slip_rows):
             found[[i, *rows]] = found[[i, *rows]].max()
         for row, limit in zip(self.e.friction_rows, self.holding, strict=True):
             found[row] = max(found[row], np.abs(limit).max())
-        return np.asarray(np.maximum(found, max(SMALL * found.max(initial=0.0), 1e-300))[:, None])
+        acts = np.abs(self.forcing * self.system.nominal[:, None]).max() / self._moved(self.slopes, 0.0 * self.q)
+        least = SMALL * np.maximum(found.max(initial=0.0), acts)
+        return np.asarray(np.maximum(found[:, None], np.maximum(least, 1e-300)))
 
     @cached_property
     def energy_size(self) -> float:
