@@ -131,19 +131,25 @@ def most_left_out(task: Task) -> float:
 def _cascades(task: Task, reference: Reference) -> Iterator[tuple[float, float]]:
     """(first time, last time), in s, of the intervals in which impacts follow that rise less than the tolerance.
 
-    They end with a higher impact, when the contact closes, or where it does not come back.
+    They end with a higher impact, when the contact closes, or where it does not come back. Where it closes another run
+    may be in a rebound that is just as high as the tolerance.
     """
     found: dict[str, tuple[float, float]] = {}
+    flights: dict[str, float] = {}  # of the last rebound that comes back, over the square root of its height
     for event in reference.events:
         if event.kind not in ("impact", "closes"):
             continue
+        height = lowest(task, reference, event.time)
         begin, end = found.pop(event.element, (event.time, event.time))
         if event.kind == "impact" and event.time > end:
             yield begin, end
             begin = event.time
-        if event.kind == "impact" and event.height <= lowest(task, reference, event.time):
+        if 0 < event.height < np.inf:
+            flights[event.element] = event.flight / np.sqrt(event.height)
+        if event.kind == "impact" and event.height <= height:
             found[event.element] = begin, event.time + FLIGHTS * event.flight
         else:
-            yield begin, event.time
+            closes = event.kind == "closes"
+            yield begin, event.time + (flights.get(event.element, 0.0) * np.sqrt(height) if closes else 0.0)
     last = float(reference.trajectory.time[-1])
     yield from ((begin, min(end, last)) for begin, end in found.values())
