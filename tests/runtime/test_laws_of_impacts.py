@@ -145,6 +145,16 @@ def test_under_load_nothing_rebounds(laws: Laws) -> None:
     np.testing.assert_allclose(impact.velocities, [0, 0.5], atol=1e-15)
 
 
+@pytest.mark.parametrize("mass", [1.0, 2.264])
+def test_a_crate_that_lands_beside_a_wall_takes_nothing_from_it(laws: Laws, mass: float) -> None:
+    """The wall, against which it is pushed, and friction on the floor might balance each other; nothing makes them."""
+    jacobian = [[0, 1], [1, 0], [-1, 0]]  # the floor, its slip, the wall
+    contacts = rough(0, 0.4, 0.3), smooth(2, 0.0, loaded=True)
+    impact = happens(laws, mass * np.eye(2), jacobian, [0, -1.3], *contacts)
+    np.testing.assert_allclose(impact.velocities, [0, 0.52], atol=1e-15)
+    np.testing.assert_allclose(impact.impulses, [1.82 * mass, 0, 0], atol=1e-15)
+
+
 def test_permanent_constraints_hold(laws: Laws) -> None:
     """A bead on a wire strikes a wall: the constraint turns the impulse along the wire."""
     jacobian = [[1, -1], [1, 0]]  # on the wire y = x to the wall

@@ -110,6 +110,13 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
     return any;
 }
 
+/* What is left of rounding where a contact that stays closed bears nothing. */
+static void clear_pulls(const Laws *laws, double x[]) {
+    for (int k = 0; k < laws->size; k++) {
+        x[k] = laws->width[k] == 0 ? fmax(x[k], 0.0) : x[k];
+    }
+}
+
 /* Rows that stay at rest may share a load in many ways. Of all solutions with the same rows at rest and the same slips,
    x becomes that of laws_try if it obeys the laws. */
 static void spread(const Laws *laws, double x[]) {
@@ -128,7 +135,9 @@ static void spread(const Laws *laws, double x[]) {
             choice.value[k] = side * laws->base[k];
         }
     }
-    if (laws_try(laws, &choice, other) && laws_bounded(laws, &choice, other)) {
+    const bool obeyed = laws_try(laws, &choice, other);
+    clear_pulls(laws, other);
+    if (obeyed && laws_bounded(laws, &choice, other)) {
         memcpy(x, other, (size_t)laws->size * sizeof(double));
     }
     arena_release(mark);
@@ -206,14 +215,10 @@ static bool solve_island(const Problem *problem, double lambda[]) {
         return arena_leave(mark, false);
     }
     spread(&laws, x);
+    clear_pulls(&laws, x);
     for (int k = 0; problem->determined != NULL && k < problem->rows; k++) {
-        problem->determined[k] = false;
-    }
-    for (int i = 0; i < laws.size; i++) {
-        x[i] = laws.width[i] == 0 ? fmax(x[i], 0.0) : x[i];
-        if (problem->determined != NULL) {
-            problem->determined[elimination.row[i]] = laws.width[i] != 0 && laws.determined[i];
-        }
+        const int i = elimination.place[k];
+        problem->determined[k] = i >= 0 && laws.width[i] != 0 && laws.determined[i];
     }
     recover_rows(&elimination, x, lambda);
     return arena_leave(mark, true);
