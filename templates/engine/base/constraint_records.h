@@ -41,6 +41,7 @@ typedef struct {
     int64_t rank;
     double distance[SIZE_CONSTRAINTS]; /* of each, at the start, from the span of those before it in the order, in the
                                           metric M^-1; 0: it is never held */
+    double slope[SIZE_CONSTRAINTS];    /* of each, at the start, see constraints_slope; 0: unknown */
 } IndependentRows;
 
 #endif
