@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from lag2fmu import simulate
+from lag2fmu.errors import SimulationError
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
@@ -196,6 +197,12 @@ def test_bennetts_linkage_is_driven_to_its_folded_position(exported: Exported) -
     fmu = exported(read(text.replace("2.8", "2.64").replace("5.5", "4.712"), "bennett.toml"))
     run = simulate(fmu, stop_time=10.0, step=0.25)
     assert run["third"] == pytest.approx(1.5 * np.pi - np.pi * run.time, abs=1e-12)
+
+
+def test_a_start_in_a_folded_position_says_so(exported: Exported) -> None:
+    fmu = exported(read(BENNETT, "bennett.toml"))
+    with pytest.raises(SimulationError, match=r"a constraint has hardly any slope.*start a little beside"):
+        simulate(fmu, stop_time=1.0, step=0.1, values={"first": np.pi, "second": 0.0, "third": np.pi})
 
 
 def test_the_end_of_a_falling_chain_outruns_free_fall(exported: Exported) -> None:

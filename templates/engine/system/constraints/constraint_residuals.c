@@ -78,10 +78,14 @@ bool report_constraints(Instance *instance, double time, const Values *values, L
     instance->failure.imported = false;
     instance->failure.time = time;
     instance->failure.count = rows_of(level);
+    double most = 0.0, steepest = 0.0;
     for (int k = 0; k < rows_of(level); k++) {
         instance->failure.constraints[k] = k;
         instance->failure.residuals[k] = residual_of(values, level, k);
+        most = fmax(most, fabs(residual_of(values, level, k)));
+        steepest = fmax(steepest, values->units[k]);
     }
+    instance->failure.flat = most <= ACCEPTED * steepest;
     return false;
 }
 
