@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -65,7 +65,7 @@ def completed(written: Description) -> Completed:
     fixed = fixed_parameters(permanent, scope, (unilateral.gap for unilateral in found))
     chosen = permanent.ports.inputs
     hidden = frozenset() if chosen is None else frozenset(input_names(permanent)) - frozenset(chosen)
-    odd = (*warnings, *cut_angles(expanded), *bent_places(expanded))
+    odd = (*warnings, *cut_angles(expanded), *bent_places(expanded), *_held_guesses(expanded, scope))
     return Completed(permanent, kept, odd, found, latches, fixed, hidden)
 
 
@@ -170,3 +170,20 @@ def _decided(m: Description, scope: Scope) -> tuple[Coordinate, ...]:
         )
         for q in m.coordinates
     )
+
+
+def _held_guesses(m: Description, scope: Scope) -> Iterator[str]:
+    """Warnings of guesses that no constraint improves: latches, which alone contain them, hold what they find."""
+    bound, _ = constrained(m, scope)
+    latches = {
+        c.name: scope.names_in(f"constraints.{c.kind}.{c.name}", c.expression)
+        for c in m.constraints
+        if c.holonomic and c.while_ is not None
+    }
+    for q in m.coordinates:
+        holders = [name for name, used in latches.items() if q.name in used]
+        if q.given is False and q.name not in bound and holders:
+            yield (
+                f"coordinates.{q.name}: its guess is its start, since {holders[0]}, which holds at times only, holds "
+                "its expression at the value where it catches; write 'start'"
+            )

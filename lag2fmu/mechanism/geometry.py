@@ -255,10 +255,8 @@ def _check_inertia(body: Body, values: Values) -> Iterator[str]:
     least, middle, greatest = principal_moments(*numbers)
     where, shown = f"bodies.{body.name}.inertia", ", ".join(f"{x:.6g}" for x in (least, middle, greatest))
     if not (greatest > 0 and least >= -ROUNDING * greatest):
-        raise MechanismError(
-            f"{where}: {numbers} is not positive, its principal moments are {shown} kg.m2; "
-            "Ixy is the entry of the tensor, minus the integral of x y dm"
-        )
+        remedy = "Ixy is the entry of the tensor, minus the integral of x y dm" if any(numbers) else "leave it out"
+        raise MechanismError(f"{where}: {numbers} is not positive, its principal moments are {shown} kg.m2; {remedy}")
     if body.mass != 0 and least + middle < greatest * (1 - ROUNDING):
         yield (
             f"{where}: {numbers} violates the triangle inequality, its principal moments are {shown} kg.m2; "

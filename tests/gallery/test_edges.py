@@ -9,6 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from fmpy.fmi2 import FMU2Model
+from scipy.integrate import quad, solve_ivp
 
 from lag2fmu import simulate, validate
 from lag2fmu.errors import SimulationError
@@ -314,3 +316,63 @@ def test_a_coarse_step_past_no_kink_is_none(exported: Callable[..., Fmu]) -> Non
         "acceleration = 9.81", "acceleration = 0"
     )
     simulate(exported(read(circle, "circle.toml"), solver="rk4"), stop_time=1.0, step=0.2, values={"solver_step": 0.2})
+
+
+ROD_ON_AN_EDGE = """
+[mechanism]
+name = "rod_on_an_edge"
+[parameters]
+L = { value = 1, unit = "m" }
+m = { value = 1, unit = "kg" }
+[coordinates]
+x = { unit = "m", start = 0.15 }
+y = { unit = "m" }
+theta = { unit = "rad" }
+[gravity]
+acceleration = 9.81
+[bodies.rod]
+mass = "m"
+inertia = "m*L**2/12"
+position = ["x", "y"]
+angle = "-theta"
+[contacts.edge]
+gap = "y*cos(theta) + x*sin(theta)"
+slip = "cos(theta)*x_dot - sin(theta)*y_dot"
+friction = 0.4
+"""
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
+def test_a_rod_slides_off_the_edge_of_a_table_in_model_exchange(
+    tolerance: float, exported: Callable[..., Fmu], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The gap opens with the third power of the time, in which CVode is wrong by more: each error was an event.
+
+    It slips where tan(theta) = mu/(1 + 36 (d/L)^2), and is then followed by equations of its own.
+    """
+
+    def rates(_: float, z: np.ndarray) -> list[float]:
+        turns = z[0] * (G * np.cos(z[1]) - 2 * z[2] * z[3]) / (1 / 12 + z[0] ** 2)
+        return [z[2], z[3], z[0] * z[3] ** 2 + G * np.sin(z[1]) - 0.4 * bears(0, z), turns]
+
+    def bears(_: float, z: np.ndarray) -> float:
+        return (G * np.cos(z[1]) - 2 * z[2] * z[3]) / (1 + 12 * z[0] ** 2)
+
+    bears.terminal = True  # type: ignore[attr-defined]
+    d, slips = 0.15, np.arctan(0.4 / (1 + 36 * 0.15**2))
+    turned = lambda a: np.sqrt(2 * G * d * np.sin(a) / (1 / 12 + d**2))  # noqa: E731
+    time = quad(lambda root: 2 * root / turned(root**2), 0, np.sqrt(slips))[0]
+    start = [d, slips, 0, turned(slips)]
+    found = solve_ivp(rates, (0, 1), start, "DOP853", rtol=1e-12, atol=1e-12, events=bears)
+    s, theta, away, spin = found.y[:, -1]
+    fall = 0.55 - time - found.t[-1]
+    along, up = np.array([np.cos(theta), -np.sin(theta)]), np.array([np.sin(theta), np.cos(theta)])
+    place = s * along + fall * (away * along - s * spin * up) - [0, G * fall**2 / 2]
+    fmu = exported(read(ROD_ON_AN_EDGE, "rod.toml"))
+    events: list[FMU2Model] = []
+    enter = FMU2Model.enterEventMode
+    monkeypatch.setattr(FMU2Model, "enterEventMode", lambda unit: (events.append(unit), enter(unit)))
+    run = simulate(fmu, stop_time=0.55, step=0.05, tolerance=tolerance, kind="model-exchange")
+    assert len(events) < 10
+    end = [run[name][-1] for name in ("x", "y", "theta")]
+    assert end == pytest.approx([*place, theta + spin * fall], abs=100 * tolerance)

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import lag2fmu
 from lag2fmu.formats.loading import load
-from lag2fmu.mechanism import Body, Constraint, Mechanism, Output, coordinate
+from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, Output, coordinate
 from lag2fmu.reference import Trajectory
 
 pytestmark = pytest.mark.fmu
@@ -218,6 +218,43 @@ def test_a_slider_crank_goes_on_where_it_is_folded(kind: str, tolerance: float, 
 
 
 FOLDING = isosceles_slider_crank()
+
+
+def parallelogram(start: float, weight: float) -> Mechanism:
+    """Two cranks of length 1 and a coupler of length 2, all in one line where sin(a) is 0."""
+    a, c = (coordinate(name, "rad", start=start, velocity=1.0) for name in "ac")
+    b = coordinate("b", "rad", guess=0.0, guess_velocity=0.0)
+    kinetic = a.dot**2 + 2 * b.dot**2 / 3 + a.dot * b.dot * sp.cos(a - b) + c.dot**2 / 2
+    return Mechanism(
+        "parallelogram",
+        coordinates=[a, b, c],
+        energy=Energy(kinetic, weight * (5 * sp.sin(a) + 3 * sp.sin(b) + 2 * sp.sin(c))),
+        constraints=[
+            Constraint("x", sp.cos(a) + 2 * sp.cos(b) - sp.cos(c) - 2),
+            Constraint("y", sp.sin(a) + 2 * sp.sin(b) - sp.sin(c)),
+        ],
+    )
+
+
+@pytest.mark.parametrize("start", [0.0, np.pi, 2 * np.pi])
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_a_parallelogram_starts_where_it_is_folded(start: float, kind: str, exported) -> None:
+    """One equation has no slope there but for rounding; the cranks go on with the velocity that both have."""
+    run = lag2fmu.simulate(exported(parallelogram(start, 0.0)), stop_time=3.0, step=0.01, tolerance=1e-7, kind=kind)
+    assert run["a"] == pytest.approx(start + run.time, abs=1e-12 if kind == "co-simulation" else 1e-4)
+    assert run["c"] == pytest.approx(run["a"], abs=1e-5)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.05, 1.0])
+def test_a_parallelogram_goes_on_as_one_in_model_exchange(start: float, exported) -> None:
+    """Errors of CVode decided in one of five runs that it went on as an antiparallelogram."""
+    fmu = exported(parallelogram(start, 0.1))
+    rates = lambda _, z: [z[1], -0.7 * np.cos(z[0]) / 3]  # noqa: E731
+    exact = solve_ivp(rates, (0, 20), [start, 1], "DOP853", rtol=1e-12, atol=1e-12).y[0, -1]
+    for tolerance, bar in ((1e-6, 0.02), (1e-7, 2e-3), (1e-8, 2e-4)):
+        for step in (0.005, 0.02, 0.1):
+            run = lag2fmu.simulate(fmu, stop_time=20.0, step=step, tolerance=tolerance, kind="model-exchange")
+            assert [run["a"][-1], run["c"][-1]] == pytest.approx([exact, exact], abs=bar)
 
 
 def turn(axis: int, angle: complex) -> np.ndarray:

@@ -4,12 +4,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 
 from lag2fmu import simulate
+from lag2fmu.errors import SimulationError
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Energy, Mechanism, coordinate
+from lag2fmu.verify.run import Kind
 
 pytestmark = pytest.mark.fmu
 
@@ -156,6 +158,51 @@ def test_bennetts_linkage_moves_as_he_found(exported: Exported) -> None:
     product = np.tan(run["first"] / 2) * np.tan(run["second"] / 2)
     assert product == pytest.approx(np.full(len(run), np.sin(0.75) / np.sin(0.25)), rel=1e-7)
     assert np.ptp(run["first"]) > 1
+
+
+def bennetts_inertia(first: float) -> float:
+    """Twice the kinetic energy at one radian a second, by the velocities of the links' rotations and centres."""
+    step, half = 1e-30j, first / 2
+    ratio = np.sin(0.75) / np.sin(0.25)
+    second = 2 * np.arctan2(ratio * np.cos(half), np.sin(half))
+    rate = -ratio / (np.sin(half) ** 2 + (ratio * np.cos(half)) ** 2)
+    place, turn, b, total = np.zeros(3), np.eye(3), np.sin(1) / np.sin(0.5), 0.0
+    for angle, speed, length, twist in ((first, 1, 1, 0.5), (second, rate, b, 1.0), (-first, -1, 1, 0.5)):
+        z = angle + speed * step
+        turn = turn @ np.array([[np.cos(z), -np.sin(z), 0], [np.sin(z), np.cos(z), 0], [0, 0, 1]])
+        center, spin = (place + turn[:, 0] * length / 2).imag / step.imag, turn.real.T @ turn.imag / step.imag
+        total += center @ center + [0.01, 0.1, 0.1] @ np.array([spin[2, 1], spin[0, 2], spin[1, 0]]) ** 2
+        place = place + turn[:, 0] * length
+        turn = turn @ np.array([[1, 0, 0], [0, np.cos(twist), -np.sin(twist)], [0, np.sin(twist), np.cos(twist)]])
+    return float(total)
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+@pytest.mark.parametrize("start", [0.8, 1.5, 2.5])
+def test_bennetts_linkage_turns_through_its_folded_positions(start: float, kind: Kind, exported: Exported) -> None:
+    """Where all links lie in one line, two of its five equations, of which any two suffice, have no slope left."""
+    fmu = exported(read(BENNETT, "bennett.toml"))
+    rate = lambda _, z: [np.sqrt(bennetts_inertia(start) / bennetts_inertia(z[0]))]  # noqa: E731
+    exact = solve_ivp(rate, (0, 20), [start], "DOP853", rtol=1e-12, atol=1e-12).y[0, -1]
+    assert exact > start + 4 * np.pi
+    for tolerance, bar in ((1e-6, 5e-3), (1e-9, 2e-5)):
+        run = simulate(fmu, stop_time=20.0, step=0.05, tolerance=tolerance, kind=kind, values={"first": start})
+        assert run["first"][-1] == pytest.approx(exact, abs=bar)
+        assert run["third"] == pytest.approx(2 * np.pi - run["first"], abs=100 * tolerance)
+
+
+def test_bennetts_linkage_is_driven_to_its_folded_position(exported: Exported) -> None:
+    """There at a communication point, residuals have no slope to be measured by."""
+    text = BENNETT.replace("first = { unit", "# first = { unit").replace('"first"', '"pi/2 + pi*t"')
+    fmu = exported(read(text.replace("2.8", "2.64").replace("5.5", "4.712"), "bennett.toml"))
+    run = simulate(fmu, stop_time=10.0, step=0.25)
+    assert run["third"] == pytest.approx(1.5 * np.pi - np.pi * run.time, abs=1e-12)
+
+
+def test_a_start_in_a_folded_position_says_so(exported: Exported) -> None:
+    fmu = exported(read(BENNETT, "bennett.toml"))
+    with pytest.raises(SimulationError, match=r"a constraint has hardly any slope.*start a little beside"):
+        simulate(fmu, stop_time=1.0, step=0.1, values={"first": np.pi, "second": 0.0, "third": np.pi})
 
 
 def test_the_end_of_a_falling_chain_outruns_free_fall(exported: Exported) -> None:

@@ -16,6 +16,7 @@ from lag2fmu.language.expressions import symbol
 from lag2fmu.language.unit_parser import parse_unit
 from lag2fmu.mechanism import (
     Body,
+    Constraint,
     Contact,
     Coordinate,
     Damper,
@@ -278,6 +279,18 @@ def test_a_plain_number_is_a_value_in_si_and_fits_everywhere() -> None:
     remedy = "'0.6' is in 1 .* they cannot be added; a number has no unit: make it a parameter that has one"
     with pytest.raises(UnitError, match=remedy):
         replace(mechanism, springs=[Spring("s", 20.0, elongation=x + sp.Rational(3, 5))])
+
+
+def test_a_guess_that_latches_alone_contain_is_said() -> None:
+    x, y = coordinate("x", guess=0.5), coordinate("y", start=1.0)
+    bodies = [Body("a", 1, (x, y))]
+    catch = Constraint("catch", x - 2 * y, while_=5 - y)
+    (held,) = Mechanism("held", coordinates=[x, y], bodies=bodies, constraints=[catch]).warnings
+    assert held.startswith("coordinates.x: its guess is its start, since catch, which holds at times only")
+    always = Constraint("always", x - y)
+    assert Mechanism("bound", coordinates=[x, y], bodies=bodies, constraints=[catch, always]).warnings == ()
+    given = coordinate("x", start=0.5)
+    assert Mechanism("given", coordinates=[given, y], bodies=bodies, constraints=[catch]).warnings == ()
 
 
 def test_gravity_that_does_nothing_and_energies_that_count_twice_are_said() -> None:

@@ -259,6 +259,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         {"bodies": [Body("b", 1, frame=arm, inertia=(I, I, -I, 0, 0, 0))]},
         "bodies.b.inertia:.*principal moments are -0.2",
     ),
+    ({"bodies": [Body("b", 1, frame=arm, inertia=(0, 0, 0, 0, 0, 0))]}, "bodies.b.inertia:.*kg.m2; leave it out"),
     ({"bodies": [Body("b", 1, frame=arm, inertia=(1, 1, -0.1, 0, 0, 0))]}, "bodies.b.inertia:.*not positive"),
     (
         {"bodies": [Body("b", 1, frame=arm, inertia=(1, 1, 1, 2, 0, 0))]},

@@ -39,8 +39,10 @@ static inline int row_end(const ConstraintFactorization *f, int k) {
 typedef struct {
     int64_t order[SIZE_CONSTRAINTS];
     int64_t rank;
-    double distance[SIZE_CONSTRAINTS]; /* of each, at the start, from the span of those before it in the order, in the
-                                          metric M^-1; 0: it is never held */
+    double distance[SIZE_CONSTRAINTS]; /* of each, at the start or, for an importer's solver, the greatest so far, from
+                                          the span of those before it in the order, in the metric M^-1; 0: it is never
+                                          held */
+    double slope[SIZE_CONSTRAINTS];    /* of each, in the same way, see constraints_slope; 0: unknown */
 } IndependentRows;
 
 #endif

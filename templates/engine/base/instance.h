@@ -144,6 +144,7 @@ typedef struct {
     int count;                       /* for CONSTRAINTS and MASSLESS: the number of constraints that are not met */
     int constraints[SIZE_CONSTRAINTS];  /* for CONSTRAINTS and MASSLESS: the indices of these constraints */
     double residuals[SIZE_CONSTRAINTS]; /* for CONSTRAINTS and MASSLESS: the residuals of these constraints */
+    bool flat;                          /* for CONSTRAINTS: what is missed has hardly any slope at these states */
     bool imported;                      /* for CONSTRAINTS and NOT_FINITE: the importer's solver made the states */
     int event;                          /* for EVENT_VALUE and CHATTERING: the index of the event function; for
                                            STANDSTILL: of the last one that came down to 0, or -1 */

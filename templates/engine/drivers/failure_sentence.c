@@ -62,6 +62,10 @@ static void constraints_sentence(const Failure *failure, char text[], size_t siz
         snprintf(text, size, "at time %.17g the importer's solver has left the constraints so far that no states near "
                  "its own meet them; residuals: %s; its steps are too long: shorten them, take a solver of higher "
                  "order, or co-simulation", failure->time, residuals);
+    } else if (failure->kind == FAILURE_CONSTRAINTS && failure->flat) {
+        snprintf(text, size, "at time %.17g a constraint has hardly any slope, as where all links lie in one line, and "
+                 "its residual there is rounding; residuals: %s; start a little beside such a position", failure->time,
+                 residuals);
     } else if (failure->kind == FAILURE_CONSTRAINTS) {
         snprintf(text, size, "at time %.17g no states near the present ones meet the constraints; residuals: %s; start "
                  "nearer to a solution, or check what moves the supports%s", failure->time, residuals,

@@ -8,6 +8,11 @@
    value makes. */
 double constraints_drift(const Instance *instance, double time, const double states[], const double inputs[]);
 
+/* The square of the part that the constraint nearest to being lost has kept of its usual distance, at least
+   CLEARLY_INDEPENDENT; 1 where one is held. Errors of the states grow inversely to it, so that drift counts by as much
+   more. The cache has the system at the present point. */
+double constraints_firmness(const Instance *instance);
+
 /* The same of the velocities, at the present states. */
 double constraints_velocity_drift(const Instance *instance);
 
@@ -37,8 +42,9 @@ bool constraints_regroup(Instance *instance);
    cache are up to date. */
 void constraints_settle_seed(Instance *instance, Seed *seed);
 
-/* Keeps the accelerations of the motion at the present point, and their derivatives, as the usual ones. In a singular
-   position nothing is kept: there the accelerations are the usual ones already. */
+/* Keeps the accelerations of the motion at the present point, and their derivatives, as the usual ones, and distances
+   and slopes of rows that are greater than usual. In a singular position nothing is kept: there the accelerations are
+   the usual ones already. */
 void constraints_remember(Instance *instance, const Motion *motion);
 
 #endif

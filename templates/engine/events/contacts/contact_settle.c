@@ -175,6 +175,12 @@ bool contacts_undo_drift(Instance *instance, bool *jumped) {
     return arena_leave(mark, settling_move(settling, jumped));
 }
 
+/* How far below 0 a gap that is due may be before its next event. The next impact is not as far inside as this one. But
+   a gap that grows was no impact: the importer's solver is wrong by so much, and will be so again. */
+static double next_rest(const Settling *settling, int contact) {
+    return settling->rows.velocities[contact] > 0.0 ? fmax(-settling->rows.positions[contact], 0.0) : 0.0;
+}
+
 /* An importer's solver ends its step at an impact with a gap a little below 0. Moves the coordinates so that the gaps
    that are due are 0 and none is negative after the event. Where not all of them can be 0, nothing is moved. */
 static bool undo_overlap(Settling *settling, bool *jumped) {
@@ -202,7 +208,7 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
     for (int i = 0; i < N_UNILATERALS; i++) {
         row_activate(state, i, !open[i]);
         if (touch && open[i] && settling->due[2 * i]) {
-            state->event_rests[N_SWITCHES + 2 * i] = 0.0; /* the next impact is not as far inside */
+            state->event_rests[N_SWITCHES + 2 * i] = next_rest(settling, i);
         }
     }
     if (touch) {

@@ -121,11 +121,22 @@ void accelerations_stabilise(const Instance *instance, double change[]) {
     }
 }
 
+/* A start may be near a singular position: what is usual is the greatest so far. */
+static void note_usual(const ConstraintFactorization *f, IndependentRows *known) {
+    for (int k = 0; k < f->rows; k++) {
+        const int row = f->order[k];
+        const double distance = k < f->rank && known->distance[row] > 0.0 ? constraints_distance(f, k) : 0.0;
+        known->distance[row] = fmax(known->distance[row], distance);
+        known->slope[row] = fmax(known->slope[row], constraints_slope(f->jacobian, row));
+    }
+}
+
 void constraints_remember(Instance *instance, const Motion *motion) {
     State *state = &instance->state;
     if (instance->cache.system.constraints.holding) {
         return;
     }
+    note_usual(&instance->cache.system.constraints, &state->rows);
     for (int order = 0; order <= MAX_OUTPUT_ORDER; order++) {
         memcpy(state->usual[order], motion->q[2 + order], sizeof state->usual[order]);
         if (!all_finite(state->usual[order], N_COORDINATES)) {

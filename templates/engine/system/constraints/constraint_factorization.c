@@ -93,20 +93,36 @@ static void exchange_rows(ConstraintFactorization *result, int k, int other) {
     }
 }
 
-/* The place, from k, of the largest remaining diagonal entry. */
-static int largest_row(const ConstraintFactorization *result, int k) {
-    const double *a = result->factor;
+double constraints_slope(const double jacobian[], int k) {
+    double slope = 0.0;
+    for (int i = 0; i < N; i++) {
+        slope = fmax(slope, fabs(jacobian[k * N + i]) * NOMINAL_STATES[i]);
+    }
+    return slope;
+}
+
+/* The square of the distance of the row at place k from the span of those that are eliminated, in units of its length;
+   of its usual length, where that is greater: errors of the states turn a row that has become short. */
+static double clarity(const ConstraintFactorization *f, const IndependentRows *known, int k) {
+    const int row = f->order[k];
+    const double usual = known == NULL ? 0.0 : known->slope[row];
+    const double part = usual > 0.0 ? fmin(1.0, constraints_slope(f->jacobian, row) / usual) : 1.0;
+    return f->factor[k * K + k] * part * part;
+}
+
+/* The place, from k, of the clearest row. */
+static int clearest_row(const ConstraintFactorization *f, const IndependentRows *known, int k) {
     int best = k;
-    for (int i = k + 1; i < result->rows; i++) {
-        best = a[i * K + i] > a[best * K + best] ? i : best;
+    for (int i = k + 1; i < f->rows; i++) {
+        best = clarity(f, known, i) > clarity(f, known, best) ? i : best;
     }
     return best;
 }
 
-/* Brings the largest remaining diagonal entry to row k; returns it. */
-static double bring_row(ConstraintFactorization *result, int k) {
-    exchange_rows(result, k, largest_row(result, k));
-    return result->factor[k * K + k];
+/* Brings the clearest row to place k; returns its clarity. */
+static double bring_row(ConstraintFactorization *result, const IndependentRows *known, int k) {
+    exchange_rows(result, k, clearest_row(result, known, k));
+    return clarity(result, known, k);
 }
 
 /* Writes column k of L, and the same as row k behind the diagonal, and takes its part out of the rest of the matrix.
@@ -188,9 +204,9 @@ static bool weakened(const ConstraintFactorization *f, const IndependentRows *kn
 
 /* Brings a clearly independent row, if there is one, to place k, whose known row is weakened. There is none at a
    singular position. */
-static bool replace_row(ConstraintFactorization *result, int k) {
-    const int other = largest_row(result, k);
-    const bool clear = other != k && result->factor[other * K + other] > CLEARLY_INDEPENDENT;
+static bool replace_row(ConstraintFactorization *result, const IndependentRows *known, int k) {
+    const int other = clearest_row(result, known, k);
+    const bool clear = other != k && clarity(result, known, other) > CLEARLY_INDEPENDENT;
     exchange_rows(result, k, clear ? other : k);
     return clear;
 }
@@ -209,13 +225,13 @@ void constraints_factorize(Arena *arena, ConstraintFactorization *result, int ro
     }
     int strong = independent; /* the place of the known rows that wait until the others are eliminated */
     for (int k = 0; k < rows; k++) {
-        while (k < strong && independent < rows && damping <= 0.0 && weakened(result, known, k)) {
+        while (k < strong && independent < rows && weakened(result, known, k)) {
             exchange_rows(result, k, --strong);
         }
-        const bool replaced = k >= strong && k < independent && replace_row(result, k);
-        const double least = known != NULL && k >= independent && damping <= 0.0 ? CLEARLY_INDEPENDENT : REDUNDANT;
+        const bool replaced = k >= strong && k < independent && replace_row(result, known, k);
+        const double least = independent > 0 && k >= independent && damping <= 0.0 ? CLEARLY_INDEPENDENT : REDUNDANT;
         const bool kept = k < independent && !replaced && result->factor[k * K + k] > REDUNDANT;
-        if (!kept && !(bring_row(result, k) > least)) {
+        if (!kept && !(bring_row(result, known, k) > least)) {
             break;
         }
         eliminate(result->factor, rows, k);

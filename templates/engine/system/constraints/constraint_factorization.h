@@ -12,6 +12,9 @@
 void constraints_factorize(Arena *arena, ConstraintFactorization *result, int rows, const IndependentRows *known,
                            double damping);
 
+/* By how much what row k restricts changes where one coordinate changes by its nominal value, at most. */
+double constraints_slope(const double jacobian[], int k);
+
 /* The distance of the row at place k of the order from the span of those before it, in the metric M^-1. */
 double constraints_distance(const ConstraintFactorization *factorization, int k);
 

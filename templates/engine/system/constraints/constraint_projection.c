@@ -19,6 +19,21 @@ double constraints_drift(const Instance *instance, double time, const double sta
     return drift;
 }
 
+double constraints_firmness(const Instance *instance) {
+    const IndependentRows *known = &instance->state.rows;
+    const ConstraintFactorization *f = &instance->cache.system.constraints;
+    double least = 1.0;
+    if (!instance->state.rows_known || f->holding) {
+        return 1.0;
+    }
+    for (int k = 0; k < f->rank; k++) {
+        const double usual = known->distance[f->order[k]];
+        const double part = usual > 0.0 ? constraints_distance(f, k) / usual : 1.0;
+        least = fmin(least, part * part);
+    }
+    return fmax(least, CLEARLY_INDEPENDENT);
+}
+
 double constraints_velocity_drift(const Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, Values, values);

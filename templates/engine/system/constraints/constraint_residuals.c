@@ -10,10 +10,22 @@ int rows_of(Level level) {
     return level == POSITIONS ? N_HOLONOMIC : N_CONSTRAINTS;
 }
 
+/* Where a row has become so short that it counts as redundant, its residual is in units of its usual slope at that
+   length: relative to what is left of the row, rounding has no bound. */
+static double unit_of(const Instance *instance, const Values *values, int k) {
+    const IndependentRows *known = &instance->state.rows;
+    const double least = instance->state.rows_known ? sqrt(REDUNDANT) * known->slope[k] : 0.0;
+    const double unit = fmax(constraints_slope(values->jacobian, k), least);
+    return unit > 0.0 ? unit : 1.0;
+}
+
 void residuals_evaluate(const Instance *instance, double time, const double states[], const double inputs[],
                         Values *values) {
     mechanism_constraints(time, states, inputs, instance->state.parameters, values->positions, values->velocities,
                           values->jacobian);
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        values->units[k] = unit_of(instance, values, k);
+    }
 }
 
 double residual_unit(Level level, const double states[]) {
@@ -28,20 +40,11 @@ static double residual_of(const Values *values, Level level, int k) {
     return level == POSITIONS ? values->positions[k] : values->velocities[k];
 }
 
-/* By how much residual k changes where one coordinate changes by its nominal value; 1 if none does. */
-static double row_scale(const Values *values, int k) {
-    double scale = 0.0;
-    for (int i = 0; i < N; i++) {
-        scale = fmax(scale, fabs(values->jacobian[k * N + i]) * NOMINAL_STATES[i]);
-    }
-    return scale > 0.0 ? scale : 1.0;
-}
-
 double residual_size(const Values *values, Level level, double unit, const double held[]) {
     double greatest = 0.0;
     for (int k = 0; k < rows_of(level); k++) {
         const double share = held == NULL ? 1.0 : 1.0 - held[k];
-        const double relative = share * fabs(residual_of(values, level, k)) / (unit * row_scale(values, k));
+        const double relative = share * fabs(residual_of(values, level, k)) / (unit * values->units[k]);
         if (!(relative <= greatest)) {
             greatest = isfinite(relative) ? relative : HUGE_VAL;
         }
@@ -55,11 +58,14 @@ bool residuals_accepted(const Values *values, Level level, double unit, const Co
     for (int place = 0; place < constraints->rows; place++) {
         const int k = constraints->order[place];
         double left = 0.0;
-        for (int i = 0; i < N && place >= constraints->rank; i++) {
-            left += distance * fabs(values->jacobian[k * N + i] * states[N + i]);
+        if (place >= constraints->rank) {
+            left = distance * unit * (values->units[k] - constraints_slope(values->jacobian, k));
+            for (int i = 0; i < N; i++) {
+                left += distance * fabs(values->jacobian[k * N + i] * states[N + i]);
+            }
         }
         const double held = constraints->held[k], share = last && held > 0.0 ? 0.0 : 1.0 - held;
-        const double most = left + ACCEPTED * unit * row_scale(values, k);
+        const double most = left + ACCEPTED * unit * values->units[k];
         if (!(share * fabs(residual_of(values, level, k)) <= most)) {
             return false;
         }
@@ -72,10 +78,14 @@ bool report_constraints(Instance *instance, double time, const Values *values, L
     instance->failure.imported = false;
     instance->failure.time = time;
     instance->failure.count = rows_of(level);
+    double most = 0.0, steepest = 0.0;
     for (int k = 0; k < rows_of(level); k++) {
         instance->failure.constraints[k] = k;
         instance->failure.residuals[k] = residual_of(values, level, k);
+        most = fmax(most, fabs(residual_of(values, level, k)));
+        steepest = fmax(steepest, values->units[k]);
     }
+    instance->failure.flat = most <= ACCEPTED * steepest;
     return false;
 }
 

@@ -9,6 +9,7 @@ typedef struct {
     double positions[N_HOLONOMIC + 1]; /* one more, because C has no array of length 0 */
     double velocities[N_CONSTRAINTS];
     double jacobian[N_CONSTRAINTS * N_COORDINATES];
+    double units[N_CONSTRAINTS]; /* of the residuals: what a coordinate's nominal value changes them by */
 } Values;
 
 /* Positions (of the holonomic constraints) or velocities (of all). */

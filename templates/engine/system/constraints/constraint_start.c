@@ -124,18 +124,41 @@ static bool settle(Instance *instance, Level level, double states[]) {
                                  report_constraints(instance, state->time, values, level));
 }
 
+/* rows: all of them, in their order, none of which is known to be independent yet. Their slopes are those at the states
+   or, where greater, a little beside them: a row that is much shorter than errors of the states make it counts as 0. */
+static void list_rows(Instance *instance, const double states[], IndependentRows *rows) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, beside, N_STATES);
+    WORK_OF(mark, Values, values);
+    memcpy(beside, states, N_STATES * sizeof(double));
+    for (int i = 0; i < N; i++) {
+        beside[i] += MET / sqrt(REDUNDANT) * NOMINAL_STATES[i] * cos(i);
+    }
+    residuals_evaluate(instance, instance->state.time, beside, instance->state.inputs, values);
+    rows->rank = 0;
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        const double slope = constraints_slope(values->jacobian, k);
+        rows->order[k] = k;
+        rows->slope[k] = fmax(constraints_slope(instance->scratch.system.constraints.jacobian, k), slope);
+    }
+    arena_release(mark);
+}
+
 /* Which rows are independent at these states, and how far from the span of the others. */
 static bool independent_rows(Instance *instance, const double states[], IndependentRows *rows) {
     const State *state = &instance->state;
-    System *system = &instance->scratch.system;
-    if (!system_factorize(instance, state->time, states, state->inputs, N_CONSTRAINTS, 0.0, system)) {
+    ConstraintFactorization *found = &instance->scratch.system.constraints;
+    if (!system_factorize(instance, state->time, states, state->inputs, N_CONSTRAINTS, 0.0,
+                          &instance->scratch.system)) {
         return false;
     }
-    rows->rank = system->constraints.rank;
+    list_rows(instance, states, rows);
+    constraints_factorize(instance->arena, found, N_CONSTRAINTS, rows, 0.0);
+    rows->rank = found->rank;
     for (int k = 0; k < N_CONSTRAINTS; k++) {
-        const int row = system->constraints.order[k];
+        const int row = found->order[k];
         rows->order[k] = row;
-        rows->distance[row] = k < rows->rank ? constraints_distance(&system->constraints, k) : 0.0;
+        rows->distance[row] = k < rows->rank ? constraints_distance(found, k) : 0.0;
     }
     return true;
 }
@@ -156,6 +179,17 @@ static bool move_on(Instance *instance, double states[]) {
     return fastest > 0.0 && constraints_project(instance, state->time, state->inputs, states, &moved);
 }
 
+/* Takes the greater slopes into both, and the rows further on where more of them are independent there. */
+static void combine_rows(IndependentRows *rows, IndependentRows *further) {
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        rows->slope[k] = fmax(rows->slope[k], further->slope[k]);
+        further->slope[k] = rows->slope[k];
+    }
+    if (further->rank > rows->rank) {
+        *rows = *further;
+    }
+}
+
 /* A start may be in a singular position, where a constraint that restricts the motion shows itself little or not at
    all. Such a constraint counts as it does further on, and is about to be lost at the start. */
 static bool find_independent_rows(Instance *instance) {
@@ -167,9 +201,9 @@ static bool find_independent_rows(Instance *instance) {
     if (!independent_rows(instance, state->states, &state->rows)) {
         return arena_leave(mark, false);
     }
-    if (state->rows.rank < N_CONSTRAINTS && move_on(instance, states) && independent_rows(instance, states, further) &&
-        further->rank > state->rows.rank) {
-        state->rows = *further;
+    if (state->rows.rank < N_CONSTRAINTS && move_on(instance, states) &&
+        independent_rows(instance, states, further)) {
+        combine_rows(&state->rows, further);
     }
     instance->failure.kind = FAILURE_NONE;
     state->rows_known = 1;

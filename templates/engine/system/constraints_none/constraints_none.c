@@ -73,6 +73,11 @@ void system_solve(const System *system, const double right[], const double *belo
     mass_divide(system, right, unknowns);
 }
 
+double constraints_firmness(const Instance *instance) {
+    (void)instance;
+    return 1.0;
+}
+
 double constraints_drift(const Instance *instance, double time, const double states[], const double inputs[]) {
     (void)instance;
     (void)time;

@@ -147,6 +147,7 @@ bool step_middle(Instance *instance, double time, double states[]) {
 static bool fail_positions(Instance *instance, double time, int row, double residual) {
     Failure *failure = &instance->failure;
     failure->kind = FAILURE_CONSTRAINTS;
+    failure->flat = false;
     failure->time = time;
     failure->count = 1;
     failure->constraints[0] = PLACES[row];
