@@ -316,8 +316,10 @@ def test_pieces_of_a_rope_hold_as_long_as_any_tensions_do(kind: str, exported) -
         behind, inertia = (1 + GRIP) * behind, (1 + GRIP) * inertia + PIECE
     breaks = (behind - 8 * G) / 100
     shown = ("s0_dot", "f1_mode", "f6_mode")
-    run = simulate_fmu(exported(_capstan()).path, Run(1.0, 0.05, 1e-8, outputs=shown, kind=kind))
+    fmu = exported(_capstan())
+    run = simulate_fmu(fmu.path, Run(1.0, 0.05, 1e-8, outputs=shown, kind=kind))
     since = np.maximum(run.time - breaks, 0)
     assert run["s0_dot"] == pytest.approx(50 * since**2 / (8 + inertia), abs=1e-6)
     for name in ("f1_mode", "f6_mode"):
         assert (run[name] == np.where(run.time < breaks, STICKS, FORWARD)).all()
+    assert lag2fmu.validate(fmu, stop_time=1.0).passed

@@ -68,8 +68,7 @@ class _ItemRows:
             self.normal, self.approach, self.stiff = D[n], c[n] + item.shift, diagonal[n]
         if slips:
             self.along, self.drift, self.stiffest = D[slips], c[slips], diagonal[slips].max()
-        if item.direction is not None:
-            self.sliding = -item.friction * np.array(item.direction)
+            self.sliding = -np.array(item.direction or ())
 
     def project(self, r: Floats, lowest: float) -> None:
         """Project the forces once, within r (k,): normal to ``lowest`` or more, tangential to at most their limit."""
@@ -78,17 +77,13 @@ class _ItemRows:
             r[n] = max(lowest, r[n] - (self.normal @ r + self.approach) / self.stiff)
         if not slips:
             return
+        limit = item.most(r)
         if item.direction is not None:
-            r[slips] = self.sliding if item.normal is None else self.sliding * r[item.normal]
+            r[slips] = self.sliding * limit
             return
         trial = r[slips] - (self.along @ r + self.drift) / self.stiffest
-        length, limit = math.hypot(*trial), _limit(item, r)
+        length = math.hypot(*trial)
         r[slips] = trial if length <= limit else trial * (limit / length)
-
-
-def _limit(item: Item, r: Floats) -> float:
-    """The greatest friction of ``item`` for forces r (k,)."""
-    return item.friction * (1.0 if item.normal is None else float(r[item.normal]))
 
 
 def _read(D: Floats, c: Floats, items: Sequence[Item], r: Floats, size: Floats) -> Outcome:
@@ -107,7 +102,7 @@ def _mode_of(item: Item, r: Floats, w: Floats, size: Floats) -> tuple[Mode, tupl
         return Mode.SLIDES, direction
     if direction is None:
         force, moves = float(np.hypot.reduce(r[slips])), float(np.hypot.reduce(w[slips]))
-        if (Mode.STICKS in item.options and moves <= EXACT) or force < _limit(item, r) * (1 - EXACT):
+        if (Mode.STICKS in item.options and moves <= EXACT) or force < item.most(r) * (1 - EXACT):
             return Mode.STICKS, direction
         if len(slips) == 1:
             return _sense(-r[slips[0]]), direction

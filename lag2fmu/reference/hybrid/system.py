@@ -120,7 +120,7 @@ class HybridSystem:
         kept, stuck = self.bound_rows(modes)
         if not (m or kept or stuck or e.f):  # nothing acts along a row, as in flight
             qdd, unique = _free(point.terms.mass_matrix, point.forcing)
-            return Answer(qdd, np.zeros(0), np.zeros(e.k), np.zeros(0), [], unique)
+            return Answer(qdd, np.zeros(0), np.zeros(e.k), np.zeros(0), [], unique, np.zeros((0, 0)))
         closed = closed_contacts(modes)
         bound = kept + stuck
         G = np.concatenate([point.constraints[3], rows.jacobian[bound]])
@@ -145,11 +145,14 @@ class HybridSystem:
         def answer_of(x: Floats) -> Answer:
             forces = spread @ x[n + m : n + m + len(closed)]
             forces[bound[len(closed) :]] += x[n + m + len(closed) :]
-            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), bound, unique)
+            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), bound, unique, np.zeros((e.f, len(G))))
 
         limit = self._sliding_forces(point, found, answer_of, sliding) if e.f else np.zeros(0)
         whole = answer_of(found[:, 0] + found[:, 1:] @ limit)
         whole.forces[e.friction_rows[sliding]] = -senses * limit
+        if e.load_dependent and not unique:
+            values, slopes = e.capacity_slopes(point.state, whole.multipliers, whole.forces)
+            return replace(whole, holding=values[1], bears=slopes[1][:, [*range(m), *(m + row for row in bound)]])
         holding = e.capacities(point.state, whole.multipliers, whole.forces)[1] if e.f else whole.holding
         return replace(whole, holding=holding)
 
@@ -167,7 +170,7 @@ class HybridSystem:
             return np.asarray(e.capacities(point.state, borne[0, :m], borne[0, m:])[0][sliding])
         for _ in range(50):
             at = borne[0] + limit @ borne[1:]
-            value, slopes = e.capacity_slopes(point.state, at[:m], at[m:])
+            (value, _), (slopes, _) = e.capacity_slopes(point.state, at[:m], at[m:])
             matrix = np.eye(len(sliding)) - slopes[sliding] @ borne[1:].T
             step = np.linalg.lstsq(matrix, value[sliding] - limit, rcond=None)[0]
             limit = limit + step
