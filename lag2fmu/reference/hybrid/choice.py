@@ -83,12 +83,10 @@ class ModeChoice:
         D, driven = _without_fixed(point, D, c)
         resting = np.abs(v) <= rests
         moves, going = ~resting | driven, np.where(resting, c, v)
-        for turn in range(100):  # the capacities of frictions may depend on the forces that result
+        for _ in range(100):  # the capacities of frictions may depend on the forces that result
             items = [self._touching_item(point, i, modes, due, rests, giving.get(i)) for i in contacts]
-            if e.f and e.load_dependent and turn:
-                items += self._friction_items(due, moves, going, *_by_loads(e, point, responses, borne))
-            elif e.f:
-                items += self._friction_items(due, moves, going, *e.capacities(point.state, *borne), None)
+            if e.f:
+                items += self._friction_items(due, moves, going, *_capacities(e, point, responses, borne))
             rows, moved = apart(items)
             found = decided(D[np.ix_(rows, rows)], c[rows], moved, pace(point), present)
             if found is not None:
@@ -206,13 +204,16 @@ def _without_fixed(point: MotionPoint, D: Floats, c: Floats) -> tuple[Floats, ND
     return np.where(fixed[:, None] | fixed, lone, D), fixed & (np.abs(c) > DRIVEN * pace(point))
 
 
-def _by_loads(
+def _capacities(
     e: Elements, point: MotionPoint, responses: Responses, borne: tuple[Floats, Floats]
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats | None]:
     """The capacities of frictions, (f,) sliding and holding, without forces along rows, and what each adds, (2, f, k).
 
-    They are linear there where constraints and rows bear what is ``borne``.
+    They are those where constraints and rows bear what is ``borne``; None: they do not depend on that, or it is not
+    known yet.
     """
+    if not e.load_dependent or not np.concatenate(borne).any():
+        return (*e.capacities(point.state, *borne), None)
     values, slopes = e.capacity_slopes(point.state, *borne)
     free, *units = (np.concatenate(responses.borne(forces)) for forces in (np.zeros(e.k), *np.eye(e.k)))
     force, static = values + slopes @ (free - np.concatenate(borne))

@@ -18,9 +18,9 @@ from lag2fmu.reference.state import Floats
 
 SWEEPS, STILL = 50_000, 1e-15
 """The most sweeps; and the change of forces in a sweep, in their sizes, with which they have come to rest: rounding."""
-DRIFT, LULL = 1e-12, 1000
-"""Where redundant rows contradict each other by rounding, forces drift without end: by changes of at most DRIFT that do
-not halve in LULL sweeps."""
+WANDERS, LULL = 1e-12, 1000
+"""Where redundant rows contradict each other by rounding, forces drift without end: by changes of at most WANDERS that
+do not halve in LULL sweeps."""
 PATIENCE = 20
 """The sweeps from one trial of the modes that the projections have reached to the next."""
 
@@ -37,17 +37,14 @@ def projected(
     r, size = np.zeros(k), units(D, c, pace)[1]
     parts = [_ItemRows(D, c, item, diagonal) for item in items]
     telling = least is None and not in_space(items)
-    smallest, since = math.inf, 0
+    rest = _Rest()
     for sweep in range(1, SWEEPS + 1):
         check_time()
         before = r.copy()
         for part, lowest in zip(parts, least or [0.0] * len(items), strict=True):
             part.project(r, lowest)
         change = float(np.max(np.abs(r - before) / size, initial=0.0))
-        change /= max(1.0, float(np.max(np.abs(r) / size, initial=0.0)))
-        if change < 0.5 * smallest:
-            smallest, since = change, sweep
-        if change <= STILL or (change <= DRIFT and sweep > since + LULL):
+        if rest.reached(sweep, change / max(1.0, float(np.max(np.abs(r) / size, initial=0.0)))):
             return _read(D, c, items, r, size)
         if telling and sweep % PATIENCE == 0:
             modes = _read(D, c, items, r, size).modes
@@ -56,6 +53,19 @@ def projected(
             if outcome is not None:
                 return outcome
     return None
+
+
+class _Rest:
+    """Whether forces have come to rest: the ``smallest`` change of a sweep, which halved the one before."""
+
+    def __init__(self) -> None:
+        self.smallest, self.since = math.inf, 0
+
+    def reached(self, sweep: int, change: float) -> bool:
+        """Whether this ``change`` in a ``sweep`` is rounding."""
+        if change < 0.5 * self.smallest:
+            self.smallest, self.since = change, sweep
+        return change <= STILL or (change <= WANDERS and sweep > self.since + LULL)
 
 
 class _ItemRows:

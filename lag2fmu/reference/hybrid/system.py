@@ -150,11 +150,15 @@ class HybridSystem:
         limit = self._sliding_forces(point, found, answer_of, sliding) if e.f else np.zeros(0)
         whole = answer_of(found[:, 0] + found[:, 1:] @ limit)
         whole.forces[e.friction_rows[sliding]] = -senses * limit
-        if e.load_dependent and not unique:
-            values, slopes = e.capacity_slopes(point.state, whole.multipliers, whole.forces)
-            return replace(whole, holding=values[1], bears=slopes[1][:, [*range(m), *(m + row for row in bound)]])
-        holding = e.capacities(point.state, whole.multipliers, whole.forces)[1] if e.f else whole.holding
-        return replace(whole, holding=holding)
+        return self._with_holding(point, whole) if e.f else whole
+
+    def _with_holding(self, point: MotionPoint, whole: Answer) -> Answer:
+        """The answer with what frictions hold at most, and with what loads add to it where these are not unique."""
+        e, m = self.elements, self.constraints.m
+        if whole.unique or not e.load_dependent:
+            return replace(whole, holding=e.capacities(point.state, whole.multipliers, whole.forces)[1])
+        values, slopes = e.capacity_slopes(point.state, whole.multipliers, whole.forces)
+        return replace(whole, holding=values[1], bears=slopes[1][:, [*range(m), *(m + row for row in whole.bound)]])
 
     def _sliding_forces(
         self, point: MotionPoint, found: Floats, answer_of: Callable[[Floats], Answer], sliding: list[int]
