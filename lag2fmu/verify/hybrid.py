@@ -151,7 +151,7 @@ def _laws_of_contact(task: Task, start: MotionPoint, label: str, run: Trajectory
     contacts = task.mechanism.unilaterals
     normal = run.columns([names.force(c.name) for c in contacts])
     impulses = run.columns([names.impulse(c.name) for c in contacts])
-    mean = float(impulses.max()) / float(np.ptp(run.time))
+    mean = float(impulses.max()) / max(float(np.ptp(run.time)), 1e-300)
     size = max(float(np.abs(normal).max()), mean, 1e-300)
     worst, where = 0.0, "no force at all" if size == 1e-300 else "forces push, friction stays in its cone"
     for i, c in enumerate(contacts):

@@ -285,3 +285,41 @@ def test_what_holds_goes_on_to_hold_before_what_comes_to_rest(exported) -> None:
     assert run["bed_force"] == pytest.approx([0.805, 1.805, 1.805], rel=1e-8)
     assert (run["bed_mode"] == 2).all()
     assert lag2fmu.validate(fmu, stop_time=0.2).passed
+
+
+PIECES, PIECE, GRIP = 6, 0.01, 0.3 * np.pi / 6
+"""Of a rope around half a drum: how many there are, kg of each, and friction over tension of each."""
+
+
+def _capstan() -> Mechanism:
+    """8 kg and 100 t newtons on one side, 5 kg on the other; each piece of the rope rubs by the tension behind it."""
+    rope = range(1, PIECES + 1)
+    coordinates = "\n".join(f"s{i} = {{}}" for i in range(PIECES + 2))
+    taut = "\n".join(f'r{i} = "s{i} - s{i + 1}"' for i in range(PIECES + 1))
+    rubs = "\n".join(f'f{i} = {{ on = "s{i}_dot", force = "{GRIP}*abs(multiplier_r{i})" }}' for i in rope)
+    kinetic = " + ".join(["4*s0_dot**2", f"2.5*s{PIECES + 1}_dot**2", *(f"{PIECE / 2}*s{i}_dot**2" for i in rope)])
+    return read(
+        f'[mechanism]\nname = "capstan"\n[coordinates]\n{coordinates}\n[energy]\nkinetic = "{kinetic}"\n[forces]\n'
+        f's0 = "8*{G} + 100*t"\ns{PIECES + 1} = "-5*{G}"\n[constraints.holonomic]\n{taut}\n[frictions]\n{rubs}\n',
+        "capstan.toml",
+    )
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model-exchange"])
+def test_pieces_of_a_rope_hold_as_long_as_any_tensions_do(kind: str, exported) -> None:
+    """The tensions of a rope at rest are not unique, and what its pieces hold depends on them.
+
+    It slips from 8 g + 100 t = (1 + GRIP)^6 5 g on; then a tension is (1 + GRIP) times the next one, and moves a piece.
+    """
+    behind, inertia = 5 * G, 5.0
+    for _ in range(PIECES):
+        behind, inertia = (1 + GRIP) * behind, (1 + GRIP) * inertia + PIECE
+    breaks = (behind - 8 * G) / 100
+    shown = ("s0_dot", "f1_mode", "f6_mode")
+    fmu = exported(_capstan())
+    run = simulate_fmu(fmu.path, Run(1.0, 0.05, 1e-8, outputs=shown, kind=kind))
+    since = np.maximum(run.time - breaks, 0)
+    assert run["s0_dot"] == pytest.approx(50 * since**2 / (8 + inertia), abs=1e-6)
+    for name in ("f1_mode", "f6_mode"):
+        assert (run[name] == np.where(run.time < breaks, STICKS, FORWARD)).all()
+    assert lag2fmu.validate(fmu, stop_time=1.0).passed

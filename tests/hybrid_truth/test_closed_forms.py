@@ -311,3 +311,29 @@ def test_what_a_floor_holds_leaves_nothing_to_a_friction_beside_it(way: str, exp
     assert run["floor_force"][slides] == pytest.approx(10)
     assert (run["guide_force"][slides] == 0).all()
     assert (run["floor_force"] + run["guide_force"])[-1] == pytest.approx(10)
+
+
+LEAP = """
+[mechanism]
+name = "leap"
+[coordinates]
+x = { velocity = 2 }
+y = {}
+[energy]
+kinetic = "(x_dot**2 + y_dot**2)/2"
+potential = "9.81*y"
+[contacts.track]
+gap = "y + 2*smooth(max(x - 1, 0))**2"
+"""
+
+
+@pytest.mark.parametrize(
+    ("solver", "kind"), [*((s, "co-simulation") for s in ("dopri5", "rk4", "radau5")), ("dopri5", "model-exchange")]
+)
+def test_a_bead_leaves_its_track_where_its_force_jumps_below_zero(solver: str, kind: str, exported) -> None:
+    """The curvature of the track jumps where x = 1, at 0.5 s, and solver steps may pass this place."""
+    fmu = exported(read(LEAP, "leap.toml"), solver=solver)
+    run = lag2fmu.simulate(fmu, stop_time=0.8, step=0.03, outputs=["y", "track_force"], kind=kind)
+    assert run["y"] == pytest.approx(-G / 2 * np.maximum(run.time - 0.5, 0) ** 2, abs=1e-6)
+    assert run["track_force"] == pytest.approx(np.where(run.time < 0.5, G, 0))
+    assert lag2fmu.validate(fmu, stop_time=0.8).passed

@@ -466,6 +466,18 @@ def test_outcomes_of_an_impact_slide_in_space() -> None:
     assert outcome.modes == (Mode.SLIDES,)
 
 
+def test_ends_of_a_capsule_stick_though_their_slips_differ_by_rounding() -> None:
+    """Along the line of two ends both have one slip, which they share; across it each has its own."""
+    ends = [Item((*PLANES[2], Mode.OPEN), i, (i + 1, i + 2), mu, mu) for i, mu in ((0, 0.6), (3, 0.3))]
+    D = np.eye(6)
+    D[1, 4] = D[4, 1] = 1
+    outcome = decided(D, np.array([-1.0, 0.1, 0.2, -1.0, 0.1 + 1e-13, -0.2]), ends, 0.0)
+    assert outcome is not None
+    assert outcome.modes == (Mode.STICKS, Mode.STICKS)
+    assert outcome.forces[[0, 2, 3, 5]] == pytest.approx([1, -0.2, 1, 0.2], rel=1e-9)
+    assert outcome.forces[1] + outcome.forces[4] == pytest.approx(-0.1, rel=1e-9)
+
+
 def test_a_load_far_beyond_all_others_is_none() -> None:
     """Two feet press on each other along a line that is 2e-9 off the ground: the load that lifts one is no number.
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lag2fmu.reference.hybrid.elements import Elements
 from lag2fmu.reference.hybrid.laws import CLOSED, EXACT, PLANES, Item, Outcome, apart, lawful, units
 from lag2fmu.reference.hybrid.loads import giving_way
 from lag2fmu.reference.hybrid.measures import (
@@ -23,7 +24,7 @@ from lag2fmu.reference.hybrid.measures import (
     velocity_sizes,
 )
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
-from lag2fmu.reference.hybrid.records import MotionPoint
+from lag2fmu.reference.hybrid.records import MotionPoint, Responses
 from lag2fmu.reference.hybrid.search import decided
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
@@ -85,7 +86,7 @@ class ModeChoice:
         for _ in range(100):  # the capacities of frictions may depend on the forces that result
             items = [self._touching_item(point, i, modes, due, rests, giving.get(i)) for i in contacts]
             if e.f:
-                items += self._friction_items(due, moves, going, *e.capacities(point.state, *borne))
+                items += self._friction_items(due, moves, going, *_capacities(e, point, responses, borne))
             rows, moved = apart(items)
             found = decided(D[np.ix_(rows, rows)], c[rows], moved, pace(point), present)
             if found is not None:
@@ -147,9 +148,9 @@ class ModeChoice:
         return tuple(slip / np.hypot.reduce(slip))
 
     def _friction_items(
-        self, due: Due, moves: NDArray[np.bool_], going: Floats, force: Floats, static: Floats
+        self, due: Due, moves: NDArray[np.bool_], going: Floats, force: Floats, static: Floats, bears: Floats | None
     ) -> list[Item]:
-        """The items of dry frictions, which slide as ``going`` (k,) says where a row ``moves`` (k,).
+        """The items of dry frictions, which slide as ``going`` (k,) says where a row ``moves`` (k,); bears (2, f, k).
 
         What gives way takes the same direction first: a load of 0 that grows tells no other one.
         """
@@ -164,7 +165,8 @@ class ModeChoice:
                 options = ways[:1]
             elif ("hold", j) in due:
                 options = ways
-            items.append(Item(options, None, (r,), float(force[j]), float(static[j]), 0.0, direction))
+            slopes = None if bears is None else bears[:, j]
+            items.append(Item(options, None, (r,), float(force[j]), float(static[j]), 0.0, direction, slopes))
         return items
 
     def _named(self, modes: Modes, contacts: Sequence[int], found: Outcome, point: MotionPoint) -> Modes:
@@ -200,6 +202,22 @@ def _without_fixed(point: MotionPoint, D: Floats, c: Floats) -> tuple[Floats, ND
     fixed = np.array([not is_free(point, D, row) for row in range(len(c))], dtype=bool)
     lone = np.diag(force_sizes(point) ** -2) * pace(point) ** 2
     return np.where(fixed[:, None] | fixed, lone, D), fixed & (np.abs(c) > DRIVEN * pace(point))
+
+
+def _capacities(
+    e: Elements, point: MotionPoint, responses: Responses, borne: tuple[Floats, Floats]
+) -> tuple[Floats, Floats, Floats | None]:
+    """The capacities of frictions, (f,) sliding and holding, without forces along rows, and what each adds, (2, f, k).
+
+    They are those where constraints and rows bear what is ``borne``; None: they do not depend on that, or it is not
+    known yet.
+    """
+    if not e.load_dependent or not np.concatenate(borne).any():
+        return (*e.capacities(point.state, *borne), None)
+    values, slopes = e.capacity_slopes(point.state, *borne)
+    free, *units = (np.concatenate(responses.borne(forces)) for forces in (np.zeros(e.k), *np.eye(e.k)))
+    force, static = values + slopes @ (free - np.concatenate(borne))
+    return force, static, slopes @ (np.transpose(units) - free[:, None])
 
 
 def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: float) -> Outcome:

@@ -196,9 +196,10 @@ class Elements:
         return values[::2], values[1::2]
 
     def capacity_slopes(self, state: StateBatch, multipliers: Floats, forces: Floats) -> tuple[Floats, Floats]:
-        """The sliding forces (f,), and their derivatives by all multipliers and forces along rows (f, m + k)."""
+        """The ``capacities`` (2, f), and their derivatives by all multipliers and forces along rows (2, f, m + k)."""
         borne = np.concatenate([multipliers, forces])
         batch = np.concatenate([state.rows, borne])[:, None] + np.zeros((1, len(borne) + 1), complex)
         batch[len(state.rows) :, 1:] += 1j * STEP * np.eye(len(borne))
-        values = self._capacities(batch, self._constants)[::2]
-        return values[:, 0].real, values[:, 1:].imag / STEP
+        values = self._capacities(batch, self._constants)
+        pairs = np.stack([values[::2], values[1::2]])
+        return pairs[:, :, 0].real, pairs[:, :, 1:].imag / STEP

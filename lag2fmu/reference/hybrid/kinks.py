@@ -70,7 +70,7 @@ class Kinks:
         if isinstance(expression, Defined):
             return self._calls[expression]
         if isinstance(expression, Smooth):
-            return expression.args[0]
+            return self._frozen(expression.args[0]) if self.bending else expression.args[0]
         if not expression.args or not expression.free_symbols & self.moving:
             return expression
         arguments = tuple(self._frozen(a) for a in expression.args)

@@ -14,7 +14,7 @@ Source: Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 4 to 7.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -41,6 +41,7 @@ class Item:
     - ``friction``, ``static``: the sliding and static coefficients of a contact, or forces (N, N.m) of dry friction.
     - ``direction``: that of a slip that goes on; its sliding force is then given, and its w is free.
     - ``shift``: restitution times the approaching speed (m/s) of a normal row.
+    - ``bears``: what each of all r adds to ``friction`` and ``static`` of dry friction, (2, k); None: nothing.
     """
 
     options: tuple[Mode, ...]
@@ -50,6 +51,27 @@ class Item:
     static: float = 0.0
     shift: float = 0.0
     direction: tuple[float, ...] | None = None
+    bears: Floats | None = field(default=None, compare=False)
+
+    def limit(self, k: int, *, static: bool = False) -> tuple[float, Floats]:
+        """o and a (k,) of the greatest friction o + a r, of what slides or of what is ``static``."""
+        value, slope = self.static if static else self.friction, np.zeros(k)
+        if self.normal is None:
+            return value, slope if self.bears is None else self.bears[int(static)]
+        slope[self.normal] = value
+        return 0.0, slope
+
+    def most(self, r: Floats) -> float:
+        """The greatest friction of what slides for forces r (k,)."""
+        limit, slope = self.limit(len(r))
+        return limit + float(slope @ r)
+
+    def alike(self, *, static: bool) -> Item:
+        """The item with one limit for both: that of what slides, or of what is ``static``."""
+        value, bears = self.static if static else self.friction, self.bears
+        return replace(
+            self, friction=value, static=value, bears=None if bears is None else bears[[int(static), int(static)]]
+        )
 
 
 @dataclass(frozen=True)
@@ -113,10 +135,9 @@ def _forces(
             b[item.normal] -= item.shift
         for i, row in enumerate(item.slips if mode not in (Mode.STICKS, Mode.OPEN) else ()):
             along = item.direction[i] if item.direction is not None else SENSE[mode]
-            if item.normal is None:
-                b[row] = -item.friction * along
-            else:
-                A[row, item.normal] = item.friction * along
+            limit, slope = item.limit(k)
+            b[row] = -limit * along
+            A[row] += slope * along
     weighed = A * scale
     length = np.maximum(np.abs(weighed).max(axis=1, initial=0.0), 1e-300)
     u, s, across = np.linalg.svd(weighed / length[:, None])
@@ -159,8 +180,12 @@ def _limits(
             opens = back + scale[n] * (c[n] + item.shift), scale[n] * D[n] * scale, none
             yield opens if mode is Mode.OPEN else (0.0, unit[n], none)
         if mode is Mode.STICKS:
-            tangents, static = scale[slips, None] / scale[slips[0]] * unit[slips], item.static / scale[slips[0]]
-            yield (static, 0 * unit[0], tangents) if n is None else (0.0, static * scale[n] * unit[n], tangents)
+            limit, slope = item.limit(len(c), static=True)
+            yield (
+                limit / scale[slips[0]],
+                slope * scale / scale[slips[0]],
+                scale[slips, None] / scale[slips[0]] * unit[slips],
+            )
         elif mode in SENSE and item.direction is None:
             sense, row, back = SENSE[mode], slips[0], 0.0 if Mode.STICKS in item.options else late
             yield back + sense * scale[row] * c[row], sense * scale[row] * D[row] * scale, none
@@ -171,6 +196,11 @@ def apart(items: Sequence[Item]) -> tuple[list[int], list[Item]]:
     rows = [row for item in items for row in (item.normal, *item.slips) if row is not None]
     at = {row: j for j, row in enumerate(rows)}
     return rows, [
-        replace(x, normal=None if x.normal is None else at[x.normal], slips=tuple(at[s] for s in x.slips))
+        replace(
+            x,
+            normal=None if x.normal is None else at[x.normal],
+            slips=tuple(at[s] for s in x.slips),
+            bears=None if x.bears is None else x.bears[:, rows],
+        )
         for x in items
     ]

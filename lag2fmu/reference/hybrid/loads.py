@@ -31,8 +31,9 @@ class _Sharing:
     def told(self, answer: Answer, loads: Floats) -> Answer:
         """The ``answer`` with these ``loads`` (r,)."""
         found, forces, m = loads * self.size, answer.forces.copy(), len(answer.multipliers)
+        holding = answer.holding + answer.bears @ (found - np.concatenate([answer.multipliers, forces[answer.bound]]))
         forces[answer.bound] = found[m:]
-        return replace(answer, multipliers=found[:m], forces=forces)
+        return replace(answer, multipliers=found[:m], forces=forces, holding=holding)
 
 
 def centred(point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
@@ -110,4 +111,6 @@ def _limits(point: MotionPoint, modes: Modes, answer: Answer, place: dict[int, i
     for j, (row, mode) in enumerate(zip(rows.friction_rows, modes.frictions, strict=True)):
         if mode is Mode.STICKS:
             at = place[int(row)]
-            yield float(answer.holding[j]) / size[at], np.zeros(len(size)), unit[[at]] / size[at]
+            present = np.concatenate([answer.multipliers, answer.forces[answer.bound]])
+            offset = float(answer.holding[j] - answer.bears[j] @ present)
+            yield offset / size[at], answer.bears[j] * size / size[at], unit[[at]] / size[at]

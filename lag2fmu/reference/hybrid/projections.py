@@ -18,6 +18,9 @@ from lag2fmu.reference.state import Floats
 
 SWEEPS, STILL = 50_000, 1e-15
 """The most sweeps; and the change of forces in a sweep, in their sizes, with which they have come to rest: rounding."""
+WANDERS, LULL = 1e-12, 1000
+"""Where redundant rows contradict each other by rounding, forces drift without end: by changes of at most WANDERS that
+do not halve in LULL sweeps."""
 PATIENCE = 20
 """The sweeps from one trial of the modes that the projections have reached to the next."""
 
@@ -34,13 +37,14 @@ def projected(
     r, size = np.zeros(k), units(D, c, pace)[1]
     parts = [_ItemRows(D, c, item, diagonal) for item in items]
     telling = least is None and not in_space(items)
+    rest = _Rest()
     for sweep in range(1, SWEEPS + 1):
         check_time()
         before = r.copy()
         for part, lowest in zip(parts, least or [0.0] * len(items), strict=True):
             part.project(r, lowest)
         change = float(np.max(np.abs(r - before) / size, initial=0.0))
-        if change <= STILL * max(1.0, float(np.max(np.abs(r) / size, initial=0.0))):
+        if rest.reached(sweep, change / max(1.0, float(np.max(np.abs(r) / size, initial=0.0)))):
             return _read(D, c, items, r, size)
         if telling and sweep % PATIENCE == 0:
             modes = _read(D, c, items, r, size).modes
@@ -49,6 +53,19 @@ def projected(
             if outcome is not None:
                 return outcome
     return None
+
+
+class _Rest:
+    """Whether forces have come to rest: the ``smallest`` change of a sweep, which halved the one before."""
+
+    def __init__(self) -> None:
+        self.smallest, self.since = math.inf, 0
+
+    def reached(self, sweep: int, change: float) -> bool:
+        """Whether this ``change`` in a ``sweep`` is rounding."""
+        if change < 0.5 * self.smallest:
+            self.smallest, self.since = change, sweep
+        return change <= STILL or (change <= WANDERS and sweep > self.since + LULL)
 
 
 class _ItemRows:
@@ -61,8 +78,7 @@ class _ItemRows:
             self.normal, self.approach, self.stiff = D[n], c[n] + item.shift, diagonal[n]
         if slips:
             self.along, self.drift, self.stiffest = D[slips], c[slips], diagonal[slips].max()
-        if item.direction is not None:
-            self.sliding = -item.friction * np.array(item.direction)
+            self.sliding = -np.array(item.direction or ())
 
     def project(self, r: Floats, lowest: float) -> None:
         """Project the forces once, within r (k,): normal to ``lowest`` or more, tangential to at most their limit."""
@@ -71,17 +87,13 @@ class _ItemRows:
             r[n] = max(lowest, r[n] - (self.normal @ r + self.approach) / self.stiff)
         if not slips:
             return
+        limit = item.most(r)
         if item.direction is not None:
-            r[slips] = self.sliding if item.normal is None else self.sliding * r[item.normal]
+            r[slips] = self.sliding * limit
             return
         trial = r[slips] - (self.along @ r + self.drift) / self.stiffest
-        length, limit = math.hypot(*trial), _limit(item, r)
+        length = math.hypot(*trial)
         r[slips] = trial if length <= limit else trial * (limit / length)
-
-
-def _limit(item: Item, r: Floats) -> float:
-    """The greatest friction of ``item`` for forces r (k,)."""
-    return item.friction * (1.0 if item.normal is None else float(r[item.normal]))
 
 
 def _read(D: Floats, c: Floats, items: Sequence[Item], r: Floats, size: Floats) -> Outcome:
@@ -100,7 +112,7 @@ def _mode_of(item: Item, r: Floats, w: Floats, size: Floats) -> tuple[Mode, tupl
         return Mode.SLIDES, direction
     if direction is None:
         force, moves = float(np.hypot.reduce(r[slips])), float(np.hypot.reduce(w[slips]))
-        if (Mode.STICKS in item.options and moves <= EXACT) or force < _limit(item, r) * (1 - EXACT):
+        if (Mode.STICKS in item.options and moves <= EXACT) or force < item.most(r) * (1 - EXACT):
             return Mode.STICKS, direction
         if len(slips) == 1:
             return _sense(-r[slips[0]]), direction

@@ -98,7 +98,7 @@ class Answer:
     """Accelerations (n,), multipliers (m,), forces along all rows (k,), and the largest holding forces (f,).
 
     ``bound``: the rows that are kept, in position or velocity. ``unique``: no other multipliers and forces have the
-    same motion.
+    same motion; else ``bears`` (f, r) is what each of them, of bound rows alone, adds to ``holding``.
     """
 
     qdd: Floats
@@ -107,3 +107,4 @@ class Answer:
     holding: Floats
     bound: Sequence[int]
     unique: bool
+    bears: Floats

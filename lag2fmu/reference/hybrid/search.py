@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from itertools import combinations, islice, product
 
 from lag2fmu.reference.hybrid.laws import Item, Outcome, lawful
@@ -54,14 +53,14 @@ def decided(
 
 def _given_way(solved: Solved, items: Sequence[Item], present: Sequence[Mode | None]) -> Outcome | None:
     """The outcome where static limits tell what gives way, and sliding ones then hold for that."""
-    tried = [x if x.direction or present[i] in SENSE else replace(x, friction=x.static) for i, x in enumerate(items)]
+    tried = [x if x.direction or present[i] in SENSE else x.alike(static=True) for i, x in enumerate(items)]
     while (outcome := solved(tried)) is not None:
         slides = [mode not in (Mode.OPEN, Mode.STICKS) for mode in outcome.modes]
-        begun = [i for i, x in enumerate(tried) if slides[i] and x.friction > items[i].friction]
+        begun = [i for i, x in enumerate(tried) if slides[i] and x.most(outcome.forces) > items[i].most(outcome.forces)]
         if not begun:
             break
         for i in begun:
-            tried[i] = replace(items[i], static=items[i].friction)
+            tried[i] = items[i].alike(static=False)
     return outcome
 
 

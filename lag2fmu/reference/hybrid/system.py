@@ -120,7 +120,7 @@ class HybridSystem:
         kept, stuck = self.bound_rows(modes)
         if not (m or kept or stuck or e.f):  # nothing acts along a row, as in flight
             qdd, unique = _free(point.terms.mass_matrix, point.forcing)
-            return Answer(qdd, np.zeros(0), np.zeros(e.k), np.zeros(0), [], unique)
+            return Answer(qdd, np.zeros(0), np.zeros(e.k), np.zeros(0), [], unique, np.zeros((0, 0)))
         closed = closed_contacts(modes)
         bound = kept + stuck
         G = np.concatenate([point.constraints[3], rows.jacobian[bound]])
@@ -145,13 +145,20 @@ class HybridSystem:
         def answer_of(x: Floats) -> Answer:
             forces = spread @ x[n + m : n + m + len(closed)]
             forces[bound[len(closed) :]] += x[n + m + len(closed) :]
-            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), bound, unique)
+            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), bound, unique, np.zeros((e.f, len(G))))
 
         limit = self._sliding_forces(point, found, answer_of, sliding) if e.f else np.zeros(0)
         whole = answer_of(found[:, 0] + found[:, 1:] @ limit)
         whole.forces[e.friction_rows[sliding]] = -senses * limit
-        holding = e.capacities(point.state, whole.multipliers, whole.forces)[1] if e.f else whole.holding
-        return replace(whole, holding=holding)
+        return self._with_holding(point, whole) if e.f else whole
+
+    def _with_holding(self, point: MotionPoint, whole: Answer) -> Answer:
+        """The answer with what frictions hold at most, and with what loads add to it where these are not unique."""
+        e, m = self.elements, self.constraints.m
+        if whole.unique or not e.load_dependent:
+            return replace(whole, holding=e.capacities(point.state, whole.multipliers, whole.forces)[1])
+        values, slopes = e.capacity_slopes(point.state, whole.multipliers, whole.forces)
+        return replace(whole, holding=values[1], bears=slopes[1][:, [*range(m), *(m + row for row in whole.bound)]])
 
     def _sliding_forces(
         self, point: MotionPoint, found: Floats, answer_of: Callable[[Floats], Answer], sliding: list[int]
@@ -167,7 +174,7 @@ class HybridSystem:
             return np.asarray(e.capacities(point.state, borne[0, :m], borne[0, m:])[0][sliding])
         for _ in range(50):
             at = borne[0] + limit @ borne[1:]
-            value, slopes = e.capacity_slopes(point.state, at[:m], at[m:])
+            (value, _), (slopes, _) = e.capacity_slopes(point.state, at[:m], at[m:])
             matrix = np.eye(len(sliding)) - slopes[sliding] @ borne[1:].T
             step = np.linalg.lstsq(matrix, value[sliding] - limit, rcond=None)[0]
             limit = limit + step

@@ -177,18 +177,18 @@ bool adaptive_steps(Instance *instance, double horizon, const Companion *with) {
         const Step tried = choose_step(instance, instance->scratch.step_end, horizon, &cut_short);
         Step step = tried;
         const double error = try_step(instance, with, step);
-        if (error <= 1.0 && bring_back_result(instance, step) && !passes_kink(instance, step) &&
-            end_at_event(instance, &step) && finish_trial(instance, with, tried, step)) {
+        const bool ends = error <= 1.0 && bring_back_result(instance, step) && !passes_kink(instance, step) &&
+                          end_at_event(instance, &step);
+        pole = ends ? -1 : instance->failure.kind == FAILURE_EVENT_POLE ? instance->failure.event : pole;
+        if (ends && finish_trial(instance, with, tried, step)) {
             propose(state, tried, cut_short, error, rejected);
             rejected = false;
-            pole = -1;
             if (!accept_trial(instance, with, step)) {
                 return false;
             }
         } else {
             rejected = true;
             propose_shorter(state, tried, error);
-            pole = instance->failure.kind == FAILURE_EVENT_POLE ? instance->failure.event : pole;
             if (is_at_pole(instance, pole, shortest) || is_at_kink(instance, step) ||
                 (state->next_step < shortest && !pass_event_ahead(instance, with, shortest))) {
                 return false;

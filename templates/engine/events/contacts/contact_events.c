@@ -32,6 +32,7 @@ typedef struct {
     double unknowns[N_UNKNOWNS];
     double restitution[SIZE_UNILATERALS], friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
     double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS], capacity[SIZE_FRICTIONS];
+    double bears[LOADED_FRICTION ? SIZE_FRICTIONS * N_CONSTRAINTS : 1]; /* see Sharing */
     double told; /* the scaled margin up to which the unknowns tell one, see loads_centre; HUGE_VAL: they tell all */
     const double *scale; /* [m] of the rows */
 } ContactPoint;
@@ -117,12 +118,13 @@ static void evaluate_contact(const State *state, const ContactPoint *point, doub
 
 static double evaluate_friction(const State *state, const ContactPoint *point, int friction) {
     const int row = FIRST_FRICTION + friction;
-    const double capacity = fmax(point->force[friction], point->capacity[friction]);
     if (friction_waits(state, friction)) {
         return WAITING_SLIP - fabs(point->slips[row - FIRST_SLIP]);
     }
-    return friction_sticks(state, friction) ? told_of(point, row, capacity - fabs(force_of(point, row)))
-                                            : row_direction(state, row) * point->slips[row - FIRST_SLIP];
+    if (friction_sticks(state, friction)) {
+        return told_of(point, row, point->capacity[friction] - fabs(force_of(point, row)));
+    }
+    return row_direction(state, row) * point->slips[row - FIRST_SLIP];
 }
 
 static void find_limits(Instance *instance, double time, const double states[], ContactPoint *point) {
@@ -130,24 +132,67 @@ static void find_limits(Instance *instance, double time, const double states[], 
     mechanism_contacts(time, states, inputs, parameters, point->restitution, point->friction, point->holding);
     mechanism_friction(time, states, inputs, parameters, point->unknowns, point->sliding, point->force,
                        point->capacity);
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        point->capacity[i] = fmax(point->force[i], point->capacity[i]);
+    }
 }
 
-static Sharing sharing_at(const Instance *instance, const System *system, const ContactPoint *point) {
-    return (Sharing){instance->arena, &instance->state, &system->constraints, point->holding, point->capacity};
+/* Of the greatest multiplier: how far each is moved to see what it adds to capacities. They are linear in it but for
+   the kink of abs(...) at 0, away from which it is moved. */
+static const double MOVED = 0.01;
+
+/* What each multiplier adds to the capacities, of which point->capacity becomes what is left without loads. */
+static void find_bears(Instance *instance, double time, const double states[], const double scale[],
+                       ContactPoint *point) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, whole, SIZE_FRICTIONS);
+    WORK(mark, double, left, SIZE_FRICTIONS);
+    double *multipliers = point->unknowns + N_COORDINATES, greatest = 0.0;
+    memcpy(whole, point->capacity, sizeof point->capacity);
+    memcpy(left, point->capacity, sizeof point->capacity);
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        greatest = fmax(greatest, fabs(multipliers[k]));
+    }
+    for (int k = 0; k < N_CONSTRAINTS; k++) {
+        const double kept = multipliers[k], step = scale[k] > 0.0 ? copysign(MOVED * greatest, kept) : 0.0;
+        multipliers[k] += step;
+        find_limits(instance, time, states, point);
+        multipliers[k] = kept;
+        for (int i = 0; i < N_FRICTIONS; i++) {
+            double *bears = &point->bears[i * N_CONSTRAINTS + k];
+            *bears = step != 0.0 ? (point->capacity[i] - whole[i]) / step : 0.0;
+            left[i] -= *bears * kept;
+        }
+    }
+    memcpy(point->capacity, left, sizeof point->capacity);
+    arena_release(mark);
+}
+
+/* What may be shared, by the limits at the loads of least norm. */
+static Sharing find_sharing(Instance *instance, const System *system, double time, const double states[],
+                            ContactPoint *point) {
+    multipliers_spread(system, point->unknowns);
+    find_limits(instance, time, states, point);
+    if (LOADED_FRICTION) {
+        find_bears(instance, time, states, system->constraints.scale, point);
+    }
+    return (Sharing){.arena = instance->arena,
+                     .state = &instance->state,
+                     .constraints = &system->constraints,
+                     .holding = point->holding,
+                     .capacity = point->capacity,
+                     .bears = LOADED_FRICTION ? point->bears : NULL};
 }
 
 void contacts_share(Instance *instance, const System *system, double unknowns[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, ContactPoint, point);
     const State *state = &instance->state;
-    if (multipliers_unique(instance)) {
-        arena_release(mark);
-        return;
+    if (!multipliers_unique(instance)) {
+        memcpy(point->unknowns, unknowns, sizeof point->unknowns);
+        const Sharing sharing = find_sharing(instance, system, state->time, state->states, point);
+        loads_obey(&sharing, unknowns + N_COORDINATES);
     }
-    memcpy(point->unknowns, unknowns, sizeof point->unknowns);
-    find_limits(instance, state->time, state->states, point);
-    const Sharing sharing = sharing_at(instance, system, point);
-    loads_obey(&sharing, unknowns + N_COORDINATES);
     arena_release(mark);
 }
 
@@ -156,19 +201,18 @@ void contacts_share(Instance *instance, const System *system, double unknowns[])
    else the loads whose least margin is greatest (loads_centre). */
 static void choose_loads(Instance *instance, double time, const double states[], ContactPoint *point) {
     Scratch *scratch = &instance->scratch;
-    find_limits(instance, time, states, point);
     point->told = HUGE_VAL;
     point->scale = scratch->system.constraints.scale;
     if (!multipliers_unique(instance)) {
-        const Sharing sharing = sharing_at(instance, &scratch->system, point);
+        const Sharing sharing = find_sharing(instance, &scratch->system, time, states, point);
         double *multipliers = point->unknowns + N_COORDINATES;
         const bool well = instance->shown_loads != LOADS_CENTRED && loads_least(&sharing, multipliers);
         if (!well && instance->shown_loads != LOADS_LEAST) {
             point->told = loads_centre(&sharing, multipliers);
         }
         scratch->loads_shared = true;
-        find_limits(instance, time, states, point);
     }
+    find_limits(instance, time, states, point);
 }
 
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]) {

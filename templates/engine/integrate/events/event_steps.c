@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "contact_events.h"
+#include "contacts.h"
 #include "dense_output.h"
 #include "derivative.h"
 #include "event_noise.h"
@@ -282,6 +283,40 @@ static bool follows_another(const Instance *instance, Descents *found, const dou
     return true;
 }
 
+/* In units of rounding of the time: a step no longer than this, or one of fixed length, tells a jump from a pole; and
+   by how much a step ends behind a jump, so that rounding of the states does not lead back before it. */
+static const double BRIEF = 1e8, CLEARLY_BEHIND = 64.0;
+
+/* A part of the greatest value that tells whether a function is bounded: before a pole it grows by much more. */
+static const double GROWN = 100.0;
+
+/* Ends the step where its first function jumps down through 0, by bisection: a force does so at a kink that solver
+   steps may pass, as where the point at which a capsule touches comes to the end of its axis. Returns whether it does:
+   before a pole it would grow. */
+static bool ends_at_jump(Instance *instance, const Descents *found, Step *step, double whole, double values[]) {
+    const int k = found->first;
+    const double rounding = DBL_EPSILON * fabs(step->end);
+    const bool fixed = METHOD.error_order == 0 && !contacts_slide_in_space(instance);
+    double before = 0.0, behind = whole, above = found->start;
+    if (!(fixed || whole <= BRIEF * rounding) || !repeat(instance, step, whole, values) || values[k] > 0.0) {
+        return false;
+    }
+    const double most = GROWN * (fabs(found->start) + fabs(values[k]) + events_size(instance, k));
+    while (behind - before > CLEARLY_BEHIND * rounding) {
+        const double middle = 0.5 * (before + behind);
+        if (!repeat(instance, step, middle, values)) {
+            return false;
+        }
+        if (values[k] > 0.0) {
+            before = middle;
+            above = values[k];
+        } else {
+            behind = middle;
+        }
+    }
+    return above <= most && repeat(instance, step, smaller(behind + CLEARLY_BEHIND * rounding, whole), values);
+}
+
 /* Ends the step at the first root that was found. start[N_EVENTS] are the event functions at the beginning of the step,
    values[N_EVENTS] those at its end. */
 static bool end_at_root(Instance *instance, Descents *found, Step *step, const double start[], double values[]) {
@@ -292,7 +327,8 @@ static bool end_at_root(Instance *instance, Descents *found, Step *step, const d
             return false;
         }
     } while (follows_another(instance, found, start, values));
-    if (fabs(values[found->first]) > POLE * (fabs(found->start) + events_size(instance, found->first))) {
+    if (fabs(values[found->first]) > POLE * (fabs(found->start) + events_size(instance, found->first)) &&
+        !ends_at_jump(instance, found, step, whole, values)) {
         return report_pole(instance, found->first); /* before it is taken for what an event has left */
     }
     note_due(instance, found, *step, whole, values);

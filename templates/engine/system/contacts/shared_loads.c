@@ -86,12 +86,13 @@ static bool find_shared_loads(Shares *p) {
     return true;
 }
 
-/* The margin offset + factor[0] l[row[0]] - |(factor[1] l[row[1]], ...)| of scaled multipliers l; factors are 0 where
-   there is no row. */
+/* The margin offset + factor[0] l[row[0]] + bears l - |(factor[1] l[row[1]], ...)| of scaled multipliers l; factors are
+   0 where there is no row. */
 typedef struct {
     double factor[3];
     int row[3];
     double offset;
+    const double *bears; /* NULL, or of each multiplier, in units of row[0] */
     bool held; /* it has come to the level that no loads exceed; what is left of it may not become negative */
 } Margin;
 
@@ -109,14 +110,26 @@ static Margin contact_margin(const Shares *p, int contact) {
 
 static Margin friction_margin(const Shares *p, int friction) {
     const int row = ROW_PLACES[FIRST_FRICTION + friction];
-    const double capacity = p->sharing->capacity[friction] / scale_of(p, row);
-    return (Margin){.factor = {0.0, 1.0, 0.0}, .row = {row, row, row}, .offset = capacity};
+    const double capacity = p->sharing->capacity[friction] / scale_of(p, row), *bears = p->sharing->bears;
+    return (Margin){.factor = {0.0, 1.0, 0.0},
+                    .row = {row, row, row},
+                    .offset = capacity,
+                    .bears = bears != NULL ? bears + friction * K : NULL};
+}
+
+/* The part i of a margin that is linear in the scaled multipliers l[K]. */
+static double part_of(const Shares *p, const Margin *margin, int i, const double l[]) {
+    double sum = margin->factor[i] * l[margin->row[i]];
+    for (int k = 0; i == 0 && margin->bears != NULL && k < K; k++) {
+        sum += margin->bears[k] * scale_of(p, k) / scale_of(p, margin->row[0]) * l[k];
+    }
+    return sum;
 }
 
 static double margin_of(const Shares *p, const Margin *margin) {
     double s[3];
     for (int i = 0; i < 3; i++) {
-        s[i] = margin->factor[i] * p->scaled[margin->row[i]];
+        s[i] = part_of(p, margin, i, p->scaled);
     }
     return margin->offset + s[0] - vector_length(s + 1, 2);
 }
@@ -170,7 +183,7 @@ static int find_margins(const Shares *p, Margin margin[]) {
 
 /* What a unit of the load j changes of the part i of a margin. */
 static double part_change(const Shares *p, const Margin *margin, int i, int j) {
-    return margin->factor[i] * p->load[j][margin->row[i]];
+    return part_of(p, margin, i, p->load[j]);
 }
 
 /* Keeps the margins that loads change, in their order; returns how many. */
@@ -194,7 +207,7 @@ static void put_margin(const Shares *p, const Margin *margin, ConeProgram *progr
         for (int j = 0; j < p->loads; j++) {
             program->map.value[row * program->size + j] = part_change(p, margin, i, j);
         }
-        program->shift[row] = (i == 0 ? margin->offset : 0.0) + margin->factor[i] * p->scaled[margin->row[i]];
+        program->shift[row] = (i == 0 ? margin->offset : 0.0) + part_of(p, margin, i, p->scaled);
     }
     program->cones++;
 }

@@ -6,13 +6,15 @@
 #include "contact_modes.h"
 
 /* What may be shared: holding[N_UNILATERALS] are the coefficients of sticking, capacity[N_FRICTIONS] the greatest
-   forces of dry friction that sticks. The margin of a contact that sticks is holding N - |T|, of another one N, and
-   that of dry friction its capacity less its force. Margins and norms are in units of the scaled rows. */
+   forces of dry friction that sticks, to which a unit of the multiplier k adds bears[friction * m + k]. The margin of a
+   contact that sticks is holding N - |T|, of another one N, and that of dry friction its capacity less its force.
+   Margins and norms are in units of the scaled rows. */
 typedef struct {
     Arena *arena; /* for the work of sharing; arena->refused tells that there was no memory, and nothing was shared */
     const State *state;
     const ConstraintFactorization *constraints;
     const double *holding, *capacity;
+    const double *bears; /* NULL: capacities do not depend on loads */
 } Sharing;
 
 /* multipliers[m] become, of all with the same forces G^T multipliers, those of least norm whose margins are not
