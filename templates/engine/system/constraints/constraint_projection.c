@@ -2,6 +2,7 @@
    Equations II, 2nd edition, section VII.2 (projection methods, simplified Newton iteration). */
 #include <math.h>
 
+#include "constraint_factorization.h"
 #include "constraint_residuals.h"
 #include "constraints.h"
 #include "scale.h"

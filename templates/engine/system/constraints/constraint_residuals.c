@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "constraint_factorization.h"
 #include "scale.h"
 
 int rows_of(Level level) {
