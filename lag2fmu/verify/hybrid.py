@@ -206,14 +206,19 @@ def _expected_impacts(task: Task, contact: str, reference: Reference) -> Floats:
     return np.asarray(np.cumsum(np.diff(counts, prepend=0.0) * np.append(True, apart[:-1])))
 
 
-def _accumulation(task: Task, contact: str, reference: Reference) -> float:
-    """The time (s) of the first impact that accumulates and in which a ``contact`` takes part; inf if there is none.
+def _counted_until(task: Task, contact: str, reference: Reference) -> float:
+    """The time (s) until which the impacts of a ``contact`` have one count; inf if they always have.
 
-    It rebounds, or lifts another contact, by no more than the tolerance; from there on each path ends impacts in its
-    own way. A closed contact takes part in those of others that it bears, such as a taut rope.
+    From where others may balance its impulse each way of sharing them is right. From where impacts accumulate, as they
+    rebound or lift another contact by no more than the tolerance, each path ends them in its own way. A closed contact
+    takes part in those of others that it bears, such as a taut rope.
     """
     time, counts = reference.trajectory.time, reference.trajectory[names.impacts(contact)]
-    for event in (event for event in reference.events if _accumulates(task, reference, event)):
+    for event in reference.events:
+        if event.kind == "shares" and event.element == contact:
+            return event.time
+        if not _accumulates(task, reference, event):
+            continue
         at = int(np.searchsorted(time, event.time))
         if event.element == contact or counts[max(at - 1, 0)] < counts[min(at + 1, len(time) - 1)]:
             return event.time
@@ -225,14 +230,14 @@ def _impact_checks(
 ) -> Iterator[Check]:
     """Checks of the counts of impacts, and of their times, which the gaps behind them tell.
 
-    A contact is watched until impacts accumulate in which it takes part. Counts are not checked if there are more
-    contacts than coordinates. How an impact is shared among them is then not unique, and one of them may bear nothing.
+    A contact is watched as long as its count is one. Counts are not checked if there are more contacts than
+    coordinates. How an impact is shared among them is then not unique, and one of them may bear nothing.
     """
     seen = comparable(task, reference)[rows] & np.isfinite(reference.growth[rows])
     missed, worst, where, count = 0, 0.0, "no impact", 0
     widths = widths_of(task, reference)
     for c in task.mechanism.unilaterals:
-        watched = seen & (run.time < _accumulation(task, c.name, reference))
+        watched = seen & (run.time < _counted_until(task, c.name, reference))
         expected = _expected_impacts(task, c.name, reference)[rows]
         missed += int(np.sum(expected[watched] != run[names.impacts(c.name)][watched]))
         gap = reference.trajectory[names.gap(c.name)]

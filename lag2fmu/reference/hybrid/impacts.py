@@ -34,6 +34,8 @@ from lag2fmu.reference.state import Floats, StateBatch
 
 LOADED = 1e-9
 """Relative to the forces or impulses that act: a contact that bears more is under load."""
+BALANCED = 1e-10
+"""Relative to the greatest answer: impulses whose answer is smaller balance each other."""
 ROUNDS = 200
 """The most rounds of an impact; the last one is plastic, with all contacts that are near."""
 
@@ -105,6 +107,8 @@ class Impacts:
             shifts = dict.fromkeys(took_part, 0.0) | {i: point.rows.restitution[i] * v[i] for i in rebounding}
             P, kind = self._round(D, v, took_part, shifts, point)
             self._log(time, approaching, P, kind, plastic=plastic)
+            for i in _sharing(D, took_part, point):
+                self.memory.log(time, self.system.elements.contacts[i], "shares")
             loaded = [*loaded, *(i for i in took_part if P[i] > 0)]
             lost -= 0.5 * float(P @ (2 * v + D @ P))
             v, total = v + D @ P, total + P
@@ -216,3 +220,12 @@ def impact_item(point: MotionPoint, i: int, shift: float) -> Item:
     """The contact ``i`` in an impact; ``shift`` is restitution times its approach."""
     slips, friction = slips_of(point, i), float(point.rows.friction[i])
     return Item((*PLANES[len(slips)], Mode.OPEN), i, slips, friction, friction, shift)
+
+
+def _sharing(D: Floats, part: Sequence[int], point: MotionPoint) -> list[int]:
+    """The contacts in this ``part`` whose normal impulses others, with friction, may balance; D is (k, k)."""
+    rows = [row for i in part for row in (i, *slips_of(point, i))]
+    scale = 1 / np.sqrt(np.maximum(np.diagonal(D)[rows], 1e-300))
+    answers, ways = np.linalg.eigh(D[np.ix_(rows, rows)] * np.outer(scale, scale))
+    share = np.abs(ways[:, answers <= BALANCED * answers[-1]]).max(axis=1, initial=0.0)
+    return [i for i in part if share[rows.index(i)] > math.sqrt(BALANCED)]

@@ -60,7 +60,8 @@ class Event:
 
     ``height`` is how high an impact rebounds, and ``lift`` how high the highest contact rises that the impact opens;
     both are in units of the nominal size of the gap. ``flight`` is how long (s) the rebound lasts. Kinds: impact,
-    closes, opens, sticks, slides, holds, releases, switches, painleve, poisson, plastic.
+    closes, opens, sticks, slides, holds, releases, switches, painleve, poisson, plastic, shares (an impact with others
+    that may balance its impulse).
     """
 
     time: float
