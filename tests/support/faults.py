@@ -33,7 +33,7 @@ class Fault:
 _SLIDING = ("sliding.c", "rest[k] = z - s[")
 _CLOSED = ("contact_events.c", "values[0] = told_of(point, contact, force_of(point, contact));")
 _OPEN = ("contact_events.c", "values[0] = point->gaps[contact];")
-_CAPACITY = ("contact_events.c", "const double capacity = fmax(point->force[friction], point->capacity[friction]);")
+_CAPACITY = ("contact_events.c", "point->capacity[i] = fmax(point->force[i], point->capacity[i]);")
 _RESTITUTION = ("settle_impacts.c", ".restitution = settling->restitution[i],")
 _LATCH = ("contact_settle.c", "row_activate(state, row, holds);")
 _IMPULSE = ("settle_impacts.c", "state->impulses[which[i]] = impulse;")
@@ -98,7 +98,7 @@ FAULTS = (
         "the capacity is ignored: what sticks holds any load",
         "block_on_belt",
         *_CAPACITY,
-        "const double capacity = 1e9;",
+        "point->capacity[i] = 1e9;",
     ),
     Fault(
         "a stick creeps",
@@ -112,8 +112,8 @@ FAULTS = (
         "a slip stops early: its indicator has a bias",
         "coulomb_oscillator",
         "contact_events.c",
-        ": row_direction(state, row) * point->slips[row - FIRST_SLIP];",
-        ": row_direction(state, row) * point->slips[row - FIRST_SLIP] - 1e-2;",
+        "return row_direction(state, row) * point->slips[row - FIRST_SLIP];",
+        "return row_direction(state, row) * point->slips[row - FIRST_SLIP] - 1e-2;",
     ),
     Fault(
         "a slip's direction is frozen in space",
