@@ -168,10 +168,12 @@ static void find_bears(Instance *instance, double time, const double states[], c
     arena_release(mark);
 }
 
-/* What may be shared, by the limits at the loads of least norm. */
+/* What may be shared, by the limits; where these depend on loads, at the loads of least norm. */
 static Sharing find_sharing(Instance *instance, const System *system, double time, const double states[],
                             ContactPoint *point) {
-    multipliers_spread(system, point->unknowns);
+    if (LOADED_FRICTION) {
+        multipliers_spread(system, point->unknowns);
+    }
     find_limits(instance, time, states, point);
     if (LOADED_FRICTION) {
         find_bears(instance, time, states, system->constraints.scale, point);

@@ -101,28 +101,34 @@ double constraints_slope(const double jacobian[], int k) {
     return slope;
 }
 
+/* share[rows]: the square of the part that each row has of its usual slope; 1 where that is not known. */
+static void find_shares(const ConstraintFactorization *f, const IndependentRows *known, double share[]) {
+    for (int row = 0; row < f->rows; row++) {
+        const double usual = known == NULL ? 0.0 : known->slope[row];
+        const double part = usual > 0.0 ? fmin(1.0, constraints_slope(f->jacobian, row) / usual) : 1.0;
+        share[row] = part * part;
+    }
+}
+
 /* The square of the distance of the row at place k from the span of those that are eliminated, in units of its length;
    of its usual length, where that is greater: errors of the states turn a row that has become short. */
-static double clarity(const ConstraintFactorization *f, const IndependentRows *known, int k) {
-    const int row = f->order[k];
-    const double usual = known == NULL ? 0.0 : known->slope[row];
-    const double part = usual > 0.0 ? fmin(1.0, constraints_slope(f->jacobian, row) / usual) : 1.0;
-    return f->factor[k * K + k] * part * part;
+static double clarity(const ConstraintFactorization *f, const double share[], int k) {
+    return f->factor[k * K + k] * share[f->order[k]];
 }
 
 /* The place, from k, of the clearest row. */
-static int clearest_row(const ConstraintFactorization *f, const IndependentRows *known, int k) {
+static int clearest_row(const ConstraintFactorization *f, const double share[], int k) {
     int best = k;
     for (int i = k + 1; i < f->rows; i++) {
-        best = clarity(f, known, i) > clarity(f, known, best) ? i : best;
+        best = clarity(f, share, i) > clarity(f, share, best) ? i : best;
     }
     return best;
 }
 
 /* Brings the clearest row to place k; returns its clarity. */
-static double bring_row(ConstraintFactorization *result, const IndependentRows *known, int k) {
-    exchange_rows(result, k, clearest_row(result, known, k));
-    return clarity(result, known, k);
+static double bring_row(ConstraintFactorization *result, const double share[], int k) {
+    exchange_rows(result, k, clearest_row(result, share, k));
+    return clarity(result, share, k);
 }
 
 /* Writes column k of L, and the same as row k behind the diagonal, and takes its part out of the rest of the matrix.
@@ -204,20 +210,23 @@ static bool weakened(const ConstraintFactorization *f, const IndependentRows *kn
 
 /* Brings a clearly independent row, if there is one, to place k, whose known row is weakened. There is none at a
    singular position. */
-static bool replace_row(ConstraintFactorization *result, const IndependentRows *known, int k) {
-    const int other = clearest_row(result, known, k);
-    const bool clear = other != k && clarity(result, known, other) > CLEARLY_INDEPENDENT;
+static bool replace_row(ConstraintFactorization *result, const double share[], int k) {
+    const int other = clearest_row(result, share, k);
+    const bool clear = other != k && clarity(result, share, other) > CLEARLY_INDEPENDENT;
     exchange_rows(result, k, clear ? other : k);
     return clear;
 }
 
 void constraints_factorize(Arena *arena, ConstraintFactorization *result, int rows, const IndependentRows *known,
                            double damping) {
+    const ArenaMark mark = arena_mark(arena);
+    WORK(mark, double, share, K);
     result->rows = rows;
     result->rank = 0;
     memset(result->held, 0, sizeof result->held);
     result->holding = false;
     scale_gradients(result);
+    find_shares(result, known, share);
     const int independent = order_rows(result, known);
     multiply(arena, result);
     for (int k = 0; k < rows; k++) {
@@ -228,10 +237,10 @@ void constraints_factorize(Arena *arena, ConstraintFactorization *result, int ro
         while (k < strong && independent < rows && weakened(result, known, k)) {
             exchange_rows(result, k, --strong);
         }
-        const bool replaced = k >= strong && k < independent && replace_row(result, known, k);
+        const bool replaced = k >= strong && k < independent && replace_row(result, share, k);
         const double least = independent > 0 && k >= independent && damping <= 0.0 ? CLEARLY_INDEPENDENT : REDUNDANT;
         const bool kept = k < independent && !replaced && result->factor[k * K + k] > REDUNDANT;
-        if (!kept && !(bring_row(result, known, k) > least)) {
+        if (!kept && !(bring_row(result, share, k) > least)) {
             break;
         }
         eliminate(result->factor, rows, k);
@@ -240,6 +249,7 @@ void constraints_factorize(Arena *arena, ConstraintFactorization *result, int ro
         result->holding = result->holding || held > 0.0;
         result->rank++;
     }
+    arena_release(mark);
 }
 
 /* Overwrites b[size] by L^-1 b. */

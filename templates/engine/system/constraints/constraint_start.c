@@ -125,7 +125,8 @@ static bool settle(Instance *instance, Level level, double states[]) {
 }
 
 /* rows: all of them, in their order, none of which is known to be independent yet. Their slopes are those at the states
-   or, where greater, a little beside them: a row that is much shorter than errors of the states make it counts as 0. */
+   or, where clearly greater, a little beside them: a row that is much shorter than errors of the states make it counts
+   as 0. Other rows count in full, so that their order is that of the generated formula. */
 static void list_rows(Instance *instance, const double states[], IndependentRows *rows) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, beside, N_STATES);
@@ -137,9 +138,10 @@ static void list_rows(Instance *instance, const double states[], IndependentRows
     residuals_evaluate(instance, instance->state.time, beside, instance->state.inputs, values);
     rows->rank = 0;
     for (int k = 0; k < N_CONSTRAINTS; k++) {
-        const double slope = constraints_slope(values->jacobian, k);
+        const double here = constraints_slope(instance->scratch.system.constraints.jacobian, k);
+        const double there = constraints_slope(values->jacobian, k);
         rows->order[k] = k;
-        rows->slope[k] = fmax(constraints_slope(instance->scratch.system.constraints.jacobian, k), slope);
+        rows->slope[k] = 2.0 * here < there ? there : here;
     }
     arena_release(mark);
 }
