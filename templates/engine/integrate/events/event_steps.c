@@ -295,7 +295,7 @@ static const double GROWN = 100.0;
    before a pole it would grow. */
 static bool ends_at_jump(Instance *instance, const Descents *found, Step *step, double whole, double values[]) {
     const int k = found->first;
-    const double rounding = DBL_EPSILON * fabs(step->end);
+    const double rounding = DBL_EPSILON * fmax(fabs(step->end), whole); /* > 0 where the step ends at time 0, too */
     const bool fixed = METHOD.error_order == 0 && !contacts_slide_in_space(instance);
     double before = 0.0, behind = whole, above = found->start;
     if (!(fixed || whole <= BRIEF * rounding) || !repeat(instance, step, whole, values) || values[k] > 0.0) {
