@@ -9,6 +9,7 @@
 #include "elimination.h"
 #include "islands.h"
 #include "scale.h"
+#include "vector_length.h"
 
 /* The equations of the rows that hold at present. */
 static void choose_present(const Elimination *e, Choice *choice) {
@@ -110,10 +111,10 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
     return any;
 }
 
-/* What is left of rounding where a contact that stays closed bears nothing. */
-static void clear_pulls(const Laws *laws, double x[]) {
+/* Contacts that pull, by no more than `most`, bear nothing. */
+static void clear_pulls(const Laws *laws, double most, double x[]) {
     for (int k = 0; k < laws->size; k++) {
-        x[k] = laws->width[k] == 0 ? fmax(x[k], 0.0) : x[k];
+        x[k] = laws->width[k] == 0 && x[k] < 0.0 && -x[k] <= most ? 0.0 : x[k];
     }
 }
 
@@ -136,7 +137,7 @@ static void spread(const Laws *laws, double x[]) {
         }
     }
     const bool obeyed = laws_try(laws, &choice, other);
-    clear_pulls(laws, other);
+    clear_pulls(laws, NOISE * vector_greatest(other, laws->size), other);
     if (obeyed && laws_bounded(laws, &choice, other)) {
         memcpy(x, other, (size_t)laws->size * sizeof(double));
     }
@@ -215,7 +216,7 @@ static bool solve_island(const Problem *problem, double lambda[]) {
         return arena_leave(mark, false);
     }
     spread(&laws, x);
-    clear_pulls(&laws, x);
+    clear_pulls(&laws, HUGE_VAL, x);
     for (int k = 0; problem->determined != NULL && k < problem->rows; k++) {
         const int i = elimination.place[k];
         problem->determined[k] = i >= 0 && laws.width[i] != 0 && laws.determined[i];

@@ -133,7 +133,7 @@ static void list_rows(Instance *instance, const double states[], IndependentRows
     WORK_OF(mark, Values, values);
     memcpy(beside, states, N_STATES * sizeof(double));
     for (int i = 0; i < N; i++) {
-        beside[i] += MET / sqrt(REDUNDANT) * NOMINAL_STATES[i] * cos(i);
+        beside[i] += MET / sqrt(REDUNDANT) * NOMINAL_STATES[i] * cos((double)i);
     }
     residuals_evaluate(instance, instance->state.time, beside, instance->state.inputs, values);
     rows->rank = 0;
