@@ -126,7 +126,8 @@ static bool settle(Instance *instance, Level level, double states[]) {
 
 /* rows: all of them, in their order, none of which is known to be independent yet. Their slopes are those at the states
    or, where clearly greater, a little beside them: a row that is much shorter than errors of the states make it counts
-   as 0. Other rows count in full, so that their order is that of the generated formula. */
+   as 0. Other rows count in full, so that their order is that of the generated formula. Beside is where each coordinate
+   has moved by another part, the cosine of its number: no symmetry of a mechanism keeps a row short there. */
 static void list_rows(Instance *instance, const double states[], IndependentRows *rows) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, beside, N_STATES);
