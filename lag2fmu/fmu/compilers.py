@@ -29,7 +29,11 @@ from lag2fmu.fmu.translation_units import shared_files, translation_units
 FLAGS = (
     *("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG"),
     *("-ffunction-sections", "-fdata-sections"),  # zig's linker leaves out what nothing calls
+    *("-fno-unwind-tables", "-fno-asynchronous-unwind-tables"),  # a tenth of a library, and C throws no exceptions
 )
+
+OF_WINDOWS = ("-funwind-tables", "-fasynchronous-unwind-tables")
+"""Options for Windows, which finds callers by these tables alone: a debugger of the importer needs them."""
 
 LONG = 400_000
 """Characters of a C file that is long: zig looks for less in it, see SHORT_SEARCHES."""
@@ -183,7 +187,7 @@ def compile_unit(files: Mapping[str, str], name: str, target: tuple[str, ...], *
     Raises BuildError with the compiler's output if it fails.
     """
     flags = [flag for flag in FLAGS if flag not in ("-fPIC", "-fvisibility=hidden")]
-    command = [*compiler_command("zig", target[0]), *target[1:], *flags, "-fno-asynchronous-unwind-tables", *options]
+    command = [*compiler_command("zig", target[0]), *target[1:], *flags, *options]
     command += ["-o", "unit.out", name]
     return kept((zig_version(), command[1:], sorted(files.items())), lambda: _built(command, files, "unit.out"))
 
@@ -219,7 +223,7 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
     joined = translation_units(sources)
     library = f"{name}{platform.suffix}"
     strip = [] if platform.suffix == ".dylib" else ["-s"]
-    flags = _flags(sources, compiler)
+    flags = (*_flags(sources, compiler), *(OF_WINDOWS if platform.suffix == ".dll" else ()))
     command = [*compiler_command(compiler, target), *flags, *strip, "-shared", f"-I{include}", "-o", library]
     command += [*joined, "-lm"]
     options, files = [word for word in command[1:] if word != f"-I{include}"], {**sources, **joined}

@@ -29,7 +29,7 @@ def test_the_library_shows_the_functions_of_fmi_and_nothing_else(fmu: Fmu) -> No
 @pytest.mark.parametrize(("model", "arguments"), [("double_pendulum", {}), ("n_pendulum", {"n": "5"})])
 def test_the_library_is_small_and_stripped(model: str, arguments: dict[str, str], exported) -> None:
     data = library(exported(model, optimised=True, **arguments))
-    assert len(data) < 130_000
+    assert len(data) < 100_000
     assert Library(data).stripped
 
 

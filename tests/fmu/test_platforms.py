@@ -90,6 +90,7 @@ class TestAll:
         assert found.exported == functions_of_fmi()
         others = {name for name in found.needed if not name.lower().startswith(UNIVERSAL_C_RUNTIME)}
         assert {name.upper() for name in others} <= {"KERNEL32.DLL"}
+        assert found.functions_unwound > 100, "of nearly all functions a debugger of the importer finds the caller"
 
     def test_mac(self, everywhere) -> None:
         data = everywhere["binaries/darwin64/double_pendulum.dylib"]

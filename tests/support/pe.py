@@ -1,6 +1,7 @@
 """What a Windows DLL (PE32+, x86-64) exports and imports, read from its bytes.
 
-Source: Microsoft, PE Format, sections "Optional Header", "The .edata Section" and "The .idata Section".
+Source: Microsoft, PE Format, sections "Optional Header", "The .edata Section", "The .idata Section" and
+"The .pdata Section".
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import struct
 from collections.abc import Iterator
 
 _AMD64, _PE32_PLUS, _DLL = 0x8664, 0x20B, 0x2000
-_EXPORTS, _IMPORTS = 0, 1
+_EXPORTS, _IMPORTS, _CALLERS = 0, 1, 3
 
 
 class Dll:
@@ -41,6 +42,12 @@ class Dll:
     def _table(self, number: int) -> int:
         (address,) = struct.unpack_from("<I", self.data, self._tables + 8 * number)
         return self._offset(address)
+
+    @property
+    def functions_unwound(self) -> int:
+        """The number of functions whose callers a debugger finds."""
+        (size,) = struct.unpack_from("<I", self.data, self._tables + 8 * _CALLERS + 4)
+        return size // 12
 
     @property
     def exported(self) -> set[str]:
