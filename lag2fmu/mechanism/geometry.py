@@ -128,7 +128,8 @@ def _check_framed_body(body: Body, where: str) -> None:
         raise MechanismError(f"{where}.center: has {len(body.center)} entries; give 3")
     if body.inertia is not None and not (isinstance(body.inertia, tuple) and len(body.inertia) == 6):
         raise MechanismError(
-            f"{where}.inertia: a body of a frame has the 6 entries Ixx, Iyy, Izz, Ixy, Ixz, Iyz, got {body.inertia}"
+            f"{where}.inertia: a body of a frame has the 6 entries Ixx, Iyy, Izz, Ixy, Ixz, Iyz, got {body.inertia}; "
+            "of a body whose axes are principal the last three are 0"
         )
 
 
