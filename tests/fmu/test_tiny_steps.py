@@ -38,6 +38,21 @@ position = ["x", "0"]
 [forces]
 x = "if(t > at, 2, 0)"
 """
+FAR = """
+[mechanism]
+name = "far"
+[coordinates]
+x = { unit = "m", start = 1000, velocity = 1 }
+y = { unit = "m", start = 0.5, velocity = -1 }
+z = { unit = "m", start = 0.500000000002, velocity = -1 }
+[bodies]
+puck = { mass = 1, position = ["x", 0] }
+first = { mass = 1, position = [0, "y"] }
+second = { mass = 1, position = [0, "z"] }
+[contacts]
+wall = { gap = "y", restitution = 0.5 }
+other = { gap = "z", restitution = 0.5 }
+"""
 
 
 def sequences(seed: int, count: int) -> Iterator[list[float]]:
@@ -89,3 +104,13 @@ def test_a_switch_that_turns_in_a_tiny_step_is_seen(first: float, exported) -> N
         x, speed = fmu.step(0.5)
         assert speed == pytest.approx(1.0, rel=1e-6)
         assert x == pytest.approx(0.25, rel=1e-6)
+
+
+def test_no_tiny_step_makes_a_velocity_of_the_rounding_of_a_place(exported) -> None:
+    """A puck slides by 1 m/s and is far away, as balls strike walls: over 1e-12 s its place is rounded by .1 m/s."""
+    with Stepping(exported(read(FAR, "far.toml"), solver="radau5").path) as fmu:
+        fmu.start()
+        for length in (0.5 + 1e-12, 1e-12, 3e-12, 0.1):
+            found = dict(zip(fmu.states, fmu.step(length), strict=True))
+            assert found["x_dot"] == pytest.approx(1.0, rel=1e-11)
+        assert found["y_dot"] == found["z_dot"] == pytest.approx(0.5)

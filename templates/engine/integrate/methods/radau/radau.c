@@ -21,6 +21,7 @@
 #include "derivative.h"
 #include "inputs.h"
 #include "radau_stages.h"
+#include "scale.h"
 #include "settings.h"
 #include "solver.h"
 
@@ -168,9 +169,15 @@ static void dense_further(const Instance *instance, double h, const double befor
     }
 }
 
+/* The sum of differences of a coordinate x between the ends of a step; 0 where it is no more than their rounding. */
+static double beyond_rounding(double sum, double x) {
+    return fabs(sum) > NOISE * fabs(x) ? sum : 0.0;
+}
+
 /* Hermite's quintic for the coordinates, which meets their accelerations at both ends too (smooth_start and those of
    the last stage), and its derivative for the velocities. It is as smooth as the motion and needs no evaluation; the
-   polynomial through the stages has order 3. */
+   polynomial through the stages has order 3. A velocity is the rounding of its coordinate over h where h is tiny, so
+   that rounding is left out. */
 bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, before, R);
@@ -179,7 +186,7 @@ bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STA
     smooth_start(instance, h, before);
     for (int k = 0; k < N; k++) {
         fourth[k] = 0.5 * h * h * before[k] + terms[1][k] - terms[2][k];
-        fifth[k] = 0.5 * h * h * (after[k] - before[k]) + 3.0 * terms[2][k];
+        fifth[k] = beyond_rounding(0.5 * h * h * (after[k] - before[k]) + 3.0 * terms[2][k], instance->state.states[k]);
         terms[1][N + k] = h * before[k] - terms[0][N + k];
         terms[2][N + k] = terms[0][N + k] - h * after[k] - terms[1][N + k];
         fourth[N + k] = 5.0 * fifth[k] / h;
