@@ -23,6 +23,10 @@ CVODE = 0.01
 """In tolerances: that of CVode, whose errors over a run are far above those of a step."""
 CONVERGES = 10.0
 """By how many times the errors of a run fall at least, with a hundredth of the tolerance, if they are the solver's."""
+FINER = 0.1
+"""In solver steps: the step of a run that shows whether errors of time stepping fall with it."""
+OF_FIRST = 3.0
+"""By how many times they fall then at least: ten times by the order, but an event is late by any part of a step."""
 
 
 def planned(task: Task) -> list[tuple[str, Kind, float, bool]]:
@@ -37,23 +41,28 @@ def planned(task: Task) -> list[tuple[str, Kind, float, bool]]:
     return plan
 
 
-def by_sharper_cvode(task: Task, check: Check, step: float, reference: Reference) -> Check:
-    """The ``check`` of model exchange, or that of a sharper run if this shows that it was CVode that erred.
+def by_sharper_run(task: Task, check: Check, kind: Kind, step: float, reference: Reference) -> Check:
+    """The ``check`` of a run of this ``kind``, or that of a sharper run if this shows that it was the integrator.
 
-    CVode begins anew at every event, and low rebounds enlarge each of its errors by more than those of the start. Such
-    errors fall with the tolerance, those of an FMU do not. Raises SimulationError where its times are not those of the
-    ``reference``.
+    CVode begins anew at every event, and low rebounds enlarge each of its errors by more than those of the start. Time
+    stepping takes events late, and some enlarge that. Such errors fall with the tolerance of CVode, or with the step,
+    those of an FMU do not. Raises SimulationError where its times are not those of the ``reference``.
     """
+    exchange = kind == "model-exchange"
+    if check.passed or not (exchange or task.solver_step):
+        return check
+    sharper = task if exchange else replace(task, solver_step=FINER * task.solver_step)
     try:
         with within(task.limit):
-            run = run_of(task, "model-exchange", step, False, lambda sentence: None, CVODE * CVODE)
+            run = run_of(sharper, kind, step, False, lambda sentence: None, CVODE * CVODE)
     except (OutOfTimeError, SimulationError):
         return check
     found = compare(task, check.name, run.until(float(reference.trajectory.time[-1])), reference)
     falls = check.value / max(found.value, 1e-300)
-    tolerances = task.tolerance * CVODE**2, task.tolerance * CVODE
-    detail = "{}, CVode at {:.0e}; at {:.0e} it errs {:.0f} times as much".format(found.detail, *tolerances, falls)
-    return replace(found, detail=detail) if found.passed and falls > CONVERGES else check
+    by = task.tolerance * CVODE**2, task.tolerance * CVODE
+    told = "CVode at {:.0e}; at {:.0e}".format(*by) if exchange else f"solver_step {sharper.solver_step:.1e} s; else"
+    detail = f"{found.detail}, {told} it errs {falls:.0f} times as much"
+    return replace(found, detail=detail) if found.passed and falls > (CONVERGES if exchange else OF_FIRST) else check
 
 
 def run_of(

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +33,7 @@ from lag2fmu.verify import time_stepping
 from lag2fmu.verify.agreement import has_rows, horizon_of, most_left_out, on_grid
 from lag2fmu.verify.balances import constraint_checks, energy_checks
 from lag2fmu.verify.comparison import Windows, beyond, compare, extent_check, extent_note, own_check
-from lag2fmu.verify.fmu_runs import by_sharper_cvode, planned, run_of
+from lag2fmu.verify.fmu_runs import by_sharper_run, planned, run_of
 from lag2fmu.verify.hybrid import extent, row_checks
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of, offers_model_exchange
@@ -118,26 +119,34 @@ def validate_fmu(
     grow apart.
     """
     step, experiment = time_stepping.own_step(mechanism, path), mechanism.experiment
-    mechanism = with_derived(time_stepping.as_stepped(mechanism) if step else mechanism)
+    stepped = time_stepping.as_stepped(mechanism) if step else mechanism
+    exchanged = with_derived(mechanism)
+    mechanism = exchanged if stepped is mechanism else with_derived(stepped)
     hold = hold or not input_orders(description_of(path)) or moves_a_target(mechanism, inputs)
     stop_time = checked_stop(experiment, stop_time)
     tolerance = experiment.tolerance if tolerance is None else check_tolerance(tolerance)
     task = Task(mechanism, path, stop_time, tolerance, inputs, hold, check_limit(limit), step)
     checks = [_findings(path)]
     references = References(task, progress or (lambda share: None))
+    located = references if mechanism is exchanged else References(replace(task, mechanism=exchanged), lambda _: None)
     lacking = time_stepping.beyond_integration(task) or references.lacking()
     if lacking:
         return _not_compared(task, checks, lacking)
-    return _compared(task, references, checks)
+    return _compared(task, references, located, checks)
 
 
-def _compared(own: Task, references: References, checks: list[Check]) -> Report:
-    """The report on the FMU of the task ``own``, with the ``checks`` made so far, beside its direct integrations."""
+def _compared(own: Task, references: References, located: References, checks: list[Check]) -> Report:
+    """The report on the FMU of the task ``own``, with the ``checks`` made so far, beside its direct integrations.
+
+    Those for model exchange, which locates impacts also where co-simulation steps over them, are ``located``.
+    """
     task = time_stepping.sharpened(own, [*map(references.of, own.steps)])
     runs: dict[str, Trajectory] = {}
+    of_law: dict[str, Trajectory] = {}
     warnings: dict[str, list[str]] = {}
     for label, kind, step, events in planned(task):
-        reference = time_stepping.as_seen(task, references.of(step), kind)
+        beside = located if kind == "model-exchange" else references
+        reference = time_stepping.as_seen(task, beside.of(step), kind)
         try:
             with within(task.limit if kind == "model-exchange" else math.inf):
                 run = run_of(task, kind, step, events, warnings.setdefault(label, []).append)
@@ -146,10 +155,10 @@ def _compared(own: Task, references: References, checks: list[Check]) -> Report:
             checks.append(Check(f"{label}, share not compared", 1.0, most_left_out(task), detail, extent=True))
             continue
         runs[label] = run = run.until(float(reference.trajectory.time[-1]))
+        if beside is references:
+            of_law[label] = run
         if task.states and step <= horizon_of(task, reference) * (1 + 1e-9):  # else the start alone
-            check = compare(task, label, run, reference)
-            again = kind == "model-exchange" and not check.passed
-            checks.append(by_sharper_cvode(task, check, step, reference) if again else check)
+            checks.append(by_sharper_run(task, compare(task, label, run, reference), kind, step, reference))
         if (kind, step, events) == ("co-simulation", task.steps[1], False):
             energy = energy_checks(task, run, reference)
             analysis, analysis_notes = analysis_checks(task, run, reference, references.budget)
@@ -161,7 +170,7 @@ def _compared(own: Task, references: References, checks: list[Check]) -> Report:
         *energy,
         *analysis,
         *constraint_checks(task, runs, reference),
-        *_laws_checks(task, runs, references),
+        *_laws_checks(task, of_law, references),
         *([] if has_rows(task.mechanism) else pointwise_checks(task, reference)),
         own_check(task, direct),
     ]

@@ -193,9 +193,10 @@ def _break_away(a: Along, events: list[EventSides], accuracy: Accuracy) -> Itera
     """What sticks slips once its friction has come to the greatest holding force, unless loads jump, as by a latch.
 
     What is missing to that force is told as the acceleration that it makes. It makes none at a dead centre, where no
-    force along the slip moves anything: the force that holds there is not determined.
+    force along the slip moves anything: the force that holds there is not determined. Runs that step over events do
+    not tell it: a step that is shorter than the one before may slip for once.
     """
-    items = list(rubbing(a, accuracy))
+    items = list(rubbing(a, accuracy)) if accuracy.step == 0.0 else []
     if not items:
         return
     off = np.full((len(items), len(events)), np.nan)

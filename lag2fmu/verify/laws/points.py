@@ -82,7 +82,7 @@ def _contacts(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
 class Rubbing:
     """An ``element`` with friction along its ``rows``: sliding and holding limits (m,), speed and direction of slip.
 
-    ``moves`` (m,): its slip is beyond the errors of a run.
+    ``slow`` (m,): the slips up to which it may be at rest, by the errors of a run.
     """
 
     element: str
@@ -90,7 +90,13 @@ class Rubbing:
     sliding: Floats
     holding: Floats
     speed: Floats
-    moves: NDArray[np.bool_]
+    slow: Floats
+
+    @property
+    def moves(self) -> NDArray[np.bool_]:
+        """Whether its slip is beyond the errors of a run: (m,)."""
+        moves: NDArray[np.bool_] = self.speed > self.slow
+        return moves
 
 
 def rubbing(a: Along, accuracy: Accuracy) -> Iterator[Rubbing]:
@@ -103,8 +109,8 @@ def rubbing(a: Along, accuracy: Accuracy) -> Iterator[Rubbing]:
         found.append((f.name, a.e.friction_rows[j : j + 1], a.sliding[j], a.holding[j]))
     for element, rows, sliding, holding in found:
         speed = np.hypot.reduce(a.velocities[rows])
-        moves = speed > accuracy.states * a.speed_sizes[rows].max()
-        yield Rubbing(element, rows, sliding, np.maximum(sliding, holding), speed, moves)
+        slow = accuracy.states * a.speed_sizes[rows].max() + accuracy.step * np.hypot.reduce(a.turning[rows])
+        yield Rubbing(element, rows, sliding, np.maximum(sliding, holding), speed, slow)
 
 
 def _frictions(a: Along, accuracy: Accuracy) -> Iterator[Residual]:
@@ -131,10 +137,7 @@ def _sticking(a: Along, items: list[Rubbing], size: Floats, accuracy: Accuracy) 
     units = [a.unit(e) for e in elements]
     sticks = np.stack([a.mode(e) == STICKS for e in elements])
     speeds = np.stack([item.speed for item in items])
-    slow = [
-        accuracy.states * a.speed_sizes[item.rows].max() + accuracy.step * np.hypot.reduce(a.turning[item.rows])
-        for item in items
-    ]
+    slow = [item.slow for item in items]
     speed_units = [f"{unit}/s" for unit in units]
     yield from worst(
         "what sticks does not creep", elements, speed_units, a.time, np.where(sticks, speeds, np.nan), slow
