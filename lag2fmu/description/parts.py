@@ -69,6 +69,11 @@ class Gravity:
     )
 
     def __post_init__(self) -> None:
+        if isinstance(self.acceleration, (tuple, list)):
+            raise MechanismError(
+                f"gravity.acceleration: expected the size alone, got {self.acceleration!r}; where gravity acts is its "
+                "'direction', as in Gravity(9.81, (0, -1))"
+            )
         normalise(self, "gravity")
 
 

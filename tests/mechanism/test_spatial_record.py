@@ -349,6 +349,10 @@ def test_a_long_chain_of_frames_is_no_recursion() -> None:
         (lambda: Body("b", (1, 2), frame="f"), "bodies.b.mass: expected one expression, got (1, 2)"),
         (lambda: Body("b", 1, frame="f", center=0), "bodies.b.center: expected a tuple of expressions, got 0"),
         (lambda: Load("f", "tip", force=3), "loads.f.force: expected a tuple of expressions, got 3"),
+        (
+            lambda: Gravity((0, -9.81)),
+            "gravity.acceleration: expected the size alone, got (0, -9.81); where gravity acts",
+        ),
     ],
 )
 def test_vectors_and_single_expressions_are_told_apart(build: Any, message: str) -> None:
