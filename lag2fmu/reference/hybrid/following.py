@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -43,7 +44,8 @@ class Follower:
         self.memory = Memory([0] * system.elements.u, np.zeros(system.elements.u))
         impacts = Impacts(system, self.memory)
         choice = ModeChoice(system, self.memory, impacts.without_collision, finest or rtol)
-        self.settling = Settling(system, self.memory, rtol, impacts.resolved, choice.chosen)
+        resolved = partial(impacts.resolved, bearing=choice.bearing)
+        self.settling = Settling(system, self.memory, rtol, resolved, choice.chosen)
         weights = np.append(run.nominal, [self._energy_scale()] * 2)
         self.stepper = Stepper(method, rtol, rtol * weights, LONGEST_PART * run.whole, most)
         m, u = len(run.times), system.elements.u
