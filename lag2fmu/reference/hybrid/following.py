@@ -12,7 +12,7 @@ from lag2fmu.deadline import OutOfTimeError
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.choice import ModeChoice
 from lag2fmu.reference.hybrid.impacts import Impacts
-from lag2fmu.reference.hybrid.measures import gap_sizes, touches
+from lag2fmu.reference.hybrid.measures import accelerations, gap_sizes, touches
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.piece import Piece
 from lag2fmu.reference.hybrid.records import MotionPoint
@@ -169,7 +169,7 @@ class Follower:
         if not any(event.kind == "impact" for event in events[logged:]):
             return
         point = system.point(state)
-        a = point.rows.jacobian @ system.answer(point, modes).qdd + point.rows.gamma
+        a = accelerations(point, system.answer(point, modes).qdd)
         sizes, v = gap_sizes(point), point.rows.velocities
         lift = max((float(v[i] ** 2 / (-2 * a[i]) / sizes[i]) for i in _thrown(point, modes, a)), default=np.inf)
         for j, event in enumerate(events[logged:], logged):
@@ -188,7 +188,7 @@ class Follower:
         if Mode.OPEN not in modes.contacts:
             return None
         point = system.point(self.run.state(t, y))
-        a = point.rows.jacobian @ system.answer(point, modes).qdd + point.rows.gamma
+        a = accelerations(point, system.answer(point, modes).qdd)
         v = point.rows.velocities
         return min((float(v[i] / -a[i]) for i in _thrown(point, modes, a)), default=None)
 
