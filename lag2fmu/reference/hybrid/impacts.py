@@ -79,7 +79,9 @@ class Impacts:
             moved = StateBatch(state.t, state.q, qd + responses.moved[:, 2:] @ impulses, state.inputs)
             return bearing(system.point(moved), modes, contacts)
 
-        total, dissipated, struck = self._rounds(D, v, total, near, loaded, point, pressed)
+        starts = not due and all(mode is Mode.OPEN for mode in modes.contacts)
+        asked = {*near} if starts else set()
+        total, dissipated, struck = self._rounds(D, v, total, near, loaded, asked, point, pressed)
         qd = qd + responses.moved[:, 2:] @ total
         if not struck and not catching:
             return state, np.zeros(2), False
@@ -105,13 +107,14 @@ class Impacts:
         total: Floats,
         near: Sequence[int],
         loaded: list[int],
+        asked: set[int],
         point: MotionPoint,
         pressed: Callable[[Floats, Sequence[int]], Collection[int]],
     ) -> tuple[Floats, float, bool]:
         """The sum of all impulses (k,), the energy (J) that the rounds dissipate, and whether there was a round.
 
-        Rounds are made until no contact that is ``near`` approaches. ``total`` (k,) are the impulses before, and
-        ``pressed`` tells which contacts bear a force behind all impulses.
+        Rounds are made until no contact that is ``near`` approaches. ``total`` (k,) are the impulses before.
+        ``pressed`` tells which contacts bear a force behind all impulses; of those ``asked`` this is not known at first.
         """
         lost, time = 0.0, float(point.state.t)
         sizes = velocity_sizes(point)
@@ -120,7 +123,7 @@ class Impacts:
             if not approaching:
                 return total, lost, turn > 0
             still = [i for i in near if abs(v[i]) <= STILL * sizes[i]]
-            if any(i not in loaded for i in still):
+            if {*still} & asked - {*loaded}:
                 loaded = [*loaded, *pressed(total, still)]
             plastic = turn == ROUNDS - 1
             borne = {*still} & {*loaded, *_joining(still, total, point.rows.restitution, approaching)}
@@ -130,7 +133,7 @@ class Impacts:
             P, kind = self._round(D, v, took_part, shifts, point)
             self._log(time, approaching, P, kind, _sharing(D, took_part, point), plastic=plastic)
             lost -= 0.5 * float(P @ (2 * v + D @ P))
-            v, total = v + D @ P, total + P
+            v, total, asked = v + D @ P, total + P, {*np.flatnonzero(P[: len(sizes)] > 0)}
         return total, lost, True
 
     def _log(

@@ -31,17 +31,6 @@ static bool something_approaches(const Settling *settling) {
     return found;
 }
 
-/* Does a contact touch at rest that is not closed, as at the start? */
-static bool rests_by_chance(const Settling *settling) {
-    bool found = false;
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        const double speed = fabs(settling->velocity[ROW_PLACES[i]]);
-        found = found || (settling->touching[i] && !contact_closed(&settling->instance->state, i) &&
-                          speed <= settling_least_speed(settling, i));
-    }
-    return found;
-}
-
 /* loaded[i]: does the contact i bear a normal force before the impact? */
 static bool find_loads(Settling *settling, bool loaded[]) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
@@ -51,8 +40,9 @@ static bool find_loads(Settling *settling, bool loaded[]) {
     double greatest = 0.0;
     bool closed = false;
     memset(loaded, 0, SIZE_UNILATERALS * sizeof(bool));
-    if (rests_by_chance(settling)) {
+    if (state->phase == PHASE_SOLVING_START) { /* nothing is closed yet */
         settling_find_loads(settling, loaded);
+        return arena_leave(mark, true);
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
         closed = closed || contact_closed(state, i);
@@ -68,8 +58,7 @@ static bool find_loads(Settling *settling, bool loaded[]) {
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
         const double force = unknowns[N + ROW_PLACES[i]];
-        loaded[i] = loaded[i] ||
-                    (contact_closed(state, i) && force > OBEYED * greatest && settling_bears(settling, i, force));
+        loaded[i] = contact_closed(state, i) && force > OBEYED * greatest && settling_bears(settling, i, force);
     }
     return arena_leave(mark, true);
 }
