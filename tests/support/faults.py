@@ -133,8 +133,10 @@ FAULTS = (
         "an impact acts twice",
         "impact_oscillator",
         "settle_impacts.c",
-        "    move(settling, result->impulses);",
-        "    move(settling, result->impulses), move(settling, result->impulses);",
+        "    move(settling, impact->start, impact->result.impulses);",
+        "    for (int i = 0; i < 2; i++) {\n"
+        "        move(settling, i == 0 ? impact->start : settling->instance->state.states + N, impact->result.impulses);\n"
+        "    }",
     ),
     Fault(
         "shared loads are shown beyond their limits",

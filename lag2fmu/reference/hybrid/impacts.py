@@ -114,7 +114,7 @@ class Impacts:
         """The sum of all impulses (k,), the energy (J) that the rounds dissipate, and whether there was a round.
 
         Rounds are made until no contact that is ``near`` approaches. ``total`` (k,) are the impulses before.
-        ``pressed`` tells which contacts bear a force behind all impulses; of those ``asked`` this is not known at first.
+        ``pressed`` tells which contacts bear a force behind all impulses; of those ``asked`` it is not known at first.
         """
         lost, time = 0.0, float(point.state.t)
         sizes = velocity_sizes(point)
