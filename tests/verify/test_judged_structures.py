@@ -420,6 +420,37 @@ def test_right_fmus_pass(text: str, exported) -> None:
     assert report.outcome == "ok", report
 
 
+BESIDE = """
+[mechanism]
+name = "beside"
+[coordinates]
+x0 = { unit = "m", start = 0.28, velocity = -1.689 }
+x1 = { unit = "m", start = 0.417, velocity = -1.951 }
+x2 = { unit = "m", start = 0.788, velocity = -1.248 }
+[bodies]
+b0 = { mass = 21.3, position = ["x0", 0] }
+b1 = { mass = 5.93, position = ["x1", 0] }
+b2 = { mass = 9.39, position = ["x2", 0] }
+[frictions]
+f0 = { on = "x0_dot", force = 1.134 }
+f1 = { on = "x1_dot", force = 0.714 }
+[contacts]
+left = { gap = "x0", restitution = 0.05 }
+c1 = { gap = "x1 - x0 - 0.1", restitution = 0.1 }
+c2 = { gap = "x2 - x1 - 0.1", restitution = 0.05 }
+[experiment]
+stop_time = 1.5
+step = 0.01
+"""
+"""A cart stops 1.7e-8 m beside its wall before others strike it: where such a rebound is left out it is pressed."""
+
+
+def test_what_depends_on_rebounds_that_are_left_out_is_not_judged(exported) -> None:
+    report = validate(exported(read(BESIDE, "by_chance")))
+    assert report.outcome == "not judged", report
+    assert "compared until t = 0.47 s" in str(report.checks), report
+
+
 RELEASED = """
 [mechanism]
 name = "released"

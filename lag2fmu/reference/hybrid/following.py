@@ -36,16 +36,19 @@ class Follower:
     """Carries out a ``run`` from event to event, by SciPy's ``method`` with the relative tolerance ``rtol``.
 
     The method has failed after ``most`` evaluations. A slip in space is slow as the tolerance ``finest`` asks for, that
-    of the finest run which this one is compared with; by default its own.
+    of the finest run which this one is compared with; by default its own. Rebounds are left out that are lower than
+    ``low``, in nominal gaps, or than ``rtol``.
     """
 
-    def __init__(self, run: HybridRun, method: str, rtol: float, most: float, finest: float | None = None) -> None:
+    def __init__(
+        self, run: HybridRun, method: str, rtol: float, most: float, finest: float | None = None, low: float = 0.0
+    ) -> None:
         self.run, self.n, system = run, run.n, run.system
         self.memory = Memory([0] * system.elements.u, np.zeros(system.elements.u))
         impacts = Impacts(system, self.memory)
         choice = ModeChoice(system, self.memory, impacts.without_collision, finest or rtol)
         resolved = partial(impacts.resolved, bearing=choice.bearing)
-        self.settling = Settling(system, self.memory, rtol, resolved, choice.chosen)
+        self.settling = Settling(system, self.memory, max(rtol, low), resolved, choice.chosen)
         weights = np.append(run.nominal, [self._energy_scale()] * 2)
         self.stepper = Stepper(method, rtol, rtol * weights, LONGEST_PART * run.whole, most)
         m, u = len(run.times), system.elements.u
