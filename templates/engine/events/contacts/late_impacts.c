@@ -88,8 +88,8 @@ bool impacts_go_back(Settling *settling, double *late) {
     return arena_leave(mark, true);
 }
 
-/* Notes as due the open gaps below 0, which the importer would not see close, and nothing else. Returns whether there are
-   any. */
+/* Notes as due the open gaps below 0, which the importer would not see close, and nothing else. Returns whether there
+   are any. */
 static bool find_overlaps(Settling *settling) {
     Instance *instance = settling->instance;
     const State *state = &instance->state;
