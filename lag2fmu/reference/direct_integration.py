@@ -57,6 +57,7 @@ def integrate(  # noqa: PLR0913 (the problem, and what is asked of its runs)
     method: str = "DOP853",
     whole: float | None = None,
     most_growth: float = math.inf,
+    low: float = 0.0,
     progress: Callable[[float], None] | None = None,
 ) -> Reference:
     """Integrate ``mechanism`` from times[0] and report at ``times`` (m,) in s, strictly increasing.
@@ -70,6 +71,8 @@ def integrate(  # noqa: PLR0913 (the problem, and what is asked of its runs)
       longest step is a part of it.
     - ``most_growth``: the amplification from which on no one compares. Where that of a hybrid mechanism is far greater,
       it is infinite, and the runs that find it end.
+    - ``low``: the height of rebounds, in nominal gaps, up to which the run that this one judges leaves them out. So do
+      the two runs that find errors, and what that makes of the motion counts as amplified.
     - ``progress``: a function that is told the share that is done, 0 to 1.
 
     Where the time that the caller gives (``deadline``) is over before, the reference ends at the time reached. Raises
@@ -92,6 +95,7 @@ def integrate(  # noqa: PLR0913 (the problem, and what is asked of its runs)
             starts or {},
             rtol,
             most_growth,
+            low,
             progress,
         )
     else:
@@ -157,10 +161,11 @@ class HybridRuns:
         starts: Mapping[str, float],
         rtol: float,
         most_growth: float,
+        low: float,
         progress: Callable[[float], None] | None,
     ) -> None:
         """``starts`` {NAME or NAME_dot: SI value} replace declared values; ``progress`` is told the share done."""
-        self.run, self.rtol, self.progress, self.grid = run, rtol, progress, run.times
+        self.run, self.rtol, self.low, self.progress, self.grid = run, rtol, low, progress, run.times
         self.most_distance = PARTED * most_growth * PERTURBATION  # in scales
         self.start = started(run, starts)
 
@@ -182,7 +187,8 @@ class HybridRuns:
         run, progress = self.run, self.progress
         run.progress = None if progress is None else lambda done: progress((before + done) / RUNS)
         with within(seconds_left() / (RUNS - before)):
-            return Follower(run, method, rtol, self.most, self.rtol).follow(start, enough)
+            low = rtol if rtol == self.rtol else max(rtol, self.low)
+            return Follower(run, method, rtol, self.most, self.rtol, low).follow(start, enough)
 
     def completed(self, method: str, rows: int, found: Track) -> Reference:
         """The reference of the first run, ``found`` at the first ``rows`` times, until where the other two come.
@@ -207,7 +213,9 @@ class HybridRuns:
         if parted(len(coarse.modes) - 1, moved.values[len(coarse.modes) - 1]):
             run.times = self.grid[:rows]
         fine = found.until(run.times)
-        return compared(run, method, [fine, *others], scales, self._units(fine, scales), columns_of(run, fine))
+        return compared(
+            run, method, [fine, *others], scales, self._units(fine, scales), columns_of(run, fine), self.low
+        )
 
     def _units(self, track: Track, scales: Floats) -> Floats:
         """The units of the distance of two runs at each time of the ``track``, (m, s), from the ``scales`` (s,).

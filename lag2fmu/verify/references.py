@@ -66,6 +66,7 @@ class References:
                     inputs=driving,
                     rtol=self._rtol,
                     most_growth=most_growth(task),
+                    low=task.tolerance,
                     progress=reached,
                 )
         return self._found[step]

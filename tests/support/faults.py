@@ -133,8 +133,9 @@ FAULTS = (
         "an impact acts twice",
         "impact_oscillator",
         "settle_impacts.c",
-        "    move(settling, result->impulses);",
-        "    move(settling, result->impulses), move(settling, result->impulses);",
+        "    move(settling, impact->start, impact->result.impulses);",
+        "    move(settling, impact->start, impact->result.impulses);\n"
+        "    move(settling, settling->instance->state.states + N, impact->result.impulses);",
     ),
     Fault(
         "shared loads are shown beyond their limits",

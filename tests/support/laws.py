@@ -283,7 +283,11 @@ class Laws:
         if order is None:
             solved = self._library.impacts_without_collision(ctypes.byref(problem), ctypes.byref(result))
         else:
-            solved = self._library.impacts_solve(ctypes.byref(problem), order, ctypes.byref(result))
+            solved, made = True, -1
+            while solved and made < result.rounds:  # nothing else comes under load where a contact comes to rest
+                made = result.rounds
+                solved = self._library.impacts_solve(ctypes.byref(problem), order, ctypes.byref(result))
+                problem.velocities = ctypes.cast(result.velocities, _Doubles)
         if not solved:
             return None
         impulses = np.array(result.impulses[: len(rows)])

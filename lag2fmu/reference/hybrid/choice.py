@@ -33,6 +33,8 @@ SLIP_ENDS = 1e3
 """In units of the velocity that counts as zero: the most that a slip in space may have left where it ends."""
 DRIVEN = 1e-9
 """Relative to the accelerations that all forces make: a greater one along a row drives it, and tells how it goes on."""
+BEARS = 1e-9
+"""Relative to the forces that act: a contact that comes to rest in an impact and bears more is under load."""
 
 WithoutCollision = Callable[[MotionPoint, Modes, Sequence[int]], tuple[StateBatch, float]]
 
@@ -60,21 +62,30 @@ class ModeChoice:
             return state, modes, energies
         for _ in range(3):
             point = system.point(state)
-            found, candidates = self._problem(point, modes, due)
+            responses, v, sizes = system.responses(point, modes), point.rows.velocities, velocity_sizes(point)
+            candidates = [i for i in touching(point, modes, due, responses.D) if v[i] < STILL * sizes[i]]
+            found = self._problem(point, modes, due, responses, candidates)
             if found is not None:
                 return state, self._named(modes, candidates, found, point), energies
             state, lost = self.without_collision(point, modes, candidates)
             energies[1] += lost
         raise system.stops(state.t, "no modes of the contacts meet the laws")
 
-    def _problem(self, point: MotionPoint, modes: Modes, due: Due) -> tuple[Outcome | None, list[int]]:
-        """The outcome of the choice for all frictions and touching contacts, and the indices of these contacts."""
+    def bearing(self, point: MotionPoint, modes: Modes, contacts: Sequence[int]) -> list[int]:
+        """Which of the ``contacts``, which touch at rest, bear a force; none where no forces meet the laws."""
+        found = self._problem(point, modes, frozenset(), self.system.responses(point, modes), contacts)
+        if found is None:
+            return []
+        first = np.cumsum([0, *(1 + len(slips_of(point, i)) for i in contacts)])
+        return [i for i, at in zip(contacts, first, strict=False) if found.forces[at] > BEARS * force_sizes(point)[i]]
+
+    def _problem(
+        self, point: MotionPoint, modes: Modes, due: Due, responses: Responses, contacts: Sequence[int]
+    ) -> Outcome | None:
+        """The outcome of the choice for all frictions and for the ``contacts``, which touch."""
         system, e = self.system, self.system.elements
-        responses = system.responses(point, modes)
         D, c = responses.D, responses.c
-        sizes, rests = velocity_sizes(point), rest_speeds(point)
-        v = point.rows.velocities
-        contacts = [i for i in touching(point, modes, due, D) if v[i] < STILL * sizes[i]]
+        v, rests = point.rows.velocities, rest_speeds(point)
         borne = np.zeros(system.constraints.m), np.zeros(e.k)
         present = self._lasting(modes, contacts, due)
         before: tuple[Mode, ...] | None = None
@@ -92,16 +103,16 @@ class ModeChoice:
             if found is not None:
                 found = _shared(D[np.ix_(rows, rows)], c[rows], moved, found, pace(point))
             if found is None or not e.load_dependent:
-                return found, contacts
+                return found
             forces = np.zeros(e.k)
             forces[rows] = found.forces
             new = responses.borne(forces)
             change = np.abs(np.concatenate(new) - np.concatenate(borne)).max(initial=0.0)
             borne = new
             if found.modes == before and change <= 1e-12 * max(1e-300, np.abs(np.concatenate(borne)).max(initial=0.0)):
-                return found, contacts
+                return found
             before = found.modes
-        return found, contacts
+        return found
 
     @staticmethod
     def _lasting(modes: Modes, contacts: Sequence[int], due: Due) -> list[Mode | None]:

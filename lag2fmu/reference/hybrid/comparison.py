@@ -60,13 +60,20 @@ def _before(mode: Mode, touches: bool, rests: bool) -> Mode:
 
 
 def compared(
-    run: HybridRun, method: str, tracks: Sequence[Track], scales: Floats, units: Floats, columns: Mapping[str, Floats]
+    run: HybridRun,
+    method: str,
+    tracks: Sequence[Track],
+    scales: Floats,
+    units: Floats,
+    columns: Mapping[str, Floats],
+    low: float,
 ) -> Reference:
     """The record of the runs by ``method`` at rtol, 10 rtol, and 10 rtol from the perturbed start.
 
     ``scales`` (s,) are those of the states, which errors are relative to, and ``units`` (m, s) those of the distance of
-    two runs. ``columns`` {name: (m,)} are the results of the first run. The others may have ended at an earlier time,
-    where they have parted from it.
+    two runs. ``columns`` {name: (m,)} are the results of the first run. It follows rebounds lower than ``low``, in
+    nominal gaps, and the others leave them out: what this makes of the motion is amplified as well. The others may have
+    ended at an earlier time, where they have parted from it.
     """
     whole, coarse, moved = tracks
     k = len(coarse.modes)
@@ -82,6 +89,8 @@ def compared(
     errors = np.abs(fine.values - coarse.values)[at, : run.size]
     distance = (np.abs(moved.values - coarse.values)[at, : run.size] / units[at]).max(axis=1)
     amplification = np.maximum.accumulate(distance / max(float(distance[0]), 1e-3 * PERTURBATION))
+    if low:
+        amplification = np.maximum(amplification, np.maximum.accumulate((errors / units[at]).max(axis=1)) / low)
     amplification[last + 1 :] = np.inf
     return Reference(
         trajectory=Trajectory.of(run.times, columns),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from lag2fmu.deadline import OutOfTimeError
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.choice import ModeChoice
 from lag2fmu.reference.hybrid.impacts import Impacts
-from lag2fmu.reference.hybrid.measures import gap_sizes, touches
+from lag2fmu.reference.hybrid.measures import accelerations, gap_sizes, touches
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.piece import Piece
 from lag2fmu.reference.hybrid.records import MotionPoint
@@ -35,15 +36,19 @@ class Follower:
     """Carries out a ``run`` from event to event, by SciPy's ``method`` with the relative tolerance ``rtol``.
 
     The method has failed after ``most`` evaluations. A slip in space is slow as the tolerance ``finest`` asks for, that
-    of the finest run which this one is compared with; by default its own.
+    of the finest run which this one is compared with; by default its own. Rebounds are left out that are lower than
+    ``low``, in nominal gaps, or than ``rtol``.
     """
 
-    def __init__(self, run: HybridRun, method: str, rtol: float, most: float, finest: float | None = None) -> None:
+    def __init__(
+        self, run: HybridRun, method: str, rtol: float, most: float, finest: float | None = None, low: float = 0.0
+    ) -> None:
         self.run, self.n, system = run, run.n, run.system
         self.memory = Memory([0] * system.elements.u, np.zeros(system.elements.u))
         impacts = Impacts(system, self.memory)
         choice = ModeChoice(system, self.memory, impacts.without_collision, finest or rtol)
-        self.settling = Settling(system, self.memory, rtol, impacts.resolved, choice.chosen)
+        resolved = partial(impacts.resolved, bearing=choice.bearing)
+        self.settling = Settling(system, self.memory, max(rtol, low), resolved, choice.chosen)
         weights = np.append(run.nominal, [self._energy_scale()] * 2)
         self.stepper = Stepper(method, rtol, rtol * weights, LONGEST_PART * run.whole, most)
         m, u = len(run.times), system.elements.u
@@ -167,7 +172,7 @@ class Follower:
         if not any(event.kind == "impact" for event in events[logged:]):
             return
         point = system.point(state)
-        a = point.rows.jacobian @ system.answer(point, modes).qdd + point.rows.gamma
+        a = accelerations(point, system.answer(point, modes).qdd)
         sizes, v = gap_sizes(point), point.rows.velocities
         lift = max((float(v[i] ** 2 / (-2 * a[i]) / sizes[i]) for i in _thrown(point, modes, a)), default=np.inf)
         for j, event in enumerate(events[logged:], logged):
@@ -186,7 +191,7 @@ class Follower:
         if Mode.OPEN not in modes.contacts:
             return None
         point = system.point(self.run.state(t, y))
-        a = point.rows.jacobian @ system.answer(point, modes).qdd + point.rows.gamma
+        a = accelerations(point, system.answer(point, modes).qdd)
         v = point.rows.velocities
         return min((float(v[i] / -a[i]) for i in _thrown(point, modes, a)), default=None)
 

@@ -1,7 +1,8 @@
 """Impacts: M (qd+ - qd-) = J^T P with Newton's law along normals and Coulomb's between impulses.
 
 Sequential impacts come in rounds. In a round those contacts take part that approach; of contacts at rest, those that
-bear a force or took an impulse before. The contacts that a round makes approach are the next round. Simultaneous
+bear a force at the velocities of that moment; and those that a round has stopped without restitution, if no contact
+with restitution approaches. The contacts that a round makes approach are the next round. Simultaneous
 impacts are one problem over all contacts that touch. A round that would gain energy is made again by Poisson's law: the
 normal impulse of expansion is restitution times that of compression. Source: F. Pfeiffer, Ch. Glocker, Multibody
 Dynamics with Unilateral Contacts, Wiley 1996, chapter 8.
@@ -10,7 +11,7 @@ Dynamics with Unilateral Contacts, Wiley 1996, chapter 8.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -36,8 +37,11 @@ LOADED = 1e-9
 """Relative to the forces or impulses that act: a contact that bears more is under load."""
 BALANCED = 1e-10
 """Relative to the greatest answer: impulses whose answer is smaller balance each other."""
-ROUNDS = 200
+ROUNDS = 2000
 """The most rounds of an impact; the last one is plastic, with all contacts that are near."""
+
+Bearing = Callable[[MotionPoint, Modes, Sequence[int]], Collection[int]]
+"""Which of these contacts, which touch at rest, bear a force."""
 
 
 class Impacts:
@@ -47,12 +51,14 @@ class Impacts:
         self.system, self.memory = system, memory
         self.simultaneous = system.mechanism.impacts == "simultaneous"
 
-    def resolved(self, state: StateBatch, modes: Modes, due: Due, catching: bool) -> tuple[StateBatch, Floats, bool]:
+    def resolved(
+        self, state: StateBatch, modes: Modes, due: Due, catching: bool, bearing: Bearing
+    ) -> tuple[StateBatch, Floats, bool]:
         """The state behind all rounds of impacts, (work, dissipated energy), (2,) in J, and whether there was a round.
 
-        ``catching``: latches and constraints take part in a first round, without rebound. Raises SimulationError
-        where no impulses meet the laws of impact. Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral
-        Contacts, Wiley 1996, chapter 8.
+        ``catching``: latches and constraints take part in a first round, without rebound. ``bearing`` tells what bears
+        a force between rounds. Raises SimulationError where no impulses meet the laws of impact. Source: F. Pfeiffer,
+        Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 8.
         """
         system, e = self.system, self.system.elements
         if not e.u and not catching:
@@ -68,7 +74,14 @@ class Impacts:
             behind = responses.caught + D @ total
             lost = -0.5 * float(responses.borne(total, jump=True)[1] @ (v + behind))
             v, qd = behind, qd + responses.moved[:, 1]
-        total, dissipated, struck = self._rounds(D, v, total, near, loaded, point)
+
+        def pressed(impulses: Floats, contacts: Sequence[int]) -> Collection[int]:
+            moved = StateBatch(state.t, state.q, qd + responses.moved[:, 2:] @ impulses, state.inputs)
+            return bearing(system.point(moved), modes, contacts)
+
+        starts = not due and all(mode is Mode.OPEN for mode in modes.contacts)
+        asked = {*near} if starts else set()
+        total, dissipated, struck = self._rounds(D, v, total, near, loaded, asked, point, pressed)
         qd = qd + responses.moved[:, 2:] @ total
         if not struck and not catching:
             return state, np.zeros(2), False
@@ -88,11 +101,20 @@ class Impacts:
             self.memory.impulses[i] = impulses[i]
 
     def _rounds(
-        self, D: Floats, v: Floats, total: Floats, near: Sequence[int], loaded: list[int], point: MotionPoint
+        self,
+        D: Floats,
+        v: Floats,
+        total: Floats,
+        near: Sequence[int],
+        loaded: list[int],
+        asked: set[int],
+        point: MotionPoint,
+        pressed: Callable[[Floats, Sequence[int]], Collection[int]],
     ) -> tuple[Floats, float, bool]:
         """The sum of all impulses (k,), the energy (J) that the rounds dissipate, and whether there was a round.
 
         Rounds are made until no contact that is ``near`` approaches. ``total`` (k,) are the impulses before.
+        ``pressed`` tells which contacts bear a force behind all impulses; of those ``asked`` it is not known at first.
         """
         lost, time = 0.0, float(point.state.t)
         sizes = velocity_sizes(point)
@@ -100,27 +122,34 @@ class Impacts:
             approaching = [i for i in near if v[i] < -STILL * sizes[i]]
             if not approaching:
                 return total, lost, turn > 0
+            still = [i for i in near if abs(v[i]) <= STILL * sizes[i]]
+            if {*still} & asked - {*loaded}:
+                loaded = [*loaded, *pressed(total, still)]
             plastic = turn == ROUNDS - 1
-            resting = [i for i in near if i in loaded and v[i] <= STILL * sizes[i]]
-            took_part = near if self.simultaneous or plastic else sorted({*approaching, *resting})
+            borne = {*still} & {*loaded, *_joining(still, total, point.rows.restitution, approaching)}
+            took_part = near if self.simultaneous or plastic else sorted({*approaching, *borne})
             rebounding = [] if plastic else approaching
             shifts = dict.fromkeys(took_part, 0.0) | {i: point.rows.restitution[i] * v[i] for i in rebounding}
             P, kind = self._round(D, v, took_part, shifts, point)
-            self._log(time, approaching, P, kind, plastic=plastic)
-            for i in _sharing(D, took_part, point):
-                self.memory.log(time, self.system.elements.contacts[i], "shares")
-            loaded = [*loaded, *(i for i in took_part if P[i] > 0)]
+            self._log(time, approaching, P, kind, _sharing(D, took_part, point), plastic=plastic)
             lost -= 0.5 * float(P @ (2 * v + D @ P))
-            v, total = v + D @ P, total + P
+            v, total, asked = v + D @ P, total + P, {*np.flatnonzero(P[: len(sizes)] > 0)}
         return total, lost, True
 
-    def _log(self, time: float, approaching: Sequence[int], P: Floats, kind: str, *, plastic: bool) -> None:
-        """Remember a round at ``time`` (s): impulses P (k,), contacts ``approaching``, and its ``kind`` unless ""."""
+    def _log(
+        self, time: float, approaching: Sequence[int], P: Floats, kind: str, shares: Sequence[int], *, plastic: bool
+    ) -> None:
+        """Remember a round at ``time`` (s): impulses P (k,), contacts ``approaching``, and its ``kind`` unless "".
+
+        Of the impulses of contacts in ``shares`` only sums are known.
+        """
         contacts = self.system.elements.contacts
         for i in approaching:
             self.memory.log(time, contacts[i], "impact", float(P[i]))
         if kind or plastic:
             self.memory.log(time, contacts[approaching[0]], kind or "plastic")
+        for i in shares:
+            self.memory.log(time, contacts[i], "shares")
 
     def _round(
         self, D: Floats, v: Floats, part: Sequence[int], shifts: dict[int, float], point: MotionPoint
@@ -220,6 +249,15 @@ def impact_item(point: MotionPoint, i: int, shift: float) -> Item:
     """The contact ``i`` in an impact; ``shift`` is restitution times its approach."""
     slips, friction = slips_of(point, i), float(point.rows.friction[i])
     return Item((*PLANES[len(slips)], Mode.OPEN), i, slips, friction, friction, shift)
+
+
+def _joining(still: Sequence[int], impulses: Floats, restitution: Floats, approaching: Sequence[int]) -> list[int]:
+    """The contacts that rounds have stopped and that take part though they may bear nothing: plastic impacts go on.
+
+    In turn they would come to the same velocities, in rounds without end.
+    """
+    together = (impulses[: len(restitution)] > 0) & (restitution == 0) & (not restitution[approaching].any())
+    return [i for i in still if together[i]]
 
 
 def _sharing(D: Floats, part: Sequence[int], point: MotionPoint) -> list[int]:

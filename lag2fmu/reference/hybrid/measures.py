@@ -16,6 +16,8 @@ TIME_LOCATED = 1e-12
 """The accuracy (s) of the location of events; beyond 1 s it is relative to their time."""
 SLOW = 1e-3
 """In nominal values per s^2: the least size of accelerations by which errors are measured: forces may cancel."""
+ROUNDING = 1e-13
+"""Relative to the accelerations of coordinates and of surfaces: a smaller one of a row counts as 0."""
 
 BOUND = 1e-11
 """Relative to the greatest singular value: constraints with smaller ones are redundant."""
@@ -40,6 +42,17 @@ def velocity_sizes(point: MotionPoint) -> Floats:
     """The nominal size of the velocity of each row, if velocities have nominal values, (k,) in SI units."""
     found: Floats = np.abs(point.rows.jacobian) @ point.nominal
     return np.where(found > 0, found, 1.0)
+
+
+def accelerations(point: MotionPoint, qdd: Floats) -> Floats:
+    """The acceleration of each row, (k,) in SI units, where coordinates have the accelerations qdd (n,).
+
+    One that is no more than rounding is 0: bodies that fly side by side do not come back to one another.
+    """
+    found = point.rows.jacobian @ qdd + point.rows.gamma
+    greatest = float(np.max(np.abs(qdd) / point.nominal, initial=0.0))
+    rounding = ROUNDING * (greatest * velocity_sizes(point) + np.abs(point.rows.gamma))
+    return np.where(np.abs(found) <= rounding, 0.0, found)
 
 
 def rest_speeds(point: MotionPoint) -> Floats:

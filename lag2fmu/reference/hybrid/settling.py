@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lag2fmu.reference.hybrid.laws import LATE
-from lag2fmu.reference.hybrid.measures import STILL, energies_of_jump, gap_sizes, touches, velocity_sizes
+from lag2fmu.reference.hybrid.measures import STILL, accelerations, energies_of_jump, gap_sizes, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import SENSE, Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.records import MotionPoint
 from lag2fmu.reference.hybrid.system import HybridSystem
@@ -201,10 +201,10 @@ class Settling:
         ]
         if not rising:
             return state, modes, np.zeros(2)
-        accelerations = point.rows.jacobian @ system.answer(point, modes).qdd + point.rows.gamma
+        down = -accelerations(point, system.answer(point, modes).qdd)
         low = []
         for i in rising:
-            v, a, restitution = point.rows.velocities[i], -accelerations[i], float(point.rows.restitution[i])
+            v, a, restitution = point.rows.velocities[i], down[i], float(point.rows.restitution[i])
             restitution = min(restitution, self.returned.get(i, restitution))
             height = self.low if restitution < 1 else LOW
             if a > 0 and v * v < 2 * a * height * gaps[i]:

@@ -157,9 +157,8 @@ static bool collide(Round *round, ImpactResult *result) {
     return true;
 }
 
-static void start(const ImpactProblem *problem, Round *round, ImpactResult *result) {
+static void start(const ImpactProblem *problem, Round *round) {
     memset(round, 0, sizeof *round);
-    memset(result, 0, sizeof *result);
     round->problem = problem;
     memcpy(round->before, problem->velocities, (size_t)problem->rows * sizeof(double));
 }
@@ -201,51 +200,69 @@ static bool is_caught(const Round *round, const double slow[]) {
     return any;
 }
 
-/* Chooses who takes part in the next round; returns whether any contact approaches. */
-static bool next_round(Round *round, const double slow[], const bool loaded[], int counts[]) {
+/* Does a contact approach that rebounds; or, if it need not rebound, any? */
+static bool any_approaches(const Round *round, const double slow[], bool rebounds) {
     bool any = false;
     for (int c = 0; c < round->problem->contacts; c++) {
-        const int normal = round->problem->contact[c].normal;
+        const ImpactContact *contact = &round->problem->contact[c];
+        const bool counts = !rebounds || contact->restitution > 0.0;
+        any = any || (counts && round->before[contact->normal] < -slow[contact->normal]);
+    }
+    return any;
+}
+
+/* Chooses who takes part in the next round; returns whether any contact approaches. Where none of them rebounds, those
+   take part that an earlier round has stopped: in turn they would come to the same velocities in rounds without end. */
+static bool next_round(Round *round, const double slow[], ImpactResult *result) {
+    const bool plastic = !any_approaches(round, slow, true);
+    for (int c = 0; c < round->problem->contacts; c++) {
+        const ImpactContact *contact = &round->problem->contact[c];
+        const int normal = contact->normal;
         const double velocity = round->before[normal];
         const bool approaches = velocity < -slow[normal];
-        round->takes_part[c] = approaches || (loaded[c] && velocity <= slow[normal]);
-        round->restitution[c] = approaches ? round->problem->contact[c].restitution : 0.0;
-        counts[c] += approaches ? 1 : 0;
-        any = any || approaches;
+        const bool stopped = plastic && contact->restitution == 0.0 && result->impulses[normal] > 0.0;
+        round->takes_part[c] = approaches || ((contact->loaded || stopped) && velocity <= slow[normal]);
+        round->restitution[c] = approaches ? contact->restitution : 0.0;
+        result->counts[c] += approaches ? 1 : 0;
+    }
+    return any_approaches(round, slow, false);
+}
+
+/* Does the next round depend on whether a contact is under load that has come to rest by its impulse? */
+static bool some_load_is_unknown(const Round *round, const double slow[]) {
+    bool any = false;
+    if (!any_approaches(round, slow, true)) {
+        return false;
+    }
+    for (int c = 0; c < round->problem->contacts; c++) {
+        const ImpactContact *contact = &round->problem->contact[c];
+        any = any || (round->takes_part[c] && !contact->loaded && round->impulses[contact->normal] > 0.0 &&
+                      fabs(round->before[contact->normal]) <= slow[contact->normal]);
     }
     return any;
 }
 
 static bool solve_in_turn(Round *round, const double slow[], ImpactResult *result) {
-    const ArenaMark mark = arena_mark(round->problem->arena);
-    WORK(mark, bool, loaded, SIZE_CONTACTS);
     const ImpactProblem *problem = round->problem;
     const int most = MOST_IMPACT_ROUNDS + MORE_ROUNDS * problem->contacts;
-    for (int c = 0; c < problem->contacts; c++) {
-        loaded[c] = problem->contact[c].loaded;
-    }
-    while (next_round(round, slow, loaded, result->counts) || (result->rounds == 0 && is_caught(round, slow))) {
-        result->closed = result->rounds == most;
+    while (next_round(round, slow, result) || (result->rounds == 0 && is_caught(round, slow))) {
+        result->closed = result->rounds >= most;
         for (int c = 0; c < problem->contacts && result->closed; c++) {
             round->takes_part[c] = true;
             round->restitution[c] = 0.0;
         }
         if (!collide(round, result)) {
-            return arena_leave(mark, false);
+            return false;
         }
-        if (result->closed) {
+        if (result->closed || some_load_is_unknown(round, slow)) {
             break;
         }
-        for (int c = 0; c < problem->contacts; c++) {
-            loaded[c] = loaded[c] || (round->takes_part[c] && round->impulses[problem->contact[c].normal] > 0.0);
-        }
     }
-    return arena_leave(mark, true);
+    return true;
 }
 
 static bool solve_at_once(Round *round, const double slow[], ImpactResult *result) {
-    const bool loaded[SIZE_CONTACTS] = {false};
-    if (!next_round(round, slow, loaded, result->counts) && !is_caught(round, slow)) {
+    if (!next_round(round, slow, result) && !is_caught(round, slow)) {
         return true;
     }
     for (int c = 0; c < round->problem->contacts; c++) {
@@ -258,7 +275,7 @@ bool impacts_solve(const ImpactProblem *problem, ImpactOrder order, ImpactResult
     const ArenaMark mark = arena_mark(problem->arena);
     WORK_OF(mark, Round, round);
     WORK(mark, double, slow, SIZE_ROWS);
-    start(problem, round, result);
+    start(problem, round);
     find_slow(problem, slow);
     const bool solved = order == IMPACTS_SEQUENTIAL ? solve_in_turn(round, slow, result)
                                                     : solve_at_once(round, slow, result);

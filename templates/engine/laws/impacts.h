@@ -13,8 +13,9 @@
 
 typedef enum {
     /* Round after round: those contacts take part that approach, with their restitution, and those under load that are
-       at rest, with restitution 0. Under load is what bears a force before or took an impulse in an earlier round. It
-       ends when none approaches. Bilateral rows hold in each; if they move before, there is at least one round. */
+       at rest, with restitution 0. It ends when none approaches, and earlier where a contact has come to rest by its
+       impulse: the caller says whether it is under load from there on. Bilateral rows hold in each round; if they move
+       before, there is at least one. */
     IMPACTS_SEQUENTIAL,
     /* One complementarity problem over all contacts that touch: velocity after + restitution * velocity before, where
        that was an approach, is complementary to the impulse. */
@@ -28,7 +29,7 @@ typedef struct {
     int slips;          /* the number of its rows of slip, which are consecutive: 0, 1 or 2 */
     double restitution; /* 0 to 1 */
     double friction;    /* >= 0: of sliding */
-    bool loaded;        /* bears a force at present */
+    bool loaded;        /* bears a force at the present velocities */
     double slow;        /* >= 0: normal velocities up to this one count as rest */
 } ImpactContact;
 
@@ -43,7 +44,7 @@ typedef struct {
 } ImpactProblem;
 
 typedef struct {
-    double impulses[SIZE_ROWS];   /* of all rounds together */
+    double impulses[SIZE_ROWS];   /* of all rounds together, those of earlier calls included; likewise below */
     double velocities[SIZE_ROWS]; /* after */
     int counts[SIZE_CONTACTS];    /* in how many rounds a contact collided */
     int rounds;
@@ -53,8 +54,8 @@ typedef struct {
     bool closed;  /* the rounds did not end and were closed without restitution */
 } ImpactResult;
 
-/* Resolves an impact. False: there is no memory, as problem->arena tells, or no solution, as between bodies whose
-   motions are all prescribed. */
+/* Resolves an impact, or goes on with it: *result is that of the earlier calls, zeros in the first one. False: there is
+   no memory, as problem->arena tells, or no solution, as between bodies whose motions are all prescribed. */
 bool impacts_solve(const ImpactProblem *problem, ImpactOrder order, ImpactResult *result);
 
 #endif

@@ -278,13 +278,25 @@ static bool flies(const Instance *instance, const bool due[]) {
     return free;
 }
 
+/* Impacts, modes and the motion that they allow, at the measured point. */
+static bool settle_there(Settling *settling, bool *collided, bool *moved) {
+    find_touching(settling);
+    return settling_impacts(settling, collided) && settling_modes(settling, moved) && settling_move(settling, moved);
+}
+
+/* Settles the contacts that are due because the motion has met them while it caught up behind an impact. */
+static bool settle_what_met(Settling *settling, bool *collided, bool *moved) {
+    memset(settling->rebounds, 0, sizeof settling->rebounds);
+    return undo_overlap(settling, moved) && settling_measure(settling) && settle_there(settling, collided, moved);
+}
+
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, Settling, settling);
     memset(settling, 0, sizeof *settling);
     settling->instance = instance;
     const bool flew = flies(instance, due);
-    bool collided = false, moved = false;
+    bool collided = false, moved = false, met;
     double late = 0.0;
     instance->arena->refused = 0;
     if (due == NULL) {
@@ -306,9 +318,8 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *a
         return arena_leave(mark, false);
     }
     update_latches(settling);
-    find_touching(settling);
-    if (!settling_impacts(settling, &collided) || !settling_modes(settling, &moved) ||
-        !settling_move(settling, &moved) || !impacts_catch_up(settling, late, &moved) ||
+    if (!settle_there(settling, &collided, &moved) || !impacts_catch_up(settling, late, &moved, &met) ||
+        (met && !settle_what_met(settling, &collided, &moved)) ||
         !contacts_oppose(instance, instance->state.time, instance->state.states, NULL)) {
         return arena_leave(mark, false);
     }

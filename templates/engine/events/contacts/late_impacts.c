@@ -88,25 +88,29 @@ bool impacts_go_back(Settling *settling, double *late) {
     return arena_leave(mark, true);
 }
 
-/* Is an open gap below 0, so that the importer would not see it close? */
-static bool overlaps(Settling *settling) {
+/* Notes as due the open gaps below 0, which the importer would not see close, and nothing else. Returns whether there
+   are any. */
+static bool find_overlaps(Settling *settling) {
     Instance *instance = settling->instance;
     const State *state = &instance->state;
     bool found = false;
     rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
+    memset(settling->due, 0, sizeof settling->due);
     for (int i = 0; i < N_UNILATERALS; i++) {
         const double least = -0.5 * HYSTERESIS * row_size(&settling->rows, i);
-        found = found || (!contact_closed(state, i) && settling->rows.positions[i] < least);
+        settling->due[2 * i] = !contact_closed(state, i) && settling->rows.positions[i] < least;
+        found = found || settling->due[2 * i];
     }
     return found;
 }
 
-bool impacts_catch_up(Settling *settling, double late, bool *jumped) {
+bool impacts_catch_up(Settling *settling, double late, bool *jumped, bool *met) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, double, unknowns, N_UNKNOWNS);
     WORK(mark, double, before, N_STATES);
     Instance *instance = settling->instance;
     State *state = &instance->state;
+    *met = false;
     if (late == 0.0) {
         return arena_leave(mark, true);
     }
@@ -117,8 +121,9 @@ bool impacts_catch_up(Settling *settling, double late, bool *jumped) {
         move_by(state, late, unknowns);
     }
     state->time += late;
-    if (known && overlaps(settling)) {
+    if (known && find_overlaps(settling)) {
         memcpy(state->states, before, N_STATES * sizeof(double));
+        *met = find_overlaps(settling); /* with a surface that has moved on */
     }
     return arena_leave(mark, known && settling_move(settling, jumped));
 }

@@ -15,7 +15,8 @@ bool impacts_go_back(Settling *settling, double *late);
 double impact_overlap(const Settling *settling, int contact);
 
 /* Lets the instance move on by the time late (s) at the velocities and accelerations of after the impact. The states
-   stay where they are if another gap would be overlapped there. */
-bool impacts_catch_up(Settling *settling, double late, bool *jumped);
+   stay where they are if another gap would be overlapped there. *met: a surface that has moved on overlaps even so; its
+   gaps alone are due then. */
+bool impacts_catch_up(Settling *settling, double late, bool *jumped, bool *met);
 
 #endif

@@ -31,8 +31,8 @@ static bool something_approaches(const Settling *settling) {
     return found;
 }
 
-/* loaded[i]: does the closed contact i bear a normal force before the impact? */
-static bool find_loads(const Settling *settling, bool loaded[]) {
+/* loaded[i]: does the contact i bear a normal force before the impact? */
+static bool find_loads(Settling *settling, bool loaded[]) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, double, unknowns, N_UNKNOWNS);
     Instance *instance = settling->instance;
@@ -40,6 +40,10 @@ static bool find_loads(const Settling *settling, bool loaded[]) {
     double greatest = 0.0;
     bool closed = false;
     memset(loaded, 0, SIZE_UNILATERALS * sizeof(bool));
+    if (state->phase == PHASE_SOLVING_START) { /* nothing is closed yet */
+        settling_find_loads(settling, loaded);
+        return arena_leave(mark, true);
+    }
     for (int i = 0; i < N_UNILATERALS; i++) {
         closed = closed || contact_closed(state, i);
     }
@@ -78,16 +82,16 @@ static int gather_contacts(const Settling *settling, const bool loaded[], Impact
     return count;
 }
 
-/* Velocities += M^-1 G^T impulses. A velocity that is no more than rounding of this sum becomes 0. */
-static void move(Settling *settling, const double impulses[]) {
+/* Velocities = start + M^-1 G^T impulses. A velocity that is no more than rounding of this sum becomes 0. */
+static void move(Settling *settling, const double start[], const double impulses[]) {
     double *qd = settling->instance->state.states + N;
     for (int i = 0; i < N; i++) {
-        double change = 0.0, size = fabs(qd[i]);
+        double change = 0.0, size = fabs(start[i]);
         for (int k = 0; k < K; k++) {
             change += settling->response[k * N + i] * impulses[k];
             size = fmax(size, fabs(settling->response[k * N + i] * impulses[k]));
         }
-        qd[i] = fabs(qd[i] + change) <= NOISE * size ? 0.0 : qd[i] + change;
+        qd[i] = fabs(start[i] + change) <= NOISE * size ? 0.0 : start[i] + change;
     }
 }
 
@@ -128,40 +132,66 @@ static void note_returned(Settling *settling, const double before[]) {
     }
 }
 
-/* Performs an impact at this point. Contacts in loaded[] take part though they do not approach. Without a collision it
-   is the impact that stops a slip because sliding friction leaves no forces (Painleve's paradox). Returns false if
-   there is no solution. */
-static bool perform(Settling *settling, const bool loaded[], bool collision, bool *jumped) {
+/* What belongs to an impact at this point. */
+typedef struct {
+    bool collision;
+    bool loaded[SIZE_UNILATERALS]; /* takes part though it does not approach */
+    double start[N];               /* the velocities before */
+    ImpactResult result;
+    int which[SIZE_CONTACTS];
+    int count; /* of contacts that touch */
+} Impact;
+
+/* Finds the impulses up to where loads have to be found anew, and what they make of the velocities. */
+static bool make_rounds(Settling *settling, Impact *impact) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, bool, bilateral, K);
     WORK(mark, ImpactContact, contact, SIZE_CONTACTS);
-    WORK_OF(mark, ImpactResult, result);
-    WORK(mark, int, which, SIZE_CONTACTS);
-    WORK(mark, double, before, K);
     const State *state = &settling->instance->state;
-    memcpy(before, settling->velocity, K * sizeof(double));
+    const ImpactOrder order = SIMULTANEOUS_IMPACTS ? IMPACTS_SIMULTANEOUS : IMPACTS_SEQUENTIAL;
     memcpy(bilateral, settling->permanent, K * sizeof(bool));
     for (int row = FIRST_LATCH; row < N_ROWS; row++) {
         bilateral[ROW_PLACES[row]] = row_active(state, row);
     }
-    const int count = gather_contacts(settling, loaded, contact, which);
-    const ImpactProblem problem = {mark.arena, K, settling->delassus, settling->velocity, bilateral, count, contact};
-    const ImpactOrder order = SIMULTANEOUS_IMPACTS ? IMPACTS_SIMULTANEOUS : IMPACTS_SEQUENTIAL;
-    if (!(collision ? impacts_solve(&problem, order, result) : impacts_without_collision(&problem, result))) {
+    impact->count = gather_contacts(settling, impact->loaded, contact, impact->which);
+    const ImpactProblem problem = {mark.arena, K,       settling->delassus, settling->velocity,
+                                   bilateral,  impact->count, contact};
+    if (!(impact->collision ? impacts_solve(&problem, order, &impact->result)
+                            : impacts_without_collision(&problem, &impact->result))) {
         return arena_leave(mark, false);
     }
-    move(settling, result->impulses);
-    settling->instance->state.states[DISSIPATED] += result->lost;
-    keep_result(settling, result, which, count);
-    if (collision && count > 0 && (result->poisson || result->closed)) {
+    move(settling, impact->start, impact->result.impulses);
+    const bool measured = settling_measure(settling);
+    rest(settling, impact->result.velocities);
+    return arena_leave(mark, measured);
+}
+
+/* Performs an impact at this point. Without a collision it is the impact that stops a slip because sliding friction
+   leaves no forces (Painleve's paradox). Returns false if there is no solution. */
+static bool perform(Settling *settling, Impact *impact, bool *jumped) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, before, K);
+    State *state = &settling->instance->state;
+    const ImpactResult *result = &impact->result;
+    memcpy(before, settling->velocity, K * sizeof(double));
+    memcpy(impact->start, state->states + N, N * sizeof(double));
+    for (int rounds = -1; rounds < result->rounds;) {
+        rounds = result->rounds;
+        if (!make_rounds(settling, impact)) {
+            return arena_leave(mark, false);
+        }
+        *jumped = true;
+        if (!impact->collision || SIMULTANEOUS_IMPACTS || result->closed || !something_approaches(settling)) {
+            break;
+        }
+        settling_find_loads(settling, impact->loaded);
+    }
+    state->states[DISSIPATED] += result->lost;
+    keep_result(settling, result, impact->which, impact->count);
+    if (impact->collision && impact->count > 0 && (result->poisson || result->closed)) {
         give_notice(settling->instance, result->closed ? NOTICE_CLOSED : NOTICE_POISSON, 0.0,
-                    N_SWITCHES + 2 * which[0]);
+                    N_SWITCHES + 2 * impact->which[0]);
     }
-    *jumped = true;
-    if (!settling_measure(settling)) {
-        return arena_leave(mark, false);
-    }
-    rest(settling, result->velocities);
     if (result->poisson) {
         note_returned(settling, before);
     }
@@ -181,15 +211,17 @@ static void end_lifted_cascades(Settling *settling) {
 
 bool settling_impacts(Settling *settling, bool *jumped) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
-    WORK(mark, bool, loaded, SIZE_UNILATERALS);
+    WORK_OF(mark, Impact, impact);
     Instance *instance = settling->instance;
+    memset(impact, 0, sizeof *impact);
     if (!something_approaches(settling)) {
         return arena_leave(mark, true);
     }
-    if (!find_loads(settling, loaded)) {
+    impact->collision = true;
+    if (!find_loads(settling, impact->loaded)) {
         return arena_leave(mark, false);
     }
-    if (!perform(settling, loaded, true, jumped)) {
+    if (!perform(settling, impact, jumped)) {
         return arena_leave(mark, settling_fail(instance));
     }
     end_lifted_cascades(settling);
@@ -198,11 +230,12 @@ bool settling_impacts(Settling *settling, bool *jumped) {
 
 bool settling_without_collision(Settling *settling, bool *jumped) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
-    WORK_ZEROS(mark, bool, loaded, SIZE_UNILATERALS);
+    WORK_OF(mark, Impact, impact);
+    memset(impact, 0, sizeof *impact);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        loaded[i] = settling->row[ROW_PLACES[i]].law == ROW_UNILATERAL;
+        impact->loaded[i] = settling->row[ROW_PLACES[i]].law == ROW_UNILATERAL;
     }
-    if (!perform(settling, loaded, false, jumped)) {
+    if (!perform(settling, impact, jumped)) {
         return arena_leave(mark, false);
     }
     for (int i = N_UNILATERALS - 1; i >= 0; i--) {

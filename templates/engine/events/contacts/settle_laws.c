@@ -236,3 +236,25 @@ bool settling_laws(Settling *settling) {
     }
     return arena_leave(mark, solved);
 }
+
+void settling_find_loads(Settling *settling, bool loaded[]) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, bool, touching, SIZE_UNILATERALS);
+    double greatest = 0.0;
+    memcpy(touching, settling->touching, SIZE_UNILATERALS * sizeof(bool));
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const double velocity = settling->velocity[ROW_PLACES[i]];
+        settling->touching[i] = touching[i] && velocity >= -settling_least_speed(settling, i);
+    }
+    memset(settling->determined, 0, sizeof settling->determined);
+    const bool solved = solve_settled_laws(settling, NULL);
+    memcpy(settling->touching, touching, SIZE_UNILATERALS * sizeof(bool));
+    for (int k = 0; k < K && solved; k++) {
+        greatest = fmax(greatest, fabs(settling->lambda[k]));
+    }
+    for (int i = 0; i < N_UNILATERALS && solved; i++) {
+        const double force = settling->lambda[ROW_PLACES[i]];
+        loaded[i] = loaded[i] || (force > OBEYED * greatest && settling_bears(settling, i, force));
+    }
+    arena_release(mark);
+}

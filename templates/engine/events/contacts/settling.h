@@ -96,6 +96,10 @@ bool settling_impacts(Settling *settling, bool *jumped);
    false if that is not the reason. */
 bool settling_without_collision(Settling *settling, bool *jumped);
 
+/* Within an impact: loaded[i] becomes true where forces at the present velocities press on a touching contact that does
+   not approach. Where no forces obey the laws nothing changes. */
+void settling_find_loads(Settling *settling, bool loaded[]);
+
 /* Sets row[], lambda[], w[] and determined[] by the laws at the measured point. Returns false without a solution. */
 bool settling_laws(Settling *settling);
 
