@@ -24,6 +24,9 @@ MOST_ENTRIES, MOST_BYTES, MOST_OF_A_TEXT, GREATEST_RATIO = 50_000, 2 << 30, 64 <
 Archives beyond a limit are refused. Texts are modelDescription.xml and the mechanism, which are read as a whole.
 """
 
+PACKED = 8
+"""Deflate's level: the usual one, 6, makes FMUs .4 % larger and takes half of its 70 ms for 1.2 MB; 9 gains no more."""
+
 
 def pack(files: Mapping[str, bytes], path: Path) -> None:
     """Write ``files`` {name in the archive: content} to ``path``; entries are sorted and carry a fixed time.
@@ -36,7 +39,7 @@ def pack(files: Mapping[str, bytes], path: Path) -> None:
             for name in sorted(files):
                 entry = zipfile.ZipInfo(name, _EPOCH)
                 entry.compress_type, entry.external_attr, entry.create_system = zipfile.ZIP_DEFLATED, 0o644 << 16, 3
-                archive.writestr(entry, files[name])
+                archive.writestr(entry, files[name], compresslevel=PACKED)
     except OSError as error:
         raise ExportError(f"cannot write '{path}': {error.strerror}; choose another place with -o") from error
 
