@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -204,6 +205,7 @@ def _expected_impacts(task: Task, contact: str, reference: Reference) -> Floats:
     if not task.solver_step:
         return counts
     gap = reference.trajectory[names.gap(contact)]
+    gap = np.maximum(gap, np.append(gap[0], gap[:-1]))  # one time may be right before the impact
     apart = (reference.trajectory[names.mode(contact)] == Mode.OPEN) & (gap > task.tolerance * np.abs(gap).max())
     return np.asarray(np.cumsum(np.diff(counts, prepend=0.0) * np.append(True, apart[:-1])))
 
@@ -213,12 +215,18 @@ def _counted_until(task: Task, contact: str, reference: Reference) -> float:
 
     From where others may balance its impulse each way of sharing them is right. From where impacts accumulate, as they
     rebound or lift another contact by no more than the tolerance, each path ends them in its own way. A closed contact
-    takes part in those of others that it bears, such as a taut rope.
+    takes part in those of others that it bears, such as a taut rope. Impacts that follow within the errors of their
+    times, because others strike the contact back, may be one.
     """
     time, counts = reference.trajectory.time, reference.trajectory[names.impacts(contact)]
+    errors, last = widths_of(replace(task, tolerance=task.tolerance / SAFETY), reference), -np.inf
     for event in reference.events:
         if event.kind == "shares" and event.element == contact:
             return event.time
+        if event.kind == "impact" and event.element == contact:
+            if event.time - last <= width_at(reference, errors, event.time):
+                return last
+            last = event.time
         if not _accumulates(task, reference, event):
             continue
         at = int(np.searchsorted(time, event.time))

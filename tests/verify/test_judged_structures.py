@@ -397,9 +397,51 @@ step = 0.01
 """Carts collapse onto one another, and two of them then roll side by side: their gap accelerates by rounding alone."""
 
 
+ARMS = """
+[mechanism]
+name = "arms"
+[coordinates]
+q0 = { unit = "rad", start = -0.045, velocity = 0.153 }
+q1 = { unit = "rad", start = -0.322, velocity = -0.626 }
+q2 = { unit = "rad", start = -0.17, velocity = 2.809 }
+[gravity]
+acceleration = 9.81
+[bodies.l0]
+mass = 1.466
+inertia = 0.0398
+position = ["0.2255*sin(q0)", "-0.2255*cos(q0)"]
+angle = "q0"
+[bodies.l1]
+mass = 1.065
+inertia = 0.0268
+position = ["0.451*sin(q0) + 0.131*sin(q0 + q1)", "-0.451*cos(q0) - 0.131*cos(q0 + q1)"]
+angle = "q0 + q1"
+[bodies.l2]
+mass = 1.292
+inertia = 0.0284
+position = ["0.451*sin(q0) + 0.262*sin(q0 + q1) + 0.1355*sin(q0 + q1 + q2)",
+    "-0.451*cos(q0) - 0.262*cos(q0 + q1) - 0.1355*cos(q0 + q1 + q2)"]
+angle = "q0 + q1 + q2"
+[forces]
+q0 = "9.471*sin(5.894*t)"
+[contacts]
+s0 = { gap = "0.512 - q0" }
+t0 = { gap = "q0 + 0.51" }
+s2 = { gap = "0.638 - q2" }
+[frictions.j0]
+on = "q0_dot"
+force = 1.334
+static = 2.827
+[experiment]
+stop_time = 1.1
+step = 0.01
+"""
+"""Two stops strike the arms back and forth: the last impacts of one follow within 1.6e-9 s, and are one or two."""
+
+
 @pytest.mark.parametrize(
     "text",
-    [CAUGHT, HELD, TURNED, DRAINED, UNPRESSED, BILLIARD, CARRIED, CLOSED, FALLING, PILE, LANDED, CARTS],
+    [CAUGHT, HELD, TURNED, DRAINED, UNPRESSED, BILLIARD, CARRIED, CLOSED, FALLING, PILE, LANDED, CARTS, ARMS],
     ids=[
         "caught",
         "held",
@@ -413,6 +455,7 @@ step = 0.01
         "pile",
         "landed",
         "carts",
+        "arms",
     ],
 )
 def test_right_fmus_pass(text: str, exported) -> None:
