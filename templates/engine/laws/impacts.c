@@ -229,7 +229,7 @@ static bool next_round(Round *round, const double slow[], ImpactResult *result) 
 }
 
 /* Does the next round depend on whether a contact is under load that has come to rest by its impulse? */
-static bool some_load_is_unknown(const Round *round, const double slow[]) {
+static bool lacks_loads(const Round *round, const double slow[]) {
     bool any = false;
     if (!any_approaches(round, slow, true)) {
         return false;
@@ -254,7 +254,7 @@ static bool solve_in_turn(Round *round, const double slow[], ImpactResult *resul
         if (!collide(round, result)) {
             return false;
         }
-        if (result->closed || some_load_is_unknown(round, slow)) {
+        if (result->closed || lacks_loads(round, slow)) {
             break;
         }
     }
