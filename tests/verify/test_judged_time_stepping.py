@@ -132,8 +132,31 @@ step = 0.01
 """
 """The string becomes taut 1.5e-8 s behind a communication point: it is apart there, though it all but touches."""
 
+SEESAW = """
+[mechanism]
+name = "seesaw"
+[coordinates]
+a = { unit = "rad", start = 0.062, velocity = 1.929 }
+y = { unit = "m", start = 0.489 }
+[bodies]
+beam = { mass = 2.727, inertia = 0.32, position = ["-0.035*cos(a)", "0.024*sin(a)"], angle = "a" }
+ball = { mass = 1.905, position = ["0.1701", "y"] }
+[gravity]
+acceleration = 9.81
+[contacts]
+hit = { gap = "y*cos(a) - 0.3018*sin(a)" }
+right = { gap = "0.2 + 0.486*sin(a)", restitution = 0.4 }
+left = { gap = "0.2 - 0.486*sin(a)", restitution = 0.8 }
+[experiment]
+stop_time = 2
+step = 0.01
+"""
+"""The right stop throws back the beam, on which the ball rests: they overlap for a step."""
 
-@pytest.mark.parametrize("text", [CARTS, BOX, ROLLED, STRING], ids=["carts", "box", "rolled", "string"])
+
+@pytest.mark.parametrize(
+    "text", [CARTS, BOX, ROLLED, STRING, SEESAW], ids=["carts", "box", "rolled", "string", "seesaw"]
+)
 def test_right_steps_pass(text: str, exported) -> None:
     report = validate(exported(read(text, "by_chance"), solver="moreau"))
     assert report.outcome == "ok", report
