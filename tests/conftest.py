@@ -6,7 +6,6 @@ import gc
 import os
 import sys
 import time
-import zlib
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,12 +16,13 @@ from typing import Any
 import pytest
 from rewriting import rewrite_shared
 
-from lag2fmu import progress
+from lag2fmu import archives, progress
 from lag2fmu.building import build_cache, process
 from lag2fmu.codegen import DEFAULT_SOLVER
 from lag2fmu.fmu import Fmu, compilers, export, translation_units
 from lag2fmu.fmu.contents import EQUATIONS
 from lag2fmu.fmu.live import module
+from lag2fmu.fmu.platforms import Platform
 from lag2fmu.formats import loading
 from lag2fmu.formats.loading import load
 from lag2fmu.mechanism import Mechanism
@@ -38,7 +38,7 @@ LIMIT = 0.7
 """A test that takes longer than this (s) belongs into SLOW."""
 WEEK = 7 * 24 * 3600.0
 """s"""
-FLAGS, MOST, PACKED = compilers._flags, translation_units.MOST, zlib.Z_DEFAULT_COMPRESSION
+FLAGS, MOST, PACKED = compilers._flags, translation_units.MOST, archives.PACKED
 """Those of users."""
 
 _seconds: dict[str, float] = defaultdict(float)
@@ -127,13 +127,13 @@ def compiling(optimised: bool) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compilers, "_flags", FLAGS if optimised else _unoptimised)
         patch.setattr(translation_units, "MOST", MOST if optimised else sys.maxsize)
-        patch.setattr(zlib, "Z_DEFAULT_COMPRESSION", PACKED if optimised else zlib.Z_BEST_SPEED)
+        patch.setattr(archives, "PACKED", PACKED if optimised else 1)
         yield
 
 
-def _unoptimised(sources: Mapping[str, str], compiler: str) -> tuple[str, ...]:
+def _unoptimised(sources: Mapping[str, str], compiler: str, platform: Platform) -> tuple[str, ...]:
     """The flags of users, and for zig one that leaves out the optimisation alone: without -O2 it builds other parts."""
-    return (*FLAGS(sources, compiler), *(("-Xclang", "-O0") if compiler == "zig" else ()))
+    return (*FLAGS(sources, compiler, platform), *(("-Xclang", "-O0") if compiler == "zig" else ()))
 
 
 @pytest.fixture(scope="session", autouse=True)

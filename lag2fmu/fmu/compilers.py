@@ -33,7 +33,7 @@ FLAGS = (
 )
 
 OF_WINDOWS = ("-funwind-tables", "-fasynchronous-unwind-tables")
-"""Options for Windows, which finds callers by these tables alone: a debugger of the importer needs them."""
+"""Options for Windows, which finds callers by these tables alone: debuggers need them, and zig's C library does."""
 
 LONG = 400_000
 """Characters of a C file that is long: zig looks for less in it, see SHORT_SEARCHES."""
@@ -128,7 +128,8 @@ def processor_macros(compiler: str = "zig") -> frozenset[str]:
 def compile_here(sources: Mapping[str, str], name: str, compiler: str = "zig") -> bytes:
     """The shared library ``name`` of ``sources`` {file name: text} for this very processor. Raises BuildError."""
     library, joined = f"{name}{host_platform().suffix}", translation_units(sources)
-    command = [*_for_here(compiler), *_flags(sources, compiler), "-shared", "-o", library, *joined, "-lm"]
+    flags = _flags(sources, compiler, host_platform())
+    command = [*_for_here(compiler), *flags, "-shared", "-o", library, *joined, "-lm"]
     files = {**sources, **joined}
     if compiler != "zig":
         return _built(command, files, library)
@@ -136,9 +137,10 @@ def compile_here(sources: Mapping[str, str], name: str, compiler: str = "zig") -
     return kept(made_of, lambda: _built(command, files, library))
 
 
-def _flags(sources: Mapping[str, str], compiler: str) -> tuple[str, ...]:
-    """FLAGS, and what long ``sources`` {file name: text} take beside them."""
-    return (*FLAGS, *SHORT_SEARCHES) if compiler == "zig" and is_long(sources) else FLAGS
+def _flags(sources: Mapping[str, str], compiler: str, platform: Platform) -> tuple[str, ...]:
+    """FLAGS, and what the ``platform`` and long ``sources`` {file name: text} take beside them."""
+    short = SHORT_SEARCHES if compiler == "zig" and is_long(sources) else ()
+    return (*FLAGS, *short, *(OF_WINDOWS if platform.suffix == ".dll" else ()))
 
 
 def is_long(sources: Mapping[str, str]) -> bool:
@@ -223,7 +225,7 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
     joined = translation_units(sources)
     library = f"{name}{platform.suffix}"
     strip = [] if platform.suffix == ".dylib" else ["-s"]
-    flags = (*_flags(sources, compiler), *(OF_WINDOWS if platform.suffix == ".dll" else ()))
+    flags = _flags(sources, compiler, platform)
     command = [*compiler_command(compiler, target), *flags, *strip, "-shared", f"-I{include}", "-o", library]
     command += [*joined, "-lm"]
     options, files = [word for word in command[1:] if word != f"-I{include}"], {**sources, **joined}

@@ -41,7 +41,7 @@ def planned(task: Task) -> list[tuple[str, Kind, float, bool]]:
     return plan
 
 
-def by_sharper_run(task: Task, check: Check, kind: Kind, step: float, reference: Reference) -> Check:
+def by_sharper_run(task: Task, check: Check, kind: Kind, step: float, events: bool, reference: Reference) -> Check:
     """The ``check`` of a run of this ``kind``, or that of a sharper run if this shows that it was the integrator.
 
     CVode begins anew at every event, and low rebounds enlarge each of its errors by more than those of the start. Time
@@ -54,7 +54,7 @@ def by_sharper_run(task: Task, check: Check, kind: Kind, step: float, reference:
     sharper = task if exchange else replace(task, solver_step=FINER * task.solver_step)
     try:
         with within(task.limit):
-            run = run_of(sharper, kind, step, False, lambda sentence: None, CVODE * CVODE)
+            run = run_of(sharper, kind, step, events, lambda sentence: None, CVODE * CVODE)
     except (OutOfTimeError, SimulationError):
         return check
     found = compare(task, check.name, run.until(float(reference.trajectory.time[-1])), reference)

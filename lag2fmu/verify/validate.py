@@ -129,7 +129,7 @@ def validate_fmu(
     checks = [_findings(path)]
     references = References(task, progress or (lambda share: None))
     located = references if mechanism is exchanged else References(replace(task, mechanism=exchanged), lambda _: None)
-    lacking = time_stepping.beyond_integration(task) or references.lacking()
+    lacking = time_stepping.beyond_integration(task) or references.lacking() or located.lacking()
     if lacking:
         return _not_compared(task, checks, lacking)
     return _compared(task, references, located, checks)
@@ -158,7 +158,8 @@ def _compared(own: Task, references: References, located: References, checks: li
         if beside is references:
             of_law[label] = run
         if task.states and step <= horizon_of(task, reference) * (1 + 1e-9):  # else the start alone
-            checks.append(by_sharper_run(task, compare(task, label, run, reference), kind, step, reference))
+            check = compare(task, label, run, reference)
+            checks.append(by_sharper_run(task, check, kind, step, events, reference))
         if (kind, step, events) == ("co-simulation", task.steps[1], False):
             energy = energy_checks(task, run, reference)
             analysis, analysis_notes = analysis_checks(task, run, reference, references.budget)
