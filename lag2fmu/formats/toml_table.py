@@ -49,6 +49,8 @@ class TomlTable:
         if not isinstance(content, dict):
             listed = "" if keys is None else f"; its keys are {', '.join(keys)}"
             listed = f"; write [{where}.NAME] for each" if isinstance(content, list) and keys is None else listed
+            if keys is not None and isinstance(content, Decimal | int) and "value" in keys:
+                listed = f"; write {{ value = {str(content).lower()} }}{listed}"
             raise TextError(f"{where}: expected a table {{ ... }}, got {describe(content)}{listed}")
         self.where, self.content, self.around = where, content, around
         known = content if keys is None else tuple(keys)

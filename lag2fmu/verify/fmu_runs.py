@@ -8,7 +8,6 @@ from dataclasses import replace
 from lag2fmu.deadline import OutOfTimeError, within
 from lag2fmu.description import names
 from lag2fmu.errors import SimulationError
-from lag2fmu.reference.direct_integration import remedy_of_jumps
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.comparison import compare
@@ -70,7 +69,7 @@ def run_of(
 ) -> Trajectory:
     """One run of the FMU, whose warnings go to ``warned``; CVode gets the part ``cvode`` of the tolerance.
 
-    Raises SimulationError where it does not come to its end, with the remedy for forces that jump.
+    Raises SimulationError where it does not come to its end.
     """
     outputs = [*task.states, *(names.acceleration(c.name) for c in task.mechanism.coordinates), "generalized_energy"]
     outputs += [names.residual(c.name) for c in task.mechanism.constraints]
@@ -88,8 +87,4 @@ def run_of(
         warned=warned,
         events=events,
     )
-    try:
-        return simulate_fmu(task.path, options)
-    except SimulationError as error:
-        remedy = remedy_of_jumps(task.mechanism)
-        raise SimulationError(f"{error}; {remedy}" if remedy else str(error)) from error
+    return simulate_fmu(task.path, options)

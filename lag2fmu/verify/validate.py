@@ -26,6 +26,7 @@ from lag2fmu.formats.loading import as_mechanism
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.progress import reached, telling
+from lag2fmu.reference.direct_integration import remedy_of_jumps
 from lag2fmu.reference.initial_value_problem import prepare
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
@@ -129,6 +130,9 @@ def validate_fmu(
     checks = [_findings(path)]
     references = References(task, progress or (lambda share: None))
     located = references if mechanism is exchanged else References(replace(task, mechanism=exchanged), lambda _: None)
+    if remedy_of_jumps(mechanism):  # a jump that nothing passes ends the FMU at once, and the integration never
+        _, kind, step, events = planned(task)[1]
+        run_of(task, kind, step, events, lambda sentence: None)
     lacking = time_stepping.beyond_integration(task) or references.lacking() or located.lacking()
     if lacking:
         return _not_compared(task, checks, lacking)
