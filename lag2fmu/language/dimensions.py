@@ -15,7 +15,7 @@ import sympy as sp
 from lag2fmu.errors import UnitError
 from lag2fmu.language.units import BASE_UNITS, Exponents, si_name
 from lag2fmu.language.vocabulary import Choice, Smooth, TableCall
-from lag2fmu.language.writer import number_text, to_text
+from lag2fmu.language.writer import number_text, to_quote
 
 Dimension = tuple[Fraction, ...]
 ONE: Dimension = (Fraction(0),) * (len(BASE_UNITS) - 1)
@@ -77,7 +77,7 @@ class DimensionOf:
         """The dimension of a function of a pure number; raises UnitError for an ``argument`` with a dimension."""
         if argument not in (None, ONE):
             raise UnitError(
-                f"the argument of '{to_text(e)}' has the dimension {describe(argument)}; "
+                f"the argument of '{to_quote(e)}' has the dimension {describe(argument)}; "
                 "it must be a pure number or an angle"
             )
         return ONE
@@ -88,7 +88,7 @@ class DimensionOf:
             found = self(argument)
             if None not in (found, wanted) and found != wanted and not argument.is_number:
                 raise UnitError(
-                    f"the argument '{to_text(argument)}' of '{e.table}' is in {describe(found)}, "  # type: ignore[arg-type]
+                    f"the argument '{to_quote(argument)}' of '{e.table}' is in {describe(found)}, "  # type: ignore[arg-type]
                     f"its column is in {describe(wanted)}"  # type: ignore[arg-type]
                 )
         return columns[-1]
@@ -97,7 +97,7 @@ class DimensionOf:
         base, exponent = self(e.base), self(e.exp)
         if exponent not in (None, ONE):
             raise UnitError(
-                f"the exponent of '{to_text(e)}' has the dimension {describe(exponent)}; it must be a pure number"
+                f"the exponent of '{to_quote(e)}' has the dimension {describe(exponent)}; it must be a pure number"
             )
         if base is None or base == ONE:
             return base
@@ -130,7 +130,7 @@ def _not_alike(term: sp.Expr, d: Dimension, other: sp.Expr, its: Dimension) -> s
 def _typed(term: sp.Expr) -> str:
     """``term`` as text, a decimal fraction as it was typed."""
     decimal = number_text(float(term)) if term.is_Rational and term.q > 1 else ""
-    return decimal if decimal and sp.Rational(decimal) == term else to_text(term)
+    return decimal if decimal and sp.Rational(decimal) == term else to_quote(term)
 
 
 def _product(factors: list[Dimension | None]) -> Dimension | None:

@@ -48,6 +48,16 @@ def to_text(expression: sp.Expr) -> str:
     return str(_TextPrinter({"order": "none"}).doprint(with_decimals(expression)))
 
 
+QUOTED = 120
+"""The most characters of an expression that a message quotes."""
+
+
+def to_quote(expression: sp.Expr) -> str:
+    """``expression`` in the syntax of the text format, for a message; of a long one the middle is left out."""
+    text, part = to_text(expression), (QUOTED - 5) // 2
+    return text if len(text) <= QUOTED else f"{text[:part]} ... {text[-part:]}"
+
+
 def to_read(expression: sp.Expr) -> str:
     """``expression`` for people: as ``to_text``, but with coefficients of one kind, and a number alone as a decimal."""
     if expression.is_Rational and expression.q > 1:

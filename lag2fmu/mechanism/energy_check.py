@@ -19,7 +19,7 @@ from lag2fmu.description.description import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.vocabulary import Choice, TableCall, symbol
-from lag2fmu.language.writer import to_text
+from lag2fmu.language.writer import to_quote
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.poses import Poses, poses_of
 from lag2fmu.mechanism.starts import value_at
@@ -49,7 +49,7 @@ def check_energies(m: Description) -> None:
     """Raise MechanismError for the first mass, potential, energy or place of ``m`` that jumps during a motion."""
     for where, kink, (mover, place, height) in _jumps(m, _borders):
         raise MechanismError(
-            f"{where}: '{to_text(kink)}' makes it jump by {height:.3g} (SI) where {mover} = {place:.6g}, and "
+            f"{where}: '{to_quote(kink)}' makes it jump by {height:.3g} (SI) where {mover} = {place:.6g}, and "
             f"no force makes the energy jump; {_REMEDY}"
         )
 
@@ -62,7 +62,7 @@ def cut_angles(m: Description) -> Iterator[str]:
     for where, angle, (mover, place, height) in _jumps(m, _cuts):
         if where.startswith(("energy.", "springs.")):
             yield (
-                f"{where}: jumps by {height:.3g} (SI) where '{to_text(angle)}' passes from pi to -pi, as at {mover} = "
+                f"{where}: jumps by {height:.3g} (SI) where '{to_quote(angle)}' passes from pi to -pi, as at {mover} = "
                 f"{place:.6g}; no force does that work: let the motion stay on one side, or measure the angle by a "
                 "coordinate of its own, which counts whole turns"
             )
@@ -88,7 +88,7 @@ def bent_places(m: Description) -> Iterator[str]:
             if found is not None:
                 mover, place, height = found
                 yield (
-                    f"{where}: the square of its rate jumps by {height:.3g} (SI) at the corner of '{to_text(part)}', "
+                    f"{where}: the square of its rate jumps by {height:.3g} (SI) at the corner of '{to_quote(part)}', "
                     f"as at {mover} = {round(place, 12) + 0.0:.6g}, and no force makes this energy; round the corner "
                     "off, as sqrt(x**2 + w**2) for abs(x) with a small width w"
                 )

@@ -17,7 +17,7 @@ from lag2fmu.errors import MechanismError
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.parts_of import free_names
 from lag2fmu.language.vocabulary import TableCall, value_of
-from lag2fmu.language.writer import to_text
+from lag2fmu.language.writer import to_quote, to_text
 from lag2fmu.mechanism.geometry import values_of
 from lag2fmu.mechanism.poses import Poses, poses_of
 from lag2fmu.mechanism.scope import Scope
@@ -164,14 +164,14 @@ def check_meaning(m: Description, scope: Scope) -> None:
         value = value_at(poses.resolved(expression), values)
         if value is not None and not low <= value <= high:
             shown = (
-                f"{value:g}" if expression.is_number else f"'{to_text(expression)}' is {value:g} at the values given"
+                f"{value:g}" if expression.is_number else f"'{to_quote(expression)}' is {value:g} at the values given"
             )
             raise MechanismError(f"{where}: {shown}; {what}")
     for where, less, more in _ordered(m):
         small, large = (value_at(poses.resolved(x), values) for x in (less, more))
         if small is not None and large is not None and small > large:
             raise MechanismError(
-                f"{where}: '{to_text(less)}' is {small:g} and above '{to_text(more)}', which is {large:g}; change one"
+                f"{where}: '{to_quote(less)}' is {small:g} and above '{to_quote(more)}', which is {large:g}; change one"
             )
     start = start_values(m)
     for constraint in m.constraints:
@@ -197,7 +197,7 @@ def _check_affine(where: str, expression: sp.Expr, poses: Poses, scope: Scope) -
             continue
         if abs(a + b - 2 * between) > _ROUNDING * (abs(a) + abs(b) + 2 * abs(between)):
             raise MechanismError(
-                f"{where}: '{to_text(expression)}' is not affine in the velocities {', '.join(rates)}; give the "
+                f"{where}: '{to_quote(expression)}' is not affine in the velocities {', '.join(rates)}; give the "
                 "relative velocity itself"
             )
 
@@ -260,6 +260,6 @@ def _check_condition(where: str, condition: object, poses: Poses, start: Mapping
     except _NO_VALUE:
         shown = ", ".join(f"{name} = {start[name]:g}" for name in sorted(free_names([whole])))
         raise MechanismError(
-            f"{where}: '{to_text(sp.sympify(condition))}' cannot be evaluated at the start, where {shown} (SI); give "
+            f"{where}: '{to_quote(sp.sympify(condition))}' cannot be evaluated at the start, where {shown} (SI); give "
             "an expression that has a value always"
         ) from None

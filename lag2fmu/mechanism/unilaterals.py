@@ -14,7 +14,7 @@ from lag2fmu.language.parts_of import free_names, parts_of
 from lag2fmu.language.rebuilding import has_more_nodes
 from lag2fmu.language.units import METRE, Unit
 from lag2fmu.language.vocabulary import Choice, TableCall
-from lag2fmu.language.writer import to_text
+from lag2fmu.language.writer import to_quote
 from lag2fmu.mechanism.completed import Unilateral
 from lag2fmu.mechanism.contact_places import Geometry, geometry_of
 from lag2fmu.mechanism.poses import poses_of
@@ -76,15 +76,15 @@ def check_gaps(m: Description, found: Iterable[Unilateral]) -> None:
         if not free_names([_without_steps(gap)]) & coordinates:
             beyond = " outside of conditions" if used & coordinates else ""
             raise MechanismError(
-                f"{unilateral.where}: the gap '{to_text(unilateral.gap)}' contains no coordinate{beyond}, so no force "
+                f"{unilateral.where}: the gap '{to_quote(unilateral.gap)}' contains no coordinate{beyond}, so no force "
                 "can keep it open; leave it out or correct it"
             )
         tabled = any(isinstance(part, TableCall) for part in parts_of([gap]))
         if not tabled and used <= start.keys() and value_at(gap, start) is None:
             at = ", ".join(f"{name} = {start[name]:g}" for name in sorted(used))
             raise MechanismError(
-                f"{unilateral.where}: the gap '{to_text(unilateral.gap)}' cannot be evaluated at the start, where {at} "
-                "(SI); start elsewhere, or correct it"
+                f"{unilateral.where}: the gap '{to_quote(unilateral.gap)}' cannot be evaluated at the start, where "
+                f"{at} (SI); start elsewhere, or correct it"
             )
 
 
@@ -94,7 +94,7 @@ def _check_sides(m: Description) -> None:
         gap = sp.sympify(contact.gap)
         if gap is not None and not has_more_nodes(gap, _JUDGED) and gap.is_nonnegative:
             raise MechanismError(
-                f"contacts.{contact.name}: the gap '{to_text(gap)}' is never below 0, so nothing tells that a body "
+                f"contacts.{contact.name}: the gap '{to_quote(gap)}' is never below 0, so nothing tells that a body "
                 "goes through; give one that is negative where it must not be, as x - 1 instead of abs(x - 1)"
             )
 

@@ -19,7 +19,7 @@ from lag2fmu.errors import UnitError
 from lag2fmu.language.dimensions import ONE, Dimension, DimensionOf, describe, dimension
 from lag2fmu.language.units import JOULE, METRE, SECOND, WATT, Unit, si_name
 from lag2fmu.language.vocabulary import symbol
-from lag2fmu.language.writer import to_text
+from lag2fmu.language.writer import to_quote
 from lag2fmu.mechanism.order import in_order
 from lag2fmu.mechanism.unit_needs import Expected, described_in, needed_units
 
@@ -166,7 +166,7 @@ def _mismatch(where: str, expression: sp.Expr, expected: Dimension | None, infer
         return
     if found is not None and expected is not None and found != expected and not expression.is_number:
         yield (
-            f"{where}: '{to_text(expression)}' is in {described_in(where, found)}, "
+            f"{where}: '{to_quote(expression)}' is in {described_in(where, found)}, "
             f"expected {described_in(where, expected)}"
         )
 

@@ -10,7 +10,7 @@ from lag2fmu.description import names
 from lag2fmu.description.description import Description
 from lag2fmu.errors import MechanismError
 from lag2fmu.language.parts_of import free_names
-from lag2fmu.language.writer import to_text
+from lag2fmu.language.writer import to_quote
 from lag2fmu.mechanism.poses import poses_of
 from lag2fmu.mechanism.scope import Scope
 
@@ -24,7 +24,7 @@ def check_velocities(m: Description, scope: Scope) -> None:
         # a damper on a prescribed motion is borne by the drive; what slides needs a velocity that it can change
         wanted = {"velocity", "motion velocity"} if where.startswith("dampers.") else {"velocity"}
         if wanted.isdisjoint(scope.meaning[name] for name in free_names([whole])):
-            raise MechanismError(f"{where}: '{to_text(expression)}' {_without_velocity(expression, whole, scope)}")
+            raise MechanismError(f"{where}: '{to_quote(expression)}' {_without_velocity(expression, whole, scope)}")
 
 
 def slips(m: Description) -> Iterator[tuple[str, sp.Expr]]:

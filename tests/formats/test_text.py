@@ -112,6 +112,13 @@ def test_a_mismatching_unit_is_a_warning_unless_strict() -> None:
     assert read(text, "p.toml").warnings == ("bodies.bob.mass: 'l' is in m, expected kg",)
 
 
+def test_a_message_quotes_both_ends_of_a_long_expression() -> None:
+    long = " + ".join(f"l**3*cos(0.{k})" for k in range(100, 140))
+    (warning,) = read(PENDULUM.replace("mass = 2", f'mass = "{long}"'), "p.toml").warnings
+    assert re.fullmatch(r"bodies\.bob\.mass: 'l\*\*3\*.{50,} \.\.\. .{50,}' is in m3, expected kg", warning)
+    assert len(warning) < 200
+
+
 # ---------------------------------------------------------------------------------------------------------- errors
 
 
