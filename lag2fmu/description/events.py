@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from lag2fmu.description.keys import BORNE, CONFIGURATION, CONSTANT, STATE, doc_key, key, unit_key
+from lag2fmu.description.keys import ANY, BORNE, CONFIGURATION, CONSTANT, STATE, doc_key, key, unit_key
 from lag2fmu.description.places import End, Expression, checked_axis, normalise
 from lag2fmu.description.tables import Table
 from lag2fmu.errors import MechanismError
@@ -65,10 +65,11 @@ class Contact:
     distance between the centres of a capsule's ends, along z of its frame about the place.
 
     ``restitution`` is Newton's coefficient, ``friction`` the coefficient of sliding friction, ``static_friction`` that
-    of sticking, by default the same. With the ``law`` "compliant" the force on a penetration d is
-    stiffness d^1.5 (1 + damping d_dot), in N, and never pulls; ``stiffness`` is in N/m^1.5, ``damping`` in s/m.
-    Friction is then regularised by ``slip_speed`` (m/s). Raises MechanismError for a value of another form. Source:
-    Hunt, Crossley, J. Applied Mechanics 42 (1975) 440-445; Pfeiffer, Glocker, chapter 4.
+    of sticking, by default the same. Those of friction may change with the state, inputs and time. With the ``law``
+    "compliant" the force on a penetration d is stiffness d^1.5 (1 + damping d_dot), in N, and never pulls;
+    ``stiffness`` is in N/m^1.5, ``damping`` in s/m. Friction is then regularised by ``slip_speed`` (m/s). Raises
+    MechanismError for a value of another form. Source: Hunt, Crossley, J. Applied Mechanics 42 (1975) 440-445;
+    Pfeiffer, Glocker, chapter 4.
     """
 
     name: str
@@ -86,16 +87,16 @@ class Contact:
     )
     friction: Expression = key(
         "expression",
-        "The coefficient of sliding friction; by default 0.",
+        "The coefficient of sliding friction, which may change with place, speed and inputs; by default 0.",
         default=0,
-        names=CONSTANT,
+        names=ANY,
         unit=DIMENSIONLESS,
     )
     static_friction: Expression | None = key(
         "expression",
         "The coefficient of sticking friction; by default that of sliding.",
         default=None,
-        names=CONSTANT,
+        names=ANY,
         unit=DIMENSIONLESS,
     )
     kind: str | None = key(tuple(CONTACTS), "Instead of gap and slip: what touches what.", default=None)

@@ -31,6 +31,7 @@ from lag2fmu.verify.agreement import (
 from lag2fmu.verify.balances import resting_energy
 from lag2fmu.verify.comparison import Windows
 from lag2fmu.verify.laws.along import STILL
+from lag2fmu.verify.laws.kink_sides import by_sides, part_of, sides_along
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Floats, Task
 
@@ -103,7 +104,7 @@ def row_checks(
         system = HybridSystem(task.mechanism)
         starts = {label: _start(task, system, run) for label, run in runs.items()}
         yield _worst(_penetration(task, starts[label], label, run) for label, run in runs.items())
-        yield _worst(_laws_of_contact(task, starts[label], label, run) for label, run in runs.items())
+        yield _worst(_laws_of_contact(task, system, label, run) for label, run in runs.items())
     yield _worst(_energy(task, label, run, reference, rows[label], seen) for label, run in runs.items())
     finest = max(runs, key=lambda label: (label.startswith("co-simulation"), len(runs[label])))
     if task.mechanism.unilaterals:
@@ -116,7 +117,7 @@ def _worst(checks: Iterable[Check]) -> Check:
 
 
 def _start(task: Task, system: HybridSystem, run: Trajectory) -> MotionPoint:
-    """What the start of a run tells of contacts: nominal sizes of gaps, and coefficients of friction."""
+    """What the start of a run tells of contacts: nominal sizes of gaps."""
     q, qd = np.split(run.columns(task.states[: 2 * system.n])[0], 2)
     return system.point(system.energies.state(0.0, q, qd))
 
@@ -144,7 +145,25 @@ def _greatest_rates(time: Floats, values: Floats) -> Floats:
     return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 4, axis=0).max(axis=-1))
 
 
-def _laws_of_contact(task: Task, start: MotionPoint, label: str, run: Trajectory) -> Check:
+def _coefficients(task: Task, system: HybridSystem, run: Trajectory) -> tuple[Floats, Floats]:
+    """The coefficients of sliding and sticking friction along a run, (u, m); infinite where they are about to jump."""
+    q, qd = np.split(run.columns(task.states[: 2 * system.n]), 2, axis=1)
+    signals = task.driving(task.steps[1])
+    others = {} if signals is None else signals.sampled(run.time)
+    others |= {z.name: run[z.name] for z in task.mechanism.states}
+    state = system.energies.state(run.time, q, qd, others)
+    sides, told = sides_along(system.elements, state)
+
+    def evaluated(at: NDArray[np.intp]) -> list[Floats]:
+        rows = system.elements.rows(part_of(state, at))
+        return [rows.friction, rows.static]
+
+    friction, static = by_sides(system.elements, sides, evaluated)
+    about = ~told.all(axis=0)
+    return np.where(about, np.inf, friction), np.where(about, np.inf, static)
+
+
+def _laws_of_contact(task: Task, system: HybridSystem, label: str, run: Trajectory) -> Check:
     """The check of the worst violation of a law: forces only push, open contacts bear none, friction is in its cone.
 
     While the rest of accumulating impacts lasts, a contact counts as open, with a gap of 0 and the mean force.
@@ -152,6 +171,7 @@ def _laws_of_contact(task: Task, start: MotionPoint, label: str, run: Trajectory
     an FMU that steps over events have to last, see ``Along.lasting``.
     """
     contacts = task.mechanism.unilaterals
+    friction, static = _coefficients(task, system, run)
     normal = run.columns([names.force(c.name) for c in contacts])
     impulses = run.columns([names.impulse(c.name) for c in contacts])
     mean = float(impulses.max()) / max(float(np.ptp(run.time)), 1e-300)
@@ -163,7 +183,7 @@ def _laws_of_contact(task: Task, start: MotionPoint, label: str, run: Trajectory
         slip = [run[name] for name in names.frictions(c.name, len(c.slips))]
         tangential = np.hypot.reduce(slip) if slip else np.zeros(len(run))
         sticks = run[names.mode(c.name)] == Mode.STICKS
-        limit = np.where(sticks, start.rows.static[i], start.rows.friction[i]) * normal[:, i]
+        limit = np.where(sticks, static[i], friction[i]) * np.maximum(normal[:, i], 1e-300)
         off = np.maximum(-normal[:, i], np.where(open_, np.abs(normal[:, i]) + tangential, tangential - limit))
         if task.solver_step and label.startswith("co-simulation"):
             off = np.lib.stride_tricks.sliding_window_view(off, min(STILL, len(off))).min(axis=-1)

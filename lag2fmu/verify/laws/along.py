@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from lag2fmu.description import names
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.hybrid.system import HybridSystem
-from lag2fmu.reference.state import Floats, StateBatch
+from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.verify.laws.kink_sides import by_sides, part_of, sides_along, tells
 
 SIDED = 1e-9
 """s: two times that are as near are the two sides of an event."""
@@ -25,8 +26,6 @@ SMALL = 1e-3
 """Relative to the greatest size, in units of energy: what is smaller may be the rest of a cancellation."""
 STILL = 3
 """The communication points in a row at which a force has to break a law: it is then no single step of time stepping."""
-UNTOLD = 1e-9
-"""Relative to its greatest value: a margin that is smaller does not tell its side."""
 
 
 def watched(mechanism: Mechanism) -> list[str]:
@@ -70,42 +69,21 @@ class Along:
         self.state = system.energies.state(run.time, self.q.T, self.qd.T, others)
         self.forces = run.columns(self.e.force_names).T
         self.multipliers = run.columns([names.multiplier(c.name) for c in self.mechanism.constraints]).T
+        self.sides, self.sides_told = sides_along(self.e, self.state)
+        self.told = np.asarray(self.sides_told.all(axis=0))
         self._evaluate()
 
     def _evaluate(self) -> None:
         """Everything at the states of the run, in one batch for each combination of sides of kinks."""
-        found: list[tuple[NDArray[np.intp], list[Floats]]] = []
-        sides, told = self._sides()
-        self.told = np.asarray(told.all(axis=0))
-        kinds, group = np.unique(sides, axis=1, return_inverse=True)
-        for k, kind in enumerate(kinds.T):
-            at = np.flatnonzero(group.ravel() == k)
-            self.e.set_sides(tuple(int(side) for side in kind))
-            found.append((at, self._evaluated(at)))
-        order = np.argsort(np.concatenate([at for at, _ in found]))
-        evaluated = zip(*(values for _, values in found), strict=True)
-        parts = [np.concatenate(part, axis=-1)[..., order] for part in evaluated]
+        parts = by_sides(self.e, self.sides, self._evaluated)
         self.mass, self.forcing, self.G, self.moving = parts[:4]
         self.gaps, self.velocities, self.gamma, self.slopes, self.restitution, self.friction, self.static = parts[4:11]
         self.sliding, self.holding, self.power, self.lost, self.conditions = parts[11:]
         self.accelerations = np.einsum("kim,im->km", self.slopes, self.qdd) + self.gamma
 
-    def _sides(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-        """The sides of all kinks (s, m), and at which times the state tells them, (s, m)."""
-        e, m = self.e, len(self.time)
-        sides = np.ones((e.sides, m), dtype=np.intp)
-        margins = np.zeros((e.sides, m))
-        for _ in range(e.sides + 1 if e.sides else 0):  # margins may depend on other sides
-            for kind in np.unique(sides, axis=1).T:
-                e.set_sides(tuple(int(side) for side in kind))
-                at = np.flatnonzero((sides == kind[:, None]).all(axis=0))
-                margins[:, at] = e.events(_part(self.state, at))[0]
-            sides = np.where(margins > 0, 1, -1)
-        return sides, _tells(margins)
-
     def _evaluated(self, at: NDArray[np.intp]) -> list[Floats]:
         """The arrays of ``_evaluate`` at the times ``at``, on the sides that are set."""
-        state, system, e = _part(self.state, at), self.system, self.e
+        state, system, e = part_of(self.state, at), self.system, self.e
         qd, forces, multipliers = self.qd[:, at], self.forces[:, at], self.multipliers[:, at]
         terms, rows = system.equations.terms(state), e.rows(state)
         forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial
@@ -154,8 +132,7 @@ class Along:
         """Between which times and the next ones nothing happens, as far as these tell, (m - 1,)."""
         columns = self.run.columns(watched(self.mechanism))
         kept = (columns[1:] == columns[:-1]).all(axis=1)
-        sides, told = self._sides()
-        for side in (self.latched, sides * told):
+        for side in (self.latched, self.sides * self.sides_told):
             kept &= ~_turns(side).any(axis=0)
         kept[self.sided] = False
         return np.asarray(kept)
@@ -163,7 +140,7 @@ class Along:
     @cached_property
     def latched(self) -> Floats:
         """Whether each latch holds, (l, m): 1 or -1, and 0 where its condition does not tell."""
-        return np.asarray(np.where(self.conditions > 0, 1.0, -1.0) * _tells(self.conditions))
+        return np.asarray(np.where(self.conditions > 0, 1.0, -1.0) * tells(self.conditions))
 
     def lasting(self, off: Floats, step: float, bars: Floats | float = 0.0) -> Floats:
         """Of violations ``off`` (k, m) the least of STILL communication points in a row; all without a ``step``.
@@ -278,11 +255,6 @@ class Along:
         return "N.m" if self.unit(element) == "rad" else "N"
 
 
-def _tells(margins: Floats) -> NDArray[np.bool_]:
-    """Which of the ``margins`` (k, m) tell on which side of 0 they are: those that are more than rounding."""
-    return np.asarray(np.abs(margins) > UNTOLD * np.abs(margins).max(axis=1, initial=0.0, keepdims=True))
-
-
 def _turns(side: NDArray[Any]) -> NDArray[np.bool_]:
     """Between which times and the next ones a ``side`` (k, m) may turn, (k, m - 1).
 
@@ -293,8 +265,3 @@ def _turns(side: NDArray[Any]) -> NDArray[np.bool_]:
     found[:, 1:] |= changes[:, :-1] & untold
     found[:, :-1] |= changes[:, 1:] & untold
     return found
-
-
-def _part(state: StateBatch, at: NDArray[np.intp] | Sequence[int]) -> StateBatch:
-    """The states ``at`` these places of a batch."""
-    return StateBatch(state.t[at], state.q[:, at], state.qd[:, at], state.inputs[:, at])

@@ -171,9 +171,10 @@ static void laws_sentence(const Failure *failure, char text[], size_t size) {
                  "top and its side", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
     } else if (failure->kind == FAILURE_RESTITUTION || failure->kind == FAILURE_FRICTION) {
         const bool restitution = failure->kind == FAILURE_RESTITUTION;
-        snprintf(text, size, "at time %.17g the coefficient of %s of %.400s is %.6g; expected %s: check the parameters "
-                 "that it is made of", failure->time, restitution ? "restitution" : "friction",
-                 CONSTRAINT_NAMES[failure->count], failure->amount, restitution ? "0 to 1" : "0 or more");
+        snprintf(text, size, "at time %.17g the coefficient of %s of %.400s is %.6g; expected %s", failure->time,
+                 restitution ? "restitution" : "friction", CONSTRAINT_NAMES[failure->count], failure->amount,
+                 restitution ? "0 to 1: check the parameters that it is made of"
+                             : "0 or more: check what it is made of, or write max(0, ...) around it");
     } else if (failure->kind == FAILURE_PUSHING) {
         snprintf(text, size, "at time %.17g the force of the dry friction %.400s is %.6g (SI), which would push; "
                  "expected 0 or more: write abs(...) around a load that changes its sign, or check the inputs",

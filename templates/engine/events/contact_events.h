@@ -34,8 +34,9 @@ bool contacts_jump(Instance *instance, const double before[]);
    *again is set if everything has to be decided once more, with the new states. Otherwise both are left as they are. */
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again);
 
-/* Are the forces of dry frictions 0 or more at a point? unknowns[n + m] are the accelerations and multipliers there, or
-   NULL if they have to be found. Returns false, with instance->failure, if a force is less. */
+/* Are the forces of dry frictions, and the coefficients of contacts that are closed, 0 or more at a point?
+   unknowns[n + m] are the accelerations and multipliers there, or NULL if they have to be found. Returns false, with
+   instance->failure, if one of them is less. */
 bool contacts_oppose(Instance *instance, double time, const double states[], const double unknowns[]);
 
 /* Changes the multipliers behind the accelerations in unknowns[n + m] at the present point, where rows are redundant:

@@ -1,0 +1,108 @@
+"""Coefficients of friction that change with place, speed and time: motions in closed form, whoever integrates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import lag2fmu
+from lag2fmu.errors import SimulationError
+from lag2fmu.formats.text import read
+from lag2fmu.mechanism import Mechanism
+from lag2fmu.reference.direct_integration import integrate
+
+pytestmark = pytest.mark.fmu
+
+G = 9.81
+WAYS = pytest.mark.parametrize("way", ["co-simulation", "model-exchange", "judge"])
+
+
+def _block(friction: str, speed: float = 0.0, slope: float = 0.0, static: str = "") -> Mechanism:
+    """A block of 1 kg with this ``speed`` (m/s) down a ``slope`` (rad)."""
+    return read(
+        f"""
+        [mechanism]
+        name = "block"
+        [parameters]
+        metre = {{ value = 1.0, unit = "m" }}
+        second = {{ value = 1.0, unit = "s" }}
+        g = {{ value = {G}, unit = "m/s2" }}
+        [coordinates]
+        x = {{ unit = "m", velocity = {speed} }}
+        y = {{ unit = "m" }}
+        [gravity]
+        acceleration = "g"
+        direction = ["sin({slope})", "-cos({slope})"]
+        [bodies]
+        block = {{ mass = 1, position = ["x", "y"] }}
+        [contacts.floor]
+        gap = "y"
+        slip = "x_dot"
+        friction = "{friction}"
+        {static and f'static_friction = "{static}"'}
+        """,
+        "block",
+    )
+
+
+def _motion(mechanism: Mechanism, way: str, stop: float) -> np.ndarray:
+    """Times (s), places (m) and speeds (m/s), (3, 51)."""
+    names, times = ["x", "x_dot"], np.linspace(0.0, stop, 51)
+    if way == "judge":
+        return np.vstack([times, integrate(mechanism, times, rtol=1e-10).trajectory.columns(names).T])
+    run = lag2fmu.simulate(mechanism, stop_time=stop, step=stop / 50, tolerance=1e-10, outputs=names, kind=way)
+    return np.vstack([run.time, run.columns(names).T])
+
+
+@WAYS
+def test_friction_that_grows_with_the_way_is_a_spring(way: str) -> None:
+    """x'' = -g (0.1 + 0.2 x) up to rest, where static friction holds the spring."""
+    w, t0, v = np.sqrt(0.2 * G), 0.1 / 0.2, 3.0
+    amplitude, end = np.hypot(t0, v / w), np.arctan2(v / w, t0) / w
+    t, x, speed = _motion(_block("0.1 + 0.2*x/metre", v), way, 2.0)
+    moved = np.minimum(t, end)
+    phase = np.arctan2(t0, v / w)
+    assert x == pytest.approx(amplitude * np.sin(w * moved + phase) - t0, abs=3e-8)
+    assert speed == pytest.approx(np.where(t < end, amplitude * w * np.cos(w * t + phase), 0.0), abs=3e-8)
+
+
+@WAYS
+def test_friction_that_grows_with_the_speed_is_drag(way: str) -> None:
+    """v' = -g (0.05 + 0.3 |v|) has an exponential for its motion, which ends."""
+    rate, rest, v = 0.3 * G, 0.05 / 0.3, 3.0
+    end = np.log((v + rest) / rest) / rate
+    t, _, speed = _motion(_block("0.05 + 0.3*abs(x_dot)*second/metre", v), way, 2.0)
+    assert speed == pytest.approx(np.where(t < end, (v + rest) * np.exp(-rate * t) - rest, 0.0), abs=3e-8)
+
+
+@WAYS
+def test_a_patch_of_ice_takes_what_it_takes(way: str) -> None:
+    """Energies at the ends of the patch: 12.5 J less 0.4 g 1.5 m, less 0.02 g 1 m, and 0.6 g holds at last."""
+    left = 12.5 - G * (0.4 * 1.5 + 0.02 * 1.0)
+    _, x, speed = _motion(_block("if(x > 1.5*metre, if(x < 2.5*metre, 0.02, 0.6), 0.4)", 5.0), way, 3.0)
+    assert x[-1] == pytest.approx(2.5 + left / (0.6 * G), abs=3e-8)
+    before = x < 1.5
+    assert speed[before] ** 2 / 2 == pytest.approx(12.5 - 0.4 * G * x[before], abs=3e-7)
+
+
+@WAYS
+def test_a_block_slides_off_as_its_friction_fades(way: str) -> None:
+    """It holds up to tan(0.3) = 0.6 - 0.1 t, and then goes g cos(0.3) 0.1 (t - t0)^3/6."""
+    begin = (0.6 - np.tan(0.3)) / 0.1
+    t, x, _ = _motion(_block("0.6 - 0.1*t/second", slope=0.3), way, 4.0)
+    assert x == pytest.approx(G * np.cos(0.3) * 0.1 * np.maximum(t - begin, 0.0) ** 3 / 6, abs=3e-8)
+
+
+@WAYS
+def test_static_friction_fades_alone(way: str) -> None:
+    """Held up to tan(0.3) = 0.5 - 0.2 t, the block starts with the acceleration that 0.2 leaves."""
+    begin = (0.5 - np.tan(0.3)) / 0.2
+    mechanism = _block("0.2", slope=0.3, static="0.5 - 0.2*t/second")
+    t, x, _ = _motion(mechanism, way, 2.0)
+    assert x == pytest.approx(G * (np.sin(0.3) - 0.2 * np.cos(0.3)) * np.maximum(t - begin, 0) ** 2 / 2, abs=3e-8)
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "moreau"])
+def test_a_coefficient_below_0_ends_the_run(solver: str) -> None:
+    with pytest.raises(SimulationError, match=r"the coefficient of friction of floor is -.*max\(0, \.\.\.\)"):
+        lag2fmu.simulate(_block("0.5 - x/metre", 4.0), stop_time=1.0, solver=solver)
