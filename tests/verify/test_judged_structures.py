@@ -439,9 +439,86 @@ step = 0.01
 """Two stops strike the arms back and forth: the last impacts of one follow within 1.6e-9 s, and are one or two."""
 
 
+SLED = (
+    """
+[mechanism]
+name = "sled"
+[coordinates]
+x = { unit = "m", velocity = 2.0 }
+y = { unit = "m", velocity = 0.3 }
+z = { unit = "m" }
+c = { unit = "rad", velocity = 3.0 }
+[gravity]
+acceleration = 9.81
+direction = [0, 0, -1]
+[frames.sled]
+origin = ["x", "y", "z"]
+rotations = [["z", "c"]]
+[bodies.sled]
+frame = "sled"
+mass = 1
+inertia = [0.1, 0.1, 0.1, 0, 0, 0]
+"""
+    + "".join(
+        f"""
+[points.p{k}]
+frame = "sled"
+position = [{x}, {y}, 0]
+[contacts.f{k}]
+kind = "point_plane"
+between = ["p{k}", "world"]
+normal = "z"
+friction = {friction}
+"""
+        for k, (x, y, friction) in enumerate([(0.3, 0.2, 0.3), (0.3, -0.2, 0.1), (-0.3, 0.2, 0.5)])
+    )
+    + """
+[experiment]
+stop_time = 0.6
+"""
+)
+"""Three feet, which cannot tilt, share the load in equal parts: others would turn it otherwise."""
+
+STEEP = """
+[mechanism]
+name = "steep"
+[coordinates]
+x = { unit = "m", velocity = -2.0 }
+y = { unit = "m" }
+[gravity]
+acceleration = 9.81
+direction = ["sin(0.2)", "-cos(0.2)"]
+[bodies]
+block = { mass = 1.0, position = ["x", "y"] }
+[contacts.floor]
+gap = "y"
+slip = "x_dot"
+friction = "0.1 + 0.4*exp(-abs(x_dot)/0.015)"
+[experiment]
+stop_time = 4.0
+"""
+"""On the other side of its kink the coefficient grows beyond all numbers, which a first step must not meet."""
+
+
 @pytest.mark.parametrize(
     "text",
-    [CAUGHT, HELD, TURNED, DRAINED, UNPRESSED, BILLIARD, CARRIED, CLOSED, FALLING, PILE, LANDED, CARTS, ARMS],
+    [
+        CAUGHT,
+        HELD,
+        TURNED,
+        DRAINED,
+        UNPRESSED,
+        BILLIARD,
+        CARRIED,
+        CLOSED,
+        FALLING,
+        PILE,
+        LANDED,
+        CARTS,
+        ARMS,
+        SLED,
+        STEEP,
+    ],
     ids=[
         "caught",
         "held",
@@ -456,6 +533,8 @@ step = 0.01
         "landed",
         "carts",
         "arms",
+        "sled",
+        "steep",
     ],
 )
 def test_right_fmus_pass(text: str, exported) -> None:

@@ -237,10 +237,10 @@ def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: 
     It is ``found`` where there is none. D is (k, k), c (k,).
     """
     w, (motion, force) = found.answers, units(D, c, least)
-    items = [replace(item, direction=way) for item, way in zip(items, found.directions, strict=True)]
+    items = [_in_direction(item, way) for item, way in zip(items, found.directions, strict=True)]
     idle = [
         mode is Mode.OPEN
-        and item.options[0] is not Mode.SLIDES
+        and (item.options[0] is not Mode.SLIDES or item.direction is not None)
         and w[item.normal] + item.shift <= EXACT * motion[item.normal]
         for item, mode in zip(items, found.modes, strict=True)
     ]
@@ -250,6 +250,11 @@ def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: 
     other = lawful(D, c, items, modes, least)
     takers = [item.normal for item, x in zip(items, idle, strict=True) if x and item.normal is not None]
     return other if other and (other.forces[takers] > EXACT * force[takers]).all() else found
+
+
+def _in_direction(item: Item, way: tuple[float, ...] | None) -> Item:
+    """The ``item`` whose slip has the direction that was found; an open contact keeps its own."""
+    return item if way is None else replace(item, direction=way)
 
 
 def _change(old: Mode, new: Mode) -> str:

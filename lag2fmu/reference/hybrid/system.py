@@ -240,7 +240,7 @@ def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> tuple[Fl
     n, r = len(M), len(G)
     if not r:
         return _free(M, right)
-    if not (np.isfinite(M).all() and np.isfinite(G).all() and np.isfinite(right).all()):
+    if not all(np.isfinite(x).all() for x in (M, G, directions, right)):
         return np.full_like(right, np.nan), False
     scale, matrix = _scaled(M, G, directions, plain=True)
     try:
