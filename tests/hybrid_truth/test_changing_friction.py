@@ -1,4 +1,7 @@
-"""Coefficients of friction that change with place, speed and time: motions in closed form, whoever integrates."""
+"""Coefficients of friction that change with place, speed and time, or differ between contacts that share a load.
+
+The motions are in closed form, whoever integrates.
+"""
 
 from __future__ import annotations
 
@@ -106,3 +109,43 @@ def test_static_friction_fades_alone(way: str) -> None:
 def test_a_coefficient_below_0_ends_the_run(solver: str) -> None:
     with pytest.raises(SimulationError, match=r"the coefficient of friction of floor is -.*max\(0, \.\.\.\)"):
         lag2fmu.simulate(_block("0.5 - x/metre", 4.0), stop_time=1.0, solver=solver)
+
+
+PADS = """
+[mechanism]
+name = "pads"
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m" }
+[gravity]
+acceleration = 9.81
+[bodies]
+block = { mass = 1, position = ["x", "y"] }
+[forces]
+x = "2*t"
+[contacts]
+smooth = { gap = "y", slip = "x_dot", friction = 0.06 }
+rough = { gap = "y", slip = "x_dot", friction = 0.6 }
+"""
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "radau5"])
+@pytest.mark.parametrize(("kind", "step"), [("co-simulation", 0.1), ("co-simulation", 0.02), ("model-exchange", 0.1)])
+def test_two_pads_share_the_load_as_soon_as_they_slide(solver: str, kind: str, step: float) -> None:
+    """The rough pad holds all that it can; the smooth one, which bore nothing at last, has its half of the slip."""
+    begin = 0.6 * G / 2
+    run = lag2fmu.simulate(
+        read(PADS, "pads"), stop_time=4.0, step=step, tolerance=1e-9, outputs=["x_dot"], kind=kind, solver=solver
+    )
+    slides = run.time > begin
+    speed = run.time**2 - begin**2 - 0.33 * G * (run.time - begin)
+    assert run["x_dot"][slides] == pytest.approx(speed[slides], abs=1e-7)
+    assert np.abs(run["x_dot"][~slides]).max() < 1e-10
+
+
+def test_two_pads_share_the_load_in_the_judge() -> None:
+    times = np.linspace(0.0, 4.0, 5)
+    speeds = integrate(read(PADS, "pads"), times, rtol=1e-10).trajectory["x_dot"]
+    assert speeds[3:] == pytest.approx(
+        [9 - (0.3 * G) ** 2 - 0.33 * G * (3 - 0.3 * G), 16 - (0.3 * G) ** 2 - 0.33 * G * (4 - 0.3 * G)], abs=1e-7
+    )

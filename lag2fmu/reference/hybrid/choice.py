@@ -234,22 +234,42 @@ def _capacities(
 def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: float) -> Outcome:
     """The outcome in which contacts that touch and were to bear nothing take a share of the load.
 
-    It is ``found`` where there is none. D is (k, k), c (k,).
+    It is ``found`` where there is none. All of them take one, or else each that can beside those before it. D is
+    (k, k), c (k,).
     """
-    w, (motion, force) = found.answers, units(D, c, least)
+    w, (motion, _) = found.answers, units(D, c, least)
     items = [_in_direction(item, way) for item, way in zip(items, found.directions, strict=True)]
     idle = [
-        mode is Mode.OPEN
-        and (item.options[0] is not Mode.SLIDES or item.direction is not None)
-        and w[item.normal] + item.shift <= EXACT * motion[item.normal]
-        for item, mode in zip(items, found.modes, strict=True)
+        j
+        for j, (item, mode) in enumerate(zip(items, found.modes, strict=True))
+        if mode is Mode.OPEN and w[item.normal] + item.shift <= EXACT * motion[item.normal]
     ]
-    if not any(idle):
-        return found
-    modes = tuple(item.options[0] if x else mode for item, mode, x in zip(items, found.modes, idle, strict=True))
-    other = lawful(D, c, items, modes, least)
-    takers = [item.normal for item, x in zip(items, idle, strict=True) if x and item.normal is not None]
-    return other if other and (other.forces[takers] > EXACT * force[takers]).all() else found
+    for group in (idle, *([j] for j in idle)):
+        if any(found.modes[j] is Mode.OPEN for j in group):
+            found = _taken(D, c, items, found, group, least)
+    return found
+
+
+def _taken(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, group: Sequence[int], least: float) -> Outcome:
+    """The outcome in which the open contacts of the ``group`` bear, too; ``found`` where they cannot.
+
+    D is (k, k), c (k,).
+    """
+    takers = [normal for j in group if (normal := items[j].normal) is not None]
+    most = units(D, c, least)[1][takers]
+    for ways in zip(*(_closed_ways(items[j]) for j in group), strict=False):
+        taken = dict(zip(group, ways, strict=True))
+        modes = tuple(taken.get(j, mode) for j, mode in enumerate(found.modes))
+        other = lawful(D, c, items, modes, least)
+        if other and (other.forces[takers] > EXACT * most).all():
+            return other
+    return found
+
+
+def _closed_ways(item: Item) -> list[Mode]:
+    """The modes in which a contact may be closed; a slip in space has to have its direction."""
+    without = item.direction is None
+    return [mode for mode in item.options if mode is not Mode.OPEN and not (mode is Mode.SLIDES and without)]
 
 
 def _in_direction(item: Item, way: tuple[float, ...] | None) -> Item:

@@ -118,6 +118,15 @@ static void clear_pulls(const Laws *laws, double most, double x[]) {
     }
 }
 
+/* The part of its limit that a row of friction which slips bears. A contact that bears nothing has none yet: it is
+   against the slip. */
+static double slipping_side(const Laws *laws, const double x[], const double w[], int k) {
+    const int first = laws->width[k] < 0 ? k - 1 : k, rows = laws->width[first];
+    const double limit = laws_limit(laws, x, k), slip = vector_length(w + first, rows);
+    const bool rubs = limit > 0.0 && vector_length(x + first, rows) > 0.5 * limit;
+    return rubs ? x[k] / limit : slip > 0.0 ? -w[k] / slip : 0.0;
+}
+
 /* Rows that stay at rest may share a load in many ways. Of all solutions with the same rows at rest and the same slips,
    x becomes that of laws_try if it obeys the laws. */
 static void spread(const Laws *laws, double x[]) {
@@ -126,12 +135,14 @@ static void spread(const Laws *laws, double x[]) {
     }
     const ArenaMark mark = arena_mark(laws->arena);
     Choice choice = choice_take(laws->arena, laws->size);
-    double *other = (double *)arena_take(laws->arena, (size_t)laws->size * sizeof(double));
-    memset(other, 0, (size_t)laws->size * sizeof(double));
+    const size_t bytes = (size_t)laws->size * sizeof(double);
+    double *other = (double *)arena_take(laws->arena, bytes), *w = (double *)arena_take(laws->arena, bytes);
+    memset(other, 0, bytes);
+    laws_evaluate(laws, x, w);
     for (int k = 0; k < laws->size; k++) {
-        const double limit = laws_limit(laws, x, k), side = limit > 0.0 ? x[k] / limit : 0.0;
         choice.held[k] = laws_at_rest(laws, x, k);
         if (laws->width[k] != 0 && !choice.held[k]) {
+            const double side = slipping_side(laws, x, w, k);
             choice.slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
             choice.value[k] = side * laws->base[k];
         }
@@ -139,7 +150,7 @@ static void spread(const Laws *laws, double x[]) {
     const bool obeyed = laws_try(laws, &choice, other);
     clear_pulls(laws, NOISE * vector_greatest(other, laws->size), other);
     if (obeyed && laws_bounded(laws, &choice, other)) {
-        memcpy(x, other, (size_t)laws->size * sizeof(double));
+        memcpy(x, other, bytes);
     }
     arena_release(mark);
 }
