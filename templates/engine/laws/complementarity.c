@@ -9,7 +9,6 @@
 #include "elimination.h"
 #include "islands.h"
 #include "scale.h"
-#include "vector_length.h"
 
 /* The equations of the rows that hold at present. */
 static void choose_present(const Elimination *e, Choice *choice) {
@@ -111,45 +110,15 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
     return any;
 }
 
-/* Contacts that pull, by no more than `most`, bear nothing. */
-static void clear_pulls(const Laws *laws, double most, double x[]) {
-    for (int k = 0; k < laws->size; k++) {
-        x[k] = laws->width[k] == 0 && x[k] < 0.0 && -x[k] <= most ? 0.0 : x[k];
-    }
-}
-
-/* The part of its limit that a row of friction which slips bears. A contact that bears nothing has none yet: it is
-   against the slip. */
-static double slipping_side(const Laws *laws, const double x[], const double w[], int k) {
-    const int first = laws->width[k] < 0 ? k - 1 : k, rows = laws->width[first];
-    const double limit = laws_limit(laws, x, k), slip = vector_length(w + first, rows);
-    const bool rubs = limit > 0.0 && vector_length(x + first, rows) > 0.5 * limit;
-    return rubs ? x[k] / limit : slip > 0.0 ? -w[k] / slip : 0.0;
-}
-
-/* Rows that stay at rest may share a load in many ways. Of all solutions with the same rows at rest and the same slips,
-   x becomes that of laws_try if it obeys the laws. */
+/* Of all solutions with the same rows at rest and the same slips, x becomes that of least norm if it obeys the laws. */
 static void spread(const Laws *laws, double x[]) {
     if (is_lone_contact(laws)) {
         return; /* one row alone bears a unique load */
     }
     const ArenaMark mark = arena_mark(laws->arena);
-    Choice choice = choice_take(laws->arena, laws->size);
     const size_t bytes = (size_t)laws->size * sizeof(double);
-    double *other = (double *)arena_take(laws->arena, bytes), *w = (double *)arena_take(laws->arena, bytes);
-    memset(other, 0, bytes);
-    laws_evaluate(laws, x, w);
-    for (int k = 0; k < laws->size; k++) {
-        choice.held[k] = laws_at_rest(laws, x, k);
-        if (laws->width[k] != 0 && !choice.held[k]) {
-            const double side = slipping_side(laws, x, w, k);
-            choice.slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
-            choice.value[k] = side * laws->base[k];
-        }
-    }
-    const bool obeyed = laws_try(laws, &choice, other);
-    clear_pulls(laws, NOISE * vector_greatest(other, laws->size), other);
-    if (obeyed && laws_bounded(laws, &choice, other)) {
+    double *other = (double *)arena_take(laws->arena, bytes);
+    if (laws_share(laws, x, other)) {
         memcpy(x, other, bytes);
     }
     arena_release(mark);
@@ -227,7 +196,7 @@ static bool solve_island(const Problem *problem, double lambda[]) {
         return arena_leave(mark, false);
     }
     spread(&laws, x);
-    clear_pulls(&laws, HUGE_VAL, x);
+    laws_clear_pulls(&laws, HUGE_VAL, x);
     for (int k = 0; problem->determined != NULL && k < problem->rows; k++) {
         const int i = elimination.place[k];
         problem->determined[k] = i >= 0 && laws.width[i] != 0 && laws.determined[i];

@@ -192,3 +192,38 @@ bool laws_at_rest(const Laws *laws, const double x[], int k) {
     }
     return fabs(w) <= ACCEPTED * laws_terms(laws, x, k);
 }
+
+void laws_clear_pulls(const Laws *laws, double most, double x[]) {
+    for (int k = 0; k < laws->size; k++) {
+        x[k] = laws->width[k] == 0 && x[k] < 0.0 && -x[k] <= most ? 0.0 : x[k];
+    }
+}
+
+/* The part of its limit that a row of friction which slips bears. A contact that bears nothing has none yet: it is
+   against the slip. */
+static double slipping_side(const Laws *laws, const double x[], const double w[], int k) {
+    const int first = laws->width[k] < 0 ? k - 1 : k, rows = laws->width[first];
+    const double limit = laws_limit(laws, x, k), slip = vector_length(w + first, rows);
+    const bool rubs = limit > 0.0 && vector_length(x + first, rows) > 0.5 * limit;
+    return rubs ? x[k] / limit : slip > 0.0 ? -w[k] / slip : 0.0;
+}
+
+bool laws_share(const Laws *laws, const double x[], double other[]) {
+    const ArenaMark mark = arena_mark(laws->arena);
+    Choice choice = choice_take(laws->arena, laws->size);
+    const size_t bytes = (size_t)laws->size * sizeof(double);
+    double *w = (double *)arena_take(laws->arena, bytes);
+    memset(other, 0, bytes);
+    laws_evaluate(laws, x, w);
+    for (int k = 0; k < laws->size; k++) {
+        choice.held[k] = laws_at_rest(laws, x, k);
+        if (laws->width[k] != 0 && !choice.held[k]) {
+            const double side = slipping_side(laws, x, w, k);
+            choice.slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
+            choice.value[k] = side * laws->base[k];
+        }
+    }
+    const bool obeyed = laws_try(laws, &choice, other);
+    laws_clear_pulls(laws, NOISE * vector_greatest(other, laws->size), other);
+    return arena_leave(mark, obeyed && laws_bounded(laws, &choice, other));
+}

@@ -60,6 +60,13 @@ bool laws_try(const Laws *laws, const Choice *choice, double x[]);
    one that sticks beyond its cone do not go on, by however little. */
 bool laws_bounded(const Laws *laws, const Choice *choice, const double x[]);
 
+/* Contacts that pull, by no more than `most`, bear nothing. */
+void laws_clear_pulls(const Laws *laws, double most, double x[]);
+
+/* Rows that stay at rest may share a load in many ways: other[size] becomes the one of least norm with the same rows at
+   rest and the same sides of friction as x[size]. Returns whether it obeys the laws. */
+bool laws_share(const Laws *laws, const double x[], double other[]);
+
 /* The greatest magnitude of x[k] of a row of friction. */
 double laws_limit(const Laws *laws, const double x[], int k);
 
