@@ -127,6 +127,20 @@ static bool solve_yielding(const Laws *laws, const double start[], double x[]) {
     return solved;
 }
 
+/* Friction follows how rows share a load. So x becomes the solution near the one that shares it by least norm, if there
+   is one; guess[size] and found[size] are memory. */
+static void share_anew(const Laws *laws, double guess[], double found[], double x[]) {
+    const ArenaMark mark = arena_mark(laws->arena);
+    const size_t n = (size_t)laws->size, bytes = n * sizeof(double);
+    if (arena_reserve(laws->arena, (2 * n + 20) * arena_bytes(bytes, 1))) {
+        laws_share(laws, x, guess);
+        if (newton_solve(laws, guess, found)) {
+            memcpy(x, found, bytes);
+        }
+    }
+    arena_release(mark);
+}
+
 /* x[size] from the start[size]. */
 static bool solve_laws_from(const Large *large, int begin, const Laws *laws, int most_rounds, const double start[],
                             double x[]) {
@@ -143,6 +157,9 @@ static bool solve_laws_from(const Large *large, int begin, const Laws *laws, int
     if (most_rounds > 0 && (!solved || slips_anew(large, begin, laws, start, x)) && cones_rest(&full, other)) {
         memcpy(x, other, bytes);
         solved = true;
+        if (full.first == NULL) {
+            share_anew(&full, swept, other, x);
+        }
     }
     memcpy(swept, start, bytes);
     for (int round = 0, sweeps = FIRST_SWEEPS; round < most_rounds && !solved; round++, sweeps *= 2) {

@@ -337,8 +337,8 @@ static bool choose_states(FewRows *few) {
     return others;
 }
 
-/* From x on. Equations that are linear are solved by one step. */
-static bool iterate_few(FewRows *few) {
+/* From x on, in steps of least norm. Equations that are linear are solved by one step. */
+static bool approach_few(FewRows *few) {
     bool solved = false, regular = true;
     for (int step = 0; step < MOST_FEW_STEPS && regular && !solved; step++) {
         find_w(few);
@@ -354,6 +354,44 @@ static bool iterate_few(FewRows *few) {
         }
     }
     return solved;
+}
+
+/* Is there friction whose forces follow how redundant rows share a load? */
+static bool sharing_matters(const FewRows *few) {
+    bool rubs = false;
+    for (int k = 0; k < few->size && few->damping > 0.0 && !few->given && !rubs; k++) {
+        rubs = few->state[k] == STATE_SLIDING && few->normal[k] >= 0 && few_limit(few, k) > 0.0;
+    }
+    return rubs;
+}
+
+/* Takes from x what moves nothing, so that it has the least norm wherever it came from. */
+static void centre_few(FewRows *few) {
+    if (!find_factors(few)) {
+        return;
+    }
+    for (int k = 0; k < few->size; k++) {
+        few->right[k] = few->state[k] == STATE_HELD ? -few->damping * few->x[k] : 0.0;
+    }
+    step_few(few);
+    few->factored = false;
+}
+
+/* From x on. Where friction follows how rows share a load, they share it by least norm. */
+static bool iterate_few(FewRows *few) {
+    double found[MOST_FEW_ROWS];
+    const bool solved = approach_few(few);
+    if (!solved || !sharing_matters(few)) {
+        return solved;
+    }
+    memcpy(found, few->x, sizeof found);
+    centre_few(few);
+    if (!approach_few(few)) {
+        memcpy(few->x, found, sizeof found);
+        find_w(few);
+        choose_states(few);
+    }
+    return true;
 }
 
 /* --- rest */
