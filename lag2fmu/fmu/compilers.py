@@ -25,6 +25,7 @@ from lag2fmu.errors import BuildError
 from lag2fmu.fmu.mach import hide, universal
 from lag2fmu.fmu.platforms import Platform, host_platform
 from lag2fmu.fmu.translation_units import shared_files, translation_units
+from lag2fmu.fmu.windows import LINKED, RUNTIME, headers, runtime
 
 FLAGS = (
     *("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG"),
@@ -33,7 +34,7 @@ FLAGS = (
 )
 
 OF_WINDOWS = ("-funwind-tables", "-fasynchronous-unwind-tables")
-"""Options for Windows, which finds callers by these tables alone: debuggers need them, and zig's C library does."""
+"""Options for Windows, which finds callers by these tables alone: debuggers need them."""
 
 LONG = 400_000
 """Characters of a C file that is long: zig looks for less in it, see SHORT_SEARCHES."""
@@ -129,11 +130,12 @@ def compile_here(sources: Mapping[str, str], name: str, compiler: str = "zig") -
     """The shared library ``name`` of ``sources`` {file name: text} for this very processor. Raises BuildError."""
     library, joined = f"{name}{host_platform().suffix}", translation_units(sources)
     flags = _flags(sources, compiler, host_platform())
-    command = [*_for_here(compiler), *flags, "-shared", "-o", library, *joined, "-lm"]
-    files = {**sources, **joined}
+    linked, further = _linked(compiler, host_platform())
+    command = [*_for_here(compiler), *flags, "-shared", "-o", library, *joined, *linked]
+    files = {**sources, **joined, **further}
     if compiler != "zig":
         return _built(command, files, library)
-    made_of = (zig_version(), command[1:], sorted(processor_macros(compiler)), sorted(files.items()))
+    made_of = (zig_version(), _anywhere(command), sorted(processor_macros(compiler)), sorted(files.items()))
     return kept(made_of, lambda: _built(command, files, library))
 
 
@@ -141,6 +143,18 @@ def _flags(sources: Mapping[str, str], compiler: str, platform: Platform) -> tup
     """FLAGS, and what the ``platform`` and long ``sources`` {file name: text} take beside them."""
     short = SHORT_SEARCHES if compiler == "zig" and is_long(sources) else ()
     return (*FLAGS, *short, *(OF_WINDOWS if platform.suffix == ".dll" else ()))
+
+
+def _linked(compiler: str, platform: Platform) -> tuple[tuple[str, ...], dict[str, str]]:
+    """What stands behind the C files in a command, and the files {name: text} that this needs."""
+    if compiler == "zig" and platform.suffix == ".dll":
+        return (*LINKED, f"-isystem{headers()}"), {RUNTIME: runtime()}
+    return ("-lm",), {}
+
+
+def _anywhere(command: list[str]) -> list[str]:
+    """The options of a ``command`` that are no folders of this machine."""
+    return [word for word in command[1:] if not word.startswith(("-I", "-isystem"))]
 
 
 def is_long(sources: Mapping[str, str]) -> bool:
@@ -227,8 +241,9 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
     strip = [] if platform.suffix == ".dylib" else ["-s"]
     flags = _flags(sources, compiler, platform)
     command = [*compiler_command(compiler, target), *flags, *strip, "-shared", f"-I{include}", "-o", library]
-    command += [*joined, "-lm"]
-    options, files = [word for word in command[1:] if word != f"-I{include}"], {**sources, **joined}
+    linked, further = _linked(compiler, platform)
+    command += [*joined, *linked]
+    files = {**sources, **joined, **further}
 
     def build() -> bytes:
         built = _built(command, files, library)
@@ -236,8 +251,8 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
 
     if compiler != "zig":  # other compilers depend on the machine
         return build()
-    headers = [(file.name, file.read_bytes()) for file in sorted(include.glob("fmi*.h"))]
-    return kept((zig_version(), options, headers, sorted(files.items())), build)
+    of_fmi = [(file.name, file.read_bytes()) for file in sorted(include.glob("fmi*.h"))]
+    return kept((zig_version(), _anywhere(command), of_fmi, sorted(files.items())), build)
 
 
 def _built(command: list[str], files: Mapping[str, str], library: str) -> bytes:
