@@ -22,9 +22,11 @@ from lag2fmu.building.build_cache import kept, place
 from lag2fmu.building.process import compiling, is_zig, of_processor_alone, placed, run, zig, zig_version
 from lag2fmu.codegen.sources import component_sources
 from lag2fmu.errors import BuildError
+from lag2fmu.fmu import windows
 from lag2fmu.fmu.mach import hide, universal
 from lag2fmu.fmu.platforms import Platform, host_platform
 from lag2fmu.fmu.translation_units import shared_files, translation_units
+from lag2fmu.fmu.wasm import runtime
 
 FLAGS = (
     *("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-g0", "-DNDEBUG"),
@@ -33,7 +35,7 @@ FLAGS = (
 )
 
 OF_WINDOWS = ("-funwind-tables", "-fasynchronous-unwind-tables")
-"""Options for Windows, which finds callers by these tables alone: debuggers need them, and zig's C library does."""
+"""Options for Windows, which finds callers by these tables alone: debuggers need them."""
 
 LONG = 400_000
 """Characters of a C file that is long: zig looks for less in it, see SHORT_SEARCHES."""
@@ -128,12 +130,12 @@ def processor_macros(compiler: str = "zig") -> frozenset[str]:
 def compile_here(sources: Mapping[str, str], name: str, compiler: str = "zig") -> bytes:
     """The shared library ``name`` of ``sources`` {file name: text} for this very processor. Raises BuildError."""
     library, joined = f"{name}{host_platform().suffix}", translation_units(sources)
-    flags = _flags(sources, compiler, host_platform())
-    command = [*_for_here(compiler), *flags, "-shared", "-o", library, *joined, "-lm"]
-    files = {**sources, **joined}
+    linked, further = _linked(compiler, host_platform())
+    command = [*_for_here(compiler), *_flags(sources, compiler, host_platform()), "-shared", "-o", library]
+    command, files = [*command, *joined, *linked], {**sources, **joined, **further}
     if compiler != "zig":
         return _built(command, files, library)
-    made_of = (zig_version(), command[1:], sorted(processor_macros(compiler)), sorted(files.items()))
+    made_of = (zig_version(), _anywhere(command), sorted(processor_macros(compiler)), sorted(files.items()))
     return kept(made_of, lambda: _built(command, files, library))
 
 
@@ -141,6 +143,18 @@ def _flags(sources: Mapping[str, str], compiler: str, platform: Platform) -> tup
     """FLAGS, and what the ``platform`` and long ``sources`` {file name: text} take beside them."""
     short = SHORT_SEARCHES if compiler == "zig" and is_long(sources) else ()
     return (*FLAGS, *short, *(OF_WINDOWS if platform.suffix == ".dll" else ()))
+
+
+def _linked(compiler: str, platform: Platform) -> tuple[tuple[str, ...], dict[str, str]]:
+    """What stands behind the C files in a command, and the files {name: text} that this needs."""
+    if compiler == "zig" and platform.suffix == ".dll":
+        return (*windows.LINKED, f"-isystem{windows.headers()}"), {windows.RUNTIME: windows.runtime()}
+    return ("-lm",), {}
+
+
+def _anywhere(command: list[str]) -> list[str]:
+    """The options of a ``command`` that are no folders of this machine."""
+    return [word for word in command[1:] if not word.startswith(("-I", "-isystem"))]
 
 
 def is_long(sources: Mapping[str, str]) -> bool:
@@ -168,10 +182,16 @@ def compile_module(sources: Mapping[str, str], functions: Iterable[str], *option
     joined = translation_units(sources)
     exports = [f"-Wl,--export={name}" for name in functions]
     command = [*compiler_command("zig", WASM), "-mexec-model=reactor", *MODULE_FLAGS, *options, *exports, "-s"]
-    command += ["-o", "page.wasm", *joined, "-lm"]
+    command += [*runtime.LINKED, *runtime.headers(), "-o", "page.wasm", *joined, runtime.ARCHIVE]
     files = {**sources, **joined}
-    made_of = (zig_version(), command[1:], sorted(files.items()))
-    return kept(made_of, lambda: _built(command, files, "page.wasm"))
+    made_of = (zig_version(), _anywhere(command), runtime.made_of(), sorted(files.items()))
+    return kept(made_of, lambda: _built(command, files, "page.wasm", {runtime.ARCHIVE: _runtime()}))
+
+
+def _runtime() -> bytes:
+    """The archive of what modules of WebAssembly take of the C library."""
+    command, files = runtime.archive_command(), {runtime.OWN: runtime.own()}
+    return kept((zig_version(), *runtime.made_of()), lambda: _built(command, files, runtime.ARCHIVE))
 
 
 def _compile_component(sources: Mapping[str, str], include: Path) -> bytes:
@@ -227,8 +247,9 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
     strip = [] if platform.suffix == ".dylib" else ["-s"]
     flags = _flags(sources, compiler, platform)
     command = [*compiler_command(compiler, target), *flags, *strip, "-shared", f"-I{include}", "-o", library]
-    command += [*joined, "-lm"]
-    options, files = [word for word in command[1:] if word != f"-I{include}"], {**sources, **joined}
+    linked, further = _linked(compiler, platform)
+    command += [*joined, *linked]
+    files = {**sources, **joined, **further}
 
     def build() -> bytes:
         built = _built(command, files, library)
@@ -236,16 +257,20 @@ def _compile(sources: Mapping[str, str], include: Path, name: str, part: tuple[P
 
     if compiler != "zig":  # other compilers depend on the machine
         return build()
-    headers = [(file.name, file.read_bytes()) for file in sorted(include.glob("fmi*.h"))]
-    return kept((zig_version(), options, headers, sorted(files.items())), build)
+    of_fmi = [(file.name, file.read_bytes()) for file in sorted(include.glob("fmi*.h"))]
+    return kept((zig_version(), _anywhere(command), of_fmi, sorted(files.items())), build)
 
 
-def _built(command: list[str], files: Mapping[str, str], library: str) -> bytes:
-    """The ``library`` that ``command`` makes in a folder that holds the ``files`` {name: text}."""
+def _built(
+    command: list[str], files: Mapping[str, str], library: str, more: Mapping[str, bytes] | None = None
+) -> bytes:
+    """The ``library`` that ``command`` makes in a folder with the ``files`` {name: text}, and ``more``."""
     try:
         with tempfile.TemporaryDirectory(prefix="lag2fmu-") as folder:
             for file, text in files.items():
                 (Path(folder) / file).write_text(text, "utf-8", newline="\n")
+            for file, content in (more or {}).items():
+                (Path(folder) / file).write_bytes(content)
             keeps = is_zig(command) and place() is not None
             _run([_kept_path(word, files) if keeps else word for word in command], Path(folder))
             built = Path(folder, library).read_bytes() if Path(folder, library).is_file() else b""

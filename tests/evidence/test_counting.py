@@ -12,7 +12,7 @@ import pytest
 from bare import program
 from compiling import QUICK
 
-from lag2fmu.evidence.counting import counted, counting
+from lag2fmu.evidence.counting import counted, counting, instructions_of
 from lag2fmu.evidence.realtime import errors_of
 from lag2fmu.fmu.compilers import compile_unit, host_target
 from lag2fmu.fmu.firmware import firmware
@@ -84,7 +84,7 @@ def test_four_evaluations_a_step_of_rk4() -> None:
 @pytest.mark.parametrize("model", ["cart_pole", "pendulum", "four_bar_linkage", "bricard", "six_axis_arm"])
 def test_instructions_hardly_vary(model: str) -> None:
     """Without contacts the most that a step takes is near the median over the experiment."""
-    instructions = counted(firmware(model)).instructions
+    instructions = instructions_of(firmware(model))
     assert len(instructions) > 30
     assert instructions.max() <= 1.2 * np.median(instructions)
 
@@ -106,7 +106,7 @@ def test_an_impact_takes_no_more_than_twice_a_step(model: str, stop: float | Non
     """
     mechanism = load(model)
     span = replace(mechanism.experiment, stop_time=stop or mechanism.experiment.stop_time)
-    instructions = counted(firmware(complete(replace(mechanism.description, experiment=span)))).instructions
+    instructions = instructions_of(firmware(complete(replace(mechanism.description, experiment=span))))
     assert instructions.max() <= 2 * np.median(instructions)
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from lag2fmu.fmu.windows import LINKED, RUNTIME, headers, runtime
+
 CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "lag2fmu-tests"
 LOADERS = {64: ("wine64", "/usr/lib/wine/wine64", "wine"), 32: ("wine32", "/usr/lib/wine/wine")}
 """{bits of a program: what may run it}"""
@@ -34,3 +36,15 @@ def wine(bits: int) -> tuple[str, dict[str, str]]:
             quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
             subprocess.run([loader, "wineboot", "--init"], env=os.environ | settings, timeout=300, check=False, **quiet)
     return loader, settings
+
+
+def alone(folder: Path) -> tuple[str, ...]:
+    """What stands behind the C files in a command of zig for a program, which is then linked as libraries of FMUs are.
+
+    Else zig would compile all of MinGW-w64. What comes with a library is written to the ``folder``.
+    """
+    (folder / RUNTIME).write_text(runtime(), "utf-8")
+    linked = [str(folder / word) if word == RUNTIME else word for word in LINKED]
+    further = ("-lkernel32", *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("convert", "runtime", "utility")))
+    entry = ("-Wl,-e,mainCRTStartup", "-Wl,--subsystem,console")
+    return (str(Path(__file__).with_name("windows_program.c")), *linked, *further, *entry, f"-isystem{headers()}")

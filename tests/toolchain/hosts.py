@@ -23,6 +23,7 @@ HERE = Path(__file__).parent
 HOST = sorted((HERE / "host").glob("*.c"))
 HOST3 = sorted((HERE / "host3").glob("*.c"))
 INCLUDES = [f"-I{folder}" for folder in (HERE / "host", HERE.parent / "runtime", fmi_headers())]
+LIBRARIES = ("-lpthread", "-lm")
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
 ADDRESS = [
@@ -73,17 +74,19 @@ def build(target: Path, command: Sequence[str], sources: Sequence[Path], *after:
     return target
 
 
-def build_host3(folder: Path, command: Sequence[str], sources: Sequence[Path], *after: str) -> Path:
+def build_host3(
+    folder: Path, command: Sequence[str], sources: Sequence[Path], libraries: Sequence[str] = LIBRARIES
+) -> Path:
     """The host for FMI 3.0 in ``folder``, from its own files and ``sources`` of the FMU that are unpacked there."""
     (folder / "tables.h").write_text(tables(folder / "sources"), "utf-8")
     here = [f"-I{folder}", f"-I{folder / 'sources'}", f"-I{HOST3[0].parent}"]
     line = [*command, "-std=c99", "-DFMI3_OVERRIDE_FUNCTION_PREFIX", *here]
-    return build(folder / "host3.exe", line, [*HOST3, *sources], *after, "-lpthread", "-lm")
+    return build(folder / "host3.exe", line, [*HOST3, *sources], *libraries)
 
 
-def with_host3(fmu: Fmu, folder: Path, command: Sequence[str]) -> Path:
+def with_host3(fmu: Fmu, folder: Path, command: Sequence[str], libraries: Sequence[str] = LIBRARIES) -> Path:
     """The host for FMI 3.0 with all of the FMU in it, which sanitizers then see, too."""
-    return build_host3(folder, command, [unpack_sources(fmu, folder)])
+    return build_host3(folder, command, [unpack_sources(fmu, folder)], libraries)
 
 
 def zig(target: str) -> list[str]:

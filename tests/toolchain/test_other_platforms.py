@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from delivered import before_joining
 from numpy.typing import NDArray
-from wine import wine
+from wine import alone, wine
 
 from lag2fmu.fmu.backends.native import fmi_headers
 from lag2fmu.fmu.compilers import compile_libraries
@@ -44,6 +44,10 @@ class Machine:
     libraries: tuple[str, ...]
     start: tuple[str, ...]
     environment: dict[str, str]
+
+    def libraries_in(self, folder: Path) -> tuple[str, ...]:
+        """What programs are linked with, where something of it may be written to the ``folder``."""
+        return alone(folder) if "windows" in self.target else self.libraries
 
 
 def linux64() -> Machine:
@@ -107,7 +111,8 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         def __missing__(self, platform: str) -> Path:
             machine = (MACHINES | FURTHER)[platform]()
             name = folder / f"{platform}.exe"
-            self[platform] = hosts.build(name, hosts.zig(machine.target), hosts.HOST, *machine.libraries)
+            libraries = machine.libraries_in(folder)
+            self[platform] = hosts.build(name, hosts.zig(machine.target), hosts.HOST, *libraries)
             return self[platform]
 
     return Programs(built)
@@ -221,7 +226,7 @@ def test_fmi_3_agrees_with_linux64(exported, tmp_path: Path) -> None:
             continue
         folder = tmp_path / platform
         folder.mkdir()
-        program = hosts.with_host3(fmu, folder, hosts.zig(machine.target))
+        program = hosts.with_host3(fmu, folder, hosts.zig(machine.target), machine.libraries_in(folder))
         found = numbers(run(folder, platform, program, "move"))
         expected = expected or found
         assert difference(found, expected) < AGREEMENT

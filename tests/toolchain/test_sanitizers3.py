@@ -80,7 +80,9 @@ def test_valgrind(exported, tmp_path: Path) -> None:
     parts, tables = sections(tmp_path / "sources"), tmp_path / "own_tables.c"
     tables.write_text('#include "tables.h"\n' + parts["ports.c"] + parts["tables.c"], "utf-8")
     linked = [str(tmp_path / "fmu.so"), f"-Wl,-rpath,{tmp_path}"]
-    program = hosts.build_host3(tmp_path, ["gcc", "-O1", "-g1", "-include", "prefix.h"], [tables], *linked)
+    program = hosts.build_host3(
+        tmp_path, ["gcc", "-O1", "-g1", "-include", "prefix.h"], [tables], [*linked, *hosts.LIBRARIES]
+    )
     checked = ["valgrind", "-q", "--error-exitcode=9", "--leak-check=full", str(program)]
     assert said([*checked, "cycles", "200"], tmp_path) == "200 cycles\n"
     said([*checked, "random_calls", "2000", "3"], tmp_path)
