@@ -79,6 +79,7 @@ def lower(
         masks=len(modes.numbers),
         frictions=len(equations.rows.sliding),
         loaded_friction=not set(g.cone(equations.rows.sliding)).isdisjoint(v.multipliers),
+        changing_friction=not set(g.cone(equations.rows.friction)).isdisjoint((v.t, *v.states, *v.signals)),
         latches=len(equations.rows.latches),
         offsets=len(modes.offsets),
         constraints=len(equations.constraints),

@@ -304,6 +304,9 @@ bool contacts_oppose(Instance *instance, double time, const double states[], con
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, ContactPoint, point);
     double greatest = 1.0;
+    if (N_FRICTIONS == 0 && !CHANGING_FRICTION) {
+        return arena_leave(mark, true);
+    }
     memset(point->unknowns, 0, sizeof point->unknowns);
     if (unknowns != NULL) {
         memcpy(point->unknowns, unknowns, sizeof point->unknowns);
@@ -312,7 +315,7 @@ bool contacts_oppose(Instance *instance, double time, const double states[], con
         return arena_leave(mark, false);
     }
     find_limits(instance, time, states, point);
-    for (int i = 0; i < N_UNILATERALS; i++) {
+    for (int i = 0; CHANGING_FRICTION && i < N_UNILATERALS; i++) {
         if (contact_closed(&instance->state, i) && !(point->friction[i] >= 0.0)) {
             return arena_leave(
                 mark, report_constraint(instance, FAILURE_FRICTION, time, ROW_PLACES[i], point->friction[i]));
