@@ -149,3 +149,35 @@ def test_two_pads_share_the_load_in_the_judge() -> None:
     assert speeds[3:] == pytest.approx(
         [9 - (0.3 * G) ** 2 - 0.33 * G * (3 - 0.3 * G), 16 - (0.3 * G) ** 2 - 0.33 * G * (4 - 0.3 * G)], abs=1e-7
     )
+
+
+FEET = """
+[mechanism]
+name = "feet"
+[coordinates]
+x = { unit = "m", velocity = 2.0 }
+y = { unit = "m", velocity = 1.0 }
+z = { unit = "m" }
+[gravity]
+acceleration = 9.81
+direction = [0, 0, -1]
+[bodies]
+sled = { mass = 1, position = ["x", "y", "z"] }
+[contacts]
+ice = { gap = "z", slip = ["x_dot", "y_dot"], friction = 0.1 }
+wood = { gap = "z", slip = ["x_dot", "y_dot"], friction = 0.3 }
+rubber = { gap = "z", slip = ["x_dot", "y_dot"], friction = 0.5 }
+"""
+
+
+@pytest.mark.parametrize("way", ["co-simulation", "model-exchange", "moreau", "judge"])
+def test_feet_that_slide_share_the_load_in_equal_parts(way: str) -> None:
+    """Their mean coefficient, 0.3, slows the sled down along its way."""
+    mechanism, names, times = read(FEET, "feet"), ["x_dot", "y_dot"], np.linspace(0.0, 0.5, 6)
+    if way == "judge":
+        speeds = integrate(mechanism, times, rtol=1e-10).trajectory.columns(names)
+    else:
+        options = {"solver": "moreau"} if way == "moreau" else {"kind": way, "tolerance": 1e-9}
+        speeds = lag2fmu.simulate(mechanism, stop_time=0.5, step=0.1, outputs=names, **options).columns(names)
+    left = (np.sqrt(5.0) - 0.3 * G * times) / np.sqrt(5.0)
+    assert speeds == pytest.approx(left[:, None] * [2.0, 1.0], abs=1e-8)
