@@ -57,7 +57,7 @@ def drop(fmu: Fmu, start: dict[str, float], stop: float) -> None:
     assert min(run[name].min() for name in gaps) > -1e-8
     assert min(run[name].min() for name in forces) > -1e-8
     assert np.diff(run["total_energy"]).max() < 1e-5
-    assert sum(run[name][-1] for name in impacts) < 1000
+    assert sum(run[name][-1] for name in impacts) < 1500  # five contacts that accumulate together have some hundreds
 
 
 def thrown(random: np.random.Generator, i: int, place: Sequence[float], speed: float) -> dict[str, float]:

@@ -337,8 +337,8 @@ static bool choose_states(FewRows *few) {
     return others;
 }
 
-/* From x on, in steps of least norm. Equations that are linear are solved by one step. */
-static bool approach_few(FewRows *few) {
+/* From x on. Equations that are linear are solved by one step. */
+static bool iterate_few(FewRows *few) {
     bool solved = false, regular = true;
     for (int step = 0; step < MOST_FEW_STEPS && regular && !solved; step++) {
         find_w(few);
@@ -354,44 +354,6 @@ static bool approach_few(FewRows *few) {
         }
     }
     return solved;
-}
-
-/* Is there friction whose forces follow how redundant rows share a load? */
-static bool sharing_matters(const FewRows *few) {
-    bool rubs = false;
-    for (int k = 0; k < few->size && few->damping > 0.0 && !few->given && !rubs; k++) {
-        rubs = few->state[k] == STATE_SLIDING && few->normal[k] >= 0 && few_limit(few, k) > 0.0;
-    }
-    return rubs;
-}
-
-/* Takes from x what moves nothing, so that it has the least norm wherever it came from. */
-static void centre_few(FewRows *few) {
-    if (!find_factors(few)) {
-        return;
-    }
-    for (int k = 0; k < few->size; k++) {
-        few->right[k] = few->state[k] == STATE_HELD ? -few->damping * few->x[k] : 0.0;
-    }
-    step_few(few);
-    few->factored = false;
-}
-
-/* From x on. Where friction follows how rows share a load, they share it by least norm. */
-static bool iterate_few(FewRows *few) {
-    double found[MOST_FEW_ROWS];
-    const bool solved = approach_few(few);
-    if (!solved || !sharing_matters(few)) {
-        return solved;
-    }
-    memcpy(found, few->x, sizeof found);
-    centre_few(few);
-    if (!approach_few(few)) {
-        memcpy(few->x, found, sizeof found);
-        find_w(few);
-        choose_states(few);
-    }
-    return true;
 }
 
 /* --- rest */
@@ -505,6 +467,46 @@ static bool rest_few(FewRows *few) {
     return rests;
 }
 
+/* Does a contact slip whose friction follows how redundant rows share a load? Notes which rows of friction rest. */
+static bool sharing_matters(const FewRows *few, bool rests[]) {
+    bool matters = false;
+    for (int k = 0; k < few->size; k++) {
+        rests[k] = few->width[k] > 0 && rows_rest(few, k);
+        matters = matters || (few->width[k] > 0 && !rests[k] && few->normal[k] >= 0 && few_limit(few, k) > 0.0);
+    }
+    return matters && few->damping > 0.0;
+}
+
+/* Takes from x what moves nothing, so that it has the least norm wherever it came from. */
+static void centre_few(FewRows *few) {
+    if (!find_factors(few)) {
+        return;
+    }
+    for (int k = 0; k < few->size; k++) {
+        few->right[k] = few->state[k] == STATE_HELD ? -few->damping * few->x[k] : 0.0;
+    }
+    step_few(few);
+    few->factored = false;
+}
+
+/* Rows share a load by least norm where friction follows it, unless one that rests would slip then. */
+static void even_few(FewRows *few) {
+    double found[MOST_FEW_ROWS];
+    bool rests[MOST_FEW_ROWS];
+    if (!sharing_matters(few, rests)) {
+        return;
+    }
+    memcpy(found, few->x, sizeof found);
+    centre_few(few);
+    bool even = iterate_few(few);
+    for (int k = 0; k < few->size && even; k++) {
+        even = !rests[k] || rows_rest(few, k);
+    }
+    if (!even) {
+        memcpy(few->x, found, sizeof found);
+    }
+}
+
 /* Without Coulomb's law the motion has one solution. */
 static bool solve_few(FewRows *few) {
     double start[MOST_FEW_ROWS], found[MOST_FEW_ROWS];
@@ -512,7 +514,9 @@ static bool solve_few(FewRows *few) {
     memcpy(start, few->x, bytes);
     const bool few_ways = few->contacts <= MOST_RESTING;
     const bool solved = iterate_few(few);
+    const double damping = few->damping;
     if (solved && !(few->coulomb && few_slip_anew(few, start))) {
+        even_few(few);
         return true;
     }
     memcpy(found, few->x, bytes);
@@ -520,7 +524,15 @@ static bool solve_few(FewRows *few) {
         return few_ways;
     }
     memcpy(few->x, found, bytes);
-    return solved && !few->unsure;
+    if (!solved || few->unsure) {
+        return false;
+    }
+    few->given = false;
+    few->damping = damping;
+    find_w(few);
+    choose_states(few);
+    even_few(few);
+    return true;
 }
 
 bool few_rows(const SparseProblem *problem, int count, const int rows[], FewRows *few, double lambda[]) {
