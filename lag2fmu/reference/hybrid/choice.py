@@ -244,7 +244,7 @@ def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: 
         for j, (item, mode) in enumerate(zip(items, found.modes, strict=True))
         if mode is Mode.OPEN and w[item.normal] + item.shift <= EXACT * motion[item.normal]
     ]
-    for group in (idle, *([j] for j in idle)):
+    for group in [idle, *([j] for j in idle)] if len(idle) > 1 else [idle]:
         if any(found.modes[j] is Mode.OPEN for j in group):
             found = _taken(D, c, items, found, group, least)
     return found
