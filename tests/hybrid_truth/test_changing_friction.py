@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import spence
 
 import lag2fmu
 from lag2fmu.errors import SimulationError
@@ -48,12 +49,12 @@ def _block(friction: str, speed: float = 0.0, slope: float = 0.0, static: str = 
     )
 
 
-def _motion(mechanism: Mechanism, way: str, stop: float) -> np.ndarray:
+def _motion(mechanism: Mechanism, way: str, stop: float, tolerance: float = 1e-10) -> np.ndarray:
     """Times (s), places (m) and speeds (m/s), (3, 51)."""
     names, times = ["x", "x_dot"], np.linspace(0.0, stop, 51)
     if way == "judge":
-        return np.vstack([times, integrate(mechanism, times, rtol=1e-10).trajectory.columns(names).T])
-    run = lag2fmu.simulate(mechanism, stop_time=stop, step=stop / 50, tolerance=1e-10, outputs=names, kind=way)
+        return np.vstack([times, integrate(mechanism, times, rtol=tolerance).trajectory.columns(names).T])
+    run = lag2fmu.simulate(mechanism, stop_time=stop, step=stop / 50, tolerance=tolerance, outputs=names, kind=way)
     return np.vstack([run.time, run.columns(names).T])
 
 
@@ -76,6 +77,19 @@ def test_friction_that_grows_with_the_speed_is_drag(way: str) -> None:
     end = np.log((v + rest) / rest) / rate
     t, _, speed = _motion(_block("0.05 + 0.3*abs(x_dot)*second/metre", v), way, 2.0)
     assert speed == pytest.approx(np.where(t < end, (v + rest) * np.exp(-rate * t) - rest, 0.0), abs=3e-8)
+
+
+@WAYS
+def test_friction_overflows_far_behind_the_stop(way: str) -> None:
+    """exp(-abs(v)/w) of a side that a solver's trial step has left: w is 3000 times less than the speed at the start.
+
+    The way is the integral of v/(g (0.2 + 0.15 exp(-v/w))) over v, with a dilogarithm.
+    """
+    v, w = 3.0, 0.001
+    block = _block(f"0.2 + 0.15*exp(-abs(x_dot)*second/metre/{w})", v)
+    _, x, speed = _motion(block, way, 2.0, tolerance=1e-6)
+    assert x[-1] == pytest.approx((v**2 / 2 + w**2 * spence(1.75)) / (0.2 * G), abs=3e-6)
+    assert speed[-1] == pytest.approx(0.0, abs=1e-12)
 
 
 @WAYS

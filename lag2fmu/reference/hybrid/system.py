@@ -110,6 +110,7 @@ class HybridSystem:
         # beyond the end of a slip the equations stay as before it, so that the end can be located exactly
         return slip / np.hypot.reduce(slip) if slip @ before > 0 else before
 
+    @np.errstate(over="ignore", invalid="ignore")  # where a coefficient of friction overflows, at a trial step
     def answer(self, point: MotionPoint, modes: Modes, damping: float = 0.0) -> Answer:
         """Accelerations and forces at ``point`` in the ``modes``; NaN without a solution.
 

@@ -61,6 +61,55 @@ static bool forget_rests(Instance *instance) {
     return arena_leave(mark, below);
 }
 
+/* The derivative of an entry of the states, with the accelerations up to date. */
+static double derivative_of(const Instance *instance, int state) {
+    if (state < N_COORDINATES) {
+        return instance->state.states[N_COORDINATES + state];
+    }
+    return state < 2 * N_COORDINATES ? instance->cache.accelerations[state - N_COORDINATES]
+                                     : instance->cache.further[state - 2 * N_COORDINATES];
+}
+
+static bool derivatives_here(Instance *instance, double derivatives[]) {
+    if (!equations_accelerations(instance)) {
+        return false;
+    }
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        derivatives[i] = derivative_of(instance, CONTINUOUS_STATES[i]);
+    }
+    return true;
+}
+
+/* The same with the switches on the sides of the present states, for this evaluation alone. */
+static bool derivatives_on_their_sides(Instance *instance, double derivatives[]) {
+    enum { N_MODES = N_MASKS + N_SWITCHES };
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, modes, N_MODES + 1); /* one more: there may be none */
+    double *present = instance->state.parameters;
+    memcpy(modes, present, N_MODES * sizeof(double));
+    const bool found = events_take_sides(instance) && derivatives_here(instance, derivatives);
+    memcpy(present, modes, N_MODES * sizeof(double));
+    instance->cache.least_pivots_valid = false;
+    instance_forget_motion(instance);
+    return arena_leave(mark, found);
+}
+
+/* A solver may try a state far beyond a kink, where exp(-abs(v)/w) overflows on the side that still holds. Many solvers
+   end the run if the derivative is missing there. Beyond a kink any finite one serves, because the event cuts the step;
+   that of the sides on which the tried state lies is the most like the motion. */
+bool importer_derivatives(Instance *instance, double derivatives[]) {
+    if (derivatives_here(instance, derivatives)) {
+        return true;
+    }
+    const Failure failure = instance->failure;
+    if (derivatives_on_their_sides(instance, derivatives)) {
+        instance->failure.kind = FAILURE_NONE;
+        return true;
+    }
+    instance->failure = failure;
+    return false;
+}
+
 bool importer_completes_step(Instance *instance) {
     begin_notices(instance);
     watch_motions(instance);

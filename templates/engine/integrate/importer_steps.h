@@ -5,6 +5,10 @@
 
 #include "instance.h"
 
+/* derivatives[N_CONTINUOUS] of the continuous states at the point that the importer's solver tries. Returns false, with
+   instance->failure, if there are none. */
+bool importer_derivatives(Instance *instance, double derivatives[]);
+
 /* A step of the importer's solver is completed: brings what is remembered from step to step up to date, and collects
    notices; no state is changed. Returns whether an event is needed: it pulls states back that have drifted, or says
    that a force of friction has become negative. A value that cannot be solved for is reported when it is asked for. */

@@ -87,15 +87,6 @@ Status set_states(void *handle, const double x[], size_t nx) {
     return STATUS_OK;
 }
 
-/* The derivative of an entry of the states, with the accelerations up to date. */
-static double derivative_of(const Instance *instance, int state) {
-    if (state < N_COORDINATES) {
-        return instance->state.states[N_COORDINATES + state];
-    }
-    return state < 2 * N_COORDINATES ? instance->cache.accelerations[state - N_COORDINATES]
-                                     : instance->cache.further[state - 2 * N_COORDINATES];
-}
-
 Status get_derivatives(void *handle, Call call, double derivatives[], size_t nx) {
     Component *component = enter(handle, call);
     if (component == NULL || check_size(component, derivatives, nx) != STATUS_OK) {
@@ -104,11 +95,8 @@ Status get_derivatives(void *handle, Call call, double derivatives[], size_t nx)
     if (!equations_settle(&component->instance)) {
         return report_failure(component, STATUS_ERROR);
     }
-    if (!equations_accelerations(&component->instance)) {
+    if (!importer_derivatives(&component->instance, derivatives)) {
         return report_failure(component, STATUS_DISCARD);
-    }
-    for (int i = 0; i < N_CONTINUOUS; i++) {
-        derivatives[i] = derivative_of(&component->instance, CONTINUOUS_STATES[i]);
     }
     if (!component->noted_singularity &&
         runs_into_singularity(&component->instance, component->instance.cache.accelerations)) {
