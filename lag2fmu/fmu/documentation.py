@@ -23,6 +23,7 @@ from lag2fmu.fmu.sketch import sketch
 from lag2fmu.lazy import latest
 from lag2fmu.picture.scene import Scene
 from lag2fmu.procedure.hybrid import Hybrid
+from lag2fmu.procedure.length import rounded, symbols
 from lag2fmu.resources import resource_folder
 from lag2fmu.solvers.methods import METHODS
 
@@ -33,6 +34,8 @@ Row = dict[str, str]
 
 MOST_LAWS = 40
 """The most laws of contacts and their like on a page: a heap of 60 spheres has 1830."""
+MOST_SYMBOLS = 4000
+"""The most symbols, numbers and operations in formulas of laws: heights of a robot's feet would fill pages."""
 
 
 class Subject(NamedTuple):
@@ -158,10 +161,19 @@ def _formulas(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ..
 
 
 def _laws(equations: EquationsOfMotion) -> list[tuple[str, tuple[Formula, ...]]]:
-    """(sentence, formulas) of the laws of contacts, stops, latches, dry frictions and tables, MOST_LAWS of them."""
+    """(sentence, formulas) of the laws of contacts, stops, latches, dry frictions and tables, MOST_LAWS of them.
+
+    Formulas are written out as long as they have no more than MOST_SYMBOLS together.
+    """
     hybrid = Hybrid(equations.mechanism)
     laws = list(islice(chain(hybrid.contacts(), hybrid.forces()), MOST_LAWS + 1))
-    told = [(law.sentence, printed(equations, law.formulas)) for law in laws[:MOST_LAWS]]
+    told, left = [], MOST_SYMBOLS
+    for law in laws[:MOST_LAWS]:
+        length = sum(symbols(right) for _, right in law.formulas)
+        fits = length <= left
+        left -= length if fits else 0
+        sentence = law.sentence if fits else f"{law.sentence}; {rounded(length)} symbols are not written out"
+        told.append((sentence, printed(equations, law.formulas if fits else ())))
     return [*told, ("and more, which are not written out here", ())] if len(laws) > MOST_LAWS else told
 
 

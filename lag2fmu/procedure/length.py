@@ -40,8 +40,8 @@ def _shorter(angular: sp.Expr) -> sp.Expr:
 
 
 @cache
-def operations(expression: sp.Expr) -> int:
-    """The number of operations of ``expression`` as it is printed, with the names of long definitions."""
+def symbols(expression: sp.Expr) -> int:
+    """The number of symbols, numbers and operations of ``expression``, which is found faster than ``operations``."""
     size: dict[sp.Basic, int] = {}
     stack: list[sp.Basic] = [expression]
     while stack:
@@ -51,7 +51,13 @@ def operations(expression: sp.Expr) -> int:
             stack += missing
         else:
             size[stack.pop()] = 1 + sum(size[below] for below in top.args)
-    return size[expression] if size[expression] > MAX_ON_PAPER else int(sp.count_ops(expression))
+    return size[expression]
+
+
+@cache
+def operations(expression: sp.Expr) -> int:
+    """The number of operations of ``expression`` as it is printed, with the names of long definitions."""
+    return symbols(expression) if symbols(expression) > MAX_ON_PAPER else int(sp.count_ops(expression))
 
 
 def rounded(count: int) -> str:

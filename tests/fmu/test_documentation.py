@@ -127,6 +127,15 @@ def test_a_page_of_many_contacts_stays_short(monkeypatch: pytest.MonkeyPatch) ->
     assert laws[-1][0] == "and more, which are not written out here"
 
 
+def test_long_formulas_of_laws_are_not_written_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    equations = derive(load("crane"))
+    ((sentence, formulas),) = [law for law in module._laws(equations) if "rope" in law[0]]
+    monkeypatch.setattr(module, "MOST_SYMBOLS", 5)
+    (left_out,) = [law for law in module._laws(equations) if "rope" in law[0]]
+    assert len(formulas) == 1
+    assert left_out == (f"{sentence}; 17 symbols are not written out", ())
+
+
 def test_large_mechanisms_have_their_structure(exported) -> None:
     found = page(exported("six_axis_arm"))
     assert "math" not in found.tags
