@@ -131,7 +131,7 @@ def _inputs_at(task: Task, times: Floats) -> dict[str, Floats]:
 
     Held inputs then still have the values that were set before the step to the point.
     """
-    signals = task.driving(times[1] - times[0])
+    signals = task.driving(times[1] - times[0] if len(times) > 1 else task.stop_time)  # a run may end at its start
     if signals is None:
         return {}
     return signals.sampled(np.append(times[0], np.nextafter(times[1:], 0.0)) if task.holds else times)
