@@ -70,7 +70,8 @@ def geometry_of(m: Description, contact: Contact, poses: Poses) -> Geometry:
     if contact.frictionless:
         return Geometry(gap, ())
     slip = a.velocity + crossed(a.angular, on_first) - b.velocity - crossed(b.angular, on_second)
-    return Geometry(gap, tuple(times(t.T, slip)[0] for t in tangents))
+    slips = (times(t.T, slip)[0] for t in tangents)
+    return Geometry(gap, tuple(x for x in slips if x != 0))  # robots that move in a plane have one of two
 
 
 def _of_ellipsoid(contact: Contact, first: Pose, normal: sp.Matrix) -> tuple[sp.Expr, sp.Matrix]:
