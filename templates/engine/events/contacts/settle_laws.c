@@ -27,7 +27,7 @@ static void set_slips(Settling *settling, int contact) {
     const bool stops = settling->stopping[2 * contact + 1];
     const bool rests = end > first && (stops || (speed <= settling_least_speed(settling, first) &&
                                                  !moves_without_lever(settling, first)));
-    const bool yields = contact_sticks(state, contact) && settling->due[2 * contact + 1];
+    const bool yields = contact_sticks(state, contact) ? settling->due[2 * contact + 1] : settling->only_switched;
     if (!rests) {
         settling_slip_direction(settling, contact, along);
     }
@@ -62,7 +62,8 @@ static void set_settled_friction(Settling *settling, int friction, double force,
     const State *state = &settling->instance->state;
     const int row = FIRST_FRICTION + friction, k = ROW_PLACES[row];
     const double w = settling_slip_located(settling, row, 2 * N_UNILATERALS + friction);
-    const bool yields = friction_sticks(state, friction) && settling->due[2 * N_UNILATERALS + friction];
+    const bool due = settling->due[2 * N_UNILATERALS + friction];
+    const bool yields = friction_sticks(state, friction) ? due : settling->only_switched;
     const bool stops = settling->stopping[2 * N_UNILATERALS + friction];
     if (stops || (fabs(w) <= settling_least_speed(settling, row) && !moves_without_lever(settling, row))) {
         const double less = yields ? YIELDS * greatest : 0.0;
