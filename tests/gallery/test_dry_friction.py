@@ -382,3 +382,43 @@ def test_what_has_a_law_of_force_dissipates_beside_friction(by: str, exported) -
     assert run["dissipated_energy"][-1] > 0.9
     assert whole == pytest.approx(np.full(len(whole), whole[0]), abs=1e-7)
     assert lag2fmu.validate(fmu, stop_time=2.0).passed
+
+
+GUIDED = """
+[mechanism]
+name = "guided"
+[coordinates]
+phi = { unit = "rad", start = 4.915 }
+psi = { unit = "rad", guess = -0.2 }
+x = { unit = "m", guess = 0.8 }
+[gravity]
+acceleration = 9.81
+[bodies]
+crank = { mass = 1, inertia = 0.02, position = ["0.1*cos(phi)", "0.1*sin(phi)"], angle = "phi" }
+rod = { mass = 0.6, inertia = 0.01, position = ["x - 0.4*cos(psi)", "0.4*sin(psi)"], angle = "-psi" }
+slider = { mass = 2, position = ["x", 0] }
+[constraints.holonomic]
+along = "0.2*cos(phi) + 0.8*cos(psi) - x"
+across = "0.2*sin(phi) - 0.8*sin(psi)"
+[frictions.guide]
+on = "x_dot"
+force = "0.3*abs(multiplier_across)"
+[stops.end]
+of = "x"
+upper = "0.2*cos(4.915) + 0.8*cos(asin(0.25*sin(4.915)))"
+"""
+
+
+def test_a_slide_rests_against_its_stop_whatever_its_guide_bears(exported) -> None:
+    """Guide and stop hold the same motion, and their shares are told to less than a guide's load is."""
+    fmu = exported(read(GUIDED, "guided.toml"))
+    for torque in (2, 3, 5, 8):
+        for tilt in (-5, -2, 0, 2, 7):
+            values = {"Q_phi": torque, "Q_psi": tilt}
+            run = simulate_fmu(
+                fmu.path,
+                Run(0.02, 0.01, outputs=("x_dot", "guide_mode", "guide_force", "multiplier_across"), values=values),
+            )
+            assert (run["x_dot"] == 0).all()
+            assert (run["guide_mode"] == STICKS).all()
+            assert (np.abs(run["guide_force"]) <= 0.3 * np.abs(run["multiplier_across"]) * (1 + 1e-9)).all()
