@@ -38,6 +38,7 @@ class Composer:
         self.velocities = self.frames.velocities(self.rate)
         self.effort: dict[Node, Node] = {}
         self.impetus: dict[Node, Node] = {}
+        self.resistance = graph.zero
 
     def energies(self) -> Energies:
         """The energies (J) and forces (N, N.m) of the whole mechanism, as nodes."""
@@ -58,6 +59,7 @@ class Composer:
             potential=springs if moving else g.add(springs, user_potential),
             remainder=g.total([user_kinetic, whole, g.negate(user_potential) if moving else g.zero]),
             dissipation=self._dissipation(),
+            resistance=self.resistance,
             effort=self.effort,
             impetus=self.impetus,
             direct=self._direct(),
@@ -158,6 +160,7 @@ class Composer:
         self.put.define(own.name, rate)
         force = self.put(damper.force_at(own))
         self._act(self.impetus, (rate,), (self.g.negate(force),))
+        self.resistance = self.g.add(self.resistance, self.g.multiply(force, rate))
         return self.g.zero
 
     def _damper_rate(self, damper: Damper) -> Node:

@@ -120,11 +120,14 @@ def pushes(graph: Graph, rows: RowNumbers, qd: Sequence[Node]) -> list[Node]:
 
 
 def _dissipated_power(equations: EquationsOfMotion) -> Node:
-    """The power, in W, that dampers and sliding rows dissipate: qd dR/dqd - sum of force times slip velocity."""
-    g, v, rows = equations.graph, equations.variables, equations.rows
-    drag = reverse(g, {equations.parts.dissipation: g.one}, v.qd)
+    """The power, in W, that dampers and sliding rows dissipate.
+
+    qd dR/dqd, the power of dampers with a law of force, and less the sum of force times slip velocity.
+    """
+    g, v, rows, parts = equations.graph, equations.variables, equations.rows, equations.parts
+    drag = reverse(g, {parts.dissipation: g.one}, v.qd)
     rubbing = [g.multiply(rows.forces[k], rows.velocities[k]) for k in rows.frictional]
-    return g.subtract(g.dot(v.qd, drag), g.total(rubbing))
+    return g.subtract(g.add(g.dot(v.qd, drag), parts.resistance), g.total(rubbing))
 
 
 def _modes(graph: Graph, rows: RowNumbers) -> ModeNumbers:

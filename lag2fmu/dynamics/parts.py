@@ -131,7 +131,7 @@ class Energies:
     - ``potential``: V (J) of springs and of the user, as far as it contains no velocities.
     - ``remainder``: the user's other terms of L (J): further kinetic energy, potentials with velocities, or a whole
       Lagrangian.
-    - ``dissipation``: R (W).
+    - ``dissipation``: R (W); ``resistance``: the power (W) that dampers with a law of force dissipate, which have no R.
     - ``effort``: {place: force} of the loads; the generalized forces are Q = sum force * dplace/dq.
     - ``impetus``: {velocity: force} of the loads on frames; Q = sum force * dvelocity/dqd.
     - ``direct``: forces on the coordinates themselves, (n,), with the external inputs Q.
@@ -146,6 +146,7 @@ class Energies:
     potential: Node
     remainder: Node
     dissipation: Node
+    resistance: Node
     effort: dict[Node, Node]
     impetus: dict[Node, Node]
     direct: tuple[Node, ...]

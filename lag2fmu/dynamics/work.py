@@ -19,7 +19,9 @@ def power_of_work(equations: EquationsOfMotion) -> Node:
     """
     g, v, parts = equations.graph, equations.variables, equations.parts
     power = g.dot(v.qd, generalized_forces(g, v, parts))
-    if not equations.mechanism.hybrid:
+    if equations.mechanism.hybrid:
+        power = g.add(power, parts.resistance)
+    else:
         drag = reverse(g, {parts.dissipation: g.one}, v.qd)
         power = g.subtract(power, g.dot(v.qd, drag))
     still = {q: rate for q, rate in v.direction(g, accelerating=False).items() if q not in v.q}

@@ -186,6 +186,10 @@ class EnergyFunctions:
         values = self._forces(state.rows, self.constants)
         return values if self.spatial.empty else values + self.spatial.forces(self._rows(state), state.inputs)
 
+    def resistance_of_frames(self, state: StateBatch) -> Floats | float:
+        """The power, in W, that dampers with a law of force on frames dissipate, (*batch,)."""
+        return 0.0 if self.spatial.empty else self.spatial.resistance(self._rows(state), state.inputs)
+
     def outputs(self, state: StateBatch, unknowns: Sequence[Floats], forces: Floats | None = None) -> dict[str, Floats]:
         """The outputs of the mechanism by name, in its order, in SI units, each (*batch).
 

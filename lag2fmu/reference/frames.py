@@ -204,6 +204,11 @@ class Element:
     values: slice
     free: bool
 
+    def gap(self, poses: dict[str, FramePose], values: Array) -> tuple[Array, Array]:
+        """From the second end to the first, in m, and its rate in m/s."""
+        (xa, va), (xb, vb) = (end.motion(poses, values) for end in self.ends)
+        return xa - xb, va - vb
+
 
 def changing(later: FramePose, quantity: str, gravity: Array) -> Array:
     """The angular acceleration (rad/s2) or specific force (m/s2) of a frame in world axes, (3, N), by a complex step.

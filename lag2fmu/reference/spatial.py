@@ -87,13 +87,9 @@ class Spatial:
 
     def _forces_of_dampers(self, arguments: Sequence[sp.Symbol]) -> list[tuple[Element, Compiled]]:
         """(element, its force as a function of ``arguments``) of each damper on frames that has a force."""
-        composition = self._composition
-        dampers = zip(filter(self._framed, composition.mechanism.dampers), self._dampers, strict=True)
-        return [
-            (element, compiled(arguments, [composition.written(damper.force_at(_RATE))]))
-            for damper, element in dampers
-            if damper.force is not None
-        ]
+        dampers = zip(filter(self._framed, self._composition.mechanism.dampers), self._dampers, strict=True)
+        written = self._composition.written
+        return [(e, compiled(arguments, [written(d.force_at(_RATE))])) for d, e in dampers if d.force is not None]
 
     @property
     def loaded(self) -> bool:
@@ -128,9 +124,7 @@ class Spatial:
     def forces(self, rows: Array, inputs: Array) -> Array:
         """Q of loads and of dampers with a force on frames (n, *shape).
 
-        ``inputs`` (3 k + m + n, *shape) are those of ``Symbols.inputs``.
-
-        Source: T. Kane, D. Levinson, Dynamics, section 4.4 (generalized active forces).
+        ``inputs`` (3 k + m + n, *shape) are those of ``Symbols.inputs``. Source: Kane, Levinson, section 4.4.
         """
         if not self.loaded:
             return np.zeros((self.n, *rows.shape[1:]))
@@ -148,6 +142,19 @@ class Spatial:
 
         return in_blocks(evaluate, np.concatenate([rows, arguments, entries]), n, width=n + 1)
 
+    def resistance(self, rows: Array, inputs: Array) -> Array:
+        """The power (W) that dampers with a force on frames dissipate, (*shape); ``inputs`` as those of ``forces``."""
+
+        def evaluate(block: Array) -> Array:
+            rates = self.rates(self._local(block[: len(rows)], self._constants), np.sqrt)
+            pairs = zip(rates, self._forceful, strict=True)
+            powers = [force(np.vstack([block[len(rows) :], x]), self._constants) * x for x, (_, force) in pairs]
+            total: Array = np.vstack([np.zeros((1, block.shape[1])), *powers]).sum(axis=0)
+            return total
+
+        power: Array = in_blocks(evaluate, np.concatenate([rows, rows[: 1 + 2 * self.n], inputs]), 1)[0]
+        return power
+
     def symbolic_forces(self) -> list[sp.Expr]:
         """Q of loads and of dampers with a force on frames as expressions, (n,)."""
         values = np.array(self.expressions, dtype=object)
@@ -159,7 +166,7 @@ class Spatial:
     def rates(self, values: Array, root: Callable[[Any], Any]) -> list[Any]:
         """The rates (m/s) at which the dampers with a force grow longer; ``values`` are those of ``terms``."""
         poses = poses_of(self._links, values)
-        return [growth(*self._gap(element, poses, values), root) for element, _ in self._forceful]
+        return [growth(*element.gap(poses, values), root) for element, _ in self._forceful]
 
     def efforts(self, rates: Sequence[sp.Expr]) -> list[sp.Expr]:
         """The 3 entries of each load, and the force of each damper with one as an expression of its rate."""
@@ -250,19 +257,15 @@ class Spatial:
                 pose = poses[body.spot.frame]
                 T = T + rotational(apply_transposed(pose.R, pose.w), values[body.inertia]) / 2
         for spring in self._springs:
-            gap, _ = self._gap(spring, poses, values)
+            gap, _ = spring.gap(poses, values)
             stiffness, length = values[spring.values]
             square = dot(gap, gap) if spring.free else (root(dot(gap, gap)) - length) ** 2
             V = V + stiffness * square / 2
         for damper in self._dampers:
-            gap, rate = self._gap(damper, poses, values)
+            gap, rate = damper.gap(poses, values)
             (damping,) = values[damper.values]
             R = R + damping * dot(gap, rate) ** 2 / dot(gap, gap) / 2
         return T, V, R
-
-    def _gap(self, part: Element, poses: dict[str, FramePose], values: Array) -> tuple[Array, Array]:
-        (xa, va), (xb, vb) = (end.motion(poses, values) for end in part.ends)
-        return xa - xb, va - vb
 
     def _moved(self, load: Load, poses: dict[str, FramePose], values: Array) -> tuple[Array, Array]:
         """The velocity v (m/s) or w (rad/s) along which ``load`` acts, and the axes R (3, 3) of its frame."""
@@ -290,7 +293,7 @@ class Spatial:
         n = self.n
         total: Array = np.zeros((n, given.shape[1]))
         for element, force in self._forceful:
-            rates = growth(*self._gap(element, poses, values), np.sqrt)
+            rates = growth(*element.gap(poses, values), np.sqrt)
             slopes = rates[1:] - rates[:1]
             rate = rates[:1] + (slopes * given[1 + n : 1 + 2 * n]).sum(axis=0)
             total = total + force(np.concatenate([given, rate]), self._constants) * slopes

@@ -323,3 +323,102 @@ def test_pieces_of_a_rope_hold_as_long_as_any_tensions_do(kind: str, exported) -
     for name in ("f1_mode", "f6_mode"):
         assert (run[name] == np.where(run.time < breaks, STICKS, FORWARD)).all()
     assert lag2fmu.validate(fmu, stop_time=1.0).passed
+
+
+RESISTED = {
+    "damper": """
+        [coordinates]
+        x = { unit = "m", velocity = 2.0 }
+        [bodies]
+        block = { mass = 1, position = ["x", 0] }
+        [dampers]
+        drag = { rate = "x_dot", force = "0.3*rate*abs(rate)" }
+        [frictions]
+        guide = { on = "x_dot", force = 0.5 }
+        """,
+    "damper on a frame": """
+        [coordinates]
+        x = { unit = "m", velocity = 2.0 }
+        [frames]
+        sled = { origin = ["x", 0, 0] }
+        [points]
+        eye = { frame = "sled", position = [0, 0.1, 0] }
+        post = { position = [2, 0, 0.5] }
+        [bodies]
+        block = { mass = 1, frame = "sled" }
+        [dampers]
+        rope = { between = ["eye", "post"], force = "0.3*rate*abs(rate)" }
+        [frictions]
+        guide = { on = "x_dot", force = 0.5 }
+        """,
+    "compliant contact": """
+        [coordinates]
+        x = { unit = "m", velocity = 2.0 }
+        y = { unit = "m", start = 0.1 }
+        [gravity]
+        acceleration = 9.81
+        [bodies]
+        ball = { mass = 1, position = ["x", "y"] }
+        [contacts.floor]
+        kind = "point_line"
+        between = ["ball", "world"]
+        normal = "y"
+        law = "compliant"
+        stiffness = 1e4
+        damping = 0.5
+        [frictions]
+        guide = { on = "x_dot", force = 0.5 }
+        """,
+}
+
+
+@pytest.mark.parametrize("by", RESISTED)
+def test_what_has_a_law_of_force_dissipates_beside_friction(by: str, exported) -> None:
+    """Energy and what was dissipated are one sum; forces that only depend on velocities and gaps were left out."""
+    fmu = exported(read(f'[mechanism]\nname = "resisted"\n{RESISTED[by]}', "resisted.toml"))
+    shown = ("x_dot", "total_energy", "dissipated_energy")
+    run = simulate_fmu(fmu.path, Run(2.0, 0.02, 1e-9, outputs=shown))
+    whole = run["total_energy"] + run["dissipated_energy"]
+    assert run["dissipated_energy"][-1] > 0.9
+    assert whole == pytest.approx(np.full(len(whole), whole[0]), abs=1e-7)
+    assert lag2fmu.validate(fmu, stop_time=2.0).passed
+
+
+GUIDED = """
+[mechanism]
+name = "guided"
+[coordinates]
+phi = { unit = "rad", start = 4.915 }
+psi = { unit = "rad", guess = -0.2 }
+x = { unit = "m", guess = 0.8 }
+[gravity]
+acceleration = 9.81
+[bodies]
+crank = { mass = 1, inertia = 0.02, position = ["0.1*cos(phi)", "0.1*sin(phi)"], angle = "phi" }
+rod = { mass = 0.6, inertia = 0.01, position = ["x - 0.4*cos(psi)", "0.4*sin(psi)"], angle = "-psi" }
+slider = { mass = 2, position = ["x", 0] }
+[constraints.holonomic]
+along = "0.2*cos(phi) + 0.8*cos(psi) - x"
+across = "0.2*sin(phi) - 0.8*sin(psi)"
+[frictions.guide]
+on = "x_dot"
+force = "0.3*abs(multiplier_across)"
+[stops.end]
+of = "x"
+upper = "0.2*cos(4.915) + 0.8*cos(asin(0.25*sin(4.915)))"
+"""
+
+
+def test_a_slide_rests_against_its_stop_whatever_its_guide_bears(exported) -> None:
+    """Guide and stop hold the same motion, and their shares are told to less than a guide's load is."""
+    fmu = exported(read(GUIDED, "guided.toml"))
+    for torque in (2, 3, 5, 8):
+        for tilt in (-5, -2, 0, 2, 7):
+            values = {"Q_phi": torque, "Q_psi": tilt}
+            run = simulate_fmu(
+                fmu.path,
+                Run(0.02, 0.01, outputs=("x_dot", "guide_mode", "guide_force", "multiplier_across"), values=values),
+            )
+            assert (run["x_dot"] == 0).all()
+            assert (run["guide_mode"] == STICKS).all()
+            assert (np.abs(run["guide_force"]) <= 0.3 * np.abs(run["multiplier_across"]) * (1 + 1e-9)).all()

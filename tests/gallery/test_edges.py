@@ -272,6 +272,29 @@ def test_a_closed_contact_that_jumps_to_the_other_end_ends_the_run(exported: Cal
         simulate(exported(read(CAPSULE + ALONG, "capsule.toml")), stop_time=0.5, step=0.1)
 
 
+BLADE = """
+[mechanism]
+name = "blade"
+[coordinates]
+x = { unit = "m", guess_velocity = 0.3 }
+y = { unit = "m", start = -1.0, guess_velocity = 0.2 }
+th = { unit = "rad", start = 1.0, velocity = -2.0 }
+[bodies]
+skate = { mass = 1, inertia = 0.1, position = ["x", "y"], angle = "th" }
+[constraints.nonholonomic]
+edge = "-sin(th)*x_dot + cos(th)*y_dot"
+[stops.bank]
+of = "y"
+lower = "-1 + 0.2*t"
+"""
+
+
+def test_a_blade_across_a_bank_that_pushes_comes_to_a_dead_centre(exported: Callable[..., Fmu]) -> None:
+    """x' = y'/tan(th) grows beyond all bounds at t = 0.5, where the blade lies along the bank; there is no kink."""
+    with pytest.raises(SimulationError, match=r"time 0\.49.* come to a dead centre, behind which the velocity x_dot"):
+        simulate(exported(read(BLADE, "blade.toml")), stop_time=1.0, step=0.1)
+
+
 def test_a_capsule_with_a_contact_at_each_end_comes_to_rest_on_a_rail(exported: Callable[..., Fmu]) -> None:
     """When it lies flat: with J < m (l/2)^2 a blow on the end that rises presses the other one down."""
     ends = END.format(name="head", place=0.2) + END.format(name="foot", place=-0.2)

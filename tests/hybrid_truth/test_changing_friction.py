@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from scipy.special import spence
 
 import lag2fmu
@@ -123,6 +125,79 @@ def test_static_friction_fades_alone(way: str) -> None:
 def test_a_coefficient_below_0_ends_the_run(solver: str) -> None:
     with pytest.raises(SimulationError, match=r"the coefficient of friction of floor is -.*max\(0, \.\.\.\)"):
         lag2fmu.simulate(_block("0.5 - x/metre", 4.0), stop_time=1.0, solver=solver)
+
+
+BELT = """
+[mechanism]
+name = "belt"
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m" }
+[gravity]
+acceleration = 9.81
+[bodies]
+block = { mass = 1, position = ["x", "y"] }
+[springs]
+driven = { stiffness = 4, elongation = "x - 0.3*cos(1.3*t)" }
+"""
+RUBS = {
+    "contact": """
+        [contacts]
+        belt = { gap = "y", slip = "x_dot - 0.4", friction = "0.2 + 0.2/(1 + 2*abs(x_dot - 0.4))" }
+        """,
+    "friction": """
+        [contacts]
+        floor = { gap = "y" }
+        [frictions]
+        belt = { on = "x_dot - 0.4", force = "9.81*(0.2 + 0.2/(1 + 2*abs(x_dot - 0.4)))" }
+        """,
+}
+"""Of a block on a belt, whose friction falls with the speed."""
+
+
+def _stick_slip(times: np.ndarray) -> np.ndarray:
+    """Places (m) of the block on the belt, by SciPy between the ends of its slips and of its rests."""
+
+    def pull(t: float, x: float) -> float:
+        return 4.0 * (0.3 * np.cos(1.3 * t) - x)
+
+    def rates(t: float, state: np.ndarray) -> list[float]:
+        slip = state[1] - 0.4
+        return [state[1], pull(t, state[0]) - side * G * (0.2 + 0.2 / (1.0 + 2.0 * side * slip))]
+
+    def stops(t: float, state: np.ndarray) -> float:
+        return side * (state[1] - 0.4) if t > since + 1e-3 else 1.0
+
+    def gives_way(t: float, x: float, since: float) -> float:
+        return abs(pull(t, x + 0.4 * (t - since))) - 0.4 * G
+
+    stops.terminal = True
+    since, state, side, places = 0.0, np.array([0.0, 0.0]), -1.0, np.full(len(times), np.nan)
+    while since < times[-1]:
+        arc = solve_ivp(rates, (since, times[-1] + 1), state, rtol=1e-11, atol=1e-12, events=stops, dense_output=True)
+        there = (times >= since) & (times <= arc.t[-1])
+        places[there] = arc.sol(times[there])[0]
+        since, x = arc.t[-1], arc.y[0, -1]
+        ahead = since + np.arange(0.0, 20.0, 0.01)
+        first = int(np.argmax([gives_way(t, x, since) > 0 for t in ahead]))
+        end = brentq(gives_way, ahead[first - 1], ahead[first], args=(x, since), xtol=1e-14) if first else since
+        there = (times >= since) & (times <= end)
+        places[there] = x + 0.4 * (times[there] - since)
+        since, state = end, np.array([x + 0.4 * (end - since), 0.4])
+        side = np.sign(pull(end, state[0]))
+    return places
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 5e-10])
+@pytest.mark.parametrize("solver", ["dopri5", "radau5"])
+@pytest.mark.parametrize("rubs", RUBS)
+def test_a_block_that_gives_way_slides_from_there_on(rubs: str, solver: str, tolerance: float) -> None:
+    """Its acceleration grows from 0, and friction falls as its slip grows."""
+    mechanism = read(BELT + RUBS[rubs], "belt")
+    run = lag2fmu.simulate(
+        mechanism, stop_time=30.0, step=0.05, tolerance=tolerance, outputs=["x"], kind="co-simulation", solver=solver
+    )
+    assert run["x"] == pytest.approx(_stick_slip(run.time), abs=30 * tolerance)
 
 
 PADS = """

@@ -66,7 +66,7 @@ class Elements:
 
     def __init__(self, energies: EnergyFunctions, composition: FrozenComposition) -> None:
         mechanism = energies.mechanism
-        self._constants, self.n = energies.constants, energies.n
+        self._energies, self._constants, self.n = energies, energies.constants, energies.n
         self.contacts = [c.name for c in mechanism.unilaterals]
         self.frictions = [f.name for f in mechanism.frictions]
         self.latches = [latch.name for latch in mechanism.latches]
@@ -183,7 +183,7 @@ class Elements:
 
     def damper_power(self, state: StateBatch) -> Floats:
         """The power, in W, that dampers with a law of force dissipate, (*batch,)."""
-        found: Floats = self._damping(state.rows, self._constants)[0]
+        found: Floats = self._damping(state.rows, self._constants)[0] + self._energies.resistance_of_frames(state)
         return found
 
     def capacities(self, state: StateBatch, multipliers: Floats, forces: Floats) -> tuple[Floats, Floats]:

@@ -205,8 +205,9 @@ static const char SIGN[] = "describe dry friction in [frictions], or take a func
                            "as tanh(s/width) for sign(s)";
 
 static void kink_sentence(const Failure *failure, char text[], size_t size) {
-    snprintf(text, size, "at time %.17g constraints or closed gaps have a kink, behind which the velocity %s does not "
-             "meet them; leave smooth(...) out around it, and %s", failure->time, state_name(failure->state), FLAT);
+    snprintf(text, size, "at time %.17g constraints or closed gaps have a kink or come to a dead centre, behind which "
+             "the velocity %s does not meet them; leave smooth(...) out around a kink, and %s", failure->time,
+             state_name(failure->state), FLAT);
 }
 
 /* The kinds that concern one event function. */

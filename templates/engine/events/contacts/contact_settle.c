@@ -278,6 +278,15 @@ static bool flies(const Instance *instance, const bool due[]) {
     return free;
 }
 
+/* Is no event function of contacts due? */
+static bool nothing_due(const bool due[]) {
+    bool found = false;
+    for (int k = 0; k < 2 * N_UNILATERALS + N_FRICTIONS; k++) {
+        found = found || due[k];
+    }
+    return !found;
+}
+
 /* Impacts, modes and the motion that they allow, at the measured point. */
 static bool settle_there(Settling *settling, bool *collided, bool *moved) {
     find_touching(settling);
@@ -303,6 +312,7 @@ bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *a
         forget_modes(&instance->state);
     } else {
         memcpy(settling->due, due, (2 * N_UNILATERALS + N_FRICTIONS) * sizeof(bool));
+        settling->only_switched = N_SWITCHES > 0 && nothing_due(due);
     }
     end_cascades(settling);
     if (due != NULL && !impacts_go_back(settling, &late)) {

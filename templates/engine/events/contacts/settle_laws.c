@@ -27,7 +27,7 @@ static void set_slips(Settling *settling, int contact) {
     const bool stops = settling->stopping[2 * contact + 1];
     const bool rests = end > first && (stops || (speed <= settling_least_speed(settling, first) &&
                                                  !moves_without_lever(settling, first)));
-    const bool yields = contact_sticks(state, contact) && settling->due[2 * contact + 1];
+    const bool yields = contact_sticks(state, contact) ? settling->due[2 * contact + 1] : settling->only_switched;
     if (!rests) {
         settling_slip_direction(settling, contact, along);
     }
@@ -62,7 +62,8 @@ static void set_settled_friction(Settling *settling, int friction, double force,
     const State *state = &settling->instance->state;
     const int row = FIRST_FRICTION + friction, k = ROW_PLACES[row];
     const double w = settling_slip_located(settling, row, 2 * N_UNILATERALS + friction);
-    const bool yields = friction_sticks(state, friction) && settling->due[2 * N_UNILATERALS + friction];
+    const bool due = settling->due[2 * N_UNILATERALS + friction];
+    const bool yields = friction_sticks(state, friction) ? due : settling->only_switched;
     const bool stops = settling->stopping[2 * N_UNILATERALS + friction];
     if (stops || (fabs(w) <= settling_least_speed(settling, row) && !moves_without_lever(settling, row))) {
         const double less = yields ? YIELDS * greatest : 0.0;
@@ -130,15 +131,47 @@ static void proceed(Repetition *last, const double answer[], bool slow, double x
     }
 }
 
-/* Finds lambda and w of all rows, and determined[] unless it is NULL. Returns false if no forces obey the laws. */
-static bool solve_settled_laws(Settling *settling, bool determined[]) {
+/* What dry frictions bear while they slide, and at most. Neither is used where there are none. */
+typedef struct {
+    double force[SIZE_FRICTIONS], capacity[SIZE_FRICTIONS];
+} Limits;
+
+/* The limits where the rows bear multipliers[K]. */
+static void friction_limits(const Settling *settling, const double multipliers[], Limits *limits) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK_ZEROS(mark, double, unknowns, N_UNKNOWNS);
     WORK(mark, double, sliding, SIZE_FRICTIONAL);
-    WORK_ZEROS(mark, double, force, SIZE_FRICTIONS);
-    WORK_ZEROS(mark, double, capacity, SIZE_FRICTIONS);
-    WORK_OF(mark, Repetition, last);
     const State *state = &settling->instance->state;
+    memcpy(unknowns + N, multipliers, K * sizeof(double));
+    memset(limits, 0, sizeof *limits);
+    mechanism_friction(state->time, state->states, inputs_at(settling->instance, state->time), state->parameters,
+                       unknowns, sliding, limits->force, limits->capacity);
+    arena_release(mark);
+}
+
+/* Do the forces that were found leave these limits, for which they were found, as they are? Loads that several rows
+   share in many ways are told to less than that; where no limit depends on the share, it may be any. */
+static bool limits_stay(const Settling *settling, const Limits *limits) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK_OF(mark, Limits, found);
+    double change = 0.0, greatest = 0.0;
+    friction_limits(settling, settling->lambda, found);
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        change = fmax(change, fabs(found->force[i] - limits->force[i]));
+        change = fmax(change, fabs(found->capacity[i] - limits->capacity[i]));
+    }
+    for (int k = 0; k < K; k++) {
+        greatest = fmax(greatest, fabs(settling->lambda[k]));
+    }
+    return arena_leave(mark, change <= SOLVED * greatest);
+}
+
+/* Finds lambda and w of all rows, and determined[] unless it is NULL. Returns false if no forces obey the laws. */
+static bool solve_settled_laws(Settling *settling, bool determined[]) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK_ZEROS(mark, double, multipliers, K);
+    WORK_OF(mark, Limits, limits);
+    WORK_OF(mark, Repetition, last);
     const Problem problem = {.arena = settling->instance->arena,
                              .rows = K,
                              .delassus = settling->delassus,
@@ -147,21 +180,15 @@ static bool solve_settled_laws(Settling *settling, bool determined[]) {
                              .determined = determined};
     memset(last, 0, sizeof *last);
     for (int i = 0; i < MOST_REPETITIONS; i++) {
-        double change = 0.0, greatest = 0.0;
-        mechanism_friction(state->time, state->states, inputs_at(settling->instance, state->time), state->parameters,
-                           unknowns, sliding, force, capacity);
-        set_rows(settling, force, capacity);
+        friction_limits(settling, multipliers, limits);
+        set_rows(settling, limits->force, limits->capacity);
         if (!complementarity_solve(&problem, settling->lambda, settling->w)) {
             return arena_leave(mark, false);
         }
-        for (int k = 0; k < K; k++) {
-            change = fmax(change, fabs(settling->lambda[k] - unknowns[N + k]));
-            greatest = fmax(greatest, fabs(settling->lambda[k]));
-        }
-        proceed(last, settling->lambda, i > FEW_REPETITIONS, unknowns + N);
-        if (change <= SOLVED * greatest || N_FRICTIONS == 0) {
+        if (limits_stay(settling, limits)) {
             return arena_leave(mark, true);
         }
+        proceed(last, settling->lambda, i > FEW_REPETITIONS, multipliers);
     }
     return arena_leave(mark, false);
 }

@@ -8,11 +8,15 @@
 
 /* All K = N_CONSTRAINTS constraints take part, rows that modes switch included, whatever their modes. A touching
    contact has a gap of 0. due and stopping are by event function: 2 i and 2 i + 1 of contact i, 2 N_UNILATERALS + i of
-   dry friction i; their last place is unused, because C has no array of length 0. */
+   dry friction i; their last place is unused, because C has no array of length 0.
+   only_switched: modes are chosen anew because a switch has turned. Nothing has come to rest, so that what slides and
+   is at rest has given way just now. Its acceleration is still 0: it goes on to slide, or else it would stick again,
+   give way again, and the switch of its speed would be left on the wrong side. */
 typedef struct {
     Instance *instance;
     bool due[2 * N_UNILATERALS + N_FRICTIONS + 1];      /* as contacts_settle says */
     bool stopping[2 * N_UNILATERALS + N_FRICTIONS + 1]; /* a slip along a line that is due */
+    bool only_switched;
     ElementRows rows;
     double jacobian[N_CONSTRAINTS * N_COORDINATES];
     double response[N_CONSTRAINTS * N_COORDINATES];   /* row k: M^-1 g_k */
