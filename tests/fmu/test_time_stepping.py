@@ -151,6 +151,25 @@ tip = { gap = "y - cos(theta)/2", slip = "x_dot - cos(theta)*theta_dot/2", frict
 )
 
 
+TUG = """
+[mechanism]
+name = "tug"
+title = "A block on three feet that is pulled until they slip together"
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m" }
+p = { unit = "rad" }
+[bodies]
+block = { mass = 1, inertia = 0.2, position = ["x", "y + 0.2"], angle = "p" }
+[gravity]
+acceleration = 9.81
+[forces]
+x = "t"
+"""
+FEET = {-0.3: 0.2, 0.3: 0.45, 0.1: 0.07}
+"""The friction of the feet in the places (m) along the block."""
+
+
 def run_of(exported, step: float, stop: float, count: int = 100) -> Trajectory:
     modes = ["floor_mode", "rough_mode", "smooth_mode", "bearing_mode"]
     forces = ["rough_force", "rough_friction", "left_force", "middle_force", "right_force", "below_force"]
@@ -217,6 +236,29 @@ def test_uniform_slides_are_exact_whatever_the_step(exported) -> None:
     expected = (np.sin(ANGLE) - 0.2 * np.cos(ANGLE)) * G * run.time**2 / 2
     assert run["sliding"] == pytest.approx(expected, rel=1e-12)
     assert (run["smooth_mode"][1:] == FORWARD).all()
+
+
+@pytest.mark.parametrize("beyond", [1e-7, 6e-7])
+def test_forces_make_the_accelerations_just_beyond_all_ways_to_hold(exported, beyond: float) -> None:
+    """Force, load and moment on the first two feet at the limit, where the third bears nothing, tell the last pull."""
+    text, (one, two, _) = TUG, FEET.items()
+    for i, (place, friction) in enumerate(FEET.items()):
+        text += f"""
+[points.p{i}]
+position = ["x + {place}*cos(p) + 0.2*sin(p)", "y + 0.2 + {place}*sin(p) - 0.2*cos(p)"]
+[contacts.f{i}]
+kind = "point_line"
+between = ["p{i}", "world"]
+normal = "y"
+friction = {friction}
+"""
+    equations = [[1, 1, 0], [one[0], two[0], -0.2], [one[1], two[1], -1]]
+    stop = (1 + beyond) * np.linalg.solve(equations, [G, 0, 0])[2]
+    path = exported(read(text, "tug"), solver="moreau").path
+    outputs = ["f0_mode", "y_ddot", *(f"f{i}_force" for i in range(3))]
+    run = simulate(path, stop_time=stop, step=stop / 50, values={"solver_step": stop / 50}, outputs=outputs)
+    assert run["f0_mode"][-1] == STICKS
+    assert sum(run[f"f{i}_force"][-1] for i in range(3)) == pytest.approx(G + run["y_ddot"][-1], abs=1e-8)
 
 
 def test_redundant_contacts_and_towers_bear_the_weight(exported) -> None:
