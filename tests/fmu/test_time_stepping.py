@@ -15,6 +15,7 @@ from lag2fmu.fmu.advice import steps_over_impacts
 from lag2fmu.fmu.method_check import check_solver
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
+from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Trajectory
 from lag2fmu.solvers.methods import METHODS
 
@@ -169,6 +170,45 @@ x = "t"
 FEET = {-0.3: 0.2, 0.3: 0.45, 0.1: 0.07}
 """The friction of the feet in the places (m) along the block."""
 
+SLED = """
+[mechanism]
+name = "sled"
+title = "A sled on level ground that turns about the last of its feet as long as that holds"
+[coordinates]
+x = { unit = "m", velocity = 0.7862443735418032 }
+y = { unit = "m", velocity = 0.20452696464222309 }
+z = { unit = "m" }
+c = { unit = "rad", start = -0.9019736501621699, velocity = -1.9467783322008616 }
+[gravity]
+acceleration = 9.81
+direction = [0.278, 0.079, -0.95]
+[frames.sled]
+origin = ["x", "y", "z"]
+rotations = [["z", "c"]]
+[bodies.sled]
+frame = "sled"
+mass = 1
+inertia = [0.1, 0.15, 0.2, 0, 0, 0]
+"""
+UNDER_SLED = {(-0.332, -0.001): 0.39, (0.334, 0.025): 0.368, (0.269, -0.18): 0.672, (0.382, -0.168): 0.61}
+
+
+def sled(copies: int) -> Mechanism:
+    """The sled with so many equal feet in the place of each."""
+    text = SLED
+    for i, ((x, y), friction) in enumerate([*UNDER_SLED.items()] * copies):
+        text += f"""
+[points.p{i}]
+frame = "sled"
+position = [{x}, {y}, 0]
+[contacts.f{i}]
+kind = "point_plane"
+between = ["p{i}", "world"]
+normal = "z"
+friction = {friction}
+"""
+    return read(text, "sled")
+
 
 def run_of(exported, step: float, stop: float, count: int = 100) -> Trajectory:
     modes = ["floor_mode", "rough_mode", "smooth_mode", "bearing_mode"]
@@ -236,6 +276,24 @@ def test_uniform_slides_are_exact_whatever_the_step(exported) -> None:
     expected = (np.sin(ANGLE) - 0.2 * np.cos(ANGLE)) * G * run.time**2 / 2
     assert run["sliding"] == pytest.approx(expected, rel=1e-12)
     assert (run["smooth_mode"][1:] == FORWARD).all()
+
+
+def turning(exported, copies: int, solver: str) -> Trajectory:
+    """Of the sled, from where its last foot holds to where it slips."""
+    path, own = exported(sled(copies), solver=solver).path, {"solver_step": 1e-3} if solver == "moreau" else {}
+    outputs = [f"{c}_{rate}" for c in "xyc" for rate in ("dot", "ddot")]
+    return simulate(path, stop_time=0.03, step=1e-3, values=own, outputs=[*outputs, "f3_mode"])
+
+
+@pytest.mark.parametrize("copies", [1, 2])
+def test_a_foot_breaks_loose_beside_feet_that_slide_on(exported, copies: int) -> None:
+    """The sliding feet share the load in equal parts, and so does the foot that holds; it takes no more to hold on."""
+    run, expected = (turning(exported, copies, solver) for solver in ("moreau", "dopri5"))
+    assert run["f3_mode"][[1, -1]] == pytest.approx([STICKS, SLIDES])
+    assert np.sum(run["f3_mode"] != expected["f3_mode"]) <= 1
+    for c in "xyc":
+        late = 1e-3 * np.abs(expected[f"{c}_ddot"]).max()
+        assert np.abs(run[f"{c}_dot"] - expected[f"{c}_dot"]).max() < late
 
 
 @pytest.mark.parametrize("beyond", [1e-7, 6e-7])

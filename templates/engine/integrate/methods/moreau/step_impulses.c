@@ -218,6 +218,9 @@ static void set_laws(Instance *instance, double length, double part) {
         chosen->row[normal].law = ROW_UNILATERAL;
         chosen->free[normal] += returned(scratch, c, part);
         for (int i = normal + 1; i <= normal + CONTACT_ROWS[c + 1] - CONTACT_ROWS[c] - 1; i++) {
+            if (chosen->lambda[normal] == 0.0 && contact_slides(state, c)) { /* the first step: against the slip */
+                chosen->lambda[i] = -SOLVED * scratch->at.velocities[chosen->met.rows[i]];
+            }
             chosen->row[i] = (Row){.law = ROW_TANGENTIAL,
                                    .normal = normal,
                                    .friction = scratch->friction[c],
