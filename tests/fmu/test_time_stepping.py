@@ -296,6 +296,14 @@ def test_a_foot_breaks_loose_beside_feet_that_slide_on(exported, copies: int) ->
         assert np.abs(run[f"{c}_dot"] - expected[f"{c}_dot"]).max() < late
 
 
+@pytest.mark.parametrize("copies", [1, 2])
+def test_friction_of_slow_slips_is_that_of_the_steps(exported, copies: int) -> None:
+    """Velocities follow accelerations, also of a foot that turns by more than it slips in a step, and breaks loose."""
+    run = turning(exported, copies, "moreau")
+    for c in "xyc":
+        assert np.abs(run[f"{c}_ddot"][2:] - np.diff(run[f"{c}_dot"])[1:] / 1e-3).max() < 0.03
+
+
 @pytest.mark.parametrize("beyond", [1e-7, 6e-7])
 def test_forces_make_the_accelerations_just_beyond_all_ways_to_hold(exported, beyond: float) -> None:
     """Force, load and moment on the first two feet at the limit, where the third bears nothing, tell the last pull."""
