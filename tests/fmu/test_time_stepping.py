@@ -152,6 +152,31 @@ tip = { gap = "y - cos(theta)/2", slip = "x_dot - cos(theta)*theta_dot/2", frict
 )
 
 
+DRAG = read(
+    """
+[mechanism]
+name = "drag"
+title = "A block and a bead whose friction follows their speeds"
+[parameters]
+metre = { value = 1.0, unit = "m" }
+second = { value = 1.0, unit = "s" }
+[coordinates]
+x = { unit = "m", velocity = 3.0 }
+y = { unit = "m" }
+p = { unit = "m", velocity = 3.0 }
+[bodies]
+block = { mass = 1, position = ["x", "y"] }
+bead = { mass = 1, position = ["p", 0] }
+[gravity]
+acceleration = 9.81
+[contacts]
+floor = { gap = "y", slip = "x_dot", friction = "0.05 + 0.3*abs(x_dot)*second/metre" }
+[frictions]
+wire = { on = "p_dot", force = "9.81*(0.05 + 0.3*abs(p_dot)*second/metre)" }
+""",
+    "drag",
+)
+
 TUG = """
 [mechanism]
 name = "tug"
@@ -276,6 +301,18 @@ def test_uniform_slides_are_exact_whatever_the_step(exported) -> None:
     expected = (np.sin(ANGLE) - 0.2 * np.cos(ANGLE)) * G * run.time**2 / 2
     assert run["sliding"] == pytest.approx(expected, rel=1e-12)
     assert (run["smooth_mode"][1:] == FORWARD).all()
+
+
+def test_friction_that_follows_the_speed_is_of_second_order(exported) -> None:
+    """v' = -g (0.05 + 0.3 v) for both."""
+    rate, rest, errors = 0.3 * G, 0.05 / 0.3, []
+    for step in (1e-2, 5e-3):
+        path = exported(DRAG, solver="moreau").path
+        run = simulate(path, stop_time=0.9, step=0.01, values={"solver_step": step}, outputs=["x_dot", "p_dot"])
+        speed = (3.0 + rest) * np.exp(-rate * run.time) - rest
+        errors.append([np.abs(run[name] - speed).max() for name in ("x_dot", "p_dot")])
+    assert errors[0] == pytest.approx([1.72e-4, 1.72e-4], rel=0.01)
+    assert np.array(errors[0]) / errors[1] == pytest.approx([4.0, 4.0], rel=0.05)
 
 
 def turning(exported, copies: int, solver: str) -> Trajectory:
