@@ -21,7 +21,7 @@ class SparseRows:
     - ``blocks``: the block to which each coordinate belongs, (n,).
     - ``touched``: the blocks that each row touches, (K,).
     - ``colours``: lists of rows, one for each colour.
-    - ``velocity_forces``: whether the forcing contains velocities.
+    - ``velocity_forces``, ``velocity_friction``: whether the forcing, or a law of friction, contains velocities.
     """
 
     places: tuple[int, ...]
@@ -33,6 +33,7 @@ class SparseRows:
     touched: tuple[tuple[int, ...], ...]
     colours: tuple[tuple[int, ...], ...]
     velocity_forces: bool
+    velocity_friction: bool
 
     @property
     def touches(self) -> list[int]:

@@ -31,6 +31,7 @@ def sparse_rows(equations: EquationsOfMotion, modes: ModeNumbers, places: Sequen
     positions = _positions(equations, modes)
     blocks = _blocks(g, equations)
     touched = [{blocks[i] for i, node in enumerate(jacobian[k]) if node != g.zero} for k in order]
+    rubbing = (*rows.friction, *rows.static_friction, *rows.sliding, *rows.holding)
     return SparseRows(
         places=tuple([*among, *places][k] for k in order),
         positions={new: positions[k] for new, k in enumerate(order) if k in positions},
@@ -43,6 +44,7 @@ def sparse_rows(equations: EquationsOfMotion, modes: ModeNumbers, places: Sequen
         touched=tuple(tuple(sorted(blocks)) for blocks in touched),
         colours=_colours(touched),
         velocity_forces=not {*g.cone(equations.forcing)}.isdisjoint(equations.variables.qd),
+        velocity_friction=not {*g.cone(rubbing)}.isdisjoint(equations.variables.qd),
     )
 
 

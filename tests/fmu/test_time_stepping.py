@@ -15,6 +15,7 @@ from lag2fmu.fmu.advice import steps_over_impacts
 from lag2fmu.fmu.method_check import check_solver
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
+from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference import Trajectory
 from lag2fmu.solvers.methods import METHODS
 
@@ -151,6 +152,89 @@ tip = { gap = "y - cos(theta)/2", slip = "x_dot - cos(theta)*theta_dot/2", frict
 )
 
 
+DRAG = read(
+    """
+[mechanism]
+name = "drag"
+title = "A block and a bead whose friction follows their speeds"
+[parameters]
+metre = { value = 1.0, unit = "m" }
+second = { value = 1.0, unit = "s" }
+[coordinates]
+x = { unit = "m", velocity = 3.0 }
+y = { unit = "m" }
+p = { unit = "m", velocity = 3.0 }
+[bodies]
+block = { mass = 1, position = ["x", "y"] }
+bead = { mass = 1, position = ["p", 0] }
+[gravity]
+acceleration = 9.81
+[contacts]
+floor = { gap = "y", slip = "x_dot", friction = "0.05 + 0.3*abs(x_dot)*second/metre" }
+[frictions]
+wire = { on = "p_dot", force = "9.81*(0.05 + 0.3*abs(p_dot)*second/metre)" }
+""",
+    "drag",
+)
+
+TUG = """
+[mechanism]
+name = "tug"
+title = "A block on three feet that is pulled until they slip together"
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m" }
+p = { unit = "rad" }
+[bodies]
+block = { mass = 1, inertia = 0.2, position = ["x", "y + 0.2"], angle = "p" }
+[gravity]
+acceleration = 9.81
+[forces]
+x = "t"
+"""
+FEET = {-0.3: 0.2, 0.3: 0.45, 0.1: 0.07}
+"""The friction of the feet in the places (m) along the block."""
+
+SLED = """
+[mechanism]
+name = "sled"
+title = "A sled on level ground that turns about the last of its feet as long as that holds"
+[coordinates]
+x = { unit = "m", velocity = 0.7862443735418032 }
+y = { unit = "m", velocity = 0.20452696464222309 }
+z = { unit = "m" }
+c = { unit = "rad", start = -0.9019736501621699, velocity = -1.9467783322008616 }
+[gravity]
+acceleration = 9.81
+direction = [0.278, 0.079, -0.95]
+[frames.sled]
+origin = ["x", "y", "z"]
+rotations = [["z", "c"]]
+[bodies.sled]
+frame = "sled"
+mass = 1
+inertia = [0.1, 0.15, 0.2, 0, 0, 0]
+"""
+UNDER_SLED = {(-0.332, -0.001): 0.39, (0.334, 0.025): 0.368, (0.269, -0.18): 0.672, (0.382, -0.168): 0.61}
+
+
+def sled(copies: int) -> Mechanism:
+    """The sled with so many equal feet in the place of each."""
+    text = SLED
+    for i, ((x, y), friction) in enumerate([*UNDER_SLED.items()] * copies):
+        text += f"""
+[points.p{i}]
+frame = "sled"
+position = [{x}, {y}, 0]
+[contacts.f{i}]
+kind = "point_plane"
+between = ["p{i}", "world"]
+normal = "z"
+friction = {friction}
+"""
+    return read(text, "sled")
+
+
 def run_of(exported, step: float, stop: float, count: int = 100) -> Trajectory:
     modes = ["floor_mode", "rough_mode", "smooth_mode", "bearing_mode"]
     forces = ["rough_force", "rough_friction", "left_force", "middle_force", "right_force", "below_force"]
@@ -217,6 +301,67 @@ def test_uniform_slides_are_exact_whatever_the_step(exported) -> None:
     expected = (np.sin(ANGLE) - 0.2 * np.cos(ANGLE)) * G * run.time**2 / 2
     assert run["sliding"] == pytest.approx(expected, rel=1e-12)
     assert (run["smooth_mode"][1:] == FORWARD).all()
+
+
+def test_friction_that_follows_the_speed_is_of_second_order(exported) -> None:
+    """v' = -g (0.05 + 0.3 v) for both."""
+    rate, rest, errors = 0.3 * G, 0.05 / 0.3, []
+    for step in (1e-2, 5e-3):
+        path = exported(DRAG, solver="moreau").path
+        run = simulate(path, stop_time=0.9, step=0.01, values={"solver_step": step}, outputs=["x_dot", "p_dot"])
+        speed = (3.0 + rest) * np.exp(-rate * run.time) - rest
+        errors.append([np.abs(run[name] - speed).max() for name in ("x_dot", "p_dot")])
+    assert errors[0] == pytest.approx([1.72e-4, 1.72e-4], rel=0.01)
+    assert np.array(errors[0]) / errors[1] == pytest.approx([4.0, 4.0], rel=0.05)
+
+
+def turning(exported, copies: int, solver: str) -> Trajectory:
+    """Of the sled, from where its last foot holds to where it slips."""
+    path, own = exported(sled(copies), solver=solver).path, {"solver_step": 1e-3} if solver == "moreau" else {}
+    outputs = [f"{c}_{rate}" for c in "xyc" for rate in ("dot", "ddot")]
+    return simulate(path, stop_time=0.03, step=1e-3, values=own, outputs=[*outputs, "f3_mode"])
+
+
+@pytest.mark.parametrize("copies", [1, 2])
+def test_a_foot_breaks_loose_beside_feet_that_slide_on(exported, copies: int) -> None:
+    """The sliding feet share the load in equal parts, and so does the foot that holds; it takes no more to hold on."""
+    run, expected = (turning(exported, copies, solver) for solver in ("moreau", "dopri5"))
+    assert run["f3_mode"][[1, -1]] == pytest.approx([STICKS, SLIDES])
+    assert np.sum(run["f3_mode"] != expected["f3_mode"]) <= 1
+    for c in "xyc":
+        late = 1e-3 * np.abs(expected[f"{c}_ddot"]).max()
+        assert np.abs(run[f"{c}_dot"] - expected[f"{c}_dot"]).max() < late
+
+
+@pytest.mark.parametrize("copies", [1, 2])
+def test_friction_of_slow_slips_is_that_of_the_steps(exported, copies: int) -> None:
+    """Velocities follow accelerations, also of a foot that turns by more than it slips in a step, and breaks loose."""
+    run = turning(exported, copies, "moreau")
+    for c in "xyc":
+        assert np.abs(run[f"{c}_ddot"][2:] - np.diff(run[f"{c}_dot"])[1:] / 1e-3).max() < 0.03
+
+
+@pytest.mark.parametrize("beyond", [1e-7, 6e-7])
+def test_forces_make_the_accelerations_just_beyond_all_ways_to_hold(exported, beyond: float) -> None:
+    """Force, load and moment on the first two feet at the limit, where the third bears nothing, tell the last pull."""
+    text, (one, two, _) = TUG, FEET.items()
+    for i, (place, friction) in enumerate(FEET.items()):
+        text += f"""
+[points.p{i}]
+position = ["x + {place}*cos(p) + 0.2*sin(p)", "y + 0.2 + {place}*sin(p) - 0.2*cos(p)"]
+[contacts.f{i}]
+kind = "point_line"
+between = ["p{i}", "world"]
+normal = "y"
+friction = {friction}
+"""
+    equations = [[1, 1, 0], [one[0], two[0], -0.2], [one[1], two[1], -1]]
+    stop = (1 + beyond) * np.linalg.solve(equations, [G, 0, 0])[2]
+    path = exported(read(text, "tug"), solver="moreau").path
+    outputs = ["f0_mode", "y_ddot", *(f"f{i}_force" for i in range(3))]
+    run = simulate(path, stop_time=stop, step=stop / 50, values={"solver_step": stop / 50}, outputs=outputs)
+    assert run["f0_mode"][-1] == STICKS
+    assert sum(run[f"f{i}_force"][-1] for i in range(3)) == pytest.approx(G + run["y_ddot"][-1], abs=1e-8)
 
 
 def test_redundant_contacts_and_towers_bear_the_weight(exported) -> None:

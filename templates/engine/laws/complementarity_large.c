@@ -91,17 +91,20 @@ static bool take_laws(const Large *large, int begin, int end, Laws *laws) {
 
 /* --- solving */
 
-/* Does a row of friction move that held at the start, or rub another way than there? */
-static bool slips_anew(const Large *large, int begin, const Laws *laws, const double start[], const double x[]) {
+/* Does a row of friction move that held at the start, or rub another way than there? *on: does a contact slide on? */
+static bool slips_anew(const Large *large, int begin, const Laws *laws, const double start[], const double x[],
+                       bool *on) {
     bool anew = false;
-    for (int k = 0; k < laws->size && !anew; k++) {
+    *on = false;
+    for (int k = 0; k < laws->size; k++) {
         const int width = laws->width[k];
+        const bool held = large->problem->row[large->order.row[begin + k]].holds;
         if (width <= 0 || (laws_at_rest(laws, x, k) && (width == 1 || laws_at_rest(laws, x, k + 1)))) {
             continue;
         }
         const double along = x[k] * start[k] + (width == 2 ? x[k + 1] * start[k + 1] : 0.0);
-        anew = large->problem->row[large->order.row[begin + k]].holds ||
-               (laws_limit(laws, x, k) > 0.0 && !(along > 0.0));
+        anew = anew || held || (laws_limit(laws, x, k) > 0.0 && !(along > 0.0));
+        *on = *on || (!held && laws->normal[k] >= 0 && along > 0.0);
     }
     return anew;
 }
@@ -171,9 +174,12 @@ static bool solve_laws_from(const Large *large, int begin, const Laws *laws, int
     Laws full = *laws;
     full.first = laws->size <= FEW_ROWS ? NULL : laws->first;
     const int last = most_rounds < ROUNDS_BEFORE_A_PATH ? most_rounds : ROUNDS_BEFORE_A_PATH;
-    bool solved = most_rounds > 0 && newton_solve(laws, start, x);
-    if (most_rounds > 0 && (!solved || slips_anew(large, begin, laws, start, x)) && cones_rest(&full, other)) {
-        memcpy(x, other, bytes);
+    bool solved = most_rounds > 0 && newton_solve(laws, start, x), on = false, stays;
+    if (most_rounds > 0 && (!solved || slips_anew(large, begin, laws, start, x, &on)) && cones_rest(&full, other)) {
+        slips_anew(large, begin, laws, start, other, &stays);
+        if (!(on && stays)) {
+            memcpy(x, other, bytes);
+        }
         solved = true;
         if (full.first == NULL) {
             share_anew(&full, swept, other, x);

@@ -370,18 +370,20 @@ static bool rows_rest(const FewRows *few, int k) {
     return few->state[k] == STATE_HELD || (few_at_rest(few, k) && (few->width[k] == 1 || few_at_rest(few, k + 1)));
 }
 
-/* Does a row of friction move that held at the start, or rub another way than there? */
+/* Does a row of friction move that held at the start, or rub another way than there? Not beside a contact that slides
+   on by friction which follows how redundant rows share a load: they share it by least norm, and hold no more. */
 static bool few_slip_anew(const FewRows *few, const double start[]) {
-    bool anew = false;
-    for (int k = 0; k < few->size && !anew; k++) {
+    bool anew = false, on = false;
+    for (int k = 0; k < few->size && !on; k++) {
         const int width = few->width[k];
         if (width <= 0 || rows_rest(few, k)) {
             continue;
         }
         const double along = few->x[k] * start[k] + (width == 2 ? few->x[k + 1] * start[k + 1] : 0.0);
-        anew = few->holds[k] || (few_limit(few, k) > 0.0 && !(along > 0.0));
+        on = along > 0.0 && !few->holds[k] && few->normal[k] >= 0 && few->damping > 0.0;
+        anew = anew || few->holds[k] || (few_limit(few, k) > 0.0 && !(along > 0.0));
     }
-    return anew;
+    return anew && !on;
 }
 
 /* Does this contact obey its law: closed within its cone, or open and leaving at a greater angle than that of its cone?
@@ -474,7 +476,7 @@ static bool sharing_matters(const FewRows *few, bool rests[]) {
         rests[k] = few->width[k] > 0 && rows_rest(few, k);
         matters = matters || (few->width[k] > 0 && !rests[k] && few->normal[k] >= 0 && few_limit(few, k) > 0.0);
     }
-    return matters && few->damping > 0.0;
+    return matters;
 }
 
 /* Takes from x what moves nothing, so that it has the least norm wherever it came from. */
@@ -489,18 +491,18 @@ static void centre_few(FewRows *few) {
     few->factored = false;
 }
 
-/* Rows share a load by least norm where friction follows it, unless one that rests would slip then. */
-static void even_few(FewRows *few) {
+/* Rows share a load by least norm where friction follows it. What rests is kept, or may slip then. */
+static void even_few(FewRows *few, bool kept) {
     double found[MOST_FEW_ROWS];
     bool rests[MOST_FEW_ROWS];
-    if (!sharing_matters(few, rests)) {
+    if (few->damping == 0.0 || !sharing_matters(few, rests)) {
         return;
     }
     memcpy(found, few->x, sizeof found);
     centre_few(few);
     bool even = iterate_few(few);
     for (int k = 0; k < few->size && even; k++) {
-        even = !rests[k] || rows_rest(few, k);
+        even = !kept || !rests[k] || rows_rest(few, k);
     }
     if (!even) {
         memcpy(few->x, found, sizeof found);
@@ -516,7 +518,7 @@ static bool solve_few(FewRows *few) {
     const bool solved = iterate_few(few);
     const double damping = few->damping;
     if (solved && !(few->coulomb && few_slip_anew(few, start))) {
-        even_few(few);
+        even_few(few, false);
         return true;
     }
     memcpy(found, few->x, bytes);
@@ -531,7 +533,7 @@ static bool solve_few(FewRows *few) {
     few->damping = damping;
     find_w(few);
     choose_states(few);
-    even_few(few);
+    even_few(few, true);
     return true;
 }
 

@@ -46,9 +46,9 @@ struct FewRows {
 };
 
 /* Solves for lambda of these rows, those of a contact one after the other, from the lambda given. Goes on from there if
-   nothing begins to slip; else it rests if there is any way to rest. False, and nothing is changed: there are too many
-   rows, or this leads to no solution. If few->known, these rows have the operator that they had at the last call with
-   this memory; its factors serve again where the equations are the same. */
+   nothing begins to slip, or redundant rows slide on; else it rests if there is any way to rest. False, and nothing is
+   changed: there are too many rows, or this leads to no solution. If few->known, these rows have the operator that they
+   had at the last call with this memory; its factors serve again where the equations are the same. */
 bool few_rows(const SparseProblem *problem, int count, const int rows[], FewRows *few, double lambda[]);
 
 #endif

@@ -408,7 +408,7 @@ void loads_obey(const Sharing *sharing, double multipliers[]) {
     WORK(mark, Margin, margin, MOST_MARGINS);
     begin_sharing(sharing, multipliers, p);
     int count = find_margins(p, margin);
-    const double met = -YIELDS * p->greatest;
+    const double met = -YIELDS * p->greatest, rounding = OBEYED * p->greatest;
     bool obey = least_margin(p, margin, count) < 0.0 && may_share(p);
     if (obey) {
         count = find_shared_margins(p, margin, count);
@@ -417,7 +417,8 @@ void loads_obey(const Sharing *sharing, double multipliers[]) {
     if (obey && least_margin(p, margin, count) >= met) {
         unscale(p, multipliers);
         for (int i = 0; i < N_UNILATERALS; i++) {
-            multipliers[ROW_PLACES[i]] = fmax(multipliers[ROW_PLACES[i]], 0.0);
+            double *force = &multipliers[ROW_PLACES[i]];
+            *force = *force < 0.0 && *force >= -rounding * scale_of(p, ROW_PLACES[i]) ? 0.0 : *force;
         }
     }
     arena_release(mark);

@@ -103,7 +103,7 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
 }
 
 /* The velocities qd[n] at the end; in middle[2n] the mean of both ends takes the place of those at the beginning.
-   Forces that depend on velocities belong to that mean, too. */
+   Forces and coefficients that depend on velocities belong to that mean, too. */
 static bool solve_step_velocities(Instance *instance, double time, double length, double middle[], double qd[]) {
     SolverScratch *rows = &instance->scratch.solver;
     if (!step_middle(instance, time, middle)) {
@@ -112,10 +112,13 @@ static bool solve_step_velocities(Instance *instance, double time, double length
     }
     stepped_accelerate(instance, rows->accelerations);
     step_begin(instance, time, middle, length);
-    for (int pass = 0; pass <= VELOCITY_FORCES; pass++) {
+    for (int pass = 0; pass <= (VELOCITY_FORCES || VELOCITY_FRICTION); pass++) {
         if (pass > 0) {
             stepped_force(instance, time, middle);
             stepped_accelerate(instance, rows->accelerations);
+            if (VELOCITY_FRICTION) {
+                step_coefficients(instance, time, middle, length, false);
+            }
         }
         if (!step_impulses(instance, time, middle, length)) {
             return false;

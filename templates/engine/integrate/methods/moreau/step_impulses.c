@@ -126,18 +126,20 @@ static double rebound(const SolverScratch *scratch, int row, double restitution,
     return left * approach > pressed * length ? left : 0.0;
 }
 
-static void find_step_coefficients(Instance *instance, double time, const double states[], double length) {
+void step_coefficients(Instance *instance, double time, const double states[], double length, bool begins) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, restitution, SIZE_UNILATERALS);
-    WORK(mark, double, sliding, SIZE_UNILATERALS);
     WORK(mark, double, holding, SIZE_UNILATERALS);
     SolverScratch *scratch = &instance->scratch.solver;
     const State *state = &instance->state;
-    mechanism_contacts(time, states, inputs_at(instance, time), state->parameters, restitution, sliding, holding);
+    mechanism_contacts(time, states, inputs_at(instance, time), state->parameters, restitution, scratch->friction,
+                       holding);
     for (int c = 0; c < N_UNILATERALS; c++) {
-        const bool collides = restitution[c] > 0.0 && step_collides(instance, c);
-        scratch->restitution[c] = collides ? rebound(scratch, CONTACT_ROWS[c], restitution[c], length) : 0.0;
-        scratch->friction[c] = contact_sticks(state, c) ? holding[c] : sliding[c];
+        if (begins) {
+            const bool collides = restitution[c] > 0.0 && step_collides(instance, c);
+            scratch->restitution[c] = collides ? rebound(scratch, CONTACT_ROWS[c], restitution[c], length) : 0.0;
+        }
+        scratch->friction[c] = contact_sticks(state, c) ? holding[c] : scratch->friction[c];
     }
     arena_release(mark);
 }
@@ -218,6 +220,9 @@ static void set_laws(Instance *instance, double length, double part) {
         chosen->row[normal].law = ROW_UNILATERAL;
         chosen->free[normal] += returned(scratch, c, part);
         for (int i = normal + 1; i <= normal + CONTACT_ROWS[c + 1] - CONTACT_ROWS[c] - 1; i++) {
+            if (chosen->lambda[normal] == 0.0 && contact_slides(state, c)) { /* the first step: against the slip */
+                chosen->lambda[i] = -SOLVED * scratch->at.velocities[chosen->met.rows[i]];
+            }
             chosen->row[i] = (Row){.law = ROW_TANGENTIAL,
                                    .normal = normal,
                                    .friction = scratch->friction[c],
@@ -309,7 +314,7 @@ void step_begin(Instance *instance, double time, const double states[], double l
     if (N_PERMANENT > 0) {
         find_reversals(instance);
     }
-    find_step_coefficients(instance, time, states, length);
+    step_coefficients(instance, time, states, length, true);
     for (int row = 0; row < K; row++) {
         scratch->impulses[row] = length * instance->state.solver.forces[row];
     }

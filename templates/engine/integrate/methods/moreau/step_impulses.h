@@ -17,6 +17,9 @@ bool solve_chosen(Arena *arena, ChosenRows *chosen, double w[]);
    those where it was measured. */
 void step_begin(Instance *instance, double time, const double states[], double length);
 
+/* Finds coefficients of friction and, where the step begins, of restitution. */
+void step_coefficients(Instance *instance, double time, const double states[], double length, bool begins);
+
 /* Finds the impulses and the velocities after, in scratch.solver, for the accelerations there. Returns false, with
    instance->failure, if there is no solution. */
 bool step_impulses(Instance *instance, double time, const double states[], double length);

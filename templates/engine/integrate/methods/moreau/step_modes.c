@@ -1,9 +1,13 @@
 #include "step_modes.h"
 
+#include <math.h>
+
 #include "contact_modes.h"
+#include "contacts.h"
 #include "inputs.h"
 #include "scale.h"
 #include "step_impulses.h"
+#include "vector_length.h"
 
 static void settle_contact(Instance *instance, int contact) {
     const SolverScratch *scratch = &instance->scratch.solver;
@@ -27,6 +31,27 @@ static void settle_contact(Instance *instance, int contact) {
     } else {
         contact_slide(state, contact, scratch->after + row + 1, 0.0);
     }
+}
+
+/* The laws see slips from the middle of a step. What rows turn by until its end would direct the friction of a slow
+   slip in space; so its mode takes that back: slip + way = seen * after, ahead of the way. */
+static void direct_slips(Instance *instance, double time, const double states[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, gaps, SIZE_UNILATERALS);
+    WORK(mark, double, slips, SIZE_FRICTIONAL);
+    State *state = &instance->state;
+    mechanism_slips(time, states, inputs_at(instance, time), state->parameters, gaps, slips);
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        const double *after = instance->scratch.solver.after + CONTACT_ROWS[c] + 1;
+        const double *slip = slips + SLIP_ROWS[c] - FIRST_SLIP;
+        if (contact_slides_in_space(state, c)) {
+            const double along = after[0] * slip[0] + after[1] * slip[1];
+            const double seen = fmax(1.0, 0.01 + along / (after[0] * after[0] + after[1] * after[1]));
+            const double way[2] = {seen * after[0] - slip[0], seen * after[1] - slip[1]};
+            contact_slide(state, c, way, vector_length(way, 2));
+        }
+    }
+    arena_release(mark);
 }
 
 /* A latch that begins to hold a position holds it where it is. */
@@ -71,6 +96,10 @@ void step_modes(Instance *instance, double time, const double states[]) {
         } else {
             friction_slide(state, i, scratch->after[FIRST_DRY_ROW + i]);
         }
+    }
+    const bool read = time >= instance->scratch.step_end || instance->listener.follow != NULL;
+    if (read && contacts_slide_in_space(instance)) {
+        direct_slips(instance, time, states);
     }
     turn_switches(instance, time, states);
     for (int i = 0; i < N_LATCHES; i++) {
