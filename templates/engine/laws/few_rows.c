@@ -479,6 +479,19 @@ static bool sharing_matters(const FewRows *few, bool rests[]) {
     return matters;
 }
 
+/* Contacts that touch and bear nothing take part in sharing; returns whether there are any. */
+static bool hold_idle(FewRows *few) {
+    bool any = false;
+    for (int k = 0; k < few->size; k++) {
+        if (few->width[k] == 0 && few->state[k] == STATE_OPEN && few_at_rest(few, k)) {
+            few->state[k] = STATE_HELD;
+            any = true;
+        }
+    }
+    few->factored = few->factored && !any;
+    return any;
+}
+
 /* Takes from x what moves nothing, so that it has the least norm wherever it came from. */
 static void centre_few(FewRows *few) {
     if (!find_factors(few)) {
@@ -495,7 +508,7 @@ static void centre_few(FewRows *few) {
 static void even_few(FewRows *few, bool kept) {
     double found[MOST_FEW_ROWS];
     bool rests[MOST_FEW_ROWS];
-    if (few->damping == 0.0 || !sharing_matters(few, rests)) {
+    if ((!hold_idle(few) && few->damping == 0.0) || !sharing_matters(few, rests)) {
         return;
     }
     memcpy(found, few->x, sizeof found);
