@@ -8,7 +8,11 @@
 #include "cones.h"
 #include "elimination.h"
 #include "islands.h"
+#include "newton.h"
 #include "scale.h"
+
+/* Bound of the turns in which loads and slips in space are found. */
+enum { MOST_TURNS = 30 };
 
 /* The equations of the rows that hold at present. */
 static void choose_present(const Elimination *e, Choice *choice) {
@@ -110,6 +114,38 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
     return any;
 }
 
+/* Does a cone slip? */
+static bool cone_slips(const Laws *laws, const double x[]) {
+    bool found = false;
+    for (int i = 0; i < laws->size && !found; i++) {
+        found = laws->width[i] == 2 && gives_way_at(laws, x, i);
+    }
+    return found;
+}
+
+/* Slips of cones turn with the loads that their friction follows. Under the limits of given loads they are those of a
+   convex problem; from other[size] on, both are found in turn. Returns whether other[] obeys the laws at last. */
+static bool share_in_turn(const Laws *laws, double other[]) {
+    const ArenaMark mark = arena_mark(laws->arena);
+    const size_t size = (size_t)laws->size, bytes = size * sizeof(double);
+    bool shared = false, solved = arena_reserve(laws->arena, 3 * arena_bytes(size, sizeof(double)));
+    if (!solved) {
+        return arena_leave(mark, false);
+    }
+    Laws given = *laws;
+    double *slips = (double *)arena_take(laws->arena, bytes);
+    given.base = (double *)arena_take(laws->arena, bytes);
+    given.slope = memset(arena_take(laws->arena, bytes), 0, bytes);
+    for (int turn = 0; turn < MOST_TURNS && solved && !shared; turn++) {
+        for (int k = 0; k < laws->size; k++) {
+            given.base[k] = laws->width[k] != 0 ? laws_limit(laws, other, k) : 0.0;
+        }
+        solved = newton_solve(&given, other, slips);
+        shared = solved && laws_share(laws, &given, slips, other);
+    }
+    return arena_leave(mark, shared);
+}
+
 /* Of all solutions with the same rows at rest and the same slips, x becomes that of least norm if it obeys the laws. */
 static void spread(const Laws *laws, double x[]) {
     if (is_lone_contact(laws)) {
@@ -118,7 +154,7 @@ static void spread(const Laws *laws, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     const size_t bytes = (size_t)laws->size * sizeof(double);
     double *other = (double *)arena_take(laws->arena, bytes);
-    if (laws_share(laws, x, other)) {
+    if (laws_share(laws, laws, x, other) || (cone_slips(laws, x) && share_in_turn(laws, other))) {
         memcpy(x, other, bytes);
     }
     arena_release(mark);

@@ -154,7 +154,7 @@ static void share_anew(const Laws *laws, double guess[], double found[], double 
     const ArenaMark mark = arena_mark(laws->arena);
     const size_t n = (size_t)laws->size, bytes = n * sizeof(double);
     if (slips_and_rubs(laws, x) && arena_reserve(laws->arena, (2 * n + 20) * arena_bytes(bytes, 1))) {
-        laws_share(laws, x, guess);
+        laws_share(laws, laws, x, guess);
         if (newton_solve(laws, guess, found) && rest_alike(laws, x, found)) {
             memcpy(x, found, bytes);
         }

@@ -208,7 +208,7 @@ static double slipping_side(const Laws *laws, const double x[], const double w[]
     return rubs ? x[k] / limit : slip > 0.0 ? -w[k] / slip : 0.0;
 }
 
-bool laws_share(const Laws *laws, const double x[], double other[]) {
+bool laws_share(const Laws *laws, const Laws *found, const double x[], double other[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     Choice choice = choice_take(laws->arena, laws->size);
     const size_t bytes = (size_t)laws->size * sizeof(double);
@@ -218,7 +218,7 @@ bool laws_share(const Laws *laws, const double x[], double other[]) {
     for (int k = 0; k < laws->size; k++) {
         choice.held[k] = laws_at_rest(laws, x, k);
         if (laws->width[k] != 0 && !choice.held[k]) {
-            const double side = slipping_side(laws, x, w, k);
+            const double side = slipping_side(found, x, w, k);
             choice.slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
             choice.value[k] = side * laws->base[k];
         }
