@@ -79,7 +79,7 @@ def compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Ch
     weighed = errors.max(axis=1) / reference.growth[rows]
     compared = _compared(task, reference)[rows]
     if not compared.any():
-        return Check(label, 1.0, 0.0, "no time can be compared; take a sharper --tolerance")
+        return Check(label, 1.0, 0.0, "no time can be compared; take a sharper --tolerance", extent=True)
     worst, column = np.unravel_index(np.argmax(errors[compared]), errors[compared].shape)
     return Check(
         label,
