@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.reference.hybrid.elements import Elements
-from lag2fmu.reference.hybrid.laws import CLOSED, EXACT, PLANES, Item, Outcome, apart, lawful, units
+from lag2fmu.reference.hybrid.laws import CLOSED, PLANES, Item, Outcome, apart
 from lag2fmu.reference.hybrid.loads import giving_way
 from lag2fmu.reference.hybrid.measures import (
     BACK,
@@ -26,6 +26,7 @@ from lag2fmu.reference.hybrid.measures import (
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.records import MotionPoint, Responses
 from lag2fmu.reference.hybrid.search import decided
+from lag2fmu.reference.hybrid.sharing import evenly, shared
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.state import Floats, StateBatch
 
@@ -101,7 +102,9 @@ class ModeChoice:
             rows, moved = apart(items)
             found = decided(D[np.ix_(rows, rows)], c[rows], moved, pace(point), present)
             if found is not None:
-                found = _shared(D[np.ix_(rows, rows)], c[rows], moved, found, pace(point))
+                found = shared(D[np.ix_(rows, rows)], c[rows], moved, found, pace(point))
+                begins = [j for j, i in enumerate(contacts) if i in giving]
+                found = evenly(D[np.ix_(rows, rows)], c[rows], moved, found, pace(point), begins)
             if found is None or not e.load_dependent:
                 return found
             forces = np.zeros(e.k)
@@ -229,52 +232,6 @@ def _capacities(
     free, *units = (np.concatenate(responses.borne(forces)) for forces in (np.zeros(e.k), *np.eye(e.k)))
     force, static = values + slopes @ (free - np.concatenate(borne))
     return force, static, slopes @ (np.transpose(units) - free[:, None])
-
-
-def _shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: float) -> Outcome:
-    """The outcome in which contacts that touch and were to bear nothing take a share of the load.
-
-    It is ``found`` where there is none. All of them take one, or else each that can beside those before it. D is
-    (k, k), c (k,).
-    """
-    w, (motion, _) = found.answers, units(D, c, least)
-    items = [_in_direction(item, way) for item, way in zip(items, found.directions, strict=True)]
-    idle = [
-        j
-        for j, (item, mode) in enumerate(zip(items, found.modes, strict=True))
-        if mode is Mode.OPEN and w[item.normal] + item.shift <= EXACT * motion[item.normal]
-    ]
-    for group in [idle, *([j] for j in idle)] if len(idle) > 1 else [idle]:
-        if any(found.modes[j] is Mode.OPEN for j in group):
-            found = _taken(D, c, items, found, group, least)
-    return found
-
-
-def _taken(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, group: Sequence[int], least: float) -> Outcome:
-    """The outcome in which the open contacts of the ``group`` bear, too; ``found`` where they cannot.
-
-    D is (k, k), c (k,).
-    """
-    takers = [normal for j in group if (normal := items[j].normal) is not None]
-    most = units(D, c, least)[1][takers]
-    for ways in zip(*(_closed_ways(items[j]) for j in group), strict=False):
-        taken = dict(zip(group, ways, strict=True))
-        modes = tuple(taken.get(j, mode) for j, mode in enumerate(found.modes))
-        other = lawful(D, c, items, modes, least)
-        if other and (other.forces[takers] > EXACT * most).all():
-            return other
-    return found
-
-
-def _closed_ways(item: Item) -> list[Mode]:
-    """The modes in which a contact may be closed; a slip in space has to have its direction."""
-    without = item.direction is None
-    return [mode for mode in item.options if mode is not Mode.OPEN and not (mode is Mode.SLIDES and without)]
-
-
-def _in_direction(item: Item, way: tuple[float, ...] | None) -> Item:
-    """The ``item`` whose slip has the direction that was found; an open contact keeps its own."""
-    return item if way is None else replace(item, direction=way)
 
 
 def _change(old: Mode, new: Mode) -> str:

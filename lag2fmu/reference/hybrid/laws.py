@@ -99,7 +99,7 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
     size = float(np.max(motion * scale, initial=0.0))
     limits, bar = list(_limits(D, c, items, modes, scale, LATE * size)), EXACT * size
     broken = [limit for limit in limits if margin(limit, load) < -bar]
-    if broken and free.size and all(np.abs(facet(limit, load) @ free).max() > FREE for limit in broken):
+    if broken and free.size and not _rubs(items, modes, free) and _all_move(broken, load, free):
         shared = nearest(load, free, limits)
         load = load if shared is None else shared
     if any(margin(limit, load) < -bar for limit in limits):
@@ -110,6 +110,27 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
     if any(_held(D, items, modes, row) for row in _sliding(items, modes) if slow[row]):
         return None
     return Outcome(modes, r, w, tuple(item.direction for item in items))
+
+
+def _all_move(broken: Sequence[Limit], load: Floats, free: Floats) -> bool:
+    """Whether ``free`` loads (k, d) change the margins of all ``broken`` limits at the ``load`` (k,)."""
+    return all(np.abs(facet(limit, load) @ free).max() > FREE for limit in broken)
+
+
+def of_least_norm(D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode], pace: float) -> Floats | None:
+    """The forces r (k,) of least norm in these ``modes``, for D (k, k) and c (k,), whether they obey limits or not.
+
+    None where the modes contradict each other.
+    """
+    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(D), 1e-300))
+    solved = _forces(D, c, items, modes, scale, units(D, c, pace)[0])
+    return None if solved is None else scale * solved[0]
+
+
+def _rubs(items: Sequence[Item], modes: Sequence[Mode], free: Floats) -> bool:
+    """Whether a contact slides by friction that ``free`` loads (k, d) change: its load then is that of least norm."""
+    slides = [x for x, mode in zip(items, modes, strict=True) if x.slips and mode not in (Mode.OPEN, Mode.STICKS)]
+    return any(x.normal is not None and x.friction > 0 and np.abs(free[x.normal]).max() > FREE for x in slides)
 
 
 def units(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:

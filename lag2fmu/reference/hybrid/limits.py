@@ -1,4 +1,4 @@
-"""Forces within limits where several make the same motion: those of least norm, and those farthest from all limits.
+"""Forces within limits where several make the same motion: those of least norm, and those deepest within the limits.
 
 A limit (o, a, T) holds for forces x (r,) with o + a x >= |T x|, a (r,) and T (slips, r): a plane, or a round cone. The
 nearest point of a polyhedron is a problem of nonnegative least squares: C. L. Lawson, R. J. Hanson, Solving Least
@@ -19,15 +19,10 @@ WITHIN_CONES = 1e-11
 """Relative to the greatest load: how far outside of its cone a load may be."""
 CUTS = 60
 """The most rounds of cutting planes."""
-FAR = 1e-3
-"""Relative to the greatest load: a margin of this size is wide, and is not made wider."""
-FIRST = 1e3
-"""The weight of the least margin, in units of that of all margins together."""
-EXACTLY = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+DEPTHS = (*10.0 ** -np.arange(3.0, 11.0), *-(10.0 ** np.arange(-10.0, 3.0)))
+"""Relative to the greatest load: how far within all limits loads are looked for, the deepest first."""
 NONE = 1e-14
 """The least square of what is left of 1 by which planes have a point in common; below it is rounding."""
-MOST = 1e3
-"""In units of the greatest load of least norm: the bound of the loads that are looked for."""
 
 
 def margin(limit: Limit, loads: Floats) -> float:
@@ -47,46 +42,35 @@ def facet(limit: Limit, loads: Floats) -> Floats:
 def nearest(least: Floats, free: Floats, limits: list[Limit]) -> Floats | None:
     """The loads ``least`` + ``free`` z (r,) within the ``limits`` that are nearest to ``least``; None without any."""
     load, found = max(float(np.abs(least).max()), 1e-300), least
-    facets: list[tuple[float, Floats]] = []
+    A, b = np.zeros((0, free.shape[1])), np.zeros(0)
     for _ in range(CUTS):
         cuts = [(limit[0], facet(limit, found)) for limit in limits if margin(limit, found) < -WITHIN_CONES * load]
-        beyond = [(offset, facet) for offset, facet in cuts if np.abs(facet @ free).max() > FREE]
+        beyond = [(offset, a, a @ free) for offset, a in cuts]
+        beyond = [cut for cut in beyond if np.abs(cut[2]).max() > FREE]
         if not beyond:
             return found
-        facets += beyond
-        z = _least_distance(
-            np.array([a @ free for _, a in facets]), -np.array([o + a @ least for o, a in facets]) / load
-        )
+        A = np.vstack([A, *(row for *_, row in beyond)])
+        b = np.append(b, [-(offset + a @ least) / load for offset, a, _ in beyond])
+        z = _least_distance(A, b)
         if z is None:
             return None
         found = least + load * (free @ z)
     return found
 
 
-def farthest(least: Floats, free: Floats, limits: list[Limit]) -> Floats:
-    """The loads ``least`` + ``free`` z (r,) whose least margin to the ``limits`` is greatest, by cutting planes.
+def inmost(least: Floats, free: Floats, limits: list[Limit]) -> Floats:
+    """The loads ``least`` + ``free`` z (r,) that are deepest within the ``limits``, to the next of DEPTHS.
 
-    The other margins are great too, so that none is small but those that no loads enlarge. FAR within the limits is
-    enough. Source: J. E. Kelley, The Cutting-Plane Method for Solving Convex Programs, J. SIAM 8, 1960.
+    Of those as deep they are the nearest to ``least``. Where no loads are within the limits, it is those that are least
+    beyond them.
     """
-    from scipy.optimize import linprog
-
-    load, d, k = max(float(np.abs(least).max()), 1e-300), free.shape[1], len(limits)
-    found, facets = least, [(j, limit[0], limit[1]) for j, limit in enumerate(limits)]
-    goal = -np.concatenate([np.zeros(d), np.ones(k), [FIRST * k]])  # of loads, of each margin, of the least one
-    bounds = [(-MOST, MOST)] * d + [(None, FAR)] * k + [(None, None)]
-    for _ in range(CUTS):
-        facets += [(j, limit[0], facet(limit, found)) for j, limit in enumerate(limits) if len(limit[2])]
-        within = np.array([[*(-(a @ free)), *(np.arange(k) == j), 0.0] for j, _, a in facets])
-        least_of_all = np.hstack([np.zeros((k, d)), -np.eye(k), np.ones((k, 1))])
-        b = np.array([(o + a @ least) / load for _, o, a in facets] + [0.0] * k)
-        result = linprog(goal, A_ub=np.vstack([within, least_of_all]), b_ub=b, bounds=bounds, options=EXACTLY)
-        if result.x is None:
+    load = max(float(np.abs(least).max()), 1e-300)
+    for depth in DEPTHS:
+        found = nearest(least, free, [(offset - depth * load, a, T) for offset, a, T in limits])
+        reached = -np.inf if found is None else min(margin(limit, found) for limit in limits)
+        if found is not None and reached >= load * (depth - 0.5 * abs(depth)):
             return found
-        found = least + load * (free @ result.x[:d])
-        if min(margin(limit, found) for limit in limits) >= load * (result.x[-1] - WITHIN_CONES):
-            break
-    return found
+    return least
 
 
 def _least_distance(A: Floats, b: Floats) -> Floats | None:

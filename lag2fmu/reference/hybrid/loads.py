@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lag2fmu.reference.hybrid.limits import FREE, Limit, farthest, margin, nearest
+from lag2fmu.reference.hybrid.limits import FREE, Limit, inmost, margin, nearest
 from lag2fmu.reference.hybrid.modes import Mode, Modes, closed_contacts
 from lag2fmu.reference.hybrid.records import Answer, MotionPoint
 from lag2fmu.reference.state import Floats
@@ -37,7 +37,7 @@ class _Sharing:
 
 
 def centred(point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
-    """The ``answer`` at ``point`` with those forces among all with the same motion that are farthest from all limits.
+    """The ``answer`` at ``point`` with those forces among all with the same motion that are deepest within all limits.
 
     Where they come to a limit, no forces obey the laws in these ``modes``. The answer stays as it is where its forces
     are unique or within the limits, and where a contact slides whose friction other forces would change.
@@ -45,7 +45,7 @@ def centred(point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
     sharing = _sharing(point, modes, answer)
     if sharing is None or all(margin(limit, sharing.least) > 0 for limit in sharing.limits):
         return answer
-    return sharing.told(answer, farthest(sharing.least, sharing.free, sharing.limits))
+    return sharing.told(answer, inmost(sharing.least, sharing.free, sharing.limits))
 
 
 def giving_way(point: MotionPoint, modes: Modes, answer: Answer) -> dict[int, tuple[float, ...]]:

@@ -18,7 +18,7 @@ import numpy as np
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.modes import Due
 from lag2fmu.reference.hybrid.piece import Piece
-from lag2fmu.reference.hybrid.roots import bottom, dips, root
+from lag2fmu.reference.hybrid.roots import Function, bottom, dips, root
 from lag2fmu.reference.hybrid.timed import first_descent
 from lag2fmu.reference.state import Floats
 
@@ -191,8 +191,12 @@ class Watch:
             return first or self._first(dense, (middle, b), (half, yb), halvings - 1)
         others, dip = sorted(set(range(len(values))) - {*self.piece.timed}), dips(values, values @ _DERIVATIVES)
         for j in range(1, len(times)):
-            found = {self.piece.labels[i]: self._root(i, dense, times, values[i], j, dip[i, j - 1]) for i in others}
-            roots = {label: time for label, time in found.items() if time is not None}
+            roots: dict[tuple[str, int], float] = {}
+            for i in others:
+                so_far = min(roots.values(), default=None)
+                time = self._root(i, dense, times, values[i], j, dip[i, j - 1], so_far)
+                if time is not None:
+                    roots[self.piece.labels[i]] = time
             if roots:
                 at = min(roots.values())
                 return at, frozenset(label for label, root in roots.items() if root <= at + SAME * max(1.0, abs(at)))
@@ -221,15 +225,18 @@ class Watch:
         told[list(self.piece.timed)] = True
         return bool(told.all())
 
-    def _root(self, i: int, dense: Dense, times: Floats, values: Floats, j: int, dip: bool) -> float | None:
+    def _root(
+        self, i: int, dense: Dense, times: Floats, values: Floats, j: int, dip: bool, first: float | None
+    ) -> float | None:
         """The root of function ``i`` between the places j - 1 and j of a step, if it comes down to zero there.
 
-        In a ``dip`` it does so where its least value is not positive.
+        In a ``dip`` it does so where its least value is not positive. Of a root behind the ``first`` one of others,
+        (s), it is only told that there is one: it does not count.
         """
         value, left, right = partial(self._value, i, dense), float(times[j - 1]), float(times[j])
         if self.armed[i]:
             if values[j] <= 0:
-                return root(value, left, right)
+                return root(value, left, right) if first is None else _root_beside(value, left, right, first)
             low = bottom(value, left, right) if dip else None
             return None if low is None else root(value, left, low)
         if values[j] >= -10 * self.floors[i]:
@@ -253,3 +260,11 @@ class Watch:
             for label, value in zip(self.piece.labels, values, strict=True)
             if label[0] == "side" and abs(value) <= 1e-9
         )
+
+
+def _root_beside(value: Function, left: float, right: float, first: float) -> float:
+    """The root (s) between two times of a function that falls, or ``right`` where it is behind the ``first`` one."""
+    same = SAME * max(1.0, abs(first))
+    if first + same < right and value(first + same) > 0:
+        return right
+    return first if first - same > left and value(first - same) > 0 else root(value, left, min(first + same, right))

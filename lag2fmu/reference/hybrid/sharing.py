@@ -1,0 +1,125 @@
+"""How contacts that touch share a load that is not unique: idle ones take a part, and what slides does so evenly."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lag2fmu.reference.hybrid.laws import EXACT, Item, Outcome, lawful, of_least_norm, units
+from lag2fmu.reference.hybrid.modes import Mode
+from lag2fmu.reference.hybrid.projections import projected
+from lag2fmu.reference.state import Floats
+
+TURNS = 30
+"""The most turns of loads and slips where contacts begin to slide in space."""
+
+
+def shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: float) -> Outcome:
+    """The outcome in which contacts that touch and were to bear nothing take a share of the load.
+
+    It is ``found`` where there is none. All of them take one, or else each that can beside those before it. D is
+    (k, k), c (k,).
+    """
+    w, (motion, _) = found.answers, units(D, c, least)
+    items = [_in_direction(item, way) for item, way in zip(items, found.directions, strict=True)]
+    idle = [
+        j
+        for j, (item, mode) in enumerate(zip(items, found.modes, strict=True))
+        if mode is Mode.OPEN and w[item.normal] + item.shift <= EXACT * motion[item.normal]
+    ]
+    for group in [idle, *([j] for j in idle)] if len(idle) > 1 else [idle]:
+        if any(found.modes[j] is Mode.OPEN for j in group):
+            found = _taken(D, c, items, found, group, least)
+    return found
+
+
+def evenly(
+    D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: float, begins: Collection[int]
+) -> Outcome:
+    """The outcome in which contacts that slide share their load by least norm; D is (k, k), c (k,).
+
+    Those that ``begins`` names slide from rest, in directions that may be others than their items have. ``found`` may
+    hold some by other loads, up to the limit of all, and tell slips that go on another way with these. With given loads
+    the slips are those of a convex problem; both are found in turn. It is ``found`` where loads are unique, and where
+    the turns do not end.
+    """
+    rubbing, now = _rubbing(items, found), found
+    free = [replace(item, direction=None) if j in begins else item for j, item in enumerate(items)]
+    for turn in range(TURNS if len(rubbing) > 1 else 0):
+        directed = [_in_direction(item, way) for item, way in zip(items, now.directions, strict=True)]
+        loads = of_least_norm(D, c, directed, now.modes, least)
+        if loads is None:
+            return found
+        if turn > 0 and np.abs(loads - now.forces).max() <= EXACT * np.abs(loads).max():
+            return lawful(D, c, directed, now.modes, least) or found
+        slips = _slips(D, c, free, rubbing, replace(now, forces=loads), least)
+        if slips is None:
+            return found
+        now = slips
+    return found
+
+
+def _slips(
+    D: Floats, c: Floats, items: Sequence[Item], rubbing: Sequence[int], now: Outcome, least: float
+) -> Outcome | None:
+    """The outcome ``now`` with the slips of contacts that are ``rubbing`` under its forces; None if there are none.
+
+    D is (k, k), c (k,).
+    """
+    parts = [x for j, item in enumerate(items) for x in (_with_load(item, now.forces) if j in rubbing else [item])]
+    found = projected(D, c, parts, least)
+    if found is None:
+        return None
+    place = {x.slips: k for k, x in enumerate(parts)}
+    modes, ways = list(now.modes), list(now.directions)
+    for j in rubbing:
+        modes[j], ways[j] = found.modes[place[items[j].slips]], found.directions[place[items[j].slips]]
+    return replace(now, modes=tuple(modes), directions=tuple(ways))
+
+
+def _rubbing(items: Sequence[Item], found: Outcome) -> list[int]:
+    """The contacts in space that are closed, if one of them slides."""
+    closed = [
+        j
+        for j, (item, mode) in enumerate(zip(items, found.modes, strict=True))
+        if item.normal is not None and len(item.slips) == 2 and mode is not Mode.OPEN
+    ]
+    return closed if any(found.modes[j] is Mode.SLIDES for j in closed) else []
+
+
+def _with_load(item: Item, loads: Floats) -> list[Item]:
+    """The normal of a contact that slides, and its friction with the limit that the ``loads`` (k,) make."""
+    limit = item.most(loads)
+    return [
+        replace(item, slips=(), options=(Mode.SLIDES,), direction=None),
+        Item((Mode.STICKS, Mode.SLIDES), None, item.slips, limit, limit, direction=item.direction),
+    ]
+
+
+def _taken(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, group: Sequence[int], least: float) -> Outcome:
+    """The outcome in which the open contacts of the ``group`` bear, too; ``found`` where they cannot.
+
+    D is (k, k), c (k,).
+    """
+    takers = [normal for j in group if (normal := items[j].normal) is not None]
+    most = units(D, c, least)[1][takers]
+    for ways in zip(*(_closed_ways(items[j]) for j in group), strict=False):
+        taken = dict(zip(group, ways, strict=True))
+        modes = tuple(taken.get(j, mode) for j, mode in enumerate(found.modes))
+        other = lawful(D, c, items, modes, least)
+        if other and (other.forces[takers] > EXACT * most).all():
+            return other
+    return found
+
+
+def _closed_ways(item: Item) -> list[Mode]:
+    """The modes in which a contact may be closed; a slip in space has to have its direction."""
+    without = item.direction is None
+    return [mode for mode in item.options if mode is not Mode.OPEN and not (mode is Mode.SLIDES and without)]
+
+
+def _in_direction(item: Item, way: tuple[float, ...] | None) -> Item:
+    """The ``item`` whose slip has the direction that was found; an open contact keeps its own."""
+    return item if way is None else replace(item, direction=way)
