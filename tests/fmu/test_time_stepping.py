@@ -218,6 +218,26 @@ inertia = [0.1, 0.15, 0.2, 0, 0, 0]
 UNDER_SLED = {(-0.332, -0.001): 0.39, (0.334, 0.025): 0.368, (0.269, -0.18): 0.672, (0.382, -0.168): 0.61}
 
 
+REVERSED = """
+[mechanism]
+name = "reversed"
+title = "A block on three feet that is pushed to and fro"
+[parameters]
+s = { value = 1.0, unit = "s" }
+l = { value = 1.0, unit = "m" }
+[coordinates]
+x = { unit = "m", velocity = -0.734 }
+y = { unit = "m" }
+p = { unit = "rad" }
+[gravity]
+acceleration = 9.81
+[bodies]
+b = { mass = 1.038, inertia = 0.144, position = ["x", "y + 0.437"], angle = "p" }
+[forces]
+x = "5.216*sin(3.65*t/s)"
+"""
+
+
 def sled(copies: int) -> Mechanism:
     """The sled with so many equal feet in the place of each."""
     text = SLED
@@ -339,6 +359,27 @@ def test_friction_of_slow_slips_is_that_of_the_steps(exported, copies: int) -> N
     run = turning(exported, copies, "moreau")
     for c in "xyc":
         assert np.abs(run[f"{c}_ddot"][2:] - np.diff(run[f"{c}_dot"])[1:] / 1e-3).max() < 0.03
+
+
+def test_a_foot_that_bore_nothing_takes_its_share(exported) -> None:
+    """Feet slide by least norm of their loads from the reversal on, also one that touches and bears nothing there."""
+    text = REVERSED
+    for i, (place, friction) in enumerate({-0.3: "0.477", 0.3: "0.112 + 0.1*abs(x)/l", 0.1: "0.106"}.items()):
+        text += f"""
+[points.p{i}]
+position = ["x + {place}*cos(p) + 0.437*sin(p)", "y + 0.437 + {place}*sin(p) - 0.437*cos(p)"]
+[contacts.f{i}]
+kind = "point_line"
+between = ["p{i}", "world"]
+normal = "y"
+friction = "{friction}"
+"""
+    mechanism = read(text, "reversed")
+    ends = [
+        simulate(exported(mechanism, solver=solver).path, stop_time=1.2, step=0.01, values=values)["x_dot"][-1]
+        for solver, values in (("dopri5", {}), ("moreau", {"solver_step": 1e-3}))
+    ]
+    assert ends[1] == pytest.approx(ends[0], abs=2e-3)
 
 
 @pytest.mark.parametrize("beyond", [1e-7, 6e-7])
