@@ -423,6 +423,13 @@ normal = [0, 0, 2]
 between = """
 
 
+def test_a_slip_that_is_always_0_is_none() -> None:
+    """As that across the plane of a robot which moves in one: no force along it does anything."""
+    text = PARTICLE.replace('y = { unit = "m" }\n', "").replace('"y"', "0")
+    (unilateral,) = read(text + '["b", "world"]', "particle").unilaterals
+    assert [slip**2 for slip in unilateral.slips] == [symbol("x_dot") ** 2]
+
+
 def test_a_particle_in_space_moves_relative_to_the_world() -> None:
     """It has coordinates for a position and no frame of its own; what rests there still does not move."""
     (unilateral,) = read(PARTICLE + '["b", "world"]', "particle").unilaterals

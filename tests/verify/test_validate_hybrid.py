@@ -245,6 +245,15 @@ def test_an_impact_behind_what_compares_leaves_the_times_before_it(bouncing: tup
         assert (comparable(task, amplified) == comparable(task, reference))[time < 0.45].all()
 
 
+def test_a_run_that_ends_at_its_start_is_judged(bouncing: tuple[Task, Reference]) -> None:
+    """A run with longer steps than the direct integration reaches has one point."""
+    task, reference = bouncing
+    start = reference.trajectory.until(0.0)
+    assert len(start) == 1
+    found = list(row_checks(task, {LABEL: start}, reference, {LABEL: np.arange(1)}))
+    assert all(check.passed for check in found)
+
+
 def test_penetration_is_seen(bouncing: tuple[Task, Reference]) -> None:
     task, reference = bouncing
     gap = reference.trajectory["floor_gap"].copy()

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from lag2fmu.description import names
 from lag2fmu.verify.laws.along import Along
+from lag2fmu.verify.laws.points import rubbing
 from lag2fmu.verify.laws.residual import Accuracy, Floats, Residual, worst
 
 INTEGRALS = (
@@ -47,7 +48,8 @@ def between_points(a: Along, accuracy: Accuracy, count: int = 2) -> Iterator[Res
     yield from moved.residual(a, bars, count)
     bars = accuracy.states * np.maximum(np.abs(a.qd).max(axis=1), nominal)[:, None]
     rates = [f"{unit}/s" for unit in units]
-    changed = Integral(INTEGRALS[1], q, rates, a.qd, a.qdd, step, shown=step * a.shifts)
+    turned = _turned(a, accuracy)
+    changed = Integral(INTEGRALS[1], q, rates, a.qd, a.qdd, step, turned, step * a.shifts)
     yield from changed.residual(a, bars, count)
     lost, whole = a.run[names.DISSIPATED_ENERGY][None], a.run["generalized_energy"][None]
     unsure = step * (np.abs(a.forces) * a.turning).sum(axis=0)[None]
@@ -57,6 +59,17 @@ def between_points(a: Along, accuracy: Accuracy, count: int = 2) -> Iterator[Res
         (INTEGRALS[3], whole + lost, a.power),
     ):
         yield from Integral(law, ["energy"], ["J"], values, rate[None], step, unsure).residual(a, bars, count)
+
+
+def _turned(a: Along, accuracy: Accuracy) -> Floats:
+    """What errors of the directions of slow slips in space make of accelerations, (n, m)."""
+    found = np.zeros_like(a.qdd)
+    for item in rubbing(a, accuracy):
+        if len(item.rows) > 1:
+            force = item.sliding * np.minimum(1.0, item.slow / np.maximum(item.speed, 1e-300))
+            moved = np.linalg.pinv(np.moveaxis(a.mass, -1, 0)) @ np.moveaxis(a.slopes[item.rows], -1, 0).swapaxes(1, 2)
+            found += np.abs(moved).max(axis=-1).T * force * item.moves
+    return np.asarray(found)
 
 
 @dataclass(frozen=True)
@@ -89,9 +102,8 @@ class Integral:
         off = np.abs(values[:, at + count] - values[:, at] - parabolas)
         near = _near(rates)[:, at]  # a change may show in the span before or behind it
         spread = SPREAD * np.abs(parabolas - trapezoids) + self.late * (near.max(axis=-1) - near.min(axis=-1))
-        if self.late:
-            unsure, shown = (np.broadcast_to(x, values.shape) for x in (self.unsure, self.shown))
-            spread += 2 * step * _near(unsure)[:, at].max(axis=-1) + 2 * _near(shown)[:, at].max(axis=-1)
+        unsure, shown = (np.broadcast_to(x, values.shape) for x in (self.unsure, self.shown))
+        spread += 2 * step * _near(unsure)[:, at].max(axis=-1) + 2 * _near(shown)[:, at].max(axis=-1)
         padded = np.pad(spread, ((0, 0), (NEAR * count // 2, NEAR * count // 2)))
         spread = np.maximum.reduce([padded[:, i : i + len(at)] for i in range(NEAR * count + 1)])
         yield from worst(self.law, self.elements, self.units, a.time[at], off, bars + spread)
