@@ -19,7 +19,7 @@ WITHIN_CONES = 1e-11
 """Relative to the greatest load: how far outside of its cone a load may be."""
 CUTS = 60
 """The most rounds of cutting planes."""
-DEPTHS = (*10.0 ** -np.arange(3.0, 11.0), *-(10.0 ** np.arange(-10.0, 3.0)))
+DEPTHS = (*10.0 ** -np.arange(3.0, 14.0), *-(10.0 ** np.arange(-13.0, 3.0)))
 """Relative to the greatest load: how far within all limits loads are looked for, the deepest first."""
 NONE = 1e-14
 """The least square of what is left of 1 by which planes have a point in common; below it is rounding."""

@@ -82,13 +82,13 @@ static bool derivatives_here(Instance *instance, double derivatives[]) {
 
 /* The same with the switches on the sides of the present states, for this evaluation alone. */
 static bool derivatives_on_their_sides(Instance *instance, double derivatives[]) {
-    enum { N_MODES = N_MASKS + N_SWITCHES };
+    enum { N_HELD = N_MASKS + N_SWITCHES };
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, modes, N_MODES + 1); /* one more: there may be none */
+    WORK(mark, double, modes, N_HELD + 1); /* one more: there may be none */
     double *present = instance->state.parameters;
-    memcpy(modes, present, N_MODES * sizeof(double));
+    memcpy(modes, present, N_HELD * sizeof(double));
     const bool found = events_take_sides(instance) && derivatives_here(instance, derivatives);
-    memcpy(present, modes, N_MODES * sizeof(double));
+    memcpy(present, modes, N_HELD * sizeof(double));
     instance->cache.least_pivots_valid = false;
     instance_forget_motion(instance);
     return arena_leave(mark, found);

@@ -135,7 +135,7 @@ static bool share_in_turn(const Laws *laws, double other[]) {
     Laws given = *laws;
     double *slips = (double *)arena_take(laws->arena, bytes);
     given.base = (double *)arena_take(laws->arena, bytes);
-    given.slope = memset(arena_take(laws->arena, bytes), 0, bytes);
+    given.slope = (double *)memset(arena_take(laws->arena, bytes), 0, bytes);
     for (int turn = 0; turn < MOST_TURNS && solved && !shared; turn++) {
         for (int k = 0; k < laws->size; k++) {
             given.base[k] = laws->width[k] != 0 ? laws_limit(laws, other, k) : 0.0;

@@ -112,7 +112,7 @@ static bool solve_step_velocities(Instance *instance, double time, double length
     }
     stepped_accelerate(instance, rows->accelerations);
     step_begin(instance, time, middle, length);
-    for (int pass = 0; pass <= (VELOCITY_FORCES || VELOCITY_FRICTION); pass++) {
+    for (int pass = 0; pass <= (VELOCITY_FORCES != 0 || VELOCITY_FRICTION != 0); pass++) {
         if (pass > 0) {
             stepped_force(instance, time, middle);
             stepped_accelerate(instance, rows->accelerations);
