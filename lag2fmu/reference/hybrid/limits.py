@@ -20,7 +20,10 @@ WITHIN_CONES = 1e-11
 CUTS = 60
 """The most rounds of cutting planes."""
 DEPTHS = (*10.0 ** -np.arange(3.0, 14.0), *-(10.0 ** np.arange(-13.0, 3.0)))
-"""Relative to the greatest load: how far within all limits loads are looked for, the deepest first."""
+"""Relative to the greatest load: how far within all limits loads are looked for, the deepest first.
+
+A depth of 1e-3 is wide; at 1e-13 rounding begins. Depths below 0 tell which limits no loads keep, and by how much.
+"""
 NONE = 1e-14
 """The least square of what is left of 1 by which planes have a point in common; below it is rounding."""
 

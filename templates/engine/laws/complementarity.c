@@ -124,12 +124,13 @@ static bool cone_slips(const Laws *laws, const double x[]) {
 }
 
 /* Slips of cones turn with the loads that their friction follows. Under the limits of given loads they are those of a
-   convex problem; from other[size] on, both are found in turn. Returns whether other[] obeys the laws at last. */
+   convex problem; from other[size] on, both are found in turn. Returns whether other[] obeys the laws at last. The
+   room is that of laws_share and of three vectors. */
 static bool share_in_turn(const Laws *laws, double other[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     const size_t size = (size_t)laws->size, bytes = size * sizeof(double);
-    bool shared = false, solved = arena_reserve(laws->arena, 3 * arena_bytes(size, sizeof(double)));
-    if (!solved) {
+    bool shared = false, solved = true;
+    if (!arena_reserve(laws->arena, 2 * arena_bytes(size, bytes) + 23 * arena_bytes(bytes, 1))) {
         return arena_leave(mark, false);
     }
     Laws given = *laws;
