@@ -54,23 +54,47 @@ static int moved_row(const Laws *laws, const double own[], const double x[]) {
     return moved;
 }
 
+/* Does x stay a solution when rows share their loads by least norm? */
+static bool is_even(const Laws *laws, const double x[]) {
+    const ArenaMark mark = arena_mark(laws->arena);
+    double *other = (double *)arena_take(laws->arena, (size_t)laws->size * sizeof(double));
+    return arena_leave(mark, laws_share(laws, laws, x, other));
+}
+
+/* x of a choice. Returns whether it obeys the laws. */
+static bool try_digits(const Laws *laws, const int digit[], double x[]) {
+    const ArenaMark mark = arena_mark(laws->arena);
+    Choice choice = choice_take(laws->arena, laws->size);
+    for (int k = 0; k < laws->size; k++) {
+        const bool unilateral = laws->width[k] == 0;
+        const double side = digit[k] == 0 ? 0.0 : digit[k] == 1 ? -1.0 : 1.0;
+        choice.held[k] = digit[k] == (unilateral ? 1 : 0);
+        put_limit(laws, k, unilateral ? 0.0 : side, &choice);
+    }
+    memset(x, 0, (size_t)laws->size * sizeof(double));
+    return arena_leave(mark, laws_try(laws, &choice, x));
+}
+
 bool choices_solve(const Laws *laws, const double known[], double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
-    int *digit = (int *)arena_take(laws->arena, (size_t)laws->size * sizeof(int));
-    bool solved = false;
-    memset(digit, 0, (size_t)laws->size * sizeof(int));
+    const size_t size = (size_t)laws->size, bytes = size * sizeof(double);
+    bool solved = false, any = false;
+    if (!arena_reserve(laws->arena, 2 * arena_bytes(size, bytes) + 23 * arena_bytes(bytes, 1))) {
+        return arena_leave(mark, false);
+    }
+    int *digit = (int *)memset(arena_take(laws->arena, size * sizeof(int)), 0, size * sizeof(int));
+    double *first = (double *)arena_take(laws->arena, bytes);
     for (bool more = true; more && !solved; more = next_choice(laws, digit)) {
-        const ArenaMark trial = arena_mark(laws->arena);
-        Choice choice = choice_take(laws->arena, laws->size);
-        for (int k = 0; k < laws->size; k++) {
-            const bool unilateral = laws->width[k] == 0;
-            const double side = digit[k] == 0 ? 0.0 : digit[k] == 1 ? -1.0 : 1.0;
-            choice.held[k] = digit[k] == (unilateral ? 1 : 0);
-            put_limit(laws, k, unilateral ? 0.0 : side, &choice);
+        const bool obeys = try_digits(laws, digit, x);
+        solved = obeys && (known == NULL ? is_even(laws, x) : moved_row(laws, known, x) >= 0);
+        if (obeys && !any) {
+            any = true;
+            memcpy(first, x, bytes);
         }
-        memset(x, 0, (size_t)laws->size * sizeof(double));
-        solved = laws_try(laws, &choice, x) && (known == NULL || moved_row(laws, known, x) >= 0);
-        arena_release(trial);
+    }
+    if (any && !solved && known == NULL) {
+        memcpy(x, first, bytes);
+        solved = true;
     }
     return arena_leave(mark, solved);
 }

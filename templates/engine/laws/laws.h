@@ -64,8 +64,9 @@ bool laws_bounded(const Laws *laws, const Choice *choice, const double x[]);
 void laws_clear_pulls(const Laws *laws, double most, double x[]);
 
 /* Rows that stay at rest may share a load in many ways: other[size] becomes the one of least norm with the same rows at
-   rest and the same sides of friction as x[size], which was found under the limits of `found`. Returns whether it obeys
-   the laws. The arena has room for two full matrices and 20 vectors. */
+   rest and the same sides of friction as x[size], which was found under the limits of `found`. Rows of friction that
+   would bear more than their limit bear it, and the others what is left. Returns whether other obeys the laws. The
+   arena has room for two full matrices and 20 vectors. */
 bool laws_share(const Laws *laws, const Laws *found, const double x[], double other[]);
 
 /* The greatest magnitude of x[k] of a row of friction. */

@@ -143,15 +143,6 @@ static bool shared_contact_slides(const Shares *p, int contact) {
            p->sharing->holding[contact] > 0.0;
 }
 
-/* Does the contact slide by friction that another sharing would change? */
-static bool rubs(const Shares *p, int contact) {
-    double square = 0.0;
-    for (int i = 0; i < p->loads; i++) {
-        square += p->load[i][ROW_PLACES[contact]] * p->load[i][ROW_PLACES[contact]];
-    }
-    return shared_contact_slides(p, contact) && sqrt(square) > OBEYED;
-}
-
 /* The loads of least norm for multipliers[m]. */
 static void begin_sharing(const Sharing *sharing, const double multipliers[], Shares *p) {
     memset(p, 0, sizeof *p);
@@ -237,15 +228,6 @@ static bool take_shares_program(const Shares *p, const Margin margin[], int coun
     return true;
 }
 
-/* Is there anything to share? No, where a contact slides whose friction would change. */
-static bool may_share(Shares *p) {
-    bool may = find_shared_loads(p) && p->greatest > 0.0;
-    for (int i = 0; i < N_UNILATERALS && may; i++) {
-        may = !takes_part(p, i) || !rubs(p, i);
-    }
-    return may;
-}
-
 static double least_margin(const Shares *p, const Margin margin[], int count) {
     double least = HUGE_VAL;
     for (int i = 0; i < count; i++) {
@@ -290,6 +272,43 @@ static void hold_part(Shares *p, const Margin *margin, const double part[]) {
         }
     }
     arena_release(mark);
+}
+
+/* Do loads change what the row bears together with the other one? */
+static bool share_with(const Shares *p, int row, int other) {
+    double product = 0.0;
+    for (int j = 0; j < p->loads; j++) {
+        product += p->load[j][row] * p->load[j][other];
+    }
+    return fabs(product) > OBEYED;
+}
+
+/* Does the contact share its normal force with one that slides by friction? Another share would change what slides. */
+static bool presses_alike(const Shares *p, int contact) {
+    bool found = false;
+    for (int i = 0; i < N_UNILATERALS && !found; i++) {
+        found = takes_part(p, i) && shared_contact_slides(p, i) && share_with(p, ROW_PLACES[i], ROW_PLACES[contact]);
+    }
+    return found;
+}
+
+/* Is there anything to share? Normal forces are not where a contact slides by them: what they bear is of least norm. */
+static bool may_share(Shares *p) {
+    const double normal[3] = {1.0, 0.0, 0.0};
+    const bool found = find_shared_loads(p) && p->greatest > 0.0;
+    const ArenaMark mark = arena_mark(p->sharing->arena); /* behind the loads */
+    WORK_ZEROS(mark, bool, kept, SIZE_UNILATERALS);
+    for (int i = 0; i < N_UNILATERALS && found; i++) {
+        kept[i] = takes_part(p, i) && presses_alike(p, i);
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const int row = ROW_PLACES[i];
+        if (kept[i]) {
+            hold_part(p, &(Margin){.factor = {1.0, 0.0, 0.0}, .row = {row, row, row}}, normal);
+        }
+    }
+    arena_release(mark);
+    return found && p->loads > 0;
 }
 
 /* Holds the margins that bar the level from rising, by their forces[3 * count] at the end of the program. From then on
