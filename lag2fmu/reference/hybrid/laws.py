@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lag2fmu.deadline import check_time
-from lag2fmu.reference.hybrid.limits import FREE, Limit, facet, margin, nearest
+from lag2fmu.reference.hybrid.limits import FREE, Limit, beside_sliding, facet, margin, nearest
 from lag2fmu.reference.hybrid.modes import SENSE, Mode
 from lag2fmu.reference.state import Floats
 
@@ -99,9 +99,8 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
     size = float(np.max(motion * scale, initial=0.0))
     limits, bar = list(_limits(D, c, items, modes, scale, LATE * size)), EXACT * size
     broken = [limit for limit in limits if margin(limit, load) < -bar]
-    if broken and free.size and not _rubs(items, modes, free) and _all_move(broken, load, free):
-        shared = nearest(load, free, limits)
-        load = load if shared is None else shared
+    if broken and free.size:
+        load = _within(broken, limits, load, beside_sliding(free, *_normals(items, modes)))
     if any(margin(limit, load) < -bar for limit in limits):
         return None
     r = scale * load
@@ -112,9 +111,22 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
     return Outcome(modes, r, w, tuple(item.direction for item in items))
 
 
-def _all_move(broken: Sequence[Limit], load: Floats, free: Floats) -> bool:
-    """Whether ``free`` loads (k, d) change the margins of all ``broken`` limits at the ``load`` (k,)."""
-    return all(np.abs(facet(limit, load) @ free).max() > FREE for limit in broken)
+def idle_contacts(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, pace: float) -> list[int]:
+    """The contacts that are open and go on to touch, for D (k, k) and c (k,): they may bear a share of the load."""
+    motion, _ = units(D, c, pace)
+    return [
+        j
+        for j, (item, mode) in enumerate(zip(items, found.modes, strict=True))
+        if mode is Mode.OPEN and found.answers[item.normal] + item.shift <= EXACT * motion[item.normal]
+    ]
+
+
+def _within(broken: Sequence[Limit], limits: list[Limit], load: Floats, free: Floats) -> Floats:
+    """The nearest load to ``load`` (k,) within ``limits``, if ``free`` loads (k, d) change all ``broken`` margins."""
+    if not free.size or any(np.abs(facet(limit, load) @ free).max() <= FREE for limit in broken):
+        return load
+    shared = nearest(load, free, limits)
+    return load if shared is None else shared
 
 
 def of_least_norm(D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode], pace: float) -> Floats | None:
@@ -127,10 +139,11 @@ def of_least_norm(D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[M
     return None if solved is None else scale * solved[0]
 
 
-def _rubs(items: Sequence[Item], modes: Sequence[Mode], free: Floats) -> bool:
-    """Whether a contact slides by friction that ``free`` loads (k, d) change: its load then is that of least norm."""
-    slides = [x for x, mode in zip(items, modes, strict=True) if x.slips and mode not in (Mode.OPEN, Mode.STICKS)]
-    return any(x.normal is not None and x.friction > 0 and np.abs(free[x.normal]).max() > FREE for x in slides)
+def _normals(items: Sequence[Item], modes: Sequence[Mode]) -> tuple[list[int], list[int]]:
+    """The rows of the normal forces that friction of what slides follows, and of all of closed contacts."""
+    closed = [(x, mode) for x, mode in zip(items, modes, strict=True) if x.normal is not None and mode is not Mode.OPEN]
+    rubbing = [x.normal for x, mode in closed if x.slips and mode is not Mode.STICKS and x.friction > 0]
+    return [row for row in rubbing if row is not None], [x.normal for x, _ in closed if x.normal is not None]
 
 
 def units(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:
@@ -167,7 +180,21 @@ def _forces(
     rest, size = np.abs(weighed @ load - b) / length, np.abs(b)
     size[bound] = np.maximum(size[bound], motion[bound])  # where all rests c is rounding, which nothing meets
     met = (rest <= EXACT * max(1e-300, float((size / length).max(initial=0.0)))).all()
-    return (load, across[rank:].T) if met else None
+    free = across[rank:].T
+    return (_evened(D, bound, scale, load, free), free) if met else None
+
+
+def _evened(D: Floats, bound: list[int], scale: Floats, load: Floats, free: Floats) -> Floats:
+    """The ``load`` (k,) and ``free`` loads (k, d) in which what is ``bound`` bears its part by least norm.
+
+    Sliding friction, which follows it, has no part in the norm.
+    """
+    if not free.size:
+        return load
+    _, values, across = np.linalg.svd((D * scale * scale[:, None])[np.ix_(bound, bound)])
+    shared = across[int(np.sum(values > FREE * values.max(initial=0.0))) :]
+    more = np.linalg.lstsq(shared @ free[bound], -shared @ load[bound], rcond=None)[0]
+    return np.asarray(load + free @ more)
 
 
 def _bound(items: Sequence[Item], modes: Sequence[Mode]) -> list[int]:

@@ -76,6 +76,18 @@ def inmost(least: Floats, free: Floats, limits: list[Limit]) -> Floats:
     return least
 
 
+def beside_sliding(free: Floats, rubbing: list[int], normals: list[int]) -> Floats:
+    """Those of the ``free`` loads (r, d) that leave what slides as it is, (r, e) with e <= d.
+
+    The friction of ``rubbing`` normal forces follows them. They and the ``normals`` that share a load with them keep
+    theirs, whatever the sticking friction beside them does.
+    """
+    sharing = free @ free[rubbing].T
+    kept = free[[n for n in normals if np.abs(sharing[n]).max(initial=0.0) > FREE]]
+    _, values, across = np.linalg.svd(kept)
+    return np.asarray(free @ across[int(np.sum(values > FREE)) :].T)
+
+
 def _least_distance(A: Floats, b: Floats) -> Floats | None:
     """The z (d,) of least norm with A z >= b, for A (p, d) and b (p,); None if there is none."""
     from scipy.optimize import nnls

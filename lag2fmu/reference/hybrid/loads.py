@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lag2fmu.reference.hybrid.limits import FREE, Limit, inmost, margin, nearest
+from lag2fmu.reference.hybrid.limits import FREE, Limit, beside_sliding, inmost, margin, nearest
 from lag2fmu.reference.hybrid.modes import Mode, Modes, closed_contacts
 from lag2fmu.reference.hybrid.records import Answer, MotionPoint
 from lag2fmu.reference.state import Floats
@@ -85,18 +85,17 @@ def _sharing(point: MotionPoint, modes: Modes, answer: Answer) -> _Sharing | Non
     _, values, across = np.linalg.svd(rows * size)
     free = across[int(np.sum(values > FREE)) :].T  # (r, d), an orthonormal basis
     place = {row: m + j for j, row in enumerate(bound)}
-    if not free.size or _rubs(point, modes, free, place):
-        return None
     scaled = np.concatenate([answer.multipliers, answer.forces[bound]]) / size
-    limits = list(_limits(point, modes, answer, place, size))
-    return _Sharing(size, scaled - free @ (free.T @ scaled), free, limits)
+    least = scaled - free @ (free.T @ scaled)
+    free = beside_sliding(free, *_normals(point, modes, place)) if free.size else free
+    return _Sharing(size, least, free, list(_limits(point, modes, answer, place, size))) if free.size else None
 
 
-def _rubs(point: MotionPoint, modes: Modes, free: Floats, place: dict[int, int]) -> bool:
-    """Whether a contact slides by friction that ``free`` loads (r, d) change."""
-    rows, slides = point.rows, [i for i in closed_contacts(modes) if modes.contacts[i] is not Mode.STICKS]
-    rubbing = [i for i in slides if len(rows.slip_rows[i]) and rows.friction[i] > 0]
-    return any(np.abs(free[place[i]]).max() > FREE for i in rubbing)
+def _normals(point: MotionPoint, modes: Modes, place: dict[int, int]) -> tuple[list[int], list[int]]:
+    """The places of the normal forces that friction of what slides follows, and of all of closed contacts."""
+    rows, closed = point.rows, closed_contacts(modes)
+    slides = [i for i in closed if modes.contacts[i] is not Mode.STICKS and len(rows.slip_rows[i])]
+    return [place[i] for i in slides if rows.friction[i] > 0], [place[i] for i in closed]
 
 
 def _limits(point: MotionPoint, modes: Modes, answer: Answer, place: dict[int, int], size: Floats) -> Iterator[Limit]:

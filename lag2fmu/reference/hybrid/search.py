@@ -6,10 +6,10 @@ Source: Ch. Glocker, Set-Valued Force Laws, Springer 2001, chapters 4 to 7.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import combinations, islice, product
 
-from lag2fmu.reference.hybrid.laws import Item, Outcome, lawful
+from lag2fmu.reference.hybrid.laws import Item, Outcome, idle_contacts, lawful
 from lag2fmu.reference.hybrid.modes import SENSE, Mode
 from lag2fmu.reference.hybrid.projections import in_space, projected
 from lag2fmu.reference.state import Floats
@@ -27,16 +27,19 @@ def decided(
     """The modes that meet the laws, for D (k, k) and c (k,): the ``present`` ones where they go on.
 
     Otherwise what rests gives way to its static friction, and then rubs or holds with its sliding friction. Without
-    that either of two frictions in a row could slide and spare the other one. ``pace``: the least size, in units of
+    that either of two frictions in a row could slide and spare the other one. Where contacts slide, those that touch
+    take their share of the load if they can: it decides on what slides. ``pace``: the least size, in units of
     sqrt(D) of its row, that errors of w are measured by. None if no combination meets the laws (Painleve's paradox).
     Source: Ch. Glocker, Set-Valued Force Laws, 2001, chapters 4 to 7.
     """
     few = math.prod(len(item.options) for item in items) <= MOST
     known = [None if few else item.options[0] for item in items] if present is None else present
 
-    def enumerated(items: Sequence[Item], most: int = len(items)) -> Outcome | None:
-        turns = islice(_in_turn(items, known, most), MOST)
-        return next((o for modes in turns if (o := lawful(D, c, items, modes, pace)) is not None), None)
+    idle: list[Outcome] = []
+
+    def enumerated(tried: Sequence[Item], most: int = len(items)) -> Outcome | None:
+        turns = islice(_in_turn(tried, known, most), MOST)
+        return _first(D, c, tried, turns, pace, idle if tried is items else [])
 
     def by_projections(items: Sequence[Item]) -> Outcome | None:
         return projected(D, c, items, pace)
@@ -48,7 +51,32 @@ def decided(
         or _given_way(enumerated, items, known)
         or enumerated(items)
         or (None if few else _given_way(by_projections, items, known))
+        or next(iter(idle), None)
     )
+
+
+def _first(
+    D: Floats, c: Floats, items: Sequence[Item], turns: Iterable[tuple[Mode, ...]], pace: float, idle: list[Outcome]
+) -> Outcome | None:
+    """The first outcome that meets the laws, for D (k, k) and c (k,), but for those that spare a contact its share.
+
+    The latter are added to ``idle``. None: there is no other one.
+    """
+    for modes in turns:
+        outcome = lawful(D, c, items, modes, pace)
+        if outcome is None:
+            continue
+        if not _rubs(items, outcome, idle_contacts(D, c, items, outcome, pace)):
+            return outcome
+        idle.append(outcome)
+    return None
+
+
+def _rubs(items: Sequence[Item], outcome: Outcome, idle: Sequence[int]) -> bool:
+    """Whether some contact is ``idle``, and one of these or another one slides by friction."""
+    closed = [j for j, mode in enumerate(outcome.modes) if mode not in (Mode.OPEN, Mode.STICKS)]
+    slides = [j for j in idle if items[j].direction] + [j for j in closed if items[j].normal is not None]
+    return bool(idle) and any(items[j].slips and items[j].friction > 0 for j in slides)
 
 
 def _given_way(solved: Solved, items: Sequence[Item], present: Sequence[Mode | None]) -> Outcome | None:

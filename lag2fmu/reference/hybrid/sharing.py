@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lag2fmu.reference.hybrid.laws import EXACT, Item, Outcome, lawful, of_least_norm, units
+from lag2fmu.reference.hybrid.laws import EXACT, Item, Outcome, idle_contacts, lawful, of_least_norm, units
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.projections import projected
 from lag2fmu.reference.state import Floats
@@ -22,13 +22,9 @@ def shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: f
     It is ``found`` where there is none. All of them take one, or else each that can beside those before it. D is
     (k, k), c (k,).
     """
-    w, (motion, _) = found.answers, units(D, c, least)
+    idle = idle_contacts(D, c, items, found, least)
     items = [_in_direction(item, way) for item, way in zip(items, found.directions, strict=True)]
-    idle = [
-        j
-        for j, (item, mode) in enumerate(zip(items, found.modes, strict=True))
-        if mode is Mode.OPEN and w[item.normal] + item.shift <= EXACT * motion[item.normal]
-    ]
+    items = [_with_slip(item, D, c, found, least) if j in idle else item for j, item in enumerate(items)]
     for group in [idle, *([j] for j in idle)] if len(idle) > 1 else [idle]:
         if any(found.modes[j] is Mode.OPEN for j in group):
             found = _taken(D, c, items, found, group, least)
@@ -45,7 +41,8 @@ def evenly(
     the slips are those of a convex problem; both are found in turn. It is ``found`` where loads are unique, and where
     the turns do not end.
     """
-    rubbing, now = _rubbing(items, found), found
+    now = _with_idle(D, c, items, found, least)
+    rubbing = _rubbing(items, now)
     free = [replace(item, direction=None) if j in begins else item for j, item in enumerate(items)]
     for turn in range(TURNS if len(rubbing) > 1 else 0):
         directed = [_in_direction(item, way) for item, way in zip(items, now.directions, strict=True)]
@@ -75,7 +72,12 @@ def _slips(
     place = {x.slips: k for k, x in enumerate(parts)}
     modes, ways = list(now.modes), list(now.directions)
     for j in rubbing:
-        modes[j], ways[j] = found.modes[place[items[j].slips]], found.directions[place[items[j].slips]]
+        mode, way = found.modes[place[items[j].slips]], found.directions[place[items[j].slips]]
+        if mode in items[j].options:
+            modes[j], ways[j] = mode, way
+        else:  # it gives way, and friction that is at its limit only just makes no slip yet
+            friction = found.forces[list(items[j].slips)]
+            modes[j], ways[j] = Mode.SLIDES, ways[j] or tuple(-friction / np.hypot.reduce(friction))
     return replace(now, modes=tuple(modes), directions=tuple(ways))
 
 
@@ -118,6 +120,25 @@ def _closed_ways(item: Item) -> list[Mode]:
     """The modes in which a contact may be closed; a slip in space has to have its direction."""
     without = item.direction is None
     return [mode for mode in item.options if mode is not Mode.OPEN and not (mode is Mode.SLIDES and without)]
+
+
+def _with_idle(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: float) -> Outcome:
+    """The outcome ``found`` in which contacts in space that go on to touch are closed; D is (k, k), c (k,)."""
+    modes, ways = list(found.modes), list(found.directions)
+    for j in idle_contacts(D, c, items, found, least):
+        if len(items[j].slips) == 2:
+            ways[j] = _with_slip(items[j], D, c, found, least).direction
+            modes[j] = Mode.SLIDES if ways[j] else Mode.STICKS
+    return replace(found, modes=tuple(modes), directions=tuple(ways))
+
+
+def _with_slip(item: Item, D: Floats, c: Floats, found: Outcome, least: float) -> Item:
+    """The ``item`` of a contact in space at rest, in the direction of the slip that others make; D is (k, k)."""
+    rows = list(item.slips)
+    slip, motion = found.answers[rows], units(D, c, least)[0][rows]
+    if item.direction or len(rows) < 2 or (np.abs(slip) <= EXACT * motion).all():
+        return item
+    return replace(item, direction=tuple(slip / np.hypot.reduce(slip)))
 
 
 def _in_direction(item: Item, way: tuple[float, ...] | None) -> Item:
