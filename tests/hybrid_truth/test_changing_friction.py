@@ -213,6 +213,23 @@ def test_friction_without_bound_has_a_sentence(way: str, speed: float) -> None:
         _motion(_block("0.1/sqrt(abs(x_dot)*second/metre)", speed), way, 2.0, 1e-6)
 
 
+def test_dry_friction_without_bound_has_a_sentence() -> None:
+    """At rest it is infinite, on whichever side of abs(...) the speed comes to 0."""
+    text = """
+        [mechanism]
+        name = "guide"
+        [coordinates]
+        x = { velocity = 2.0 }
+        [bodies]
+        slide = { mass = 19, position = ["x", 0] }
+        [frictions.guide]
+        on = "x_dot"
+        force = "1 + 0.3/abs(x_dot)"
+        """
+    with pytest.raises(SimulationError, match=r"the force of the dry friction guide is -?inf; expected a .*1e-3"):
+        lag2fmu.simulate(read(text, "guide"), stop_time=50.0, step=0.1)
+
+
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 5e-10])
 @pytest.mark.parametrize("solver", ["dopri5", "radau5"])
 @pytest.mark.parametrize("rubs", RUBS)

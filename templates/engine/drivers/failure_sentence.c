@@ -1,6 +1,7 @@
 /* One sentence for each kind of failure. */
 #include "failure_sentence.h"
 
+#include <math.h>
 #include <stdio.h>
 
 #include "names.h"
@@ -165,7 +166,7 @@ static void friction_sentence(const Failure *failure, char text[], size_t size) 
     const bool coefficient = failure->kind == FAILURE_FRICTION;
     const char *what = coefficient ? "coefficient of friction of" : "force of the dry friction";
     const char *name = CONSTRAINT_NAMES[failure->count];
-    if (failure->amount < 0.0) {
+    if (failure->amount < 0.0 && isfinite(failure->amount)) {
         snprintf(text, size, "at time %.17g the %s %.400s is %.6g%s", failure->time, what, name, failure->amount,
                  coefficient ? "; expected 0 or more: check what it is made of, or write max(0, ...) around it"
                              : " (SI), which would push; expected 0 or more: write abs(...) around a load that changes "
