@@ -231,7 +231,8 @@ def _measures(m: Description) -> Iterator[tuple[str, sp.Expr, float, float, str]
 _ABOVE_ZERO = math.ulp(0.0)
 _LEAST = {
     **dict.fromkeys(("friction", "static_friction", "damping"), (0.0, "0 or more")),
-    **dict.fromkeys(("stiffness", "slip_speed", "radius", "length"), (_ABOVE_ZERO, "positive")),
+    **dict.fromkeys(("stiffness", "slip_speed", "length"), (_ABOVE_ZERO, "positive")),
+    "radius": (_ABOVE_ZERO, "positive; what is within a ring has a gap and a slip of its own instead of a kind"),
 }
 """{key of a contact: its smallest value, and words for this bound}."""
 

@@ -112,19 +112,39 @@ def _check_calls(entry: Entry, tables: Mapping[str, Table]) -> None:
             raise MechanismError(f"{entry.where}: '{call}': a table cannot stand in a constant; write its value")
 
 
+_LOADS = ("multiplier", "contact force")
+_REMEDIES: tuple[tuple[Collection[str], Collection[str], Collection[str], str], ...] = (
+    (
+        ("bodies",),
+        ("mass", "inertia"),
+        (),
+        "a mass or an inertia may use t and parameters, energy.kinetic coordinates, too",
+    ),
+    ((), (), ("input",), "a signal that moves a support is declared with motion = true"),
+    (
+        ("forces", "dampers", "loads"),
+        (),
+        ("acceleration",),
+        "what is in proportion to it is inertia, and belongs to a kinetic energy or a mass",
+    ),
+    (("constraints",), (), ("velocity",), "a constraint on velocities belongs to the nonholonomic ones"),
+    ((), ("while_",), _LOADS, "a further state may, whose rate is 0 up to a load: max(abs(load) - limit, 0)"),
+    (("constraints",), (), ("further state",), "a force may use it"),
+    (
+        ("energy",),
+        (),
+        ("further state",),
+        "what has an energy is a coordinate, whose rate a nonholonomic constraint may give",
+    ),
+)
+"""Tables, fields and meanings, each empty for all of them, and what helps where such a name cannot stand there."""
+
+
 def _remedy(table: str, field: str, meaning: str) -> str:
-    if table == "bodies" and field in ("mass", "inertia"):
-        return "; a mass or an inertia may use t and parameters, energy.kinetic coordinates, too"
-    if meaning == "input":
-        return "; a signal that moves a support is declared with motion = true"
-    if meaning == "acceleration" and table in ("forces", "dampers", "loads"):
-        return "; what is in proportion to it is inertia, and belongs to a kinetic energy or a mass"
-    if meaning == "velocity" and table == "constraints":
-        return "; a constraint on velocities belongs to the nonholonomic ones"
-    if meaning == "further state" and table == "constraints":
-        return "; a force may use it"
-    if meaning == "further state" and table == "energy":
-        return "; what has an energy is a coordinate, whose rate a nonholonomic constraint may give"
+    for tables, fields, meanings, remedy in _REMEDIES:
+        pairs = (table, tables), (field, fields), (meaning, meanings)
+        if all(not allowed or name in allowed for name, allowed in pairs):
+            return f"; {remedy}"
     return ""
 
 

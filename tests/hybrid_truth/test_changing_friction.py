@@ -188,6 +188,48 @@ def _stick_slip(times: np.ndarray) -> np.ndarray:
     return places
 
 
+@WAYS
+def test_friction_begins_behind_ice(way: str) -> None:
+    """Beyond x = 1 m the coefficient grows as x - 1 m, from rounding below 0, which is a quarter of a swing."""
+    w = np.sqrt(G)
+    t, x, v = _motion(_block("max(x/metre - 1, 0)", 2.0), way, 5.0)
+    phase = np.clip(w * (t - 0.5), 0.0, np.pi / 2)
+    assert x == pytest.approx(np.where(t < 0.5, 2 * t, 1 + 2 / w * np.sin(phase)), abs=3e-8)
+    assert v == pytest.approx(2 * np.cos(phase), abs=3e-8)
+
+
+@WAYS
+def test_friction_that_begins_at_0(way: str) -> None:
+    """Its coefficient is 0.3 t at the time t, so v = v0 - 0.15 g t^2."""
+    t, x, v = _motion(_block("0.3*t/second", 2.0), way, 1.0)
+    assert v == pytest.approx(2.0 - 0.15 * G * t**2, abs=1e-8)
+    assert x == pytest.approx(2.0 * t - 0.05 * G * t**3, abs=1e-8)
+
+
+@pytest.mark.parametrize(("way", "speed"), [("co-simulation", 2.0), ("judge", 0.0)])
+def test_friction_without_bound_has_a_sentence(way: str, speed: float) -> None:
+    """That of a curling stone is often written as 1/sqrt(speed), which no stone at rest has."""
+    with pytest.raises(SimulationError, match=r"the coefficient of friction of '?floor'? is (inf; .*1e-3|not finite)"):
+        _motion(_block("0.1/sqrt(abs(x_dot)*second/metre)", speed), way, 2.0, 1e-6)
+
+
+def test_dry_friction_without_bound_has_a_sentence() -> None:
+    """At rest it is infinite, on whichever side of abs(...) the speed comes to 0."""
+    text = """
+        [mechanism]
+        name = "guide"
+        [coordinates]
+        x = { velocity = 2.0 }
+        [bodies]
+        slide = { mass = 19, position = ["x", 0] }
+        [frictions.guide]
+        on = "x_dot"
+        force = "1 + 0.3/abs(x_dot)"
+        """
+    with pytest.raises(SimulationError, match=r"the force of the dry friction guide is -?inf; expected a .*1e-3"):
+        lag2fmu.simulate(read(text, "guide"), stop_time=50.0, step=0.1)
+
+
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 5e-10])
 @pytest.mark.parametrize("solver", ["dopri5", "radau5"])
 @pytest.mark.parametrize("rubs", RUBS)

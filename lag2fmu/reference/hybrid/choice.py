@@ -137,6 +137,9 @@ class ModeChoice:
         with loads that are still within the limit: they do not turn the slip back.
         """
         rows, slips = point.rows, slips_of(point, i)
+        if not (np.isfinite(rows.friction[i]) and np.isfinite(rows.static[i])):
+            name = self.system.elements.contacts[i]
+            raise self.system.stops(point.state.t, f"the coefficient of friction of '{name}' is not finite")
         direction = self._going_on(point, i, modes, slips, rests, due) or gives
         closed: tuple[Mode, ...] = PLANES[len(slips)]
         if direction is not None:

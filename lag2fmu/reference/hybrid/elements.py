@@ -89,15 +89,17 @@ class Elements:
         s, m, written = composition.symbols, composition.mechanism, composition.written
         arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
         laws = [written(x) for c in m.unilaterals for x in (c.restitution, c.friction, c.static_friction)]
+        moving = {*arguments} - set(s.parameters) | set(composition.kinks.sides)
+        self.changing = [
+            bool(moving & (a.free_symbols | b.free_symbols)) for a, b in zip(laws[1::3], laws[2::3], strict=True)
+        ]
         few = velocities if self.k <= MANY else []
         gamma, slopes = accelerations_without_qdd(composition, few), gradients(s.qd, few)
         self._function = compiled(arguments, [*rows.gaps, *rows.positions(), *velocities, *laws, *gamma, *slopes])
-        moving = dict(zip((*s.motion, *s.motion_dot), (*s.motion_dot, *s.motion_ddot), strict=True))
-        moving |= dict(zip(s.further, composition.further, strict=False))  # the rates of filters stand behind
+        rates = dict(zip((*s.motion, *s.motion_dot), (*s.motion_dot, *s.motion_ddot), strict=True))
+        rates |= dict(zip(s.further, composition.further, strict=False))  # the rates of filters stand behind
         used = set().union(*(x.free_symbols for x in velocities))
-        self._input_rates = compiled(
-            arguments, [moving.get(x, sp.S.Zero) if x in used else sp.S.Zero for x in s.inputs]
-        )
+        self._input_rates = compiled(arguments, [rates.get(x, sp.S.Zero) if x in used else sp.S.Zero for x in s.inputs])
         margins = [*composition.kinks.margins, *(written(latch.while_) for latch in m.latches)]
         known = {TIME, *s.parameters} - set(composition.kinks.sides)
         for margin, side in zip_longest(margins, composition.kinks.sides):
@@ -150,7 +152,9 @@ class Elements:
         else:
             gamma, slopes = self._rates_by_steps(state, slice(*ends[2:4]))
         coefficients = laws[::3], laws[1::3], laws[2::3]
-        return Rows(gaps, latched, velocities, gamma, slopes, *coefficients, self.slip_rows, self.friction_rows)
+        return Rows(
+            gaps, latched, velocities, gamma, slopes, *coefficients, self.slip_rows, self.friction_rows, self.changing
+        )
 
     def _rates_by_steps(self, state: StateBatch, velocities: slice) -> tuple[Floats, Floats]:
         """gamma (k, *batch) and J (k, n, *batch) by complex steps: the values ``velocities`` along time, and by qd."""

@@ -119,8 +119,8 @@ def touching(point: MotionPoint, modes: Modes, due: Due, D: Floats) -> list[int]
 
 
 def slips_of(point: MotionPoint, i: int) -> tuple[int, ...]:
-    """The rows of the slips of the contact ``i``; none without friction."""
-    frictional = max(point.rows.friction[i], point.rows.static[i]) > 0
+    """The rows of the slips of the contact ``i``; none where there never is friction."""
+    frictional = point.rows.changing[i] or max(point.rows.friction[i], point.rows.static[i]) > 0
     return tuple(int(row) for row in point.rows.slip_rows[i]) if frictional else ()
 
 

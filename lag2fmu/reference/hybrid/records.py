@@ -22,7 +22,7 @@ class Rows:
 
     Gaps are (u,), velocities and gamma (k,), J (k, n), restitution, friction and static friction (u,). ``latched``
     (l,): the positions of latches, 0 for latches that hold velocities. ``slip_rows``: the rows of the slips of each
-    contact; ``friction_rows``: those of dry frictions.
+    contact; ``friction_rows``: those of dry frictions; ``changing`` (u,): whether coefficients of friction change.
     """
 
     gaps: Floats
@@ -35,6 +35,7 @@ class Rows:
     static: Floats
     slip_rows: Sequence[Indices]
     friction_rows: Indices
+    changing: Sequence[bool]
 
 
 @dataclass(frozen=True)

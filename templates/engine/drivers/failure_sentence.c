@@ -1,6 +1,7 @@
 /* One sentence for each kind of failure. */
 #include "failure_sentence.h"
 
+#include <math.h>
 #include <stdio.h>
 
 #include "names.h"
@@ -160,6 +161,22 @@ static void accelerations_sentence(const Failure *failure, char text[], size_t s
     }
 }
 
+/* A coefficient or a force of friction that is below 0, or not finite. */
+static void friction_sentence(const Failure *failure, char text[], size_t size) {
+    const bool coefficient = failure->kind == FAILURE_FRICTION;
+    const char *what = coefficient ? "coefficient of friction of" : "force of the dry friction";
+    const char *name = CONSTRAINT_NAMES[failure->count];
+    if (failure->amount < 0.0 && isfinite(failure->amount)) {
+        snprintf(text, size, "at time %.17g the %s %.400s is %.6g%s", failure->time, what, name, failure->amount,
+                 coefficient ? "; expected 0 or more: check what it is made of, or write max(0, ...) around it"
+                             : " (SI), which would push; expected 0 or more: write abs(...) around a load that changes "
+                               "its sign, or check the inputs");
+    } else {
+        snprintf(text, size, "at time %.17g the %s %.400s is %.6g; expected a finite number, at rest as well: bound "
+                 "what it is divided by, as in 1/max(abs(x_dot), 1e-3)", failure->time, what, name, failure->amount);
+    }
+}
+
 /* The kinds that concern the laws of contacts and dry frictions. */
 static void laws_sentence(const Failure *failure, char text[], size_t size) {
     if (failure->kind == FAILURE_PENETRATION) {
@@ -169,16 +186,11 @@ static void laws_sentence(const Failure *failure, char text[], size_t size) {
         snprintf(text, size, "at time %.17g a condition turns in the gap of %.400s, which jumps to %.6g (SI): no "
                  "impact carries bodies out of each other; describe each face by a contact of its own, a step by its "
                  "top and its side", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
-    } else if (failure->kind == FAILURE_RESTITUTION || failure->kind == FAILURE_FRICTION) {
-        const bool restitution = failure->kind == FAILURE_RESTITUTION;
-        snprintf(text, size, "at time %.17g the coefficient of %s of %.400s is %.6g; expected %s", failure->time,
-                 restitution ? "restitution" : "friction", CONSTRAINT_NAMES[failure->count], failure->amount,
-                 restitution ? "0 to 1: check the parameters that it is made of"
-                             : "0 or more: check what it is made of, or write max(0, ...) around it");
-    } else if (failure->kind == FAILURE_PUSHING) {
-        snprintf(text, size, "at time %.17g the force of the dry friction %.400s is %.6g (SI), which would push; "
-                 "expected 0 or more: write abs(...) around a load that changes its sign, or check the inputs",
-                 failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
+    } else if (failure->kind == FAILURE_RESTITUTION) {
+        snprintf(text, size, "at time %.17g the coefficient of restitution of %.400s is %.6g; expected 0 to 1: check "
+                 "the parameters that it is made of", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
+    } else if (failure->kind == FAILURE_FRICTION || failure->kind == FAILURE_PUSHING) {
+        friction_sentence(failure, text, size);
     } else if (failure->kind == FAILURE_MEMORY) {
         snprintf(text, size, "at time %.17g there is no memory for the laws of all that touches, %.0f bytes more; "
                  "free memory, or let less touch at once", failure->time, failure->amount);

@@ -3,7 +3,10 @@
 #ifndef CONTACT_EVENTS_H
 #define CONTACT_EVENTS_H
 
+#include <float.h>
+
 #include "instance.h"
+#include "scale.h"
 
 /* values[N_EVENTS - N_SWITCHES]: the event functions of contacts and dry frictions at a time (s) and states, as
    events_evaluate says. */
@@ -34,9 +37,14 @@ bool contacts_jump(Instance *instance, const double before[]);
    *again is set if everything has to be decided once more, with the new states. Otherwise both are left as they are. */
 bool contacts_settle(Instance *instance, const bool due[], bool *jumped, bool *again);
 
-/* Are the forces of dry frictions, and the coefficients of contacts that are closed, 0 or more at a point?
+/* Is this a coefficient of friction? One that comes to 0 at a kink, as that of max(x, 0) does, is rounding below it. */
+static inline bool coefficient_rubs(double coefficient) {
+    return coefficient >= -OBEYED && coefficient <= DBL_MAX;
+}
+
+/* Are the forces of dry frictions, and the coefficients of contacts that are closed, finite, and 0 or more, at a point?
    unknowns[n + m] are the accelerations and multipliers there, or NULL if they have to be found. Returns false, with
-   instance->failure, if one of them is less. */
+   instance->failure, if one of them is not. */
 bool contacts_oppose(Instance *instance, double time, const double states[], const double unknowns[]);
 
 /* Changes the multipliers behind the accelerations in unknowns[n + m] at the present point, where rows are redundant:

@@ -316,7 +316,7 @@ bool contacts_oppose(Instance *instance, double time, const double states[], con
     }
     find_limits(instance, time, states, point);
     for (int i = 0; CHANGING_FRICTION && i < N_UNILATERALS; i++) {
-        if (contact_closed(&instance->state, i) && !(point->friction[i] >= 0.0)) {
+        if (contact_closed(&instance->state, i) && !coefficient_rubs(point->friction[i])) {
             return arena_leave(
                 mark, report_constraint(instance, FAILURE_FRICTION, time, ROW_PLACES[i], point->friction[i]));
         }
@@ -325,7 +325,7 @@ bool contacts_oppose(Instance *instance, double time, const double states[], con
         greatest = fmax(greatest, fabs(point->unknowns[k]));
     }
     for (int i = 0; i < N_FRICTIONS; i++) {
-        if (!(point->force[i] >= -OBEYED * greatest)) {
+        if (!(point->force[i] >= -OBEYED * greatest && point->force[i] <= DBL_MAX)) {
             const int row = ROW_PLACES[FIRST_FRICTION + i];
             return arena_leave(mark, report_constraint(instance, FAILURE_PUSHING, time, row, point->force[i]));
         }

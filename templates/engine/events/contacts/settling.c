@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "constraints.h"
+#include "contact_events.h"
 #include "failure.h"
 #include "inputs.h"
 #include "mass_matrix.h"
@@ -95,9 +96,10 @@ static bool find_coefficients(Settling *settling) {
         if (!(restitution >= 0.0 && restitution <= 1.0)) {
             return report_constraint(instance, FAILURE_RESTITUTION, state->time, ROW_PLACES[i], restitution);
         }
-        if (!(friction >= 0.0)) {
+        if (!coefficient_rubs(friction)) {
             return report_constraint(instance, FAILURE_FRICTION, state->time, ROW_PLACES[i], friction);
         }
+        settling->friction[i] = fmax(friction, 0.0);
     }
     return true;
 }
