@@ -7,7 +7,6 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism import Constraint, Energy, Mechanism, coordinate
 from lag2fmu.verify.evaluation import evaluation
 
-
 pytestmark = pytest.mark.fmu
 
 
