@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -136,20 +137,15 @@ def _random_states(
     held = moving if energies.constraints.m else set()
     ranges = _input_ranges(task, energies.input_names)
     scales = np.array([reference.scales[name] for name in task.states])
-    low, high = np.reshape([_bounds(c.minimum, c.maximum) for c in task.mechanism.coordinates], (-1, 2)).T
+    low, high = _ranges(task.mechanism)
     points = reference.trajectory.columns(task.states)
     points = points[((low <= points[:, :n]) & (points[:, :n] <= high)).all(axis=1)]
     points = points[generator.integers(0, len(points), count)]
-    states = []
+    states: list[tuple[Floats, Floats, dict[str, float]]] = []
     for point, away in zip(points, 0.05 * scales * generator.uniform(-1, 1, (count, len(scales))), strict=True):
         inputs = {name: float(generator.uniform(*between)) for name, between in ranges.items() if name not in held}
-        for part in NEARER:
-            x = point + part * away
-            inputs |= zip(task.states[2 * n :], x[2 * n :].tolist(), strict=True)
-            q, qd = _consistent(drives, x[: 2 * n], inputs, (low, high))
-            if _defined(drives, q, qd, inputs):
-                states.append((q, qd, inputs))
-                break
+        tried = (_put(task, drives, point + part * away, inputs, (low, high)) for part in NEARER)
+        states += itertools.islice(filter(lambda state: _defined(drives, *state), tried), 1)
     if not states:
         raise SimulationError(
             f"mechanism '{task.mechanism.name}': the equations have no finite value at random states near the motion, "
@@ -167,6 +163,21 @@ def _held(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str, float
     length = np.linalg.norm(jacobian, axis=1, keepdims=True)
     parts = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), compute_uv=False)
     return not ((parts > _REDUNDANT) & (parts < _WEAK)).any()
+
+
+def _ranges(mechanism: Mechanism) -> Floats:
+    """The smallest and the greatest value of each coordinate, (2, n)."""
+    found: Floats = np.reshape([_bounds(c.minimum, c.maximum) for c in mechanism.coordinates], (-1, 2)).T
+    return found
+
+
+def _put(
+    task: Task, drives: DriveForces, x: Floats, inputs: Mapping[str, float], bounds: tuple[Floats, Floats]
+) -> tuple[Floats, Floats, dict[str, float]]:
+    """(q, qd, inputs with further states) of the state ``x`` (2 n + f,), see ``_consistent``."""
+    n = len(task.mechanism.coordinates)
+    inputs = {**inputs, **dict(zip(task.states[2 * n :], x[2 * n :].tolist(), strict=True))}
+    return *_consistent(drives, x[: 2 * n], inputs, bounds), inputs
 
 
 def _consistent(
