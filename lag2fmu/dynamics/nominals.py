@@ -6,9 +6,10 @@ exists, rounded up to a power of ten:
 
 - Half the range between min and max.
 - If the linear motion about the start is stable: how far this motion goes. It is the sum of the amplitudes of its modes
-  about the place of rest K x = f; forces at several times move this place. An angle has at least ``SMALL_ANGLE``, a
-  length at least ``SMALL_PART`` of the greatest length among the parameters. Otherwise a pendulum that starts almost at
-  rest would be solved for digits that nobody can see.
+  about the place of rest K x = f; forces at several times move this place. Constraints that move with time carry the
+  coordinates, too: the fastest of these velocities until the stop time. An angle has at least ``SMALL_ANGLE``, a length
+  at least ``SMALL_PART`` of the greatest length among the parameters. Otherwise a pendulum that starts almost at rest
+  would be solved for digits that nobody can see.
 - Else the motion may grow. The size is the greatest of the start values, of the distances that the start velocities
   cover until the stop time of the experiment, and of the lengths among the parameters. Angles keep 1 rad.
 
@@ -159,8 +160,9 @@ def _reach(
     jacobian = matrix(graph, constraints.jacobian, values, n)
     times = np.linspace(0.0, mechanism.experiment.stop_time, _TIMES)
     forces = evaluate(graph, forcing, {**values, "t": times})
+    drives = evaluate(graph, constraints.velocities, {**values, "t": times})
     unknown = np.full(n, np.nan)
-    if not all(np.isfinite(x).all() for x in (stiffness, mass, jacobian, forces)):
+    if not all(np.isfinite(x).all() for x in (stiffness, mass, jacobian, forces, drives)):
         return unknown
     free = _free(jacobian)
     K, M = free.T @ (stiffness + stiffness.T) @ free / 2, free.T @ mass @ free
@@ -176,13 +178,20 @@ def _reach(
     moved = free @ np.linalg.solve(K, free.T @ forces)
     displaced, pushed = modes.T @ free.T @ mass @ -moved[:, 0], modes.T @ free.T @ mass @ velocity / np.sqrt(squares)
     swing = np.abs(free @ modes) @ np.hypot(displaced, pushed) + np.abs(moved - moved[:, :1]).max(axis=1)
-    found: Floats = np.maximum(np.abs(start), np.abs(start + moved[:, 0]) + swing)
+    length = _lengths_of_rows(jacobian)
+    driven = np.abs(np.linalg.pinv(jacobian / length, rcond=_STABLE) @ (drives / length)).max(axis=1) * times[-1]
+    found: Floats = np.maximum(np.abs(start), np.abs(start + moved[:, 0]) + swing) + driven
     return found
+
+
+def _lengths_of_rows(jacobian: Floats) -> Floats:
+    """The lengths (m, 1) of the rows of ``jacobian`` (m, n), 1 for a row of zeros."""
+    length: Floats = np.linalg.norm(jacobian, axis=1, keepdims=True)
+    return np.where(length > 0, length, 1.0)
 
 
 def _free(jacobian: Floats) -> Floats:
     """An orthonormal basis (n, k) of the motions that ``jacobian`` (m, n) leaves free"""
-    length = np.linalg.norm(jacobian, axis=1, keepdims=True)
-    _, singular, right = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), full_matrices=True)
+    _, singular, right = np.linalg.svd(jacobian / _lengths_of_rows(jacobian), full_matrices=True)
     basis: Floats = right[int(np.sum(singular > _STABLE)) :].T
     return basis

@@ -11,6 +11,8 @@ from lag2fmu.solvers.methods import DEFAULT_SOLVER, STIFF_SOLVER, Method, TimeSt
 
 _SEEN, _MOST = 1e-9, 6
 """Starts that move by less than _SEEN of their size are not mentioned; of the others at most _MOST are named."""
+_STABLE = 2.0
+"""An explicit step of second order grows beyond this product of its length and a decay: 1 - z + z**2/2 exceeds 1."""
 
 
 def moved_starts(mechanism: Mechanism, equations: EquationsOfMotion) -> str:
@@ -39,6 +41,16 @@ def suited_solver(equations: EquationsOfMotion, among: Collection[str]) -> tuple
     if STIFF_SOLVER in among:
         return STIFF_SOLVER, reason
     return DEFAULT_SOLVER, f"{reason}; only --backend c has {STIFF_SOLVER}"
+
+
+def outruns(equations: EquationsOfMotion, step: float) -> bool:
+    """Whether a decay at the start is so fast that time stepping by ``step`` (s) is unstable.
+
+    Its forces of velocities are those of an explicit midpoint, found in two passes. Source: E. Hairer, G. Wanner,
+    Solving Ordinary Differential Equations II, section IV.2.
+    """
+    found = stiffness(equations)
+    return found is not None and found.rate * step > _STABLE
 
 
 def damping(found: Sequence[Vibration], method: Method) -> str:

@@ -12,8 +12,9 @@ from lag2fmu.dynamics.functions import Program
 from lag2fmu.dynamics.lagrange import derive, with_derived
 from lag2fmu.dynamics.massless import determined
 from lag2fmu.dynamics.program import lower
-from lag2fmu.fmu.advice import missed_vibrations, suited_solver
+from lag2fmu.fmu.advice import missed_vibrations, outruns, suited_solver
 from lag2fmu.fmu.method_check import check_bounded, check_solver
+from lag2fmu.fmu.runtime_tables import default_solver_step
 from lag2fmu.fmu.variables import promotable
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import BOUNDED, METHODS, STEPPING_SOLVER, TimeStepping
@@ -82,10 +83,11 @@ def chosen_solver(
         return STEPPING_SOLVER, "its steps contain impacts", ""
     touching = sum(contact.law == "ideal" for contact in equations.mechanism.contacts)
     heavy = all(i is None for i in determined(equations.mechanism))
-    if named is None and touching >= _MANY and STEPPING_SOLVER in among and heavy:
+    stepped = named is None and touching >= _MANY and STEPPING_SOLVER in among and heavy
+    if stepped and not outruns(equations, default_solver_step(equations.mechanism)):
         return STEPPING_SOLVER, f"its steps take impacts at {touching} contacts at once", ""
     if named is not None and isinstance(METHODS[named], TimeStepping):
-        return named, "", ""  # decays do not bound the steps of this solver
+        return named, "", ""  # its step is for the user to choose, too
     suited, reason = suited_solver(equations, among)
     suited = BOUNDED[suited] if bounded else suited
     return (named, "", reason) if named else (suited, reason, reason)

@@ -137,7 +137,7 @@ class ConstraintFunctions:
 
         for chosen, bar in q_passes:
             q = newton(positions, q, chosen, nominal)
-            self._refuse(*positions(q), bar)
+            self._refuse(*positions(q), q / nominal, bar)
 
         place = self._onward(state, q, qd, nominal)
 
@@ -147,9 +147,7 @@ class ConstraintFunctions:
 
         for chosen, bar in qd_passes:
             qd = newton(velocities, qd, chosen, nominal)
-            pace = max(1.0, float(np.abs(qd / nominal).max()))
-            residual, jacobian = velocities(qd)
-            self._refuse(residual, jacobian * pace, bar)
+            self._refuse(*velocities(qd), qd / nominal, bar)
         return q, qd
 
     def _onward(self, state: Callable[[Floats, Floats], StateBatch], q: Floats, qd: Floats, nominal: Floats) -> Floats:
@@ -181,8 +179,8 @@ class ConstraintFunctions:
         qd, still = newton_together(velocities, qd, nominal)
         return q, qd, near & still
 
-    def _refuse(self, residual: Floats, jacobian: Floats, bar: float) -> None:
-        if not relative(residual, jacobian) <= bar:
+    def _refuse(self, residual: Floats, jacobian: Floats, x: Floats, bar: float) -> None:
+        if not relative(residual, jacobian, x) <= bar:
             listed = ", ".join(f"{name} = {r:.3g}" for name, r in zip(self.names, residual, strict=False))
             raise SimulationError(f"the constraints cannot be met from the start values; residuals: {listed}")
 

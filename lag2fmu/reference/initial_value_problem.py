@@ -157,6 +157,7 @@ class InitialValueProblem:
                     proposed, message = solver.h_abs, solver.step()
                     if solver.status != "failed":
                         found += _passed(solver, asked)
+                        self._put_back(solver)
         except OutOfTimeError:
             return np.reshape(found, (-1, len(z)))
         except _TooLongError as error:
@@ -169,6 +170,26 @@ class InitialValueProblem:
             raise SimulationError(f"{self._place(self.last[0])}: {method} cannot go on; {self._reason(message)}")
         self._step = max(proposed, float(solver.h_abs))  # the last step was cut short by the end
         return np.stack(found)
+
+    def _put_back(self, solver: Any) -> None:
+        """Move the state of SciPy's ``solver`` onto the constraints after a step, where full steps can.
+
+        Rounding takes it off them. Near singular positions little holds it, and that would decide on the motion.
+        """
+        n, constraints = self.n, self.equations.energies.constraints
+        z = solver.y.reshape(-1, self.size + 1)
+        if not constraints.m:
+            return
+
+        def moved(q: Floats, qd: Floats) -> Floats:
+            return np.concatenate([q, qd, z[:, 2 * n :]], axis=1)
+
+        q, qd, met = constraints.consistent_together(
+            lambda q, qd: self.state(solver.t, moved(q, qd)), z[:, :n], z[:, n : 2 * n], self.nominal[:n]
+        )
+        if met.all():
+            solver.y = moved(q, qd).ravel()
+            solver.f = solver.fun(solver.t, solver.y)
 
     def _slope(self, t: float, z: Floats) -> Floats:
         """dz/dt, flat; NaN where there are no accelerations, which makes the method take a shorter step."""

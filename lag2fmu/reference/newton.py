@@ -26,7 +26,8 @@ def newton(function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, free:
     """
     residual, jacobian = function(x)
     for _ in range(_ITERATIONS):
-        if not free.any() or not np.isfinite(jacobian).all() or relative(residual, jacobian) <= 1e-3 * TIGHT:
+        met = relative(residual, jacobian, x / nominal) <= 1e-3 * TIGHT
+        if met or not free.any() or not np.isfinite(jacobian).all():
             break
         step = np.zeros_like(x)
         # with redundant constraints solutions are not isolated; damping by the square of the residual keeps the
@@ -59,7 +60,7 @@ def newton_together(
     residual, jacobian = function(x)
     goes = np.isfinite(jacobian).all(axis=(1, 2))
     for _ in range(_ITERATIONS):
-        goes = goes & (relative(residual, jacobian) > 1e-3 * TIGHT)
+        goes = goes & (relative(residual, jacobian, x / nominal) > 1e-3 * TIGHT)
         if not goes.any():
             break
         length = np.linalg.norm(jacobian[goes], axis=2)
@@ -74,11 +75,15 @@ def newton_together(
         x = np.where(goes[:, None], trial, x)
         residual = np.where(goes[:, None], found[0], residual)
         jacobian = np.where(goes[:, None, None], found[1], jacobian)
-    return x, relative(residual, jacobian) <= TIGHT
+    return x, relative(residual, jacobian, x / nominal) <= TIGHT
 
 
-def relative(residual: Floats, jacobian: Floats) -> Floats:
-    """The greatest of residuals (*batch, m), relative to its change if coordinates change by their nominal values."""
-    size = np.abs(jacobian).max(axis=-1)
+def relative(residual: Floats, jacobian: Floats, x: Floats) -> Floats:
+    """The greatest of residuals (*batch, m), relative to its change with the unknowns ``x`` (*batch, n).
+
+    Each of them changes by its nominal value, or by its own size where that is greater: rounding grows with it.
+    ``x`` and ``jacobian`` (*batch, m, n) are in units of the nominal values.
+    """
+    size = (np.abs(jacobian) * np.maximum(1.0, np.abs(x))[..., None, :]).max(axis=-1)
     greatest: Floats = np.max(np.abs(residual) / np.where(size > 0, size, 1.0), axis=-1, initial=0.0)
     return greatest

@@ -39,19 +39,25 @@ def evaluation(path: Path, time: float) -> Iterator[Evaluation]:
     """
     kind = "ModelExchange" if offers_model_exchange(path) else "CoSimulation"
     with instance_of(path, kind) as instance:
-        fmu = instance.fmu
+        yield _begun(instance, path, time)
+
+
+def _begun(instance: Instance, path: Path, time: float) -> Evaluation:
+    fmu = instance.fmu
+    try:
         if is_fmi3(instance.description):
             fmu.enterInitializationMode(startTime=time)
             fmu.exitInitializationMode()
-            yield _OfFmi3(instance, path)
-            return
+            return _OfFmi3(instance, path)
         fmu.setupExperiment(startTime=time)
         fmu.enterInitializationMode()
-        if kind == "ModelExchange":
+        if offers_model_exchange(path):
             fmu.exitInitializationMode()
             fmu.newDiscreteStates()
             fmu.enterContinuousTimeMode()
-        yield _OfFmi2(instance)
+        return _OfFmi2(instance)
+    except Exception as error:  # fmpy raises bare exceptions
+        raise SimulationError(f"the FMU could not begin at t = {time:g} s: {error}; {instance.log.tail()}") from error
 
 
 class _OfFmi2:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -15,6 +16,7 @@ from lag2fmu.mechanism.norms import norm_constraints
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.drives import DriveForces
 from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.initial_value_problem import PULL_BACK
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.symbolic import sympy_accelerations
 from lag2fmu.verify.evaluation import Evaluation, evaluation
@@ -28,6 +30,11 @@ _ROUNDING = 1e-14
 BEGUN = 1e-12
 """The time (s) of both sides: a kink of the time at 0 is behind, also where rounding hides shorter times, as in
 cos(w*t - a) - cos(a)."""
+_PULLED = 10
+"""Times how much more an FMU may pull back than the independent path, whose residuals of a velocity round otherwise."""
+_WEAK, _REDUNDANT = 1e-2, 1e-8
+"""Singular values of constraints of unit length: below the first one accelerations may lose the digits of ROUNDING,
+which fall with its square; what is below the second one is redundant and no constraint more."""
 NEARER = (1.0, 0.1, 0.01, 0.0)
 """Random states are moved away from the motion by 5 %, times the first of these parts with which the equations are
 defined."""
@@ -37,15 +44,16 @@ def pointwise_checks(task: Task, reference: Reference) -> list[Check]:
     """Checks of accelerations and of everything calculated, at random states, inputs and parameters around the motion.
 
     States are near points of ``reference``, on the constraints. The value of a check is a relative difference. The bar
-    is ROUNDING, or the change by rounding of the states or of the mass matrix if this is more. For mechanisms of up to
-    3 coordinates without constraints SymPy's Lagrange equations are compared as well. Raises SimulationError if the FMU
-    does not answer.
+    is ROUNDING, or the change by rounding of the states, of the mass matrix or of the residuals of constraints if this
+    is more. For mechanisms of up to 3 coordinates without constraints SymPy's Lagrange equations are compared as well.
+    Raises SimulationError if the FMU does not answer.
     """
     generator = np.random.default_rng(7)
     n = len(task.mechanism.coordinates)
     own: list[Floats] = []
     independent: list[Floats] = []
     moved: list[Floats] = []
+    pulled: list[Floats] = []
     with evaluation(task.path, BEGUN) as fmu:
         for _ in range(3):
             parameters = _random_parameters(task.mechanism, generator)
@@ -55,8 +63,10 @@ def pointwise_checks(task: Task, reference: Reference) -> list[Check]:
                 own.append(_calculated_by_fmu(task, fmu, q, qd, inputs | parameters))
                 independent.append(_calculated(drives, q, qd, inputs))
                 moved.append(_calculated(drives, (1 + ROUNDING / 100) * q, (1 + ROUNDING / 100) * qd, inputs))
+                pulled.append(np.concatenate([_pulled_back(equations, q, qd, inputs), independent[-1][n:]]))
         relative, condition = _relative(own, independent), _relative(moved, independent)
         condition[:n] = np.maximum(condition[:n], _rounding_of_accelerations(equations, reference))
+        condition[:n] = np.maximum(condition[:n], _PULLED * _relative(pulled, independent)[:n])
         labels = _labels(task.mechanism)
         checks = [_worst("momenta, energy, outputs, random states", labels[n:], relative[n:], condition[n:])]
         if n:
@@ -81,6 +91,12 @@ def _rounding_of_accelerations(equations: Equations, reference: Reference) -> fl
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     condition = float(np.linalg.cond(scale[:, None] * matrix * scale))
     return 10 * float(np.finfo(float).eps) * condition if np.isfinite(condition) else 0.0
+
+
+def _pulled_back(equations: Equations, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> Floats:
+    """qdd (n,) with a pull back onto the constraints as in an FMU, which makes much of rounded velocities."""
+    rate = PULL_BACK / equations.mechanism.experiment.step
+    return equations.rates(equations.energies.state(BEGUN, q, qd, inputs), rate)[0]
 
 
 def _worst(name: str, labels: Sequence[str], relative: Floats, condition: Floats) -> Check:
@@ -111,45 +127,70 @@ def _random_states(
 ) -> list[tuple[Floats, Floats, dict[str, float]]]:
     """(q, qd, inputs with further states) near points of the trajectory, q and qd (n,), on the constraints.
 
-    They are within the bounds of the coordinates, because an FMU takes no state outside of them. If constraints lead
-    out of the bounds, or if the independent equations have no finite value, a state nearer to the trajectory is taken;
-    if there is none, the state is left out.
+    They are within the bounds of the coordinates, because an FMU takes no state outside of them. If constraints cannot
+    be met there or lead out of the bounds, or if the independent equations have no finite value, a state nearer to the
+    trajectory is taken; if there is none, the state is left out. So are those where a constraint is about to be lost,
+    if there are others.
     """
     n, energies = len(task.mechanism.coordinates), drives.equations.energies
     moving = {name for m in task.mechanism.motions for name in (m.name, names.velocity(m.name))}
     held = moving if energies.constraints.m else set()
     ranges = _input_ranges(task, energies.input_names)
     scales = np.array([reference.scales[name] for name in task.states])
-    low, high = np.reshape([_bounds(c.minimum, c.maximum) for c in task.mechanism.coordinates], (-1, 2)).T
+    low, high = _ranges(task.mechanism)
     points = reference.trajectory.columns(task.states)
     points = points[((low <= points[:, :n]) & (points[:, :n] <= high)).all(axis=1)]
     points = points[generator.integers(0, len(points), count)]
-    states = []
+    states: list[tuple[Floats, Floats, dict[str, float]]] = []
     for point, away in zip(points, 0.05 * scales * generator.uniform(-1, 1, (count, len(scales))), strict=True):
         inputs = {name: float(generator.uniform(*between)) for name, between in ranges.items() if name not in held}
-        for part in NEARER:
-            x = point + part * away
-            inputs |= zip(task.states[2 * n :], x[2 * n :].tolist(), strict=True)
-            q, qd = _consistent(drives, x[: 2 * n], inputs, (low, high))
-            if _defined(drives, q, qd, inputs):
-                states.append((q, qd, inputs))
-                break
+        tried = (_put(task, drives, point + part * away, inputs, (low, high)) for part in NEARER)
+        states += itertools.islice(filter(lambda state: _defined(drives, *state), tried), 1)
     if not states:
         raise SimulationError(
             f"mechanism '{task.mechanism.name}': the equations have no finite value at random states near the motion, "
             "nor on it; write what overflows in another way"
         )
-    return states
+    return [state for state in states if _held(drives, *state)] or states
+
+
+def _held(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> bool:
+    """Whether no constraint is about to be lost, as near singular positions, where accelerations are rounding."""
+    energies = drives.equations.energies
+    if not energies.constraints.m:
+        return True
+    jacobian = energies.constraints(energies.state(BEGUN, q, qd, inputs))[3]
+    length = np.linalg.norm(jacobian, axis=1, keepdims=True)
+    parts = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), compute_uv=False)
+    return not ((parts > _REDUNDANT) & (parts < _WEAK)).any()
+
+
+def _ranges(mechanism: Mechanism) -> Floats:
+    """The smallest and the greatest value of each coordinate, (2, n)."""
+    found: Floats = np.reshape([_bounds(c.minimum, c.maximum) for c in mechanism.coordinates], (-1, 2)).T
+    return found
+
+
+def _put(
+    task: Task, drives: DriveForces, x: Floats, inputs: Mapping[str, float], bounds: tuple[Floats, Floats]
+) -> tuple[Floats, Floats, dict[str, float]]:
+    """(q, qd, inputs with further states) of the state ``x`` (2 n + f,), see ``_consistent``."""
+    n = len(task.mechanism.coordinates)
+    inputs = {**inputs, **dict(zip(task.states[2 * n :], x[2 * n :].tolist(), strict=True))}
+    return *_consistent(drives, x[: 2 * n], inputs, bounds), inputs
 
 
 def _consistent(
     drives: DriveForces, x: Floats, inputs: Mapping[str, float], bounds: tuple[Floats, Floats]
 ) -> tuple[Floats, Floats]:
-    """q and qd, (n,) each, near ``x`` (2 n,) on the constraints; NaN where they lead out of the ``bounds`` of q."""
+    """q and qd, (n,) each, near ``x`` (2 n,) on the constraints; NaN where they cannot be met, or not in ``bounds``."""
     energies, (q, qd) = drives.equations.energies, np.split(x, 2)
     q = np.clip(q, *bounds)
     if energies.constraints.m:
-        q, qd = energies.consistent(q, qd, BEGUN, inputs)
+        try:
+            q, qd = energies.consistent(q, qd, BEGUN, inputs)
+        except SimulationError:
+            return np.full_like(q, np.nan), qd
     inside = np.clip(q, *bounds)
     return np.where(np.abs(inside - q) <= _ROUNDING * np.abs(q), inside, np.nan), qd
 

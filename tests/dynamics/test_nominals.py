@@ -66,6 +66,15 @@ def test_forces_that_come_later_and_weights_count() -> None:
     assert nominal(oscillator(x, 100.0, forces=shaken)) == pytest.approx(1e-4)
 
 
+def test_what_a_constraint_drives_goes_as_far_as_it_is_driven() -> None:
+    """A crank that turns by omega t, and a flap that trembles: both angles had the size of the tremble, 1e-4 rad."""
+    crank, flap = coordinate("crank", "rad", velocity=150.0), coordinate("flap", "rad", start=1e-6)
+    energy = Energy(crank.dot**2 / 2 + flap.dot**2 / 2, 1e6 * flap**2 / 2)
+    drive = Constraint("drive", crank - 150 * sp.Symbol("t"))
+    found = derive(Mechanism("driven", coordinates=[crank, flap], energy=energy, constraints=[drive]))
+    assert [q.nominal for q in found.mechanism.coordinates] == [1.0, 1.0]
+
+
 def test_coordinates_of_one_dimension_share_a_size() -> None:
     """What the other coordinates swing up is of their size: bar and screw of Wilberforce's pendulum, beats of two."""
     x, y, k = coordinate("x", "m", start=1e-6), coordinate("y", "m"), parameter("k", 100.0)

@@ -12,10 +12,11 @@ from lag2fmu import simulate
 from lag2fmu.dynamics import derive
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.advice import steps_over_impacts
+from lag2fmu.fmu.deriving import chosen_solver
 from lag2fmu.fmu.method_check import check_solver
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
-from lag2fmu.mechanism import Mechanism
+from lag2fmu.mechanism import Body, Contact, Damper, Energy, Mechanism, coordinate
 from lag2fmu.reference import Trajectory
 from lag2fmu.solvers.methods import METHODS
 
@@ -549,3 +550,18 @@ def test_impacts_in_turn_become_impacts_at_once() -> None:
     assert "at once" in steps_over_impacts(cradle, METHODS["moreau"])
     assert steps_over_impacts(replace(cradle, impacts="simultaneous"), METHODS["moreau"]) == ""
     assert steps_over_impacts(cradle, METHODS["dopri5"]) == ""
+
+
+@pytest.mark.parametrize(("damping", "solver"), [(1900.0, "moreau"), (2e4, "radau5")])
+def test_many_contacts_are_stepped_over_unless_the_steps_are_unstable(damping: float, solver: str) -> None:
+    """24 balls with c/m in 1/s; steps of 1 ms grow beyond 2000/s, and a robot's finger ended as nan after 8 ms."""
+    height = coordinate("height", "m", start=1.0, velocity=-0.5)
+    balls = [coordinate(f"x{i}", "m", start=0.1 + 0.01 * i) for i in range(24)]
+    bodies = [Body(f"ball{i}", 1, (i, x)) for i, x in enumerate(balls)]
+    contacts = [Contact(f"floor{i}", gap=x) for i, x in enumerate(balls)]
+    swing = Energy(kinetic=height.dot**2 / 2, potential=50 * height**2)
+    damper = Damper("oil", damping=damping, rate=balls[0].dot)
+    row = Mechanism(
+        "row", coordinates=[height, *balls], bodies=bodies, contacts=contacts, dampers=[damper], energy=swing
+    )
+    assert chosen_solver(derive(row), None)[0] == solver

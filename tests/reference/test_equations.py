@@ -8,7 +8,7 @@ from mechanisms import charged_particle, driven_pendulum, falling, loaded, oscil
 from lag2fmu.errors import DerivationError, LoadError, SimulationError
 from lag2fmu.formats.loading import load
 from lag2fmu.language.expressions import FUNCTIONS
-from lag2fmu.mechanism import Body, Damper, Energy, Load, Mechanism, Point, Spring, coordinate, parameter
+from lag2fmu.mechanism import Body, Constraint, Damper, Energy, Load, Mechanism, Point, Spring, coordinate, parameter
 from lag2fmu.reference import Equations, sympy_accelerations
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import FEW, STEP, compiled
@@ -276,3 +276,20 @@ def test_states_move_onto_the_constraints_together_as_each_alone() -> None:
         alone = energies.consistent(q[i], qd[i])
         np.testing.assert_allclose([x[i] for x in together], alone, rtol=0, atol=1e-9)
     assert np.abs(energies.constraints(energies.state(at, *together))[1]).max() < 1e-11
+
+
+def test_wheels_that_have_turned_far_are_on_their_constraint_up_to_rounding() -> None:
+    """After ten minutes at 3000 rpm the last digit of an angle is 3e-11 rad, and a constraint is met no better."""
+    energies = EnergyFunctions(gear())
+    turned, rates = np.linspace(1e5, 2e5, 200), np.array([300.0, 300.0 / 3.7])
+    q, qd = np.column_stack([turned, turned / 3.7]), np.tile(rates, (200, 1))
+    batch = lambda a, b: energies.state(np.zeros(200), a, b)  # noqa: E731
+    assert energies.constraints.consistent_together(batch, q, qd, np.ones(2))[2].all()
+    for row, rate in zip(q, qd, strict=True):
+        np.testing.assert_allclose(energies.consistent(row, rate)[0], row, rtol=1e-15)
+
+
+def gear() -> Mechanism:
+    a, b = coordinate("a", "rad"), coordinate("b", "rad")
+    mesh = Constraint("mesh", a - sp.Float(3.7) * b)
+    return Mechanism("gear", coordinates=[a, b], energy=Energy(kinetic=a.dot**2 + b.dot**2), constraints=[mesh])

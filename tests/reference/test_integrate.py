@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from mechanisms import charged_particle, driven_pendulum, falling, loaded, oscillator, pendulum
+from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipj, ellipk
 
@@ -17,7 +18,7 @@ from lag2fmu.deadline import OutOfTimeError, within
 from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.formats.loading import load
 from lag2fmu.language.expressions import TIME
-from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter, signal
+from lag2fmu.mechanism import Body, Constraint, Energy, Mechanism, coordinate, parameter, signal
 from lag2fmu.reference import Trajectory, held, initial_value_problem, integrate, interpolated
 from models.double_pendulum import double_pendulum
 
@@ -139,6 +140,37 @@ def test_double_pendulum_and_its_amplification() -> None:
     assert wild.amplification[-1] > 1e3
     assert wild.trajectory["theta1"][0] == 2.0
     assert wild.trajectory["theta1_dot"][0] == 0.1
+
+
+@pytest.mark.parametrize("rtol", [1e-9, 1e-10])
+def test_equal_links_go_on_through_their_singular_positions(rtol: float) -> None:
+    """A slider crank with a rod as long as its crank: where the slider is at the pivot, it could stay there instead.
+
+    The motion is x = 2 cos a, b = -a; at 1e-10 rounding had led the rod astray at the fourth passage.
+    """
+    a, b, x = coordinate("a", start=0.3, velocity=4.0), coordinate("b", guess=-0.3), coordinate("x", guess=1.9)
+    rods = [(sp.cos(a) / 2, sp.sin(a) / 2), (sp.cos(a) + sp.cos(b) / 2, sp.sin(a) + sp.sin(b) / 2)]
+    bodies = [Body(f"rod{i}", 1, at, q, 0.08) for i, (at, q) in enumerate(zip(rods, (a, b), strict=True))]
+    loop = [Constraint("y", sp.sin(a) + sp.sin(b)), Constraint("x", sp.cos(a) + sp.cos(b) - x)]
+    crank = Mechanism(
+        "crank",
+        coordinates=[a, b, x],
+        bodies=[*bodies, Body("slider", 0.5, (x, 0))],
+        constraints=loop,
+        gravity=sp.Float(9.81),
+    )
+    times = np.linspace(0, 5, 51)
+
+    def slope(_: float, z: np.ndarray) -> list[float]:
+        sine, cosine = np.sin(z[0]), np.cos(z[0])
+        inertia, rate = 0.66 + 4 * sine**2, 4 * sine * cosine  # 2 T / a_dot^2, and half its slope
+        return [z[1], -(rate * z[1] ** 2 + 9.81 * cosine) / inertia]
+
+    exact = solve_ivp(slope, (0, 5), [0.3, 4.0], "DOP853", times, rtol=1e-12, atol=1e-12).y[0]
+    assert (np.diff(np.sign(np.cos(exact))) != 0).sum() >= 3
+    run = integrate(crank, times, rtol=rtol)
+    assert run.trajectory["a"] == pytest.approx(exact, abs=1e-7)
+    assert np.abs(run.trajectory["a"] + run.trajectory["b"]).max() < 1e-9
 
 
 def test_everything_at_once_balances() -> None:
