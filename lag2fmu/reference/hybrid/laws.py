@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lag2fmu.deadline import check_time
-from lag2fmu.reference.hybrid.limits import FREE, Limit, facet, margin, nearest
+from lag2fmu.reference.hybrid.limits import FREE, Limit, Limits, nearest
 from lag2fmu.reference.hybrid.modes import SENSE, Mode
 from lag2fmu.reference.state import Floats
 
@@ -97,12 +97,13 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
         return None
     load, free = solved
     size = float(np.max(motion * scale, initial=0.0))
-    limits, bar = list(_limits(D, c, items, modes, scale, LATE * size)), EXACT * size
-    broken = [limit for limit in limits if margin(limit, load) < -bar]
-    if broken and free.size and not _rubs(items, modes, free) and _all_move(broken, load, free):
+    limits, bar = Limits(_limits(D, c, items, modes, scale, LATE * size), len(c)), EXACT * size
+    broken = limits.margins(load) < -bar
+    if broken.any() and not _rubs(items, modes, free) and _felt(limits.facets(load, broken) @ free):
         shared = nearest(load, free, limits)
         load = load if shared is None else shared
-    if any(margin(limit, load) < -bar for limit in limits):
+        broken = limits.margins(load) < -bar
+    if broken.any():
         return None
     r = scale * load
     w = D @ r + c
@@ -112,9 +113,9 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
     return Outcome(modes, r, w, tuple(item.direction for item in items))
 
 
-def _all_move(broken: Sequence[Limit], load: Floats, free: Floats) -> bool:
-    """Whether ``free`` loads (k, d) change the margins of all ``broken`` limits at the ``load`` (k,)."""
-    return all(np.abs(facet(limit, load) @ free).max() > FREE for limit in broken)
+def _felt(slopes: Floats) -> bool:
+    """Whether free loads change the margins of all p limits, whose ``slopes`` (p, d) along them these are."""
+    return bool((np.abs(slopes).max(axis=1, initial=0.0) > FREE).all())
 
 
 def of_least_norm(D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[Mode], pace: float) -> Floats | None:
@@ -130,7 +131,9 @@ def of_least_norm(D: Floats, c: Floats, items: Sequence[Item], modes: Sequence[M
 def _rubs(items: Sequence[Item], modes: Sequence[Mode], free: Floats) -> bool:
     """Whether a contact slides by friction that ``free`` loads (k, d) change: its load then is that of least norm."""
     slides = [x for x, mode in zip(items, modes, strict=True) if x.slips and mode not in (Mode.OPEN, Mode.STICKS)]
-    return any(x.normal is not None and x.friction > 0 and np.abs(free[x.normal]).max() > FREE for x in slides)
+    return any(
+        x.normal is not None and x.friction > 0 and np.abs(free[x.normal]).max(initial=0.0) > FREE for x in slides
+    )
 
 
 def units(D: Floats, c: Floats, pace: float) -> tuple[Floats, Floats]:

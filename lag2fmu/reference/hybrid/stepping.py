@@ -250,7 +250,8 @@ class Watch:
         return root(sunk, left, right)
 
     def _value(self, i: int, dense: Dense, t: float, rise: float = 0.0) -> float:
-        return float(self.piece.events(np.array([t]), dense(t)[None])[i, 0]) + rise
+        found = self.piece.margins if i < self.piece.plain else self.piece.events
+        return float(found(np.array([t]), dense(t)[None])[i, 0]) + rise
 
     def nearly(self, t: float, y: Floats) -> Due:
         """The kinks whose margins are almost zero at ``t`` (s) and y (s,); a formula may be undefined beyond them."""
