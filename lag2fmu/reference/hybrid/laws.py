@@ -108,7 +108,8 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
     r = scale * load
     w = D @ r + c
     slow = np.abs(w) * scale <= bar
-    if any(_held(D, items, modes, row) for row in _sliding(items, modes) if slow[row]):
+    bound = _bound(items, modes)
+    if any(is_held(D, bound, row) for row in _sliding(items, modes) if slow[row]):
         return None
     return Outcome(modes, r, w, tuple(item.direction for item in items))
 
@@ -185,9 +186,8 @@ def _sliding(items: Sequence[Item], modes: Sequence[Mode]) -> list[int]:
     return [x.slips[0] for x, mode in zip(items, modes, strict=True) if mode in SENSE and x.direction is None]
 
 
-def _held(D: Floats, items: Sequence[Item], modes: Sequence[Mode], row: int) -> bool:
-    """Whether what does not move keeps the ``row`` from moving."""
-    bound = _bound(items, modes)
+def is_held(D: Floats, bound: Sequence[int], row: int) -> bool:
+    """Whether rows that are ``bound`` keep the ``row`` from moving; D is (k, k)."""
     taken = D[row, bound] @ np.linalg.pinv(D[np.ix_(bound, bound)], rcond=1e-11) @ D[bound, row]
     return bool(D[row, row] - taken <= EXACT * D[row, row])
 
