@@ -50,6 +50,7 @@ class HybridSystem:
         self.constraints = self.energies.constraints
         self._compiled = CompiledLater(self.equations.energies, self.equations.scale, small=self.equations.small)
         self._bound: tuple[Modes, tuple[list[int], list[int]]] | None = None  # the modes asked for last, and their rows
+        self._redundant: Modes | None = None  # the modes asked for last, if their rows were redundant
         self.size = 2 * self.n + len(mechanism.states)  # of the states: q, qd, further ones
         self.nominal = np.array([c.nominal for c in mechanism.coordinates])
 
@@ -141,7 +142,9 @@ class HybridSystem:
         along = -senses[:, None] * rows.jacobian[e.friction_rows[sliding]] if sliding else np.zeros((0, n))
         right = np.zeros((n + len(G), 1 + len(sliding)))
         right[:n, 0], right[n:, 0], right[:n, 1:] = point.forcing, -aim, along.T
-        found, units, free = _solved(point.terms.mass_matrix, G, directions, right)
+        redundant = self._redundant is modes
+        found, units, free = _solved(point.terms.mass_matrix, G, directions, right, redundant=redundant)
+        self._redundant = modes if free.size else None
 
         def answer_of(x: Floats) -> Answer:
             forces = spread @ x[n + m : n + m + len(closed)]
@@ -232,23 +235,27 @@ class HybridSystem:
         return Responses(rows, held, found[:n], found[n:])
 
 
-def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> tuple[Floats, Floats, Floats]:
+def _solved(
+    M: Floats, G: Floats, directions: Floats, right: Floats, *, redundant: bool = False
+) -> tuple[Floats, Floats, Floats]:
     """[M -B^T; G 0]^-1 right with B = ``directions`` (r, n): unknowns (n + r, columns).
 
     Where rows are redundant, the forces are those of least norm among all with the same G^T forces, in units of each
     row's inertia: a combination of the columns of G, as those of a bed of springs. Beside the unknowns these units (r,)
-    are returned, and in them an orthonormal basis of the forces that no motion feels, (r, d).
+    are returned, and in them an orthonormal basis of the forces that no motion feels, (r, d). ``redundant``: the rows
+    were so at a point nearby, and a try without that would be in vain.
     """
     n, r = len(M), len(G)
     if not r:
         return _free(M, right), np.ones(0), np.zeros((0, 0))
     if not all(np.isfinite(x).all() for x in (M, G, directions, right)):
         return np.full_like(right, np.nan), np.ones(r), np.zeros((r, 0))
-    scale, matrix = _scaled(M, G, directions, plain=r <= n)
-    inverse, free = _inverse(matrix) if r <= n else None, np.zeros((r, 0))
+    inverse, free = None, np.zeros((r, 0))
+    if r <= n and not redundant:
+        scale, matrix = _scaled(M, G, directions, plain=True)
+        inverse = _inverse(matrix)
     if inverse is None:
-        if r <= n:
-            scale, matrix = _scaled(M, G, directions, plain=False)
+        scale, matrix = _scaled(M, G, directions, plain=False)
         loads, values, _ = np.linalg.svd(matrix[n:, :n])
         values = np.append(values, np.zeros(r - len(values)))
         free, onto = loads[:, values <= FREE], np.eye(n + r)[:, : n + int(np.sum(values > RANK * values[0]))]
