@@ -43,9 +43,7 @@ def centred(point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
     are unique or wide within the limits, and where a contact slides whose friction other forces would change.
     """
     sharing = _sharing(point, modes, answer)
-    if sharing is None:
-        return answer
-    return sharing.told(answer, inmost(sharing.least, sharing.free, sharing.limits))
+    return answer if sharing is None else sharing.told(answer, inmost(sharing.least, sharing.free, sharing.limits))
 
 
 def giving_way(point: MotionPoint, modes: Modes, answer: Answer) -> dict[int, tuple[float, ...]]:
