@@ -234,8 +234,12 @@ def scales(M: Floats, G: Floats, plain: bool) -> Floats:
         square = (rows * rows).sum(axis=-1)
     else:
         full = M + np.swapaxes(G, -1, -2) @ (size[..., None] * G)
-        scaled = M * columns[..., :, None] * columns[..., None, :]
-        metric = np.where((np.linalg.cond(scaled) < 1e12)[..., None, None], M, full)
-        inverse = np.linalg.pinv(metric * columns[..., :, None] * columns[..., None, :], hermitian=True)
-        square = np.einsum("...ki,...ij,...kj->...k", rows, inverse, rows)
+        both = columns[..., :, None] * columns[..., None, :]
+        values, vectors = np.linalg.eigh(M * both)
+        singular = np.abs(values).min(axis=-1) * 1e12 <= np.abs(values).max(axis=-1)
+        if singular.any():
+            values, vectors = np.linalg.eigh(np.where(singular[..., None, None], full, M) * both)
+        size = np.abs(values)
+        values = np.where(size > 1e-15 * size.max(axis=-1, keepdims=True), values, np.inf)
+        square = ((rows @ vectors) ** 2 / values[..., None, :]).sum(axis=-1)
     return np.concatenate([columns, 1.0 / np.sqrt(np.where(square > 0, square, 1.0))], axis=-1)

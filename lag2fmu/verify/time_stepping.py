@@ -36,8 +36,6 @@ MOST_STEPS = 2e5
 """The most steps with which the FMU is judged; if it needs more, less of the run is compared."""
 NEAR = 3.0
 """In steps: so near to each other impacts may fall into one step, as each is late by up to one."""
-MOST_ROWS = 64
-"""A direct integration with more rows that may bear forces takes minutes for a few steps."""
 
 
 def own_step(mechanism: Mechanism, path: Path) -> float:
@@ -50,14 +48,6 @@ def as_stepped(mechanism: Mechanism) -> Mechanism:
     """The ``mechanism`` as time stepping takes it: the impacts of a step are one problem."""
     differs = any(steps_over_impacts(mechanism, method) for method in METHODS.values())
     return complete(replace(mechanism.description, impacts="simultaneous")) if differs else mechanism
-
-
-def beyond_integration(task: Task) -> str:
-    """A phrase on why no direct integration is tried beside an FMU that steps over events; "" where it is."""
-    rows = sum(1 + len(c.slips) for c in task.mechanism.unilaterals) + len(task.mechanism.frictions)
-    if not task.solver_step or rows <= MOST_ROWS:
-        return ""
-    return f"does not follow {rows} gaps and slips, {MOST_ROWS} at most: the laws along the run judge alone"
 
 
 def sharpened(task: Task, references: Sequence[Reference]) -> Task:

@@ -18,8 +18,11 @@ FEET = [(a, b) for a in (0.3, -0.3) for b in (0.2, -0.2)]
 RATES = ["x_dot", "y_dot", "w_dot"]
 
 
-def _table(forces: list[str]) -> Mechanism:
-    """A table of 1 kg whose centre is in the plane of its feet, with ``forces`` along x and y (N) and about z (N.m)."""
+def _table(forces: list[str], tilt: str = "0") -> Mechanism:
+    """A table of 1 kg whose centre is in the plane of its feet, with ``forces`` along x and y (N) and about z (N.m).
+
+    ``tilt`` (N.m) is about the x axis.
+    """
     feet = "".join(
         f"""
         [contacts.foot{k}]
@@ -53,6 +56,7 @@ def _table(forces: list[str]) -> Mechanism:
         x = "{forces[0]}"
         y = "{forces[1]}"
         w = "{forces[2]}"
+        p = "{tilt}"
         {feet}""",
         "table",
     )
@@ -99,3 +103,18 @@ def test_a_table_gives_way_at_once() -> None:
     for solver in ("dopri5", "radau5"):
         run = lag2fmu.simulate(mechanism, stop_time=0.05, step=0.01, tolerance=1e-9, outputs=RATES, solver=solver)
         assert run.columns(RATES) == pytest.approx(told, abs=2e-7)
+
+
+def test_feet_of_a_table_come_to_rest_together() -> None:
+    """Where one foot stops, all do: the table is at rest until its forces are too great once more.
+
+    Two feet stuck, and held two others that went on to slide, for good: their friction was that of a slip, and the
+    load of a cone that came to its limit changed no mode, in events without end.
+    """
+    mechanism = _table(
+        ["3.153*sin(3*t/second)", "2.373*sin(2*t/second + 0.4)", "0.25*sin(4*t/second)"], "0.495*sin(1.3*t/second)"
+    )
+    reference = integrate(mechanism, np.linspace(0.0, 1.4, 8), rtol=1e-8)
+    assert reference.method == "DOP853"
+    stops = [event.time for event in reference.events if event.kind == "sticks" and event.time > 0]
+    assert stops == [stops[0]] * len(FEET)

@@ -17,7 +17,7 @@ from lag2fmu.reference import integrate, remedy_of_jumps
 from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.impacts import all_outcomes
 from lag2fmu.reference.hybrid.laws import PLANES, Item
-from lag2fmu.reference.hybrid.limits import nearest
+from lag2fmu.reference.hybrid.limits import Limits, nearest
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.run import HybridRun, Track, started
 from lag2fmu.reference.hybrid.search import decided
@@ -484,8 +484,8 @@ def test_a_load_far_beyond_all_others_is_none() -> None:
     A limit of 1 by a slope of 1e-3 asks for a load of 1e3; by a slope of 2e-9 rounding decides on the load.
     """
     least, free = np.ones(1), np.ones((1, 1))
-    assert nearest(least, free, [(-1.0, np.array([1e-3]), np.zeros((0, 1)))]) == pytest.approx([1e3])
-    assert nearest(least, free, [(-1.0, np.array([2e-9]), np.zeros((0, 1)))]) is None
+    assert nearest(least, free, Limits([(-1.0, np.array([1e-3]), np.zeros((0, 1)))], 1)) == pytest.approx([1e3])
+    assert nearest(least, free, Limits([(-1.0, np.array([2e-9]), np.zeros((0, 1)))], 1)) is None
 
 
 def test_what_is_left_of_a_motion_that_has_ended_contradicts_nothing() -> None:

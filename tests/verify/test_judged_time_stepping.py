@@ -160,3 +160,25 @@ step = 0.01
 def test_right_steps_pass(text: str, exported) -> None:
     report = validate(exported(read(text, "by_chance"), solver="moreau"))
     assert report.outcome == "ok", report
+
+
+def test_many_contacts_are_compared(exported) -> None:
+    """A stone falls on a stair of 70 steps: the integration goes as far as it gets, however many rows there are."""
+    steps = "\n".join(f'step{k} = {{ gap = "z + {0.1 * k:.1f}" }}' for k in range(70))
+    stone = f"""
+[mechanism]
+name = "stair"
+[coordinates]
+z = {{ unit = "m", start = 0.1 }}
+[energy]
+kinetic = "z_dot**2/2"
+potential = "9.81*z"
+[contacts]
+{steps}
+[experiment]
+stop_time = 0.2
+step = 0.01
+"""
+    report = validate(exported(read(stone, "stair"), solver="moreau"))
+    assert report.outcome == "ok", report
+    assert any(check.name.startswith("co-simulation, step") for check in report.checks), report

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lag2fmu.reference.hybrid.elements import Elements
-from lag2fmu.reference.hybrid.laws import CLOSED, PLANES, Item, Outcome, apart
+from lag2fmu.reference.hybrid.laws import CLOSED, PLANES, Item, Outcome, apart, is_held
 from lag2fmu.reference.hybrid.loads import giving_way
 from lag2fmu.reference.hybrid.measures import (
     BACK,
@@ -92,6 +93,7 @@ class ModeChoice:
         before: tuple[Mode, ...] | None = None
         slips = any(kind == "cone" for kind, _ in due)
         giving = giving_way(point, modes, system.answer(point, modes)) if slips else {}
+        modes = self._without_held(modes, D)
         D, driven = _without_fixed(point, D, c)
         resting = np.abs(v) <= rests
         moves, going = ~resting | driven, np.where(resting, c, v)
@@ -116,6 +118,12 @@ class ModeChoice:
                 return found
             before = found.modes
         return found
+
+    def _without_held(self, modes: Modes, D: Floats) -> Modes:
+        """The ``modes`` in which what feet that stick hold at rest is no slow slip any more; D is (k, k)."""
+        bound, slips = [*chain(*self.system.bound_rows(modes))], self.system.elements.slip_rows
+        held = {i for i in modes.steadied if all(is_held(D, bound, row) for row in slips[i])}
+        return replace(modes, steadied={i: speed for i, speed in modes.steadied.items() if i not in held})
 
     @staticmethod
     def _lasting(modes: Modes, contacts: Sequence[int], due: Due) -> list[Mode | None]:
@@ -152,17 +160,22 @@ class ModeChoice:
     def _going_on(
         self, point: MotionPoint, i: int, modes: Modes, slips: tuple[int, ...], rests: Floats, due: Due
     ) -> tuple[float, ...] | None:
-        """The direction of the slip of contact ``i``; None where it is at rest."""
-        slip = point.rows.velocities[list(slips)]
-        turned = ("slip", i) in due
-        if i in modes.steadied and modes.contacts[i] is Mode.SLIDES and not turned:
+        """The direction of the slip of contact ``i``; None where it is at rest.
+
+        A slip in space ends where a direction is located that errors may have turned. Feet of a body come to rest
+        together: one that went on, as slow as errors are, would turn it about those that stick.
+        """
+        rows = list(slips)
+        slip, still = point.rows.velocities[rows], rests[rows]
+        ends = len(rows) == 2 and any(kind == "slip" and len(point.rows.slip_rows[j]) == 2 for kind, j in due)
+        if ends:
+            slow = 2 * BACK * self.slow * float(velocity_sizes(point)[rows].max())
+            still = np.maximum(slow, SLIP_ENDS * still)
+        rested = bool((np.abs(slip) <= still).all())
+        lasts = i in modes.steadied and modes.contacts[i] is Mode.SLIDES and ("slip", i) not in due
+        if lasts and not (ends and rested):
             return modes.directions[i]
-        still = rests[list(slips)]
-        if turned and len(slips) == 2:  # it is located by a direction that errors may have turned
-            still = np.maximum(2 * BACK * modes.steadied.get(i, 0.0), SLIP_ENDS * still)
-        if not slips or (np.abs(slip) <= still).all():
-            return None
-        return tuple(slip / np.hypot.reduce(slip))
+        return None if rested else tuple(slip / np.hypot.reduce(slip))
 
     def _friction_items(
         self, due: Due, moves: NDArray[np.bool_], going: Floats, force: Floats, static: Floats, bears: Floats | None

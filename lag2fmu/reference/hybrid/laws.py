@@ -17,9 +17,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lag2fmu.deadline import check_time
-from lag2fmu.reference.hybrid.limits import FREE, Limit, beside_sliding, facet, margin, nearest
+from lag2fmu.reference.hybrid.limits import FREE, Limit, Limits, beside_sliding, nearest
 from lag2fmu.reference.hybrid.modes import SENSE, Mode
 from lag2fmu.reference.state import Floats
 
@@ -97,16 +98,18 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
         return None
     load, free = solved
     size = float(np.max(motion * scale, initial=0.0))
-    limits, bar = list(_limits(D, c, items, modes, scale, LATE * size)), EXACT * size
-    broken = [limit for limit in limits if margin(limit, load) < -bar]
-    if broken and free.size:
-        load = _within(broken, limits, load, beside_sliding(free, *_normals(items, modes)))
-    if any(margin(limit, load) < -bar for limit in limits):
+    limits, bar = Limits(_limits(D, c, items, modes, scale, LATE * size), len(c)), EXACT * size
+    broken = limits.margins(load) < -bar
+    if broken.any() and free.size:
+        load = _within(limits, broken, load, beside_sliding(free, *_normals(items, modes)))
+        broken = limits.margins(load) < -bar
+    if broken.any():
         return None
     r = scale * load
     w = D @ r + c
     slow = np.abs(w) * scale <= bar
-    if any(_held(D, items, modes, row) for row in _sliding(items, modes) if slow[row]):
+    bound = _bound(items, modes)
+    if any(is_held(D, bound, row) for row in _sliding(items, modes) if slow[row]):
         return None
     return Outcome(modes, r, w, tuple(item.direction for item in items))
 
@@ -121,11 +124,10 @@ def idle_contacts(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, p
     ]
 
 
-def _within(broken: Sequence[Limit], limits: list[Limit], load: Floats, free: Floats) -> Floats:
+def _within(limits: Limits, broken: NDArray[np.bool_], load: Floats, free: Floats) -> Floats:
     """The nearest load to ``load`` (k,) within ``limits``, if ``free`` loads (k, d) change all ``broken`` margins."""
-    if not free.size or any(np.abs(facet(limit, load) @ free).max() <= FREE for limit in broken):
-        return load
-    shared = nearest(load, free, limits)
+    felt = np.abs(limits.facets(load, broken) @ free).max(axis=1, initial=0.0) > FREE
+    shared = nearest(load, free, limits) if felt.all() else None
     return load if shared is None else shared
 
 
@@ -209,9 +211,8 @@ def _sliding(items: Sequence[Item], modes: Sequence[Mode]) -> list[int]:
     return [x.slips[0] for x, mode in zip(items, modes, strict=True) if mode in SENSE and x.direction is None]
 
 
-def _held(D: Floats, items: Sequence[Item], modes: Sequence[Mode], row: int) -> bool:
-    """Whether what does not move keeps the ``row`` from moving."""
-    bound = _bound(items, modes)
+def is_held(D: Floats, bound: Sequence[int], row: int) -> bool:
+    """Whether rows that are ``bound`` keep the ``row`` from moving; D is (k, k)."""
     taken = D[row, bound] @ np.linalg.pinv(D[np.ix_(bound, bound)], rcond=1e-11) @ D[bound, row]
     return bool(D[row, row] - taken <= EXACT * D[row, row])
 

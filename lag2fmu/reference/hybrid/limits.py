@@ -3,11 +3,15 @@
 A limit (o, a, T) holds for forces x (r,) with o + a x >= |T x|, a (r,) and T (slips, r): a plane, or a round cone. The
 nearest point of a polyhedron is a problem of nonnegative least squares: C. L. Lawson, R. J. Hanson, Solving Least
 Squares Problems, 1974, chapter 23 (least distance programming). A round cone is met by cutting off what lies outside.
+What is cut off lies outside at any depth.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
+from numpy.typing import NDArray
 
 from lag2fmu.reference.state import Floats
 
@@ -28,52 +32,80 @@ NONE = 1e-14
 """The least square of what is left of 1 by which planes have a point in common; below it is rounding."""
 
 
-def margin(limit: Limit, loads: Floats) -> float:
-    """How far the ``loads`` (r,) are within the ``limit``."""
-    offset, slope, tangents = limit
-    return offset + float(slope @ loads) - float(np.linalg.norm(tangents @ loads))
+class Limits:
+    """Several limits for forces (r,)."""
+
+    def __init__(self, limits: Iterable[Limit], r: int) -> None:
+        found = [*limits]
+        self.offsets = np.array([o for o, *_ in found])
+        self.slopes = np.array([a for _, a, _ in found]).reshape(len(found), r)
+        self.tangents = np.zeros((len(found), 2, r))
+        for rows, (*_, T) in zip(self.tangents, found, strict=True):
+            rows[: len(T)] = T
+
+    def margins(self, loads: Floats) -> Floats:
+        """How far the ``loads`` (r,) are within each limit."""
+        return np.asarray(self.offsets + self.slopes @ loads - np.hypot(*(self.tangents @ loads).T))
+
+    def facets(self, loads: Floats, which: NDArray[np.bool_]) -> Floats:
+        """The slopes (p, r) at the ``loads`` (r,) of the margins of p limits, those ``which`` names."""
+        tangents = self.tangents[which]
+        forces = tangents @ loads
+        lengths = np.hypot(*forces.T)
+        ways = forces / np.where(lengths > 0, lengths, 1.0)[:, None]
+        return np.asarray(self.slopes[which] - (ways[:, None] @ tangents)[:, 0])
 
 
-def facet(limit: Limit, loads: Floats) -> Floats:
-    """The slope (r,) of the margin of the ``limit`` at the ``loads`` (r,)."""
-    _, slope, tangents = limit
-    force = tangents @ loads
-    length = float(np.linalg.norm(force))
-    return slope - (force / length if length > 0 else 0 * force) @ tangents
+class _Cuts:
+    """Planes that cut off what is outside of ``limits``, for loads ``least`` + ``free`` z: A z >= b at depth 0."""
+
+    def __init__(self, least: Floats, free: Floats, limits: Limits) -> None:
+        self.least, self.free, self.limits = least, free, limits
+        self.load = max(float(np.abs(least).max()), 1e-300)
+        self.A, self.b = np.zeros((0, free.shape[1])), np.zeros(0)
+
+    def nearest(self, depth: float) -> Floats | None:
+        """The loads (r,) at the ``depth`` within the limits, in units of the load, nearest to ``least``; None: none."""
+        for _ in range(CUTS):
+            z = _least_distance(self.A, self.b + depth)
+            if z is None:
+                return None
+            found = self.least + self.load * (self.free @ z)
+            margins = self.limits.margins(found) - depth * self.load
+            outside = margins < -WITHIN_CONES * self.load
+            facets = self.limits.facets(found, outside)
+            rows = facets @ self.free
+            felt = np.abs(rows).max(axis=1) > FREE
+            if not felt.any():
+                break
+            self.A = np.vstack([self.A, rows[felt]])
+            base = self.limits.offsets[outside] + facets @ self.least
+            self.b = np.append(self.b, -base[felt] / self.load)
+        return found
 
 
-def nearest(least: Floats, free: Floats, limits: list[Limit]) -> Floats | None:
+def nearest(least: Floats, free: Floats, limits: Limits) -> Floats | None:
     """The loads ``least`` + ``free`` z (r,) within the ``limits`` that are nearest to ``least``; None without any."""
-    load, found = max(float(np.abs(least).max()), 1e-300), least
-    A, b = np.zeros((0, free.shape[1])), np.zeros(0)
-    for _ in range(CUTS):
-        cuts = [(limit[0], facet(limit, found)) for limit in limits if margin(limit, found) < -WITHIN_CONES * load]
-        beyond = [(offset, a, a @ free) for offset, a in cuts]
-        beyond = [cut for cut in beyond if np.abs(cut[2]).max() > FREE]
-        if not beyond:
-            return found
-        A = np.vstack([A, *(row for *_, row in beyond)])
-        b = np.append(b, [-(offset + a @ least) / load for offset, a, _ in beyond])
-        z = _least_distance(A, b)
-        if z is None:
-            return None
-        found = least + load * (free @ z)
-    return found
+    return _Cuts(least, free, limits).nearest(0.0)
 
 
-def inmost(least: Floats, free: Floats, limits: list[Limit]) -> Floats:
+def inmost(least: Floats, free: Floats, limits: Limits) -> Floats:
     """The loads ``least`` + ``free`` z (r,) that are deepest within the ``limits``, to the next of DEPTHS.
 
     Of those as deep they are the nearest to ``least``. Where no loads are within the limits, it is those that are least
     beyond them.
     """
-    load = max(float(np.abs(least).max()), 1e-300)
-    for depth in DEPTHS:
-        found = nearest(least, free, [(offset - depth * load, a, T) for offset, a, T in limits])
-        reached = -np.inf if found is None else min(margin(limit, found) for limit in limits)
-        if found is not None and reached >= load * (depth - 0.5 * abs(depth)):
-            return found
-    return least
+    cuts, best = _Cuts(least, free, limits), least
+    first, last = 0, len(DEPTHS)
+    while first < last:  # what is too deep for all loads is the first part of the depths
+        middle = 0 if first == 0 and last == len(DEPTHS) else (first + last) // 2
+        depth = DEPTHS[middle]
+        found = cuts.nearest(depth)
+        if found is not None and limits.margins(found).min(initial=np.inf) >= cuts.load * (depth - 0.5 * abs(depth)):
+            best, last = found, middle
+        else:
+            first = middle + 1
+    return best
 
 
 def beside_sliding(free: Floats, rubbing: list[int], normals: list[int]) -> Floats:
@@ -92,6 +124,8 @@ def _least_distance(A: Floats, b: Floats) -> Floats | None:
     """The z (d,) of least norm with A z >= b, for A (p, d) and b (p,); None if there is none."""
     from scipy.optimize import nnls
 
+    if not len(A):
+        return np.zeros(A.shape[1])
     right = np.append(np.zeros(A.shape[1]), 1.0)
     matrix = np.vstack([A.T, b])
     rest = matrix @ nnls(matrix, right)[0] - right

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lag2fmu.reference.hybrid.limits import FREE, Limit, beside_sliding, inmost, margin, nearest
+from lag2fmu.reference.hybrid.limits import Limit, Limits, beside_sliding, inmost, nearest
 from lag2fmu.reference.hybrid.modes import Mode, Modes, closed_contacts
 from lag2fmu.reference.hybrid.records import Answer, MotionPoint
 from lag2fmu.reference.state import Floats
@@ -26,7 +26,7 @@ class _Sharing:
     size: Floats
     least: Floats
     free: Floats
-    limits: list[Limit]
+    limits: Limits
 
     def told(self, answer: Answer, loads: Floats) -> Answer:
         """The ``answer`` with these ``loads`` (r,)."""
@@ -40,12 +40,10 @@ def centred(point: MotionPoint, modes: Modes, answer: Answer) -> Answer:
     """The ``answer`` at ``point`` with those forces among all with the same motion that are deepest within all limits.
 
     Where they come to a limit, no forces obey the laws in these ``modes``. The answer stays as it is where its forces
-    are unique or within the limits, and where a contact slides whose friction other forces would change.
+    are unique or wide within the limits. What a contact that slides shares with others keeps the loads of least norm.
     """
     sharing = _sharing(point, modes, answer)
-    if sharing is None or all(margin(limit, sharing.least) > 0 for limit in sharing.limits):
-        return answer
-    return sharing.told(answer, inmost(sharing.least, sharing.free, sharing.limits))
+    return answer if sharing is None else sharing.told(answer, inmost(sharing.least, sharing.free, sharing.limits))
 
 
 def giving_way(point: MotionPoint, modes: Modes, answer: Answer) -> dict[int, tuple[float, ...]]:
@@ -57,7 +55,8 @@ def giving_way(point: MotionPoint, modes: Modes, answer: Answer) -> dict[int, tu
     if sharing is None:
         return {}
     more = 0.1 * AT_LIMIT * float(np.abs(sharing.least).max())
-    loads = nearest(sharing.least, sharing.free, [(o + more, a, T) for o, a, T in sharing.limits])
+    sharing.limits.offsets += more
+    loads = nearest(sharing.least, sharing.free, sharing.limits)
     if loads is None:
         return {}
     forces, found = sharing.told(answer, loads).forces, {}
@@ -71,24 +70,16 @@ def giving_way(point: MotionPoint, modes: Modes, answer: Answer) -> dict[int, tu
 
 
 def _sharing(point: MotionPoint, modes: Modes, answer: Answer) -> _Sharing | None:
-    """How loads may be shared at ``point``; None where they are unique, or where friction would change with them."""
-    m, bound = len(answer.multipliers), answer.bound
-    G = np.concatenate([point.constraints[3], point.rows.jacobian[bound]])
-    if answer.unique or not len(bound) or not np.isfinite(answer.qdd).all():
-        return None
-    mass, permanent = point.terms.mass_matrix, point.constraints[3]
-    if np.linalg.matrix_rank(mass) < len(mass):  # quaternions: their norm takes no energy, and a constraint holds it
-        mass = mass + permanent.T @ permanent
-    root = np.linalg.cholesky(mass)
-    rows = np.linalg.solve(root, G.T)
-    size = 1.0 / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
-    _, values, across = np.linalg.svd(rows * size)
-    free = across[int(np.sum(values > FREE)) :].T  # (r, d), an orthonormal basis
+    """How loads may be shared at ``point``; None where they are unique, or would change what slides."""
+    m, bound, size, free = len(answer.multipliers), answer.bound, answer.units, answer.free
     place = {row: m + j for j, row in enumerate(bound)}
+    if not free.size or not bound:
+        return None
     scaled = np.concatenate([answer.multipliers, answer.forces[bound]]) / size
     least = scaled - free @ (free.T @ scaled)
-    free = beside_sliding(free, *_normals(point, modes, place)) if free.size else free
-    return _Sharing(size, least, free, list(_limits(point, modes, answer, place, size))) if free.size else None
+    free = beside_sliding(free, *_normals(point, modes, place))
+    limits = Limits(_limits(point, modes, answer, place, size), len(size))
+    return _Sharing(size, least, free, limits) if free.size else None
 
 
 def _normals(point: MotionPoint, modes: Modes, place: dict[int, int]) -> tuple[list[int], list[int]]:

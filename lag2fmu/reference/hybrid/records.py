@@ -98,8 +98,9 @@ class Responses:
 class Answer:
     """Accelerations (n,), multipliers (m,), forces along all rows (k,), and the largest holding forces (f,).
 
-    ``bound``: the rows that are kept, in position or velocity. ``unique``: no other multipliers and forces have the
-    same motion; else ``bears`` (f, r) is what each of them, of bound rows alone, adds to ``holding``.
+    ``bound``: the rows that are kept, in position or velocity. ``free`` (r, d): multipliers and forces of bound rows
+    that may be added without another motion, an orthonormal basis in ``units`` (r,); ``bears`` (f, r) is what each of
+    them adds to ``holding`` where there are any.
     """
 
     qdd: Floats
@@ -107,5 +108,6 @@ class Answer:
     forces: Floats
     holding: Floats
     bound: Sequence[int]
-    unique: bool
+    units: Floats
+    free: Floats
     bears: Floats

@@ -152,12 +152,13 @@ class Watch:
         self.floors[touching] = np.maximum(self.floors, -start)[touching]
         self.last: tuple[float, Floats] | None = None  # the time (s) looked at last, and the event functions there
         self.armed = start > self.floors
+        self.known: dict[float, Floats] = {}  # the event functions at times (s) within the step
 
     def first(self, dense: Dense, a: float, b: float, ya: Floats, yb: Floats) -> tuple[float, Due] | None:
         """The time (s) of the first event in (a, b], y there being ``yb`` (s,), and what is due; None without one."""
         if not len(self.floors):
             return None
-        roots = self._timed_roots(a, b, ya)
+        roots, self.known = self._timed_roots(a, b, ya), {}
         found = self._first(dense, (a, b), (ya, yb), HALVINGS)
         at = min([*roots.values(), *([found[0]] if found else [])], default=None)
         if at is None:
@@ -250,7 +251,11 @@ class Watch:
         return root(sunk, left, right)
 
     def _value(self, i: int, dense: Dense, t: float, rise: float = 0.0) -> float:
-        return float(self.piece.events(np.array([t]), dense(t)[None])[i, 0]) + rise
+        if i < self.piece.plain:
+            return float(self.piece.margins(np.array([t]), dense(t)[None])[i, 0]) + rise
+        if t not in self.known:  # cones of one body come to their limits together
+            self.known[t] = self.piece.events(np.array([t]), dense(t)[None])[:, 0]
+        return float(self.known[t][i]) + rise
 
     def nearly(self, t: float, y: Floats) -> Due:
         """The kinks whose margins are almost zero at ``t`` (s) and y (s,); a formula may be undefined beyond them."""

@@ -15,7 +15,6 @@ from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
@@ -24,6 +23,7 @@ from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.hybrid.elements import Elements
 from lag2fmu.reference.hybrid.kinks import FrozenComposition
+from lag2fmu.reference.hybrid.limits import FREE
 from lag2fmu.reference.hybrid.modes import SENSE, Mode, Modes, closed_contacts
 from lag2fmu.reference.hybrid.records import Answer, MotionPoint, Responses, Rows
 from lag2fmu.reference.newton import newton
@@ -50,6 +50,7 @@ class HybridSystem:
         self.constraints = self.energies.constraints
         self._compiled = CompiledLater(self.equations.energies, self.equations.scale, small=self.equations.small)
         self._bound: tuple[Modes, tuple[list[int], list[int]]] | None = None  # the modes asked for last, and their rows
+        self._redundant: Modes | None = None  # the modes asked for last, if their rows were redundant
         self.size = 2 * self.n + len(mechanism.states)  # of the states: q, qd, further ones
         self.nominal = np.array([c.nominal for c in mechanism.coordinates])
 
@@ -120,8 +121,8 @@ class HybridSystem:
         e, n, m, rows = self.elements, self.n, self.constraints.m, point.rows
         kept, stuck = self.bound_rows(modes)
         if not (m or kept or stuck or e.f):  # nothing acts along a row, as in flight
-            qdd, unique = _free(point.terms.mass_matrix, point.forcing)
-            return Answer(qdd, np.zeros(0), np.zeros(e.k), np.zeros(0), [], unique, np.zeros((0, 0)))
+            qdd, none, empty = _free(point.terms.mass_matrix, point.forcing), np.zeros(0), np.zeros((0, 0))
+            return Answer(qdd, none, np.zeros(e.k), none, [], none, empty, empty)
         closed = closed_contacts(modes)
         bound = kept + stuck
         G = np.concatenate([point.constraints[3], rows.jacobian[bound]])
@@ -141,12 +142,14 @@ class HybridSystem:
         along = -senses[:, None] * rows.jacobian[e.friction_rows[sliding]] if sliding else np.zeros((0, n))
         right = np.zeros((n + len(G), 1 + len(sliding)))
         right[:n, 0], right[n:, 0], right[:n, 1:] = point.forcing, -aim, along.T
-        found, unique = _solved(point.terms.mass_matrix, G, directions, right)
+        redundant = self._redundant is modes
+        found, units, free = _solved(point.terms.mass_matrix, G, directions, right, redundant=redundant)
+        self._redundant = modes if free.size else None
 
         def answer_of(x: Floats) -> Answer:
             forces = spread @ x[n + m : n + m + len(closed)]
             forces[bound[len(closed) :]] += x[n + m + len(closed) :]
-            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), bound, unique, np.zeros((e.f, len(G))))
+            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), bound, units, free, np.zeros((e.f, len(G))))
 
         limit = self._sliding_forces(point, found, answer_of, sliding) if e.f else np.zeros(0)
         whole = answer_of(found[:, 0] + found[:, 1:] @ limit)
@@ -156,7 +159,7 @@ class HybridSystem:
     def _with_holding(self, point: MotionPoint, whole: Answer) -> Answer:
         """The answer with what frictions hold at most, and with what loads add to it where these are not unique."""
         e, m = self.elements, self.constraints.m
-        if whole.unique or not e.load_dependent:
+        if not whole.free.size or not e.load_dependent:
             return replace(whole, holding=e.capacities(point.state, whole.multipliers, whole.forces)[1])
         values, slopes = e.capacity_slopes(point.state, whole.multipliers, whole.forces)
         return replace(whole, holding=values[1], bears=slopes[1][:, [*range(m), *(m + row for row in whole.bound)]])
@@ -228,46 +231,60 @@ class HybridSystem:
         right[:n, 0], right[n:, 0] = point.forcing, -np.concatenate([gamma, rows.gamma[held]])
         right[n:, 1] = -np.concatenate([velocities, rows.velocities[held]])
         right[:n, 2:] = rows.jacobian.T
-        found, _ = _solved(point.terms.mass_matrix, G, G, right)
+        found, *_ = _solved(point.terms.mass_matrix, G, G, right)
         return Responses(rows, held, found[:n], found[n:])
 
 
-def _solved(M: Floats, G: Floats, directions: Floats, right: Floats) -> tuple[Floats, bool]:
-    """[M -B^T; G 0]^-1 right with B = ``directions`` (r, n): unknowns (n + r, columns), and whether they are unique.
+def _solved(
+    M: Floats, G: Floats, directions: Floats, right: Floats, *, redundant: bool = False
+) -> tuple[Floats, Floats, Floats]:
+    """[M -B^T; G 0]^-1 right with B = ``directions`` (r, n): unknowns (n + r, columns).
 
     Where rows are redundant, the forces are those of least norm among all with the same G^T forces, in units of each
-    row's inertia: a combination of the columns of G, as those of a bed of springs.
+    row's inertia: a combination of the columns of G, as those of a bed of springs. Beside the unknowns these units (r,)
+    are returned, and in them an orthonormal basis of the forces that no motion feels, (r, d). ``redundant``: the rows
+    were so at a point nearby, and a try without that would be in vain.
     """
     n, r = len(M), len(G)
     if not r:
-        return _free(M, right)
+        return _free(M, right), np.ones(0), np.zeros((0, 0))
     if not all(np.isfinite(x).all() for x in (M, G, directions, right)):
-        return np.full_like(right, np.nan), False
-    scale, matrix = _scaled(M, G, directions, plain=True)
-    try:
-        inverse = np.linalg.inv(matrix)
-        unique = bool(np.vdot(matrix, matrix) * np.vdot(inverse, inverse) < 1.0 / WEAK**2)
-    except np.linalg.LinAlgError:
-        unique = False
-    if not unique:
+        return np.full_like(right, np.nan), np.ones(r), np.zeros((r, 0))
+    inverse, free = None, np.zeros((r, 0))
+    if r <= n and not redundant:
+        scale, matrix = _scaled(M, G, directions, plain=True)
+        inverse = _inverse(matrix)
+    if inverse is None:
         scale, matrix = _scaled(M, G, directions, plain=False)
-        loads, size, _ = np.linalg.svd(matrix[n:, :n], full_matrices=False)
-        shared = block_diag(np.eye(n), loads[:, size > RANK * size[0]])
-        u, s, vt = np.linalg.svd(matrix @ shared, full_matrices=False)
-        inverse = shared @ (vt.T / np.where(s > RANK * s[0], s, np.inf)) @ u.T
+        loads, values, _ = np.linalg.svd(matrix[n:, :n])
+        values = np.append(values, np.zeros(r - len(values)))
+        free, onto = loads[:, values <= FREE], np.eye(n + r)[:, : n + int(np.sum(values > RANK * values[0]))]
+        onto[n:, n:] = loads[:, values > RANK * values[0]]
+        reduced = onto.T @ matrix @ onto
+        inverse = _inverse(reduced)
+        inverse = onto @ (np.linalg.pinv(reduced, rcond=RANK) if inverse is None else inverse) @ onto.T
     found = scale[:, None] * (inverse @ (scale[:, None] * right))
     # the bound rows are met to the last bit, so that a motion at rest stays where it is
     missed = scale[n:, None] * (right[n:] - G @ found[:n])
     found[:n] += scale[:n, None] * (inverse[:n, n:] @ missed)
-    return np.asarray(found), unique
+    return np.asarray(found), scale[n:], free
 
 
-def _free(M: Floats, right: Floats) -> tuple[Floats, bool]:
-    """M^-1 right, and whether there is one; else NaN."""
+def _inverse(matrix: Floats) -> Floats | None:
+    """The inverse of a ``matrix`` (k, k) whose rows are independent; None of another one."""
+    with suppress(np.linalg.LinAlgError):
+        inverse = np.linalg.inv(matrix)
+        if np.vdot(matrix, matrix) * np.vdot(inverse, inverse) < 1.0 / WEAK**2:
+            return np.asarray(inverse)
+    return None
+
+
+def _free(M: Floats, right: Floats) -> Floats:
+    """M^-1 right; NaN where there is none."""
     if np.isfinite(M).all() and np.isfinite(right).all():
         with suppress(np.linalg.LinAlgError):
-            return np.asarray(np.linalg.solve(M, right)), True
-    return np.full_like(right, np.nan), False
+            return np.asarray(np.linalg.solve(M, right))
+    return np.full_like(right, np.nan)
 
 
 def _scaled(M: Floats, G: Floats, directions: Floats, *, plain: bool) -> tuple[Floats, Floats]:
