@@ -139,15 +139,6 @@ static bool slips_and_rubs(const Laws *laws, const double x[]) {
     return found;
 }
 
-/* Do the rows of friction that rest in x rest in other[size], too? */
-static bool rest_alike(const Laws *laws, const double x[], const double other[]) {
-    bool alike = true;
-    for (int k = 0; k < laws->size && alike; k++) {
-        alike = laws->width[k] == 0 || !laws_at_rest(laws, x, k) || laws_at_rest(laws, other, k);
-    }
-    return alike;
-}
-
 /* Friction that slips follows how rows share a load. So x becomes the solution near the one that shares it by least
    norm, if there is one in which no other row slips; guess[size] and found[size] are memory. */
 static void share_anew(const Laws *laws, double guess[], double found[], double x[]) {
@@ -155,7 +146,7 @@ static void share_anew(const Laws *laws, double guess[], double found[], double 
     const size_t n = (size_t)laws->size, bytes = n * sizeof(double);
     if (slips_and_rubs(laws, x) && arena_reserve(laws->arena, (2 * n + 20) * arena_bytes(bytes, 1))) {
         laws_share(laws, laws, x, guess);
-        if (newton_solve(laws, guess, found) && rest_alike(laws, x, found)) {
+        if (newton_solve(laws, guess, found) && laws_rest_alike(laws, x, found)) {
             memcpy(x, found, bytes);
         }
     }

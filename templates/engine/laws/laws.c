@@ -193,6 +193,14 @@ bool laws_at_rest(const Laws *laws, const double x[], int k) {
     return fabs(w) <= ACCEPTED * laws_terms(laws, x, k);
 }
 
+bool laws_rest_alike(const Laws *laws, const double x[], const double other[]) {
+    bool alike = true;
+    for (int k = 0; k < laws->size && alike; k++) {
+        alike = laws->width[k] == 0 || !laws_at_rest(laws, x, k) || laws_at_rest(laws, other, k);
+    }
+    return alike;
+}
+
 void laws_clear_pulls(const Laws *laws, double most, double x[]) {
     for (int k = 0; k < laws->size; k++) {
         x[k] = laws->width[k] == 0 && x[k] < 0.0 && -x[k] <= most ? 0.0 : x[k];
@@ -247,7 +255,7 @@ bool laws_share(const Laws *laws, const Laws *found, const double x[], double ot
         memset(other, 0, bytes);
         obeyed = laws_try(laws, &choice, other);
         laws_clear_pulls(laws, NOISE * vector_greatest(other, laws->size), other);
-        obeyed = obeyed && laws_bounded(laws, &choice, other);
+        obeyed = obeyed && laws_bounded(laws, &choice, other) && laws_rest_alike(laws, x, other);
     } while (!obeyed && give_way(laws, other, &choice));
     return arena_leave(mark, obeyed);
 }

@@ -75,4 +75,7 @@ double laws_limit(const Laws *laws, const double x[], int k);
 /* Is w of this row 0, to rounding? */
 bool laws_at_rest(const Laws *laws, const double x[], int k);
 
+/* Do the rows of friction that rest with the forces x[size] rest with other[size], too? */
+bool laws_rest_alike(const Laws *laws, const double x[], const double other[]);
+
 #endif

@@ -302,9 +302,10 @@ static bool may_share(Shares *p) {
         kept[i] = takes_part(p, i) && presses_alike(p, i);
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
-        const int row = ROW_PLACES[i];
         if (kept[i]) {
-            hold_part(p, &(Margin){.factor = {1.0, 0.0, 0.0}, .row = {row, row, row}}, normal);
+            const int row = ROW_PLACES[i];
+            const Margin own = {.factor = {1.0, 0.0, 0.0}, .row = {row, row, row}, .held = false};
+            hold_part(p, &own, normal);
         }
     }
     arena_release(mark);
