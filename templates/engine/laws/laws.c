@@ -250,12 +250,13 @@ bool laws_share(const Laws *laws, const Laws *found, const double x[], double ot
             choice.value[k] = side * laws->base[k];
         }
     }
-    bool obeyed;
+    bool obeyed, gives = false;
     do {
         memset(other, 0, bytes);
         obeyed = laws_try(laws, &choice, other);
         laws_clear_pulls(laws, NOISE * vector_greatest(other, laws->size), other);
-        obeyed = obeyed && laws_bounded(laws, &choice, other) && laws_rest_alike(laws, x, other);
-    } while (!obeyed && give_way(laws, other, &choice));
+        obeyed = obeyed && laws_bounded(laws, &choice, other) && (!gives || laws_rest_alike(laws, x, other));
+        gives = !obeyed && give_way(laws, other, &choice);
+    } while (gives);
     return arena_leave(mark, obeyed);
 }
