@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import combinations, islice, product
 
-from lag2fmu.reference.hybrid.laws import Item, Outcome, idle_contacts, lawful
+from lag2fmu.reference.hybrid.laws import EXACT, Item, Outcome, idle_contacts, lawful, units
 from lag2fmu.reference.hybrid.modes import SENSE, Mode
 from lag2fmu.reference.hybrid.projections import in_space, projected
 from lag2fmu.reference.state import Floats
@@ -60,23 +60,28 @@ def _first(
 ) -> Outcome | None:
     """The first outcome that meets the laws, for D (k, k) and c (k,), but for those that spare a contact its share.
 
-    The latter are added to ``idle``. None: there is no other one.
+    The latter are added to ``idle``. None: there is no other one in which such contacts bear.
     """
+    most, spared = units(D, c, pace)[1], set[int]()
     for modes in turns:
         outcome = lawful(D, c, items, modes, pace)
         if outcome is None:
             continue
-        if not _rubs(items, outcome, idle_contacts(D, c, items, outcome, pace)):
+        rubbing = _rubbing(items, outcome, idle_contacts(D, c, items, outcome, pace))
+        if rubbing:
+            spared |= {items[j].normal or 0 for j in rubbing}
+            idle.append(outcome)
+        elif all(outcome.forces[n] > EXACT * most[n] for n in spared):
             return outcome
-        idle.append(outcome)
     return None
 
 
-def _rubs(items: Sequence[Item], outcome: Outcome, idle: Sequence[int]) -> bool:
-    """Whether some contact is ``idle``, and one of these or another one slides by friction."""
+def _rubbing(items: Sequence[Item], outcome: Outcome, idle: Sequence[int]) -> list[int]:
+    """The ``idle`` contacts, but for those that are about to open, if one of them or another one slides by friction."""
+    spared = [j for j in idle if items[j].options[0] is not Mode.OPEN]
     closed = [j for j, mode in enumerate(outcome.modes) if mode not in (Mode.OPEN, Mode.STICKS)]
-    slides = [j for j in idle if items[j].direction] + [j for j in closed if items[j].normal is not None]
-    return bool(idle) and any(items[j].slips and items[j].friction > 0 for j in slides)
+    slides = [j for j in spared if items[j].direction] + [j for j in closed if items[j].normal is not None]
+    return spared if any(items[j].slips and items[j].friction > 0 for j in slides) else []
 
 
 def _given_way(solved: Solved, items: Sequence[Item], present: Sequence[Mode | None]) -> Outcome | None:
