@@ -17,7 +17,10 @@ WAYS = ["dopri5", "moreau", "judge"]
 
 
 def _block(belts: list[tuple[float, float]], force: str, *, in_space: bool, start: float = 0.0) -> Mechanism:
-    """A block of 1 kg that starts (m/s) on ``belts`` of given speeds (m/s) and friction, pushed by a ``force`` (N)."""
+    """A block of 1 kg on ``belts`` of given speeds (m/s) and friction, pushed by a ``force`` (N).
+
+    ``start`` is its velocity at the start, in m/s.
+    """
     slips = ["x_dot - ({})*metre/second", *(["z_dot"] if in_space else [])]
     contacts = "".join(
         f"""
@@ -68,13 +71,12 @@ def test_belts_of_one_speed_hold_until_both_are_at_their_limit(way: str, in_spac
     """The rougher one takes on what the other cannot hold; neither takes a load from the belts that slide.
 
     Equal loads N: 1.53 + 4.72 t has to exceed (0.44 + 0.25 + 0.4 - 0.23) N. With other loads it is held for longer.
+    Moreau's steps are 1 ms. The judge is less exact between the ends of its steps where a slip in space begins.
     """
     belts = [(0.5, 0.4), (0.0, 0.44), (-0.7, 0.23), (0.0, 0.25)]
     times, found = _velocities(_block(belts, "newton*(-1.53 - 4.72*t/second)", in_space=in_space), way)
     start = (0.86 * WEIGHT / 4 - 1.53) / 4.72
-    bar = (
-        2e-5 if way in ("moreau", "judge") else 1e-6
-    )  # the judge's output within a step of a slip that begins in space
+    bar = 2e-5 if way == "moreau" or (way == "judge" and in_space) else 1e-6
     assert found == pytest.approx(-4.72 / 2 * np.maximum(times - start, 0.0) ** 2, abs=bar)
 
 

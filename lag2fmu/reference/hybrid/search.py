@@ -69,7 +69,7 @@ def _first(
             continue
         rubbing = _rubbing(items, outcome, idle_contacts(D, c, items, outcome, pace))
         if rubbing:
-            spared |= {items[j].normal or 0 for j in rubbing}
+            spared |= {n for j in rubbing if (n := items[j].normal) is not None}
             idle.append(outcome)
         elif all(outcome.forces[n] > EXACT * most[n] for n in spared):
             return outcome

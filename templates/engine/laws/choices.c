@@ -54,7 +54,7 @@ static int moved_row(const Laws *laws, const double own[], const double x[]) {
     return moved;
 }
 
-/* Does x stay a solution when rows share their loads by least norm? */
+/* Does x stay a solution when rows share their loads by least norm? The room is that of laws_share and of x. */
 static bool is_even(const Laws *laws, const double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     double *other = (double *)arena_take(laws->arena, (size_t)laws->size * sizeof(double));

@@ -9,7 +9,7 @@ double choices_count(const Laws *laws);
 
 /* The first choice whose solution x[size] obeys the laws, contacts that open before those that close; with known
    accelerations w[size], that of another motion. Without (NULL) those go first that rows can share by least norm: where
-   rows slide, a share decides on the motion. False: there is none. The laws have no contacts in space. */
+   rows slide, a share decides on the motion. False: there is none, or no memory. The laws have no contacts in space. */
 bool choices_solve(const Laws *laws, const double known[], double x[]);
 
 /* A row that moves otherwise in another solution than x[size]; -1 if no other choice of equations has one, or if there

@@ -292,7 +292,8 @@ static bool presses_alike(const Shares *p, int contact) {
     return found;
 }
 
-/* Is there anything to share? Normal forces are not where a contact slides by them: what they bear is of least norm. */
+/* Finds the loads; returns whether there are any. Those that change normal forces by which a contact slides are given
+   up: these forces are of least norm. */
 static bool may_share(Shares *p) {
     const double normal[3] = {1.0, 0.0, 0.0};
     const bool found = find_shared_loads(p) && p->greatest > 0.0;
