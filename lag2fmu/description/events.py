@@ -65,11 +65,11 @@ class Contact:
     distance between the centres of a capsule's ends, along z of its frame about the place.
 
     ``restitution`` is Newton's coefficient, ``friction`` the coefficient of sliding friction, ``static_friction`` that
-    of sticking, by default the same. Those of friction may change with the state, inputs and time. With the ``law``
-    "compliant" the force on a penetration d is stiffness d^1.5 (1 + damping d_dot), in N, and never pulls;
-    ``stiffness`` is in N/m^1.5, ``damping`` in s/m. Friction is then regularised by ``slip_speed`` (m/s). Raises
-    MechanismError for a value of another form. Source: Hunt, Crossley, J. Applied Mechanics 42 (1975) 440-445;
-    Pfeiffer, Glocker, chapter 4.
+    of sticking, by default the same. They may change with the state, inputs and time; a round of impacts takes those of
+    the state before it. With the ``law`` "compliant" the force on a penetration d is stiffness d^1.5 (1 + damping
+    d_dot), in N, and never pulls; ``stiffness`` is in N/m^1.5, ``damping`` in s/m. Friction is then regularised by
+    ``slip_speed`` (m/s). Raises MechanismError for a value of another form. Source: Hunt, Crossley, J. Applied
+    Mechanics 42 (1975) 440-445; Pfeiffer, Glocker, chapter 4.
     """
 
     name: str
@@ -83,7 +83,11 @@ class Contact:
         names=STATE,
     )
     restitution: Expression = key(
-        "expression", "Newton's coefficient, 0 to 1; by default 0.", default=0, names=CONSTANT, unit=DIMENSIONLESS
+        "expression",
+        "Newton's coefficient, 0 to 1, which may change with place, speed and inputs; by default 0.",
+        default=0,
+        names=ANY,
+        unit=DIMENSIONLESS,
     )
     friction: Expression = key(
         "expression",
@@ -163,7 +167,7 @@ class Contact:
 class Stop:
     """Hard limits of an expression, ``lower`` <= ``of`` <= ``upper``, in m or rad; one of the two may be absent.
 
-    ``restitution`` is Newton's coefficient of an impact on either.
+    ``restitution`` is Newton's coefficient of an impact on either; it may change as that of a contact does.
     """
 
     name: str
@@ -171,7 +175,11 @@ class Stop:
     lower: Expression | None = key("expression", "Its smallest value.", default=None, names=CONFIGURATION)
     upper: Expression | None = key("expression", "Its largest value.", default=None, names=CONFIGURATION)
     restitution: Expression = key(
-        "expression", "Newton's coefficient, 0 to 1; by default 0.", default=0, names=CONSTANT, unit=DIMENSIONLESS
+        "expression",
+        "Newton's coefficient, 0 to 1, which may change with place, speed and inputs; by default 0.",
+        default=0,
+        names=ANY,
+        unit=DIMENSIONLESS,
     )
 
     def __post_init__(self) -> None:

@@ -124,7 +124,8 @@ class Program(NamedTuple):
     - ``slips``: for each contact and stop, the number of rows that it slips along, (U,).
     - ``frictions``, ``latches``: the numbers of dry frictions and of latches.
     - ``loaded_friction``: whether a dry friction depends on what constraints, joints and contacts bear.
-    - ``changing_friction``: whether a contact's coefficient of friction changes with the state, inputs or time.
+    - ``changing_friction``, ``changing_restitution``: whether a contact's coefficient of friction, or of restitution,
+      changes with the state, inputs or time.
     - ``offsets``: the number of latches that hold positions.
     - ``event_functions``: those of the switches, and behind them those of contacts and dry frictions.
     - ``timed_bounds``: the margins and their rates of those switches that depend on nothing but the time and
@@ -153,6 +154,7 @@ class Program(NamedTuple):
     frictions: int = 0
     loaded_friction: bool = False
     changing_friction: bool = False
+    changing_restitution: bool = False
     latches: int = 0
     offsets: int = 0
     simultaneous: bool = False

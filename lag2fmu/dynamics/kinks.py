@@ -2,8 +2,8 @@
 
 A kink whose margin moves with time, motion or inputs is replaced by a formula with a switch, +1 or -1, which the
 engine turns where the margin crosses 0: between such events the equations are smooth, and derivatives are exact. Kinks
-of one margin, or of margins that are opposite, share a switch. Kinks stay in what depends on parameters alone, and in
-what is calculated from the motion without acting on it.
+of one margin, or of margins that are opposite, share a switch. Kinks stay in what depends on parameters alone, in what
+is calculated from the motion without acting on it, and in coefficients of restitution.
 
 Source: H. Elmqvist, F. E. Cellier, M. Otter, Object-oriented modeling of hybrid systems, ESS 1993 (relations that are
 frozen between events).
@@ -31,8 +31,8 @@ from lag2fmu.graph.operations import CHOICE, KINKS, OPERATIONS, SYMBOL
 from lag2fmu.graph.to_sympy import written, written_operations
 from lag2fmu.mechanism.record import Mechanism
 
-_WITHOUT_EFFECT = ("mechanism_locals", "mechanism_locals_tangent", "mechanism_locals_second", "mechanism_dependent")
-"""Functions that compute from the motion and do not act on it."""
+_WITHOUT_EFFECT = {f"mechanism_{x}" for x in ("locals", "locals_tangent", "locals_second", "dependent", "restitution")}
+"""Functions that compute from the motion and do not act on it, or at single times alone."""
 
 _LIMITED = ("sqrt", "log", "asin", "acos", "power", "power_or_zero")
 """Operations that have values for some operands only."""

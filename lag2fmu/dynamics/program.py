@@ -52,7 +52,8 @@ def lower(
     places: tuple[int, ...] = ()
     if len(equations.rows):
         equations, modes, places = with_rows(equations)
-    g, v = equations.graph, equations.variables
+    g, v, rows = equations.graph, equations.variables, equations.rows
+    moving = {v.t, *v.states, *v.signals}
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
     sparse = None
     if time_stepping and places:
@@ -60,9 +61,7 @@ def lower(
 
         sparse = sparse_rows(equations, modes, places)
     functions, arguments, factor_size = _functions(equations, modes, places, outputs, variational, sparse)
-    found = switched(
-        g, v, equations.mechanism, functions, masks=len(modes.numbers), conditions=equations.rows.conditions
-    )
+    found = switched(g, v, equations.mechanism, functions, masks=len(modes.numbers), conditions=rows.conditions)
     return Program(
         graph=g,
         functions=tuple(function.check(g) for function in found.functions),
@@ -75,12 +74,13 @@ def lower(
         dependent=tuple(equations.dependent),
         outputs=outputs,
         places=places,
-        slips=equations.rows.slips,
+        slips=rows.slips,
         masks=len(modes.numbers),
-        frictions=len(equations.rows.sliding),
-        loaded_friction=not set(g.cone(equations.rows.sliding)).isdisjoint(v.multipliers),
-        changing_friction=not set(g.cone(equations.rows.friction)).isdisjoint((v.t, *v.states, *v.signals)),
-        latches=len(equations.rows.latches),
+        frictions=len(rows.sliding),
+        loaded_friction=not set(g.cone(rows.sliding)).isdisjoint(v.multipliers),
+        changing_friction=not moving.isdisjoint(g.cone(rows.friction)),
+        changing_restitution=not moving.isdisjoint(g.cone(rows.restitution)),
+        latches=len(rows.latches),
         offsets=len(modes.offsets),
         constraints=len(equations.constraints),
         simultaneous=equations.mechanism.impacts == "simultaneous",

@@ -32,9 +32,10 @@ def rows_in_all_modes(
     doc = "What event functions take of the rows: gaps phi, slip velocities v of the rows that may slide."
     slips = [rows.velocities[row] for row in rows.frictional]
     yield filling("mechanism_slips", doc, state, phi=rows.gaps, v=slips)
-    doc = "Coefficients of contacts: restitution e, sliding friction mu, static friction mu_s."
-    of_contacts = {"e": rows.restitution, "mu": rows.friction, "mu_s": rows.static_friction}
-    yield filling("mechanism_contacts", doc, state, **of_contacts)
+    doc = "Coefficients of contacts: sliding friction mu, static friction mu_s."
+    yield filling("mechanism_contacts", doc, state, mu=rows.friction, mu_s=rows.static_friction)
+    doc = "Coefficients of restitution e of contacts, which only impacts ask for."
+    yield filling("mechanism_restitution", doc, state, e=rows.restitution)
     doc = "Forces S of the rows that slide, and of dry frictions the forces F that slide and the largest H that hold."
     yield filling("mechanism_friction", doc, (*state, qdd), S=sliding, F=rows.sliding, H=rows.holding)
 

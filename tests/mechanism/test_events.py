@@ -513,9 +513,9 @@ REFUSED = {
         CONTACT + 'gap = "y"\nrestitution = "4*mu"',
         "contacts.c.restitution: '4*mu' is 1.2 at the values given; Newton's coefficient is from 0 to 1",
     ),
-    "restitution of coordinates": (
-        CONTACT + 'gap = "y"\nrestitution = "x"',
-        "contacts.c.restitution: 'x' is a coordinate and cannot stand here",
+    "stiffness of coordinates": (
+        CONTACT + 'gap = "y"\nlaw = "compliant"\nstiffness = "x"',
+        "contacts.c.stiffness: 'x' is a coordinate and cannot stand here",
     ),
     "negative friction": (
         CONTACT + 'gap = "y"\nfriction = -1\nslip = "x_dot"',
@@ -658,8 +658,8 @@ REFUSED = {
         "forces.x.expression: 'f(x, y)' has 2 argument(s), the table has 1",
     ),
     "table in a constant": (
-        '[tables.f]\ncolumns = [[0, 1], [1, 2]]\n[contacts.c]\ngap = "y"\nrestitution = "f(1)"',
-        "contacts.c.restitution: 'f(1)': a table cannot stand in a constant",
+        '[tables.f]\ncolumns = [[0, 1], [1, 2]]\n[contacts.c]\ngap = "y"\nlaw = "compliant"\nstiffness = "f(1)"',
+        "contacts.c.stiffness: 'f(1)': a table cannot stand in a constant",
     ),
     "table without an argument": (
         '[tables.f]\ncolumns = [[0, 1], [1, 2]]\n[forces]\nx = "-f"',

@@ -126,8 +126,8 @@ FAULTS = (
         "impacts charge friction twice",
         "disc",
         "settle_impacts.c",
-        ".friction = settling->friction[i],",
-        ".friction = 2.0 * settling->friction[i],",
+        ".friction = impact->friction[i],",
+        ".friction = 2.0 * impact->friction[i],",
     ),
     Fault(
         "an impact acts twice",

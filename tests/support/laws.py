@@ -124,6 +124,7 @@ class _ImpactProblem(ctypes.Structure):
         ("bilateral", ctypes.POINTER(ctypes.c_bool)),
         ("contacts", ctypes.c_int),
         ("contact", ctypes.POINTER(Contact)),
+        ("one_round", ctypes.c_bool),
     ]
 
 
@@ -278,6 +279,7 @@ class Laws:
             (ctypes.c_bool * len(rows))(*(k in permanent for k in range(len(rows)))),
             len(contacts),
             (Contact * len(contacts))(*contacts),
+            False,
         )
         result = _ImpactResult()
         if order is None:

@@ -88,13 +88,18 @@ class Elements:
         """Compile what depends on the state alone: rows with their laws, margins of events, the power of dampers."""
         s, m, written = composition.symbols, composition.mechanism, composition.written
         arguments = (TIME, *s.q, *s.qd, *s.inputs, *s.parameters)
-        laws = [written(x) for c in m.unilaterals for x in (c.restitution, c.friction, c.static_friction)]
+        laws = [
+            x
+            for c in m.unilaterals
+            for x in (composition.bent(c.restitution), written(c.friction), written(c.static_friction))
+        ]
         moving = {*arguments} - set(s.parameters) | set(composition.kinks.sides)
         self.changing = [
             bool(moving & (a.free_symbols | b.free_symbols)) for a, b in zip(laws[1::3], laws[2::3], strict=True)
         ]
         few = velocities if self.k <= MANY else []
         gamma, slopes = accelerations_without_qdd(composition, few), gradients(s.qd, few)
+        self.returns_alike = moving.isdisjoint(set().union(*(law.free_symbols for law in laws[::3])))
         self._function = compiled(arguments, [*rows.gaps, *rows.positions(), *velocities, *laws, *gamma, *slopes])
         rates = dict(zip((*s.motion, *s.motion_dot), (*s.motion_dot, *s.motion_ddot), strict=True))
         rates |= dict(zip(s.further, composition.further, strict=False))  # the rates of filters stand behind

@@ -75,13 +75,18 @@ class Impacts:
             lost = -0.5 * float(responses.borne(total, jump=True)[1] @ (v + behind))
             v, qd = behind, qd + responses.moved[:, 1]
 
+        def behind_all(impulses: Floats) -> MotionPoint:
+            return system.point(StateBatch(state.t, state.q, qd + responses.moved[:, 2:] @ impulses, state.inputs))
+
+        def returned(impulses: Floats) -> Floats:
+            return (point if e.returns_alike else behind_all(impulses)).rows.restitution
+
         def pressed(impulses: Floats, contacts: Sequence[int]) -> Collection[int]:
-            moved = StateBatch(state.t, state.q, qd + responses.moved[:, 2:] @ impulses, state.inputs)
-            return bearing(system.point(moved), modes, contacts)
+            return bearing(behind_all(impulses), modes, contacts)
 
         starts = not due and all(mode is Mode.OPEN for mode in modes.contacts)
         asked = {*near} if starts else set()
-        total, dissipated, struck = self._rounds(D, v, total, near, loaded, asked, point, pressed)
+        total, dissipated, struck = self._rounds(D, v, total, near, loaded, asked, point, returned, pressed)
         qd = qd + responses.moved[:, 2:] @ total
         if not struck and not catching:
             return state, np.zeros(2), False
@@ -109,12 +114,14 @@ class Impacts:
         loaded: list[int],
         asked: set[int],
         point: MotionPoint,
+        returned: Callable[[Floats], Floats],
         pressed: Callable[[Floats, Sequence[int]], Collection[int]],
     ) -> tuple[Floats, float, bool]:
         """The sum of all impulses (k,), the energy (J) that the rounds dissipate, and whether there was a round.
 
         Rounds are made until no contact that is ``near`` approaches. ``total`` (k,) are the impulses before.
-        ``pressed`` tells which contacts bear a force behind all impulses; of those ``asked`` it is not known at first.
+        ``returned`` tells the restitution behind all impulses, ``pressed`` which contacts bear a force there; of those
+        ``asked`` it is not known at first.
         """
         lost, time = 0.0, float(point.state.t)
         sizes = velocity_sizes(point)
@@ -126,10 +133,11 @@ class Impacts:
             if {*still} & asked - {*loaded}:
                 loaded = [*loaded, *pressed(total, still)]
             plastic = turn == ROUNDS - 1
-            borne = {*still} & {*loaded, *_joining(still, total, point.rows.restitution, approaching)}
+            restitution = returned(total)
+            borne = {*still} & {*loaded, *_joining(still, total, restitution, approaching)}
             took_part = near if self.simultaneous or plastic else sorted({*approaching, *borne})
             rebounding = [] if plastic else approaching
-            shifts = dict.fromkeys(took_part, 0.0) | {i: point.rows.restitution[i] * v[i] for i in rebounding}
+            shifts = dict.fromkeys(took_part, 0.0) | {i: restitution[i] * v[i] for i in rebounding}
             P, kind = self._round(D, v, took_part, shifts, point)
             self._log(time, approaching, P, kind, _sharing(D, took_part, point), plastic=plastic)
             lost -= 0.5 * float(P @ (2 * v + D @ P))
@@ -182,8 +190,7 @@ class Impacts:
         pressed = self._impulses(D, v, plastic)
         if pressed is not None:
             returned = [
-                point.rows.restitution[i] * pressed[i] if item.shift else 0.0
-                for i, item in zip(part, items, strict=True)
+                item.shift / v[i] * pressed[i] if item.shift else 0.0 for i, item in zip(part, items, strict=True)
             ]
             rows, moved = apart(plastic)
             after = v + D @ pressed

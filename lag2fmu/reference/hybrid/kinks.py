@@ -212,7 +212,11 @@ class FrozenComposition(Composition):
         """``expression`` with definitions written out and kinks frozen; None becomes 0."""
         if not self.kinks.moving:
             self.kinks.open_for(self.symbols)
-        return self.kinks.frozen(cast(sp.Expr, super().written(expression)))
+        return self.kinks.frozen(self.bent(expression))
+
+    def bent(self, expression: sp.Expr | int | float | None) -> sp.Expr:
+        """``expression`` with definitions written out and its kinks as they are; None becomes 0."""
+        return cast(sp.Expr, super().written(expression))
 
 
 def _bent_first(mechanism: Mechanism) -> list[Entry]:

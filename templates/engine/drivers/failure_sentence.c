@@ -188,7 +188,8 @@ static void laws_sentence(const Failure *failure, char text[], size_t size) {
                  "top and its side", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
     } else if (failure->kind == FAILURE_RESTITUTION) {
         snprintf(text, size, "at time %.17g the coefficient of restitution of %.400s is %.6g; expected 0 to 1: check "
-                 "the parameters that it is made of", failure->time, CONSTRAINT_NAMES[failure->count], failure->amount);
+                 "what it is made of, or write max(0, min(1, ...)) around it", failure->time,
+                 CONSTRAINT_NAMES[failure->count], failure->amount);
     } else if (failure->kind == FAILURE_FRICTION || failure->kind == FAILURE_PUSHING) {
         friction_sentence(failure, text, size);
     } else if (failure->kind == FAILURE_MEMORY) {

@@ -254,7 +254,7 @@ static bool solve_in_turn(Round *round, const double slow[], ImpactResult *resul
         if (!collide(round, result)) {
             return false;
         }
-        if (result->closed || lacks_loads(round, slow)) {
+        if (result->closed || problem->one_round || lacks_loads(round, slow)) {
             break;
         }
     }

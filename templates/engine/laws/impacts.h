@@ -41,6 +41,7 @@ typedef struct {
     const bool *bilateral;    /* [rows]: the velocity after is 0; other rows that are of no contact bear no impulse */
     int contacts;
     const ImpactContact *contact; /* [contacts] */
+    bool one_round;               /* restitution holds for a round of sequential impacts: there is no other in a call */
 } ImpactProblem;
 
 typedef struct {

@@ -30,7 +30,7 @@ static const double LOOK_AT_SLIPS = 1e3;
 typedef struct {
     double gaps[SIZE_UNILATERALS], slips[SIZE_FRICTIONAL]; /* slip velocities of the rows that may slide */
     double unknowns[N_UNKNOWNS];
-    double restitution[SIZE_UNILATERALS], friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
+    double friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
     double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS], capacity[SIZE_FRICTIONS];
     double bears[LOADED_FRICTION ? SIZE_FRICTIONS * N_CONSTRAINTS : 1]; /* see Sharing */
     double told; /* the scaled margin up to which the unknowns tell one, see loads_centre; HUGE_VAL: they tell all */
@@ -129,7 +129,7 @@ static double evaluate_friction(const State *state, const ContactPoint *point, i
 
 static void find_limits(Instance *instance, double time, const double states[], ContactPoint *point) {
     const double *inputs = inputs_at(instance, time), *parameters = instance->state.parameters;
-    mechanism_contacts(time, states, inputs, parameters, point->restitution, point->friction, point->holding);
+    mechanism_contacts(time, states, inputs, parameters, point->friction, point->holding);
     mechanism_friction(time, states, inputs, parameters, point->unknowns, point->sliding, point->force,
                        point->capacity);
     for (int i = 0; i < N_FRICTIONS; i++) {

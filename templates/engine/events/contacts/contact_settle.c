@@ -33,17 +33,11 @@ static bool update_latches(Settling *settling) {
     return changed;
 }
 
-/* Is the gap of the contact due to be 0 here, or 0 by chance? */
-static bool meets(const Settling *settling, int contact) {
-    return settling->due[2 * contact] ||
-           settling->rows.positions[contact] <= AT_REST * row_size(&settling->rows, contact);
-}
-
 /* Marks the contacts that are closed and those whose gap is 0 here. */
 static void find_touching(Settling *settling) {
     const State *state = &settling->instance->state;
     for (int i = 0; i < N_UNILATERALS; i++) {
-        settling->touching[i] = contact_closed(state, i) || meets(settling, i);
+        settling->touching[i] = contact_closed(state, i) || settling_meets(settling, i);
     }
 }
 
@@ -200,7 +194,7 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
     rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
     for (int i = 0; i < N_UNILATERALS; i++) {
         settling->overlap[i] = open[i] && settling->due[2 * i] ? impact_overlap(settling, i) : 0.0;
-        row_activate(state, i, !open[i] || meets(settling, i));
+        row_activate(state, i, !open[i] || settling_meets(settling, i));
     }
     memcpy(states, state->states, N_STATES * sizeof(double));
     const bool touch = constraints_regroup(instance) &&

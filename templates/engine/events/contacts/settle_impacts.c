@@ -63,23 +63,33 @@ static bool find_loads(Settling *settling, bool loaded[]) {
     return arena_leave(mark, true);
 }
 
-/* Fills contact[] with the contacts that touch, and which[] with their numbers; returns how many there are. */
-static int gather_contacts(const Settling *settling, const bool loaded[], ImpactContact contact[], int which[]) {
-    int count = 0;
+/* What belongs to an impact at this point. */
+typedef struct {
+    bool collision;
+    bool loaded[SIZE_UNILATERALS]; /* takes part though it does not approach */
+    double start[N];               /* the velocities before; friction as it is there, in all rounds */
+    double friction[SIZE_UNILATERALS];
+    ImpactResult result;
+    int which[SIZE_CONTACTS];
+    int count; /* of contacts that touch */
+} Impact;
+
+/* Fills contact[] with the contacts that touch. */
+static void gather_contacts(const Settling *settling, Impact *impact, ImpactContact contact[]) {
+    impact->count = 0;
     for (int i = 0; i < N_UNILATERALS; i++) {
         if (settling->touching[i]) {
             const int slips = contact_slips(i);
-            which[count] = i;
-            contact[count++] = (ImpactContact){.normal = ROW_PLACES[i],
+            impact->which[impact->count] = i;
+            contact[impact->count++] = (ImpactContact){.normal = ROW_PLACES[i],
                                                .slip = slips > 0 ? ROW_PLACES[SLIP_ROWS[i]] : 0,
                                                .slips = slips,
                                                .restitution = settling->restitution[i],
-                                               .friction = settling->friction[i],
-                                               .loaded = loaded[i],
+                                               .friction = impact->friction[i],
+                                               .loaded = impact->loaded[i],
                                                .slow = settling_least_speed(settling, i)};
         }
     }
-    return count;
 }
 
 /* Velocities = start + M^-1 G^T impulses. A velocity that is no more than rounding of this sum becomes 0. */
@@ -132,16 +142,6 @@ static void note_returned(Settling *settling, const double before[]) {
     }
 }
 
-/* What belongs to an impact at this point. */
-typedef struct {
-    bool collision;
-    bool loaded[SIZE_UNILATERALS]; /* takes part though it does not approach */
-    double start[N];               /* the velocities before */
-    ImpactResult result;
-    int which[SIZE_CONTACTS];
-    int count; /* of contacts that touch */
-} Impact;
-
 /* Finds the impulses up to where loads have to be found anew, and what they make of the velocities. */
 static bool make_rounds(Settling *settling, Impact *impact) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
@@ -153,9 +153,9 @@ static bool make_rounds(Settling *settling, Impact *impact) {
     for (int row = FIRST_LATCH; row < N_ROWS; row++) {
         bilateral[ROW_PLACES[row]] = row_active(state, row);
     }
-    impact->count = gather_contacts(settling, impact->loaded, contact, impact->which);
+    gather_contacts(settling, impact, contact);
     const ImpactProblem problem = {mark.arena, K,       settling->delassus, settling->velocity,
-                                   bilateral,  impact->count, contact};
+                                   bilateral,  impact->count, contact, CHANGING_RESTITUTION};
     if (!(impact->collision ? impacts_solve(&problem, order, &impact->result)
                             : impacts_without_collision(&problem, &impact->result))) {
         return arena_leave(mark, false);
@@ -175,6 +175,7 @@ static bool perform(Settling *settling, Impact *impact, bool *jumped) {
     const ImpactResult *result = &impact->result;
     memcpy(before, settling->velocity, K * sizeof(double));
     memcpy(impact->start, state->states + N, N * sizeof(double));
+    memcpy(impact->friction, settling->friction, sizeof impact->friction);
     for (int rounds = -1; rounds < result->rounds;) {
         rounds = result->rounds;
         if (!make_rounds(settling, impact)) {

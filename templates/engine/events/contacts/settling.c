@@ -85,21 +85,31 @@ static void fill_delassus(Settling *settling) {
     }
 }
 
-/* The coefficients of the contacts at the present parameters, if the laws of contact have a meaning for them. */
+bool settling_meets(const Settling *settling, int contact) {
+    return settling->due[2 * contact] ||
+           settling->rows.positions[contact] <= AT_REST * row_size(&settling->rows, contact);
+}
+
+/* The coefficients of the contacts at this point, if the laws of contact have a meaning for them. Those that change
+   have none far from their contact. */
 static bool find_coefficients(Settling *settling) {
     Instance *instance = settling->instance;
     const State *state = &instance->state;
-    mechanism_contacts(state->time, state->states, inputs_at(instance, state->time), state->parameters,
-                       settling->restitution, settling->friction, settling->holding);
+    const double *inputs = inputs_at(instance, state->time);
+    mechanism_contacts(state->time, state->states, inputs, state->parameters, settling->friction, settling->holding);
+    mechanism_restitution(state->time, state->states, inputs, state->parameters, settling->restitution);
     for (int i = 0; i < N_UNILATERALS; i++) {
         const double restitution = settling->restitution[i], friction = settling->friction[i];
+        settling->friction[i] = fmax(friction, 0.0);
+        if ((CHANGING_FRICTION || CHANGING_RESTITUTION) && !contact_closed(state, i) && !settling_meets(settling, i)) {
+            continue;
+        }
         if (!(restitution >= 0.0 && restitution <= 1.0)) {
             return report_constraint(instance, FAILURE_RESTITUTION, state->time, ROW_PLACES[i], restitution);
         }
         if (!coefficient_rubs(friction)) {
             return report_constraint(instance, FAILURE_FRICTION, state->time, ROW_PLACES[i], friction);
         }
-        settling->friction[i] = fmax(friction, 0.0);
     }
     return true;
 }
@@ -115,10 +125,10 @@ bool settling_measure(Settling *settling) {
     if (!system_factorize(instance, state->time, state->states, inputs, 0, 0.0, system)) {
         return arena_leave(mark, false);
     }
+    rows_evaluate(instance, state->time, state->states, inputs, &settling->rows);
     if (!find_coefficients(settling)) {
         return arena_leave(mark, false);
     }
-    rows_evaluate(instance, state->time, state->states, inputs, &settling->rows);
     gather_rows(settling, system, gamma);
     mass_divide(system, system->forcing, acceleration);
     for (int k = 0; k < K; k++) {

@@ -34,6 +34,9 @@ typedef struct {
     bool determined[N_CONSTRAINTS];                   /* no friction along the row has a lever */
 } Settling;
 
+/* Is the gap of the contact due to be 0 here, or 0 by chance? */
+bool settling_meets(const Settling *settling, int contact);
+
 /* Brings everything up to date with the present point. Returns false, with instance->failure, where M is
    singular or a coefficient of restitution or friction has no meaning. */
 bool settling_measure(Settling *settling);

@@ -111,13 +111,15 @@ static bool solve_step_velocities(Instance *instance, double time, double length
         return false;
     }
     stepped_accelerate(instance, rows->accelerations);
-    step_begin(instance, time, middle, length);
+    if (!step_begin(instance, time, middle, length)) {
+        return false;
+    }
     for (int pass = 0; pass <= (VELOCITY_FORCES != 0 || VELOCITY_FRICTION != 0); pass++) {
         if (pass > 0) {
             stepped_force(instance, time, middle);
             stepped_accelerate(instance, rows->accelerations);
             if (VELOCITY_FRICTION) {
-                step_coefficients(instance, time, middle, length, false);
+                step_coefficients(instance, time, middle);
             }
         }
         if (!step_impulses(instance, time, middle, length)) {

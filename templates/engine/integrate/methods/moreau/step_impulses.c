@@ -6,6 +6,7 @@
 
 #include "complementarity_large.h"
 #include "contact_modes.h"
+#include "failure.h"
 #include "inputs.h"
 #include "notices.h"
 #include "scale.h"
@@ -126,19 +127,37 @@ static double rebound(const SolverScratch *scratch, int row, double restitution,
     return left * approach > pressed * length ? left : 0.0;
 }
 
-void step_coefficients(Instance *instance, double time, const double states[], double length, bool begins) {
+/* The restitution of the contacts that collide in this step, with the velocities at its beginning. */
+static bool find_restitution(Instance *instance, double time, const double states[], double length) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, restitution, SIZE_UNILATERALS);
+    SolverScratch *scratch = &instance->scratch.solver;
+    bool found = false;
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        scratch->restitution[c] = 0.0;
+        if (!step_collides(instance, c)) {
+            continue;
+        }
+        if (!found) {
+            mechanism_restitution(time, states, inputs_at(instance, time), instance->state.parameters, restitution);
+            found = true;
+        }
+        if (!(restitution[c] >= 0.0 && restitution[c] <= 1.0)) {
+            return arena_leave(
+                mark, report_constraint(instance, FAILURE_RESTITUTION, time, ROW_PLACES[c], restitution[c]));
+        }
+        scratch->restitution[c] = rebound(scratch, CONTACT_ROWS[c], restitution[c], length);
+    }
+    return arena_leave(mark, true);
+}
+
+void step_coefficients(Instance *instance, double time, const double states[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, holding, SIZE_UNILATERALS);
     SolverScratch *scratch = &instance->scratch.solver;
     const State *state = &instance->state;
-    mechanism_contacts(time, states, inputs_at(instance, time), state->parameters, restitution, scratch->friction,
-                       holding);
+    mechanism_contacts(time, states, inputs_at(instance, time), state->parameters, scratch->friction, holding);
     for (int c = 0; c < N_UNILATERALS; c++) {
-        if (begins) {
-            const bool collides = restitution[c] > 0.0 && step_collides(instance, c);
-            scratch->restitution[c] = collides ? rebound(scratch, CONTACT_ROWS[c], restitution[c], length) : 0.0;
-        }
         scratch->friction[c] = contact_sticks(state, c) ? holding[c] : scratch->friction[c];
     }
     arena_release(mark);
@@ -306,7 +325,7 @@ static bool reduce_loads(Instance *instance, double time, const double states[],
     return solve_loads(instance, time, states, length, least);
 }
 
-void step_begin(Instance *instance, double time, const double states[], double length) {
+bool step_begin(Instance *instance, double time, const double states[], double length) {
     SolverScratch *scratch = &instance->scratch.solver;
     scratch->pace = states_pace(&instance->state);
     find_step_rows(instance, length);
@@ -314,12 +333,16 @@ void step_begin(Instance *instance, double time, const double states[], double l
     if (N_PERMANENT > 0) {
         find_reversals(instance);
     }
-    step_coefficients(instance, time, states, length, true);
+    if (!find_restitution(instance, time, states, length)) {
+        return false;
+    }
+    step_coefficients(instance, time, states);
     for (int row = 0; row < K; row++) {
         scratch->impulses[row] = length * instance->state.solver.forces[row];
     }
     memset(scratch->dry, 0, sizeof scratch->dry);
     find_dry(instance, time, states, length);
+    return true;
 }
 
 /* The impulses, with no more of the restitution than keeps the energy from growing. */

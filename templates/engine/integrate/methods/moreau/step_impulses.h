@@ -14,11 +14,12 @@ void choose_rows(SolverScratch *scratch, const bool which[]);
 bool solve_chosen(Arena *arena, ChosenRows *chosen, double w[]);
 
 /* Finds who takes part in a step of this length (s) and with which coefficients, in scratch.solver; time and states are
-   those where it was measured. */
-void step_begin(Instance *instance, double time, const double states[], double length);
+   those where it was measured. Returns false, with instance->failure, if a coefficient of restitution is not between 0
+   and 1. */
+bool step_begin(Instance *instance, double time, const double states[], double length);
 
-/* Finds coefficients of friction and, where the step begins, of restitution. */
-void step_coefficients(Instance *instance, double time, const double states[], double length, bool begins);
+/* Finds coefficients of friction. */
+void step_coefficients(Instance *instance, double time, const double states[]);
 
 /* Finds the impulses and the velocities after, in scratch.solver, for the accelerations there. Returns false, with
    instance->failure, if there is no solution. */
