@@ -242,6 +242,30 @@ def test_stop_of_a_pendulum() -> None:
     assert impacts[:3] == pytest.approx([1.5 * w, 0.75 * w, 0.375 * w], rel=1e-10)
 
 
+BOWL = """
+[mechanism]
+name = "bowl"
+[coordinates]
+x = { start = -1 }
+y = { }
+[gravity]
+acceleration = 9.81
+[bodies]
+block = { mass = 1, position = ["x", "y"] }
+[contacts.bowl]
+gap = "1 - sqrt(x**2 + y**2)"
+slip = "(x*y_dot - y*x_dot)/sqrt(x**2 + y**2)"
+friction = 0.2
+"""
+
+
+def test_a_contact_without_load_that_is_pressed_soon_is_closed() -> None:
+    """At the edge of a bowl the force is 0, and grows: the block slides along the bowl and never strikes it."""
+    found = integrate(read(BOWL, "bowl.toml"), np.linspace(0, 1, 11))
+    assert [(event.time, event.kind) for event in found.events] == [(0.0, "closes")]
+    assert found.trajectory["bowl_gap"] == pytest.approx(0, abs=1e-10)
+
+
 @pytest.mark.parametrize(("friction", "paradox"), [(1.32, False), (1.35, True)])
 def test_painleve_begins_at_four_thirds(friction: float, paradox: bool) -> None:
     """At tan phi = 2 the limit (4 + tan^2 phi)/(3 tan phi) has its least value 4/3; then the rod is stopped at once.

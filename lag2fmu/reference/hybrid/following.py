@@ -7,12 +7,13 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from lag2fmu.deadline import OutOfTimeError
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.hybrid.choice import ModeChoice
 from lag2fmu.reference.hybrid.impacts import Impacts
-from lag2fmu.reference.hybrid.measures import accelerations, gap_sizes, touches
+from lag2fmu.reference.hybrid.measures import SLOW, STILL, TOUCH, accelerations, gap_sizes, touches, velocity_sizes
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.piece import Piece
 from lag2fmu.reference.hybrid.records import MotionPoint
@@ -23,6 +24,10 @@ from lag2fmu.reference.state import Floats, StateBatch
 
 STUCK = 200
 """The number of events at one time from which on the motion counts as stuck."""
+
+SOON = 0.03
+"""In units of the shortest time in which coordinates or velocities change by their nominal values: how far one looks
+ahead to see whether a contact without a load is pressed."""
 
 Enough = Callable[[int, Floats], bool]
 """Whether a run may end at the time of a row, where its states and energies are (s + 2,)."""
@@ -142,7 +147,7 @@ class Follower:
         state = self.run.state(t, y)
         if due:  # what is bound has moved by the errors of the integration alone since the last event: no impact
             state = self.run.system.projected(state, modes)
-        state, new, gained = self.settling.settled(state, modes, due)
+        state, new, gained = self._settled(state, modes, due, y[2 * self.n :])
         for i, (a, b) in enumerate(zip(modes.contacts, new.contacts, strict=True)):
             if b is not Mode.OPEN and a is Mode.OPEN:
                 self.closings[i] = self.memory.impacts[i]
@@ -153,6 +158,42 @@ class Follower:
         for row in np.flatnonzero(self.run.times == t).tolist():
             self._remember(row, y, new)
         return y, new
+
+    def _settled(self, state: StateBatch, modes: Modes, due: Due, further: Floats) -> tuple[StateBatch, Modes, Floats]:
+        """What ``settled`` finds, where contacts without a load close which the motion presses at once.
+
+        ``further`` (s + 2 - 2n,): further states and energies, which an event leaves as they are.
+        """
+        state, modes, gained = self.settling.settled(state, modes, due)
+        for _ in modes.contacts:
+            sinking = self._sinking(state, modes, further)
+            if not sinking:
+                break
+            state, modes, more = self.settling.settled(state, modes, sinking)
+            gained = gained + more
+        return state, modes, gained
+
+    def _sinking(self, state: StateBatch, modes: Modes, further: Floats) -> Due:
+        """Gaps of contacts that touch, open and at rest, which the motion makes negative: their force of 0 grows."""
+        run, system, t = self.run, self.run.system, float(state.t)
+        point = system.point(state)
+        v, sizes = point.rows.velocities, velocity_sizes(point)
+        still = [
+            i
+            for i, mode in enumerate(modes.contacts)
+            if mode is Mode.OPEN and touches(point, i) and abs(v[i]) <= STILL * sizes[i]
+        ]
+        if not still or t >= run.end:
+            return frozenset()
+        qdd = system.answer(point, modes).qdd
+        rates = np.max(np.abs(qdd) / system.nominal), np.max(np.abs(state.qd) / system.nominal) ** 2, SLOW
+        soon = min(t + SOON / np.sqrt(max(rates)), run.end)
+        piece = Piece(system, modes, run.inputs, run.damping)
+        begin = np.concatenate([state.q, state.qd, further])
+        there = solve_ivp(piece.slope, (t, soon), begin, method="DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
+        later = system.point(run.state(soon, there))
+        sunk = later.rows.gaps < point.rows.gaps - TOUCH * gap_sizes(point)
+        return frozenset(("gap", i) for i in still if sunk[i])
 
     def _told(self, kind: str, i: int) -> str:
         """An event function in words: what came to 0, and the element's name."""
