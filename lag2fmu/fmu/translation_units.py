@@ -29,10 +29,11 @@ OF_CALLS = ("drivers/fmi2", "drivers/fmi3", "drivers/gate")
 """The folders of the engine whose files run once a communication step."""
 OF_EVENTS = frozenset(
     {
-        *("constraint_kinks.c", "constraint_start.c", "diagnosis.c", "failure.c", "failure_sentence.c", "further.c"),
-        *("importer_steps.c", "instance.c", "late_impacts.c", "listing.c", "multiplier_rates.c", "names.c"),
-        *("notice_sentence.c", "notices.c", "policy.c", "settle_laws.c", "settle_modes.c", "settle_slips.c"),
-        *("step_failure.c", "stopping_slips.c", "values.c"),
+        *("chattering.c", "constraint_kinks.c", "constraint_start.c", "diagnosis.c", "failure.c"),
+        *("failure_sentence.c", "further.c", "gap_jumps.c", "importer_steps.c", "instance.c", "late_impacts.c"),
+        *("listing.c", "multiplier_rates.c", "names.c", "notice_sentence.c", "notices.c", "policy.c"),
+        *("settle_laws.c", "settle_modes.c", "settle_slips.c", "shared_loads.c", "step_failure.c"),
+        *("stopping_slips.c", "values.c"),
     }
 )
 """Files of other folders that run as seldom, or at starts, events and failures.
