@@ -186,6 +186,10 @@ class Follower:
         if not still or t >= run.end:
             return frozenset()
         qdd = system.answer(point, modes).qdd
+        a = accelerations(point, qdd)
+        still = [i for i in still if a[i] == 0]
+        if not still:
+            return frozenset()
         rates = np.max(np.abs(qdd) / system.nominal), np.max(np.abs(state.qd) / system.nominal) ** 2, SLOW
         soon = min(t + SOON / np.sqrt(max(rates)), run.end)
         piece = Piece(system, modes, run.inputs, run.damping)
