@@ -17,7 +17,7 @@ PIP := -m pip install --quiet --disable-pip-version-check --no-compile
 # each process of the tests has a processor of its own: threads of linear algebra would wait for each other on it
 test check test-all: export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test check test-all style lint docs bench published record release installed clean
+.PHONY: demo test check test-all extras style lint docs bench published record release installed clean
 
 demo: $(READY)
 	$(BIN)/lag2fmu demo --plot double_pendulum.png
@@ -31,10 +31,14 @@ check: lint
 	$(BIN)/python -m pytest $(SPREAD) -m "not long and not slow and not fmu and not toolchain" $(PYTEST)
 
 # everything: other importers, cross builds, sanitizers, fuzzing; PYTEST=--optimised compiles all as users get it
-test-all: lint
+test-all: $(READY)
+	$(MAKE) -j $(JOBS) lint extras
+	$(BIN)/python -m pytest $(SPREAD) --all-models $(PYTEST)
+
+# what tests use if it is there; mypy knows nothing of these packages and runs meanwhile
+extras: $(READY)
 	-$(BIN)/python $(PIP) -e ".[imports,importers,meshes,docs,page,sweeps]"
 	-$(BIN)/python $(PIP) --no-deps dm_control gymnasium  # their files alone
-	$(BIN)/python -m pytest $(SPREAD) --all-models $(PYTEST)
 
 RECORDED := double_pendulum cart_pole four_bar_linkage heavy_top_quaternion whipple_bicycle andrews_squeezer \
 	six_axis_arm bouncing_ball woodpecker sliding_sphere

@@ -38,7 +38,8 @@ LIMIT = 0.7
 """A test that takes longer than this (s) belongs into SLOW."""
 WEEK = 7 * 24 * 3600.0
 """s"""
-FLAGS, MOST, PACKED = compilers._flags, translation_units.MOST, archives.PACKED
+FLAGS, PACKED = compilers._flags, archives.PACKED
+MOST, FEW, GROUP = translation_units.MOST, translation_units.FEW, translation_units._group
 """Those of users."""
 
 _seconds: dict[str, float] = defaultdict(float)
@@ -120,15 +121,23 @@ def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
 def compiling(optimised: bool) -> Iterator[None]:
     """What is compiled in this process meanwhile is optimised, as users get it, or not.
 
-    Without it the compiler takes a sixth of the time, and the result runs a few times as long. Its files are one unit:
-    units beside each other read the same headers anew, and both processors have other tests to run. It is packed in
-    a quarter of the time, too.
+    Without it the compiler takes a sixth of the time, and the result runs a few times as long. Its files are as few
+    units as mechanisms of one size can share: those of the engine are found again, and take a tenth of the time then.
+    Further units beside each other read the same headers anew. It is packed in a quarter of the time, too.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compilers, "_flags", FLAGS if optimised else _unoptimised)
         patch.setattr(translation_units, "MOST", MOST if optimised else sys.maxsize)
+        patch.setattr(translation_units, "FEW", FEW if optimised else 0)
+        patch.setattr(translation_units, "_group", GROUP if optimised else _shared_or_not)
         patch.setattr(archives, "PACKED", PACKED if optimised else 1)
         yield
+
+
+def _shared_or_not(name: str, sources: Mapping[str, str]) -> tuple[int, str]:
+    """What the C file ``name`` of ``sources`` {file: text} stands in one unit with: all that equally many share."""
+    group = GROUP(name, sources)
+    return group if group[0] in (1, 3) else (0, "engine")
 
 
 def _unoptimised(sources: Mapping[str, str], compiler: str, platform: Platform) -> tuple[str, ...]:

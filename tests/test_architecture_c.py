@@ -76,34 +76,32 @@ def _gate(path: Path) -> str | None:
     return folder if folder in GATES else None
 
 
-@pytest.mark.parametrize("path", FILES, ids=_name)
-def test_rooms_know_those_below_them_alone(path: Path) -> None:
+def test_rooms_know_those_below_them_alone() -> None:
     rooms = {other.stem: _room(other) for other in FILES if other.suffix == ".h" and other.stem not in MEMORIES}
-    used = {rooms[stem] for stem in _included(path) if stem in rooms}
-    assert used <= set(ROOMS[: ROOMS.index(_room(path)) + 1])
+    for path in FILES:
+        used = {rooms[stem] for stem in _included(path) if stem in rooms}
+        assert used <= set(ROOMS[: ROOMS.index(_room(path)) + 1]), _name(path)
 
 
-@pytest.mark.parametrize("path", FILES, ids=_name)
-def test_only_the_gates_know_the_standard_and_no_version_knows_another(path: Path) -> None:
+def test_only_the_gates_know_the_standard_and_no_version_knows_another() -> None:
     """gate/ knows a version by its version.h alone."""
-    other = {"gate": "fmi[23]", "fmi2": "fmi3", "fmi3": "fmi2", None: "fmi[23]"}[_gate(path)]
-    assert re.search(other, path.read_text("utf-8")) is None
-    if _gate(path) is None:
-        gates = {file.stem for file in FILES if file.suffix == ".h" and _gate(file)}
-        assert not _included(path) & gates
+    gates = {file.stem for file in FILES if file.suffix == ".h" and _gate(file)}
+    for path in FILES:
+        other = {"gate": "fmi[23]", "fmi2": "fmi3", "fmi3": "fmi2", None: "fmi[23]"}[_gate(path)]
+        assert re.search(other, path.read_text("utf-8")) is None, _name(path)
+        assert _gate(path) is not None or not _included(path) & gates, _name(path)
 
 
-@pytest.mark.parametrize("path", FILES, ids=_name)
-def test_the_mechanism_is_no_question_of_the_preprocessor(path: Path) -> None:
-    assert SIZES.search(path.read_text("utf-8")) is None
+def test_the_mechanism_is_no_question_of_the_preprocessor() -> None:
+    assert [_name(path) for path in FILES if SIZES.search(path.read_text("utf-8"))] == []
 
 
-@pytest.mark.parametrize("path", FILES, ids=_name)
-def test_functions_and_lines_fit_a_screen(path: Path) -> None:
-    text = path.read_text("utf-8")
-    for function in FUNCTION.findall(text):
-        assert function.count("\n") <= MOST_LINES, function.split("(")[0]
-    assert max(map(len, text.split("\n"))) <= MOST_COLUMNS
+def test_functions_and_lines_fit_a_screen() -> None:
+    for path in FILES:
+        text = path.read_text("utf-8")
+        for function in FUNCTION.findall(text):
+            assert function.count("\n") <= MOST_LINES, (_name(path), function.split("(")[0])
+        assert max(map(len, text.split("\n"))) <= MOST_COLUMNS, _name(path)
 
 
 def _code(path: Path) -> str:

@@ -62,12 +62,16 @@ class FmuLibrary:
     def __init__(self, path: Path, binding: Binding) -> None:
         self._library = ctypes.CDLL(str(path))
         self.binding = binding
+        self._functions: dict[str, Any] = {}
 
     def __call__(self, name: str, *arguments: Any) -> Any:
         """Call the function ``name``, given without prefix; raises AttributeError if the library lacks it."""
-        function = getattr(self._library, f"{self.binding.prefix}{name}")
-        function.argtypes = [LETTERS[letter] for letter in self.binding.arguments[name]]
-        function.restype = self.binding.results.get(name, c_int)
+        function = self._functions.get(name)
+        if function is None:
+            function = getattr(self._library, f"{self.binding.prefix}{name}")
+            function.argtypes = [LETTERS[letter] for letter in self.binding.arguments[name]]
+            function.restype = self.binding.results.get(name, c_int)
+            self._functions[name] = function
         return function(*arguments)
 
 

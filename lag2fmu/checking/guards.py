@@ -30,7 +30,7 @@ class Guarded:
         """
         begin, end = len(_GUARD), len(_GUARD) + len(self._before)
         after = bytes(self._memory[begin:end])
-        if bytes(self._memory[:begin]) != _GUARD or bytes(self._memory[end:]) != _GUARD:
+        if not (self._memory.startswith(_GUARD) and self._memory.endswith(_GUARD)):
             yield "writes beyond the array that it is given"
         if reads and after != self._before:
             yield "changes the array that it is to read"
@@ -41,5 +41,5 @@ class Guarded:
 
 def _left(before: bytes, after: bytes) -> bool:
     """Whether an element that was UNWRITTEN still is; an array without elements has room for one all the same."""
-    words = range(0, len(before), len(_BYTES))
+    words = range(0, len(before), len(_BYTES)) if _BYTES in after else ()
     return any(before[i : i + len(_BYTES)] == _BYTES == after[i : i + len(_BYTES)] for i in words)

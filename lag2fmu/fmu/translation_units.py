@@ -23,6 +23,8 @@ MOST = 100_000
 
 Beside a longer file, others may join units up to its length.
 """
+FEW = MOST
+"""Files with no more characters together are one unit."""
 HOT = ("integrate", "system")
 """The rooms of the engine that work at each stage of a solver."""
 OF_CALLS = ("drivers/fmi2", "drivers/fmi3", "drivers/gate")
@@ -54,7 +56,7 @@ OF_STAGES = "tableau.c"
 def translation_units(sources: Mapping[str, str]) -> dict[str, str]:
     """{file: text} to compile in place of the .c files in ``sources`` {file: text}; each includes some of them."""
     names = c_files(sources)
-    few = sum(len(sources[name]) for name in names) <= MOST
+    few = sum(len(sources[name]) for name in names) <= FEW
     groups: dict[tuple[int, str], list[str]] = {}
     for name in names:
         groups.setdefault((0, "") if few else _group(name, sources), []).append(name)
