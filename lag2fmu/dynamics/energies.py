@@ -82,6 +82,19 @@ class Composer:
                     yield from (Inertia(mass, x, a) for x, a in zip(self.place(body.name), falling, strict=True))
                 if body.angle is not None:
                     yield Inertia(self.put(body.inertia), self.put(body.angle), self.g.zero)
+            elif self._flies(body):
+                place, mass = self.frames.origin(str(body.frame)), self.put(body.mass)
+                yield from (Inertia(mass, x, a) for x, a in zip(place, falling, strict=True))
+
+    def _flies(self, body: Body) -> bool:
+        """Whether the mass centre is the origin of a frame on the world.
+
+        Its velocity then stays in the world's axes: in those of the frame, the errors of a quaternion's norm would push
+        a body that flies freely.
+        """
+        frame = self.frames.by_name.get(str(body.frame))
+        on_world = frame is not None and frame.parent == WORLD
+        return on_world and all(x == self.g.zero for x in self.put.vector(tuple(body.center)))
 
     def _rigid(self) -> Iterator[RigidInertia]:
         g, v = self.g, self.variables
@@ -92,7 +105,7 @@ class Composer:
         for body in framed:
             center, frame = self.put.vector(tuple(body.center)), str(body.frame)
             yield RigidInertia(
-                mass=self.put(body.mass),
+                mass=g.zero if self._flies(body) else self.put(body.mass),
                 tensor=self.tensor(body),
                 velocity=self._moved(self.velocities[frame], center, self.rate),
                 shift=self._moved(shifts[frame], center, shift),

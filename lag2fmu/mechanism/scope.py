@@ -26,6 +26,7 @@ class Scope:
 
     def __init__(self, m: Description) -> None:
         self.meaning = _meanings(m)
+        self.shown = _shown(m)
         self.uses: dict[str, set[str]] = {}
         """{definition: the names it uses, with further definitions written out}."""
         for d in in_order(m.definitions, "definitions"):
@@ -47,7 +48,7 @@ class Scope:
             if name not in self.meaning:
                 fits = [x for x, what in self.meaning.items() if allowed is None or what in {*allowed, "definition"}]
                 given = f"each FMU has it as a variable, and --output {name} makes it an output"
-                remedy = given if name in names.ENERGIES else of_symbol(name, fits)
+                remedy = given if name in self.shown else of_symbol(name, fits)
                 raise MechanismError(f"{where}: undefined symbol '{name}'; {remedy}")
             found |= self.uses.get(name, {name})
         return found
@@ -78,6 +79,17 @@ def _meanings(m: Description) -> dict[str, str]:
     for name in m.filtered:
         meaning |= {name: "motion", names.velocity(name): "motion velocity"}
     return meaning
+
+
+def _shown(m: Description) -> frozenset[str]:
+    """The names of variables that an FMU shows, of which only some may stand in expressions."""
+    parts = (
+        *(names.of_coordinate(q.name) for q in m.coordinates),
+        *(names.of_constraint(c.name) for c in m.constraints),
+        *map(names.of_unilateral, m.unilateral_names),
+        *(names.of_friction(friction.name) for friction in m.frictions),
+    )
+    return frozenset({*names.ENERGIES, *(name for part in parts for name in part)})
 
 
 def check_symbols(m: Description, scope: Scope) -> None:
@@ -128,6 +140,14 @@ _REMEDIES: tuple[tuple[Collection[str], Collection[str], Collection[str], str], 
         "what is in proportion to it is inertia, and belongs to a kinetic energy or a mass",
     ),
     (("constraints",), (), ("velocity",), "a constraint on velocities belongs to the nonholonomic ones"),
+    (("contacts", "stops"), ("gap", "of"), ("velocity",), "a gap is between places, and its rate follows from them"),
+    (
+        ("contacts", "stops"),
+        ("restitution",),
+        (),
+        "take its value at the usual speed, or a compliant contact, whose losses grow with the speed",
+    ),
+    (("definitions",), (), _LOADS, "write it where a force, a friction or an output needs it"),
     ((), ("while_",), _LOADS, "a further state may, whose rate is 0 up to a load: max(abs(load) - limit, 0)"),
     (("constraints",), (), ("further state",), "a force may use it"),
     (

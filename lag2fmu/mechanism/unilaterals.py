@@ -124,5 +124,5 @@ def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = Fa
             at = ", ".join(f"{name} = {start[name]:g}" for name in moving[:6])
             raise MechanismError(
                 f"{unilateral.where}: the gap is {value:g}{unit} at the start, where {at} (SI); it cannot be negative: "
-                "start apart or touching"
+                "start apart or touching, or turn the sign of what is meant the other way round"
             )

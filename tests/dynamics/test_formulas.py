@@ -14,8 +14,8 @@ from lag2fmu.formats.loading import bundled, load
 from lag2fmu.graph.to_sympy import tidy, written
 
 LARGE = {"six_axis_arm", "humanoid_planar", "andrews_squeezer", "bricard", "n_four_bar", "parallel_manipulator"}
-LARGE |= {"whipple_bicycle", "rolling_disc", "sphere_on_turntable", "heavy_top_quaternion", "free_body"}
-LARGE |= {"two_armed_robot", "particles", "rattleback", "sphere_on_incline", "sliding_sphere", "stack_of_blocks"}
+LARGE |= {"whipple_bicycle", "rolling_disc", "heavy_top_quaternion", "free_body"}
+LARGE |= {"two_armed_robot", "particles", "rattleback", "stack_of_blocks"}
 TABLES = {"dc_motor"}
 """Whose tables stand in the formulas by name."""
 a, b, c = sp.symbols("a b c", real=True)

@@ -469,7 +469,8 @@ REFUSED = {
     "gap missing": (CONTACT, "contacts.c: 'gap' is missing; give it, or a 'kind'"),
     "gap negative": (
         CONTACT + 'gap = "y - 12*r"',
-        "contacts.c: the gap is -0.2 m at the start, where y = 1 (SI); it cannot be negative",
+        "contacts.c: the gap is -0.2 m at the start, where y = 1 (SI); it cannot be negative: start apart or "
+        "touching, or turn the sign",
     ),
     "gap without coordinates": (
         CONTACT + 'gap = "2*r - t"',
@@ -513,9 +514,15 @@ REFUSED = {
         CONTACT + 'gap = "y"\nrestitution = "4*mu"',
         "contacts.c.restitution: '4*mu' is 1.2 at the values given; Newton's coefficient is from 0 to 1",
     ),
+<<<<<<< HEAD
     "stiffness of coordinates": (
         CONTACT + 'gap = "y"\nlaw = "compliant"\nstiffness = "x"',
         "contacts.c.stiffness: 'x' is a coordinate and cannot stand here",
+=======
+    "restitution of coordinates": (
+        CONTACT + 'gap = "y"\nrestitution = "x"',
+        "contacts.c.restitution: 'x' is a coordinate and cannot stand here; take its value at the usual speed",
+>>>>>>> 269024d2dd207630af1e97cdf1bb73998952ad55
     ),
     "negative friction": (
         CONTACT + 'gap = "y"\nfriction = -1\nslip = "x_dot"',
@@ -525,7 +532,18 @@ REFUSED = {
         CONTACT + 'gap = "y"\nfriction = "mu"\nstatic_friction = 0.1\nslip = "x_dot"',
         "contacts.c.static_friction: 'mu' is 0.3 and above '0.1', which is 0.1",
     ),
-    "gap of velocities": (CONTACT + 'gap = "y_dot"', "contacts.c.gap: 'y_dot' is a velocity and cannot stand here"),
+    "gap of velocities": (
+        CONTACT + 'gap = "y_dot"',
+        "contacts.c.gap: 'y_dot' is a velocity and cannot stand here; a gap is between places",
+    ),
+    "mode in an output": (
+        CONTACT + 'gap = "y"\n[outputs]\no = { expression = "c_mode" }',
+        "outputs.o.expression: undefined symbol 'c_mode'; each FMU has it as a variable, and --output c_mode makes it",
+    ),
+    "load in a definition": (
+        CONTACT + 'gap = "y"\n[definitions]\nN = "c_force"',
+        "definitions.N.expression: 'c_force' is a contact force and cannot stand here; write it where a force",
+    ),
     "gap of an input": (CONTACT + 'gap = "y - hold"', "contacts.c.gap: 'hold' is an input and cannot stand here"),
     "unknown kind": (
         KIND + 'kind = "disc_lyne"',
