@@ -592,6 +592,17 @@ def test_what_is_not_taken_is_listed(robot: Robot) -> None:
     )
 
 
+@pytest.mark.parametrize(("stiffness", "springs"), [("3", ("joint phi", "tendon t")), ("0", ())])
+def test_springs_that_yield_are_told(robot: Robot, stiffness: str, springs: tuple[str, ...]) -> None:
+    """MuJoCo's springs have had a threshold of yield since version 4; one without stiffness does not matter."""
+    if not hasattr(mujoco.MjModel, "jnt_springyield"):
+        pytest.skip("this MuJoCo has no such springs")
+    spring = f'stiffness="{stiffness}" springyield="0.2"'
+    cable = f'<tendon><fixed name="t" {spring}><joint joint="phi" coef="1"/></fixed></tendon>'
+    found = robot(body(f'<joint name="phi" {spring}/>', cable))
+    assert found.not_taken == tuple(f"yield of the spring of the {what}" for what in springs)
+
+
 def test_what_is_not_taken_is_a_warning_each_in_python_too(robot: Robot, caplog: pytest.LogCaptureFixture) -> None:
     """One for each part, as it stands in the text; a text of before, in which all is one string, is read."""
     air = '<mujoco><option density="1.2"/>'
