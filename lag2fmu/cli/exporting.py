@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -19,7 +18,6 @@ from lag2fmu.fmu.exported import Fmu
 from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.observers import observed_mechanism
 from lag2fmu.formats.loading import pairs_of
-from lag2fmu.language.units import SECOND
 from lag2fmu.mechanism.display import display_units
 from lag2fmu.mechanism.leaving_out import OMISSIBLE, leaving_out
 from lag2fmu.mechanism.record import Mechanism
@@ -145,21 +143,17 @@ def _observer(mechanism: Mechanism, asked: ExportOptions) -> Observing | None:
             raise ExportError(f"--{unused[0]} goes with --observer; add --observer ekf, or leave it out")
         return None
     from lag2fmu.analysis.observing import Observing
-    from lag2fmu.cli.noise import items_of, noise_of, size_of
+    from lag2fmu.cli.noise import items_of, noise_of, size_of, times_of
 
     units = display_units(mechanism)
-
-    def times(texts: Iterable[str]) -> dict[str, float]:
-        pairs = pairs_of(items_of(texts)).items()
-        return {name: size_of("time", text, {"time": SECOND}) for name, text in pairs}
 
     return Observing(
         asked.observer,
         noise_of(items_of(asked.measure), mechanism, units),
         {name: size_of(name, text, units) for name, text in pairs_of(items_of(asked.process)).items()},
         tuple(filter(None, map(str.strip, asked.estimate.split(",")))),
-        times(asked.sample_times),
-        times(asked.delays),
+        times_of(asked.sample_times),
+        times_of(asked.delays),
     )
 
 

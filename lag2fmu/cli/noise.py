@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
+from math import isfinite
 
 import click
 
 from lag2fmu.analysis.observing import assumed_noise
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.loading import pairs_of
-from lag2fmu.language.units import Unit
+from lag2fmu.language.units import SECOND, Unit
 from lag2fmu.mechanism.display import value_in_si
 from lag2fmu.mechanism.record import Mechanism
 
@@ -21,8 +22,19 @@ def items_of(texts: Iterable[str]) -> Iterator[str]:
 
 
 def size_of(name: str, text: str, units: Mapping[str, Unit]) -> float:
-    """The SI value of ``text``, a difference of values of ``name``; the offset of its unit, as of degC, is left out."""
-    return value_in_si(name, text, units) - value_in_si(name, f"0 {text.lstrip('+-.0123456789eE').strip()}", units)
+    """The SI value of ``text``, a difference of values of ``name``; the offset of its unit, as of degC, is left out.
+
+    Raises LoadError for a text that is no finite number, and for a unit of another kind.
+    """
+    value = value_in_si(name, text, units)
+    if not isfinite(value):
+        raise LoadError(f"setting '{name}={text}': give a finite number")
+    return value - value_in_si(name, f"0 {text.lstrip('+-.0123456789eE').strip()}", units)
+
+
+def times_of(texts: Iterable[str]) -> dict[str, float]:
+    """{name: time in s} of items NAME=TIME, with commas between; raises LoadError for what is no time."""
+    return {name: size_of(name, text, {name: SECOND}) for name, text in pairs_of(items_of(texts)).items()}
 
 
 def in_unit(size: float, unit: Unit | None) -> float:

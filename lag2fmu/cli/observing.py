@@ -9,7 +9,7 @@ import click
 from rich.markup import escape
 from rich.table import Table
 
-from lag2fmu.cli.noise import in_unit, items_of, noise_of, size_of
+from lag2fmu.cli.noise import in_unit, items_of, noise_of, size_of, times_of
 from lag2fmu.cli.options import CSV, check_ending, check_picture, refuse_to_overwrite
 from lag2fmu.cli.settings import load_mechanism
 from lag2fmu.cli.terminal import console
@@ -59,7 +59,7 @@ def observe_data(  # noqa: PLR0913, PLR0917 (an option each)
         process=sizes(process),
         start=sizes(known),
         estimate=[name.strip() for name in estimate.split(",") if name.strip()],
-        delays={name: float(size_of("time", text, {})) for name, text in pairs_of(items_of(delay)).items()},
+        delays=times_of(delay),
         method=method,
         horizon=_horizon(method, horizon),
         smooth=smooth,

@@ -15,7 +15,7 @@ from lag2fmu.description.description import Description
 from lag2fmu.description.symbols import Coordinate
 from lag2fmu.errors import LoadError
 from lag2fmu.formats.programs import arguments_of, convert, function_of_mechanics, guarded, is_mechanics, model_function
-from lag2fmu.formats.robots import ENDINGS, robot
+from lag2fmu.formats.robots import ENDINGS, SOURCES, robot
 from lag2fmu.language.identifiers import suggestion
 from lag2fmu.language.units import Unit
 from lag2fmu.mechanism.display import display_units, tell_of_lengths, value_in_si
@@ -125,7 +125,7 @@ def _what_else(model: str, path: Path) -> str:
     if beside is not None:
         return f"unknown model '{model}'; did you mean the file '{beside}'?"
     if model and path.exists():
-        kind = "a folder" if path.is_dir() else "a file with another ending"
+        kind = "a folder" if path.is_dir() else SOURCES.get(path.suffix, "a file with another ending")
         return f"'{model}' is {kind}; a model is a file that ends in one of {', '.join(known)}"
     return f"unknown model '{model}'; {suggestion(model, bundled())} (or give a file: {', '.join(known)})"
 

@@ -99,11 +99,11 @@ class Poses:
 
     def common(self, a: str, b: str) -> str:
         """The frame next to ``a`` and ``b`` that carries both."""
-        below = {frame.name for frame in self._chain(a, WORLD)}
-        shared = [frame.name for frame in self._chain(b, WORLD) if frame.name in below]
+        below = {frame.name for frame in self.chain(a, WORLD)}
+        shared = [frame.name for frame in self.chain(b, WORLD) if frame.name in below]
         return shared[-1] if shared else WORLD
 
-    def _chain(self, name: str, base: str) -> list[Frame]:
+    def chain(self, name: str, base: str) -> list[Frame]:
         """The frames from ``base`` on, without it, to ``name``."""
         chain: list[Frame] = []
         while name != base:
@@ -118,7 +118,7 @@ class Poses:
         """
         zero = sp.zeros(3, 1)
         reached = _Reached(Pose(zero, sp.eye(3), zero, zero), sp.eye(3), _Turn())
-        for frame in self._chain(name, base):
+        for frame in self.chain(name, base):
             if (frame.name, base) not in self._reached:
                 self._reached[frame.name, base] = self._onward(reached, frame)
             reached = self._reached[frame.name, base]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import prod
+from numbers import Integral
 from typing import Any, Literal
 
 import numpy as np
@@ -110,13 +111,15 @@ def sampled(axes: Sequence[Axis], count: int, sampling: str = "random", seed: in
     """``count`` runs with any value of a range, or any row of values and tables, all with equal probability.
 
     ``sampling`` is "random", or quasi-random: "sobol", "halton" (both scrambled), "latin" (hypercube). Raises LoadError
-    for another ``sampling``, and for a ``count`` below 1. Source: A. B. Owen, Scrambled Sobol and Niederreiter-Xing
-    points, J. Complexity 14, 1998.
+    for another ``sampling``, for a ``count`` below 1, and for a ``seed`` that is no whole number of at least 0.
+    Source: A. B. Owen, Scrambled Sobol and Niederreiter-Xing points, J. Complexity 14, 1998.
     """
     if sampling not in SAMPLINGS:
         raise LoadError(f"unknown sampling '{sampling}'; known are {', '.join(SAMPLINGS)}")
     if count < 1:
         raise LoadError(f"{count} runs are to be sampled; give at least 1")
+    if not isinstance(seed, Integral) or seed < 0:
+        raise LoadError(f"the seed of a sample is {seed!r}; give a whole number of at least 0")
     check_count(count)
     columns = []
     for axis, u in zip(axes, _unit_points(len(axes), count, sampling, seed).T, strict=True):

@@ -150,7 +150,9 @@ class FmuMember(Member):
 
     def failure(self, doing: str, error: Exception) -> SimulationError:
         """See ``Member``."""
-        return SimulationError(f"the component '{self.name}', {doing}: {error}; {self.instance.log.tail()}")
+        return SimulationError(
+            f"the component '{self.name}', {doing}: {str(error).rstrip('.')}; {self.instance.log.tail()}"
+        )
 
     def step(self, t: float, h: float) -> None:
         """See ``Member``; raises SimulationError and StepDiscardedError with the name of the component."""
@@ -207,8 +209,13 @@ def fmu_member_of(
             yield kind(component, cast("Instance", remote), scalars, begin)
         return
     with called_as_one(component.path, component.kind, events=events, followed=asks) as instance:
+
+        def heard() -> None:
+            begin()
+            instance.listen()
+
         try:
-            yield kind(component, instance, scalars, begin)
+            yield kind(component, instance, scalars, heard)
         finally:
             begin()  # an FMU that is freed may not come back either
 

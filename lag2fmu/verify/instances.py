@@ -72,6 +72,7 @@ class Instance:
         _refuse_without_library(path, description)
         self.description, self.log = description, Log()
         self.asked: Callable[[float], None] | None = None
+        self._callbacks: Any = None
         self._files = tempfile.TemporaryDirectory(prefix="lag2fmu-", ignore_cleanup_errors=True)
         self.folder = self._files.name
         try:
@@ -105,16 +106,18 @@ class Instance:
         """Bring the FMU back to the state after instantiation."""
         self.fmu.reset()
         self.log.clear()
-        if not is_fmi3(self.description):
-            self._listen()
+        self.listen()
 
-    def _listen(self) -> None:
-        """What the FMU says comes here: fmpy passes it to the logger that was made last, of whatever FMU."""
+    def listen(self) -> None:
+        """What the FMU says comes here: by FMI 2.0 fmpy passes it to the logger that was set last, of whatever FMU."""
+        if is_fmi3(self.description):
+            return
         from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
         from fmpy.logging import addLoggerProxy
 
-        self._callbacks = fmi2CallbackFunctions()  # kept as long as the FMU may call
-        self._callbacks.logger = fmi2CallbackLoggerTYPE(self.log)
+        if self._callbacks is None:  # kept as long as the FMU may call
+            self._callbacks, self._logger = fmi2CallbackFunctions(), fmi2CallbackLoggerTYPE(self.log)
+        self._callbacks.logger = self._logger  # which fmpy replaces by its own
         addLoggerProxy(byref(self._callbacks))
 
     def close(self) -> None:

@@ -107,7 +107,7 @@ def running(place: str) -> list[str]:
         ("ends", False, "while the component 'b' is simulated, it ends the process with exit code 0x3", 0.5),
         ("fatal", False, STEP + "fmi2DoStep failed with status 4 (fatal)", 0.5),
         ("fatal", True, STEP + "fmi2DoStep failed with status 4 (fatal)", 0.5),
-        ("discards", True, "status 2 (discard).; the FMU gave no reason; it may make a shorter --step", 0.5),
+        ("discards", True, "status 2 (discard); the FMU gave no reason; it may make a shorter --step", 0.5),
         ("tells nothing", False, "the component 'b', called by getReal: fmi2GetReal failed with status 3", 0.4),
         ("hangs at once", 1.0, "the component 'b': " + ENDED, None),
         ("hangs before", 1.0, "the component 'b', while it is initialized: " + ENDED, None),

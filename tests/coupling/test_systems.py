@@ -443,3 +443,12 @@ def test_the_command_line(train: Path, tmp_path, monkeypatch) -> None:
     shown = CliRunner().invoke(main, ["simulate", str(train)])
     assert "wagon.x [m]" in shown.output
     assert "a system has no picture" in CliRunner().invoke(main, ["simulate", str(train), "--animate", "a.gif"]).output
+
+
+@pytest.mark.fmu
+def test_a_component_gives_its_own_reason(exported) -> None:
+    """By FMI 2.0 fmpy passes what FMUs say to the logger that was set last: that of the component that came last."""
+    fmus = {"a": exported("pendulum").path, "b": exported("spring_mass_damper").path}
+    for order in (("a", "b"), ("b", "a")):
+        with pytest.raises(SimulationError, match=r"the component 'a', .*the mass matrix becomes singular"):
+            lag2fmu.simulate({name: fmus[name] for name in order}, values={"a.m": 0.0}, stop_time=0.1)

@@ -152,6 +152,29 @@ def test_tendons_have_an_armature(robot: Robot) -> None:
     assert [found["a"], found["b"]] == pytest.approx(state.qacc.tolist(), rel=1e-12)
 
 
+def test_a_rope_over_many_oblique_bodies_stays_short_as_text(robot: Robot) -> None:
+    """From the world to the last of six: written out, each body made the length five times as long; it took minutes."""
+    link = '<body name="b{k}" pos="0.3 0.1 0.2" euler="20 30 10"><joint name="q{k}" axis="{axis}"/><geom size="0.1"/>'
+    axes = ("0 0 1", "0 1 0", "1 0 0", "1 1 0", "0 1 1", "1 0 1")
+    arm = "".join(link.format(k=k, axis=axis) for k, axis in enumerate(axes))
+    rope = """<tendon><spatial name="rope" stiffness="50" springlength="0 0.7" damping="2" armature="3">
+        <site site="nail"/><site site="tip"/></spatial></tendon>
+        <actuator><motor name="winch" tendon="rope" gear="2"/></actuator>"""
+    text = world(f'<site name="nail" pos="0.1 0 0"/>{arm}<site name="tip" pos="0 0 0.1"/>{"</body>" * len(axes)}')
+    text = text.replace("</mujoco>", f"{rope}</mujoco>")
+    mechanism, model = robot(text), mujoco.MjModel.from_xml_string(text)
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    assert len(write(mechanism)) < 100_000
+    state = mujoco.MjData(model)
+    state.qpos[:], state.qvel[:] = (0.4, -0.7, 0.2, 0.5, -0.3, 0.8), (1.1, 0.3, -0.6, 0.2, 0.9, -1.3)
+    state.ctrl[:] = 1.5
+    mujoco.mj_forward(model, state)
+    names = [f"q{k}" for k in range(len(axes))]
+    given = dict(zip(names, state.qpos, strict=True)) | {f"{n}_dot": v for n, v in zip(names, state.qvel, strict=True)}
+    found = accelerations(mechanism, **given, u_winch=1.5)
+    assert [found[name] for name in names] == pytest.approx(state.qacc.tolist(), rel=1e-11)
+
+
 @pytest.mark.fmu
 def test_tendons_rub_and_have_limits(robot: Robot) -> None:
     """5.5 N push 2 kg against 2 times 1.5 N of one tendon and 0.5 N of another: x = t^2/2 until 2 x = 0.3.
@@ -590,6 +613,17 @@ def test_what_is_not_taken_is_listed(robot: Robot) -> None:
         "contacts of 3 geoms (ground takes them)",
         "the tendon long: its ends do not move to each other",
     )
+
+
+@pytest.mark.parametrize(("stiffness", "springs"), [("3", ("joint phi", "tendon t")), ("0", ())])
+def test_springs_that_yield_are_told(robot: Robot, stiffness: str, springs: tuple[str, ...]) -> None:
+    """MuJoCo's springs have had a threshold of yield since version 4; one without stiffness does not matter."""
+    if not hasattr(mujoco.MjModel, "jnt_springyield"):
+        pytest.skip("this MuJoCo has no such springs")
+    spring = f'stiffness="{stiffness}" springyield="0.2"'
+    cable = f'<tendon><fixed name="t" {spring}><joint joint="phi" coef="1"/></fixed></tendon>'
+    found = robot(body(f'<joint name="phi" {spring}/>', cable))
+    assert found.not_taken == tuple(f"yield of the spring of the {what}" for what in springs)
 
 
 def test_what_is_not_taken_is_a_warning_each_in_python_too(robot: Robot, caplog: pytest.LogCaptureFixture) -> None:

@@ -554,3 +554,20 @@ def test_what_is_not_taken_is_said(robot: Robot) -> None:
     assert "contacts of box with box: 1 pair" in told
     assert "contacts of 1 pair of spheres and capsules (pairs takes them)" in told
     assert "turning and rolling friction of 1 pair of geoms" in told
+
+
+@pytest.mark.parametrize(
+    ("floor", "shape", "told"),
+    [
+        ("", 'surfacevel="1 0 0 0 0 0"', ("velocities of the surfaces of 1 pair of geoms",)),
+        ('condim="1"', 'condim="1" surfacevel="1 0 0 0 0 0"', ()),
+        ("", 'adhesion="2"', ("adhesion of 1 pair of geoms",)),
+    ],
+)
+def test_belts_and_adhesion_are_told(robot: Robot, floor: str, shape: str, told: tuple[str, ...]) -> None:
+    """MuJoCo's geoms have had both since version 4; where nothing rubs, a surface may move as it likes."""
+    mujoco = pytest.importorskip("mujoco")
+    if not hasattr(mujoco.MjModel, "geom_surfacevel"):
+        pytest.skip("this MuJoCo has no such geoms")
+    text = SCENE.format(shape=f"{SHAPES['sphere']} {shape}", others="").replace('name="floor"', f'name="floor" {floor}')
+    assert robot(text, ground="all").not_taken == told

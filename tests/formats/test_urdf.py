@@ -282,6 +282,8 @@ BROKEN = {
     "a tensor of no body": (PENDULUM.replace('ixx="0.2"', 'ixx="-0.2"'), "is not positive"),
     "two inertias": (pair(ROD, ROD + ROD), "<link> 'b': has 2 <inertial>, the second in line 1; leave one out"),
     "two limits": (PENDULUM.replace("<dynamics", '<limit lower="-1" upper="1"/><dynamics'), "has 2 <limit>"),
+    "a macro": (pair(beside='<xacro:wheel side="left"/>'), "<xacro:wheel>: is a macro; write the robot out first"),
+    "a value of a macro": (pair('value="2"', 'value="${m}"'), "<mass>: is a macro; write the robot out first: xacro"),
     "two masses": (pair('<mass value="2"/>', '<mass value="2"/><mass value="3"/>'), "has 2 <mass>"),
 }  # fmt: skip
 
@@ -293,6 +295,12 @@ def test_what_is_wrong_is_named_in_one_sentence(robot: Robot, what: str) -> None
         robot(text)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_file_of_macros_gets_the_way_to_a_robot(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf.xacro").write_text(PENDULUM)
+    with pytest.raises(Lag2FmuError, match="is a file of macros, which 'xacro' writes out as URDF; a model is"):
+        load(tmp_path / "arm.urdf.xacro")
 
 
 def test_an_unknown_base_is_named(robot: Robot) -> None:

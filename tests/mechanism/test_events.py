@@ -514,15 +514,9 @@ REFUSED = {
         CONTACT + 'gap = "y"\nrestitution = "4*mu"',
         "contacts.c.restitution: '4*mu' is 1.2 at the values given; Newton's coefficient is from 0 to 1",
     ),
-<<<<<<< HEAD
     "stiffness of coordinates": (
         CONTACT + 'gap = "y"\nlaw = "compliant"\nstiffness = "x"',
         "contacts.c.stiffness: 'x' is a coordinate and cannot stand here",
-=======
-    "restitution of coordinates": (
-        CONTACT + 'gap = "y"\nrestitution = "x"',
-        "contacts.c.restitution: 'x' is a coordinate and cannot stand here; take its value at the usual speed",
->>>>>>> 269024d2dd207630af1e97cdf1bb73998952ad55
     ),
     "negative friction": (
         CONTACT + 'gap = "y"\nfriction = -1\nslip = "x_dot"',

@@ -283,6 +283,25 @@ def test_a_model_with_events_is_refused() -> None:
         observe("coulomb_oscillator", {"time": [0, 1], "x": [0, 0]}, measure={"x": 0.1})
 
 
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        (["--measure", "x=nan"], "setting 'x=nan': give a finite number"),
+        (["--delay", "x=inf"], "setting 'x=inf': give a finite number"),
+        (
+            ["--measure", "x=1", "--delay", "x=-50 ms"],
+            "delay of 'x': -0.05 s; give a measured",
+        ),
+    ],
+)
+def test_the_verb_reads_sizes_and_times_in_units(tmp_path: Path, option: list[str], said: str) -> None:
+    (tmp_path / "track.csv").write_text("time,x,theta\n0,0,0\n1,0,0\n")
+    done = CliRunner().invoke(
+        main, ["observe", "cart_pole", str(tmp_path / "track.csv"), "--measure", "theta=1", *option]
+    )
+    assert (done.exit_code, said in done.output) == (2, True)
+
+
 @pytest.mark.slow
 def test_the_verb_prints_and_writes_the_estimates(tmp_path: Path) -> None:
     _, columns = noisy("cart_pole", {"x": 0.005, "theta": 0.02}, seed=6)

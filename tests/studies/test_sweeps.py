@@ -205,6 +205,8 @@ def test_bad_arguments_get_sentences() -> None:
         axes_of({("l", "g"): [1.0, 2.0]})
     with pytest.raises(LoadError, match="unknown sampling 'grid'"):
         sampled([Axis(("l",), None, 0.0, 1.0)], 4, "grid")
+    with pytest.raises(LoadError, match="the seed of a sample is -1; give a whole number of at least 0"):
+        sampled([Axis(("l",), None, 0.0, 1.0)], 4, seed=-1)
     with pytest.raises(LoadError, match="choose one of them"):
         lag2fmu.sweep("pendulum", {"l": [1.0]}, at_end=True, times=[1.0])
     with pytest.raises(LoadError, match="the tolerance 0 is no relative tolerance"):

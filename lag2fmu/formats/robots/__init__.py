@@ -13,6 +13,8 @@ from lag2fmu.errors import LoadError
 
 ENDINGS = (".urdf", ".xml")
 """The endings of the files that ``robot`` reads."""
+SOURCES = {".xacro": "a file of macros, which 'xacro' writes out as URDF"}
+"""What files are from which those of robots are made, by their endings."""
 
 
 def robot(

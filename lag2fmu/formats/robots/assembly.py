@@ -119,6 +119,7 @@ class _Assembly:
             "parameters": [g, *parts.parameters],
             "inputs": parts.inputs,
             "states": parts.states,
+            "definitions": parts.definitions,
             "energy": Energy(kinetic=sp.Add(*parts.armatures) if parts.armatures else None),
             "forces": parts.forces,
             "loads": parts.loads,

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import sympy as sp
 
 from lag2fmu.description.description import Description
-from lag2fmu.description.places import WORLD, Point
+from lag2fmu.description.places import AXES, WORLD, Point
 from lag2fmu.formats.robots.parts import Parts
 from lag2fmu.formats.robots.tree import Span, Sum, Transmission, Wrench
 from lag2fmu.formats.robots.writing import numbers
 from lag2fmu.language.vocabulary import symbol
-from lag2fmu.mechanism.poses import poses_of
+from lag2fmu.mechanism.poses import Poses, poses_of, times
+
+_TURNS, _OF_QUATERNION = 6, 3
+"""The turns that are written out in one expression, and for how many of them a quaternion counts."""
 
 
 def length_of(length: Sum | Span, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]:
@@ -37,17 +40,46 @@ def _way_along(span: Span, name: str, parts: Parts) -> tuple[sp.Expr, sp.Expr]:
     for ends in pairwise(span.spots):
         carriers = [parts.carriers[link] for link, _ in ends]
         base = poses.common(carriers[0][0], carriers[1][0])
-        spots = [
-            (poses.pose(frame, base), sp.Matrix(numbers(pose.origin + matrix @ place)) * metre)
+        (start, first), (end, last) = (
+            _seen(poses, frame, base, sp.Matrix(numbers(pose.origin + matrix @ place)) * metre, name, parts)
             for (frame, matrix, pose), (_, place) in zip(carriers, ends, strict=True)
-        ]
-        (start, begin), (end, stop) = spots
-        apart, moved = end.at(stop) - start.at(begin), end.moved(stop) - start.moved(begin)
+        )
+        apart, moved = end - start, last - first
         distance = sp.sqrt(sp.Add(*(x**2 for x in apart)))
         way += distance
         rate += sp.Add(*(x * v for x, v in zip(apart, moved, strict=True))) / distance
     gear = gear_of(name, span.gear, parts)
     return gear * way, gear * rate
+
+
+def _seen(poses: Poses, frame: str, base: str, at: sp.Matrix, name: str, parts: Parts) -> tuple[sp.Matrix, sp.Matrix]:
+    """The place and the velocity, each (3, 1), of what is fixed ``at`` a place of ``frame``, in the axes of ``base``.
+
+    On a long way their entries get names, because a turn makes three terms of one.
+    """
+    moved = sp.zeros(3, 1)
+    for carrier in _stages(poses, frame, base):
+        pose = poses.pose(frame, carrier)
+        at, moved = pose.at(at), pose.moved(at) + times(pose.rotation, moved)
+        if carrier != base:
+            at, moved = (
+                sp.Matrix([parts.define(f"{word}_of_{name}_{axis}", x) for axis, x in zip(AXES, entries, strict=True)])
+                for word, entries in (("place", at), ("velocity", moved))
+            )
+        frame = carrier
+    return at, moved
+
+
+def _stages(poses: Poses, frame: str, base: str) -> Iterator[str]:
+    """Frames on the way from ``frame`` to ``base``, which is the last, with few turns from one to the next."""
+    turns = 0
+    for link in poses.chain(frame, base)[::-1]:
+        own = len(link.rotations) + _OF_QUATERNION * (link.quaternion is not None)
+        if turns and turns + own > _TURNS:
+            yield link.name
+            turns = 0
+        turns += own
+    yield base
 
 
 def _with_unit(entry: object, metre: sp.Expr) -> sp.Expr:

@@ -149,6 +149,7 @@ class _MjcfReader:
         self._compiled.note(
             {
                 f"polynomial stiffness and damping of the joint {name}": ("jnt_stiffnesspoly", "dof_dampingpoly"),
+                f"yield of the spring of the joint {name}": ("jnt_springyield",) if m.jnt_stiffness[k].any() else (),
                 f"limits of the joint {name}": ("jnt_limited",) if kind in (_FREE, _BALL) else (),
             },
             {"jnt": k, "dof": dof},

@@ -216,6 +216,7 @@ def tendons(compiled: Compiled) -> Iterator[Tendon]:
             {
                 f"limits of the actuators' force on the tendon {name}": ("tendon_actfrclimited",),
                 f"polynomials of the tendon {name}": ("tendon_stiffnesspoly", "tendon_dampingpoly"),
+                f"yield of the spring of the tendon {name}": ("tendon_springyield",) if stiffness else (),
             },
             {"tendon": k},
         )

@@ -103,6 +103,10 @@ class _GeomPairs:
             dim, friction, margin = self._mixed(first, second)
         if dim > _TANGENTIAL:
             self._left["turning and rolling friction of {count} of geoms"] += 1
+        if dim > 1 and self._any("geom_surfacevel", first, second):
+            self._left["velocities of the surfaces of {count} of geoms"] += 1
+        if self._any("geom_adhesion", first, second) if given is None else self._any("pair_adhesion", given):
+            self._left["adhesion of {count} of geoms"] += 1
         return Touch(self._geom(first), self._geom(second), 0.0 if dim == 1 else float(friction[0]), margin)
 
     def _mixed(self, first: int, second: int) -> tuple[int, Any, float]:
@@ -115,6 +119,10 @@ class _GeomPairs:
             leader = pair[int(np.argmax(ranks))]
             return int(m.geom_condim[leader]), m.geom_friction[leader], margin
         return int(m.geom_condim[pair].max()), m.geom_friction[pair].max(axis=0), margin
+
+    def _any(self, name: str, *rows: int) -> bool:
+        """Whether one of some ``rows`` of a list is not 0; a list that an older MuJoCo does not have is."""
+        return hasattr(self._m, name) and bool(np.any(getattr(self._m, name)[list(rows)]))
 
     @cached_property
     def _counts_gap(self) -> bool:

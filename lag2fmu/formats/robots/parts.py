@@ -12,12 +12,13 @@ from lag2fmu.description.events import Contact, Friction, State, Stop
 from lag2fmu.description.joints import Joint
 from lag2fmu.description.names import of_friction, of_unilateral, stop_side
 from lag2fmu.description.outputs import Output
-from lag2fmu.description.parts import Constraint, Damper, Load, Spring
+from lag2fmu.description.parts import Constraint, Damper, Definition, Load, Spring
 from lag2fmu.description.places import Frame, Point
 from lag2fmu.description.symbols import Declared, coordinate, parameter
 from lag2fmu.formats.robots.naming import Names
 from lag2fmu.formats.robots.poses import Floats, JointPose
 from lag2fmu.formats.robots.tree import RobotJoint
+from lag2fmu.language.vocabulary import symbol
 
 UNITS = {"revolute": "rad", "prismatic": "m"}
 """The units of the coordinates of joints that have one coordinate."""
@@ -57,6 +58,7 @@ class Parts:
     bodies: dict[str, str] = field(default_factory=dict)
     coordinates: list[Declared] = field(default_factory=list)
     parameters: list[Declared] = field(default_factory=list)
+    definitions: list[Definition] = field(default_factory=list)
     frames: list[Frame] = field(default_factory=list)
     points: list[Point] = field(default_factory=list)
     dampers: list[Damper] = field(default_factory=list)
@@ -89,6 +91,13 @@ class Parts:
         """The unit of the numbers of which a length is computed, as a parameter of 1 m."""
         self._metre = self._metre or self.parameter("metre", 1.0, "m", "the unit of lengths along places")
         return self._metre
+
+    def define(self, wanted: str, expression: sp.Expr) -> sp.Expr:
+        """A new name for ``expression``, called as ``wanted`` where that is free; what has no parts stays as it is."""
+        if not expression.args:
+            return expression
+        self.definitions.append(Definition(self.names.variable(wanted), expression))
+        return symbol(self.definitions[-1].name)
 
     def coordinate(self, joint: RobotJoint, name: str) -> Declared:
         """The coordinate ``name`` of a ``joint`` that has one, started within its limits."""

@@ -74,6 +74,7 @@ class _UrdfReader(UrdfElements):
     def robot(self, ground: Ground | None) -> Robot:
         if self._root.tag != "robot":
             raise self.error(self._root, "is no robot: a URDF file has the element <robot> at its top")
+        self._check_written_out()
         links = self._links()
         joints = [self._joint(e, links) for e in self._root.all("joint")]
         self._check_names([j.name for j in joints], "joint")
@@ -100,6 +101,11 @@ class _UrdfReader(UrdfElements):
         if not elements:
             raise LoadError(f"{self.where}: the robot has no links")
         return {e.get("name"): self._inertia(e) for e in elements}
+
+    def _check_written_out(self) -> None:
+        for e in self._root.walk():
+            if e.tag.startswith("xacro:") or any("${" in text for text in e.attributes.values()):
+                raise self.error(e, "is a macro; write the robot out first: xacro FILE -o robot.urdf")
 
     def _check_names(self, names: list[str], kind: str) -> None:
         twice = next((name for name in names if names.count(name) > 1), None)
