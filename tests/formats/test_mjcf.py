@@ -152,6 +152,23 @@ def test_tendons_have_an_armature(robot: Robot) -> None:
     assert [found["a"], found["b"]] == pytest.approx(state.qacc.tolist(), rel=1e-12)
 
 
+def test_the_armature_of_a_tendon_joins_branches(robot: Robot) -> None:
+    """Two slides of 1 and 2 kg with I (x_dot - 1.5 y_dot)^2 / 2, pushed by gravity along both.
+
+    MuJoCo leaves out the entry of its mass matrix that joins them, because they stand on different branches.
+    """
+    masses = "".join(
+        f'<body pos="{m} 0 0"><joint name="{q}" type="slide" axis="0 0 1"/><geom size="0.1" mass="{m}"/></body>'
+        for q, m in (("x", 1), ("y", 2))
+    )
+    ends = '<joint joint="x" coef="1"/><joint joint="y" coef="-1.5"/>'
+    tendon = f'<tendon><fixed name="t" armature="0.8">{ends}</fixed></tendon></mujoco>'
+    found = accelerations(robot(world(masses).replace("</mujoco>", tendon)))
+    mass = np.diag([1.0, 2.0]) + 0.8 * np.outer([1, -1.5], [1, -1.5])
+    exact = np.linalg.solve(mass, [-9.81, -2 * 9.81])
+    assert [found["x"], found["y"]] == pytest.approx(exact.tolist(), rel=1e-12)
+
+
 def test_a_rope_over_many_oblique_bodies_stays_short_as_text(robot: Robot) -> None:
     """From the world to the last of six: written out, each body made the length five times as long; it took minutes."""
     link = '<body name="b{k}" pos="0.3 0.1 0.2" euler="20 30 10"><joint name="q{k}" axis="{axis}"/><geom size="0.1"/>'
