@@ -316,6 +316,44 @@ def test_what_rests_rests_exactly(exported) -> None:
     assert (run["bearing_mode"][late] == STICKS).all()
 
 
+TOWER = read(
+    """[mechanism]
+name = "tower"
+[coordinates]
+a = { unit = "m" }
+b = { unit = "m" }
+c = { unit = "m", start = 0.05 }
+[gravity]
+acceleration = 9.81
+[bodies]
+A = { mass = 1, position = [0, "a"] }
+B = { mass = 2, position = [0, "b"] }
+C = { mass = 1, position = [0, "c"] }
+[contacts]
+floor = { gap = "a", restitution = 0.3 }
+on_a = { gap = "b - a", restitution = 0.3 }
+on_b = { gap = "c - b", restitution = 0.3 }
+""",
+    "tower.toml",
+)
+"""The topmost block drops onto the two others."""
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-4])
+def test_a_block_that_drops_on_others_comes_to_rest(exported, step: float) -> None:
+    """All of them fall alike without their supports, so that nothing seemed to press on a contact: it rattled on."""
+    names = ["a", "b", "c", "a_dot", "b_dot", "c_dot", "on_b_impacts", "on_b_force", "on_a_force", "floor_force"]
+    fmu = exported(TOWER, solver="moreau")
+    run = simulate(fmu, stop_time=1.0, step=0.01, values={"solver_step": step}, outputs=names)
+    first = np.sqrt(2 * 0.05 / G)
+    before, late = run.time < first, run.time > first * 1.3 / 0.7 + 2 * step
+    assert run["c"][before] == pytest.approx(0.05 - G * run.time[before] ** 2 / 2, abs=1e-12)
+    assert run.columns(names[:3])[late] == pytest.approx(0.0, abs=1e-15)
+    assert (run.columns(names[3:6])[late] == 0.0).all()
+    assert 2 <= run["on_b_impacts"][-1] < 12
+    assert run.values[-1, 7:] == pytest.approx([G, 3 * G, 4 * G], rel=1e-12)
+
+
 def test_uniform_slides_are_exact_whatever_the_step(exported) -> None:
     """sliding = (sin a - mu cos a) g t^2/2."""
     run = run_of(exported, 0.03, 3.0)

@@ -116,53 +116,6 @@ bool step_collides(const Instance *instance, int contact) {
            scratch->at.velocities[row] < -least_speed(scratch, row);
 }
 
-/* The restitution of a contact that collides. It costs energy to correct a gap that has closed too far; the rebound
-   gets less by this energy. If a rebound would end within two steps, the restitution is 0: the contact closes. */
-static double rebound(const SolverScratch *scratch, int row, double restitution, double length) {
-    const double approach = -scratch->at.velocities[row];
-    const double pressed = fmax(-stepped_along(&scratch->at, row, scratch->accelerations), 0.0);
-    const double depth = fmax(-scratch->at.positions[row] - 0.5 * length * restitution * approach, 0.0);
-    const double square = restitution * restitution - 2.0 * pressed * depth / (approach * approach);
-    const double left = sqrt(fmax(square, 0.0));
-    return left * approach > pressed * length ? left : 0.0;
-}
-
-/* The restitution of the contacts that collide in this step, with the velocities at its beginning. */
-static bool find_restitution(Instance *instance, double time, const double states[], double length) {
-    const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, restitution, SIZE_UNILATERALS);
-    SolverScratch *scratch = &instance->scratch.solver;
-    bool found = false;
-    for (int c = 0; c < N_UNILATERALS; c++) {
-        scratch->restitution[c] = 0.0;
-        if (!step_collides(instance, c)) {
-            continue;
-        }
-        if (!found) {
-            mechanism_restitution(time, states, inputs_at(instance, time), instance->state.parameters, restitution);
-            found = true;
-        }
-        if (!(restitution[c] >= 0.0 && restitution[c] <= 1.0)) {
-            return arena_leave(
-                mark, report_constraint(instance, FAILURE_RESTITUTION, time, ROW_PLACES[c], restitution[c]));
-        }
-        scratch->restitution[c] = rebound(scratch, CONTACT_ROWS[c], restitution[c], length);
-    }
-    return arena_leave(mark, true);
-}
-
-void step_coefficients(Instance *instance, double time, const double states[]) {
-    const ArenaMark mark = arena_mark(instance->arena);
-    WORK(mark, double, holding, SIZE_UNILATERALS);
-    SolverScratch *scratch = &instance->scratch.solver;
-    const State *state = &instance->state;
-    mechanism_contacts(time, states, inputs_at(instance, time), state->parameters, scratch->friction, holding);
-    for (int c = 0; c < N_UNILATERALS; c++) {
-        scratch->friction[c] = contact_sticks(state, c) ? holding[c] : scratch->friction[c];
-    }
-    arena_release(mark);
-}
-
 /* reversals[]: the impulses that turn round the velocities along permanent constraints at the beginning, so that the
    mean of both ends of the step is 0 along them. Contacts see the velocities without that part: with it the edge of a
    turning body would grow longer, and could not rest on two points. */
@@ -221,14 +174,14 @@ static double returned(const SolverScratch *scratch, int contact, double part) {
     return part * scratch->restitution[contact] * fmin(scratch->at.velocities[CONTACT_ROWS[contact]], 0.0);
 }
 
-static void set_laws(Instance *instance, double length, double part) {
+/* The laws of the chosen rows, from the velocities before[] along all rows on. */
+static void set_laws(Instance *instance, const double before[], double length, double part) {
     const State *state = &instance->state;
     SolverScratch *scratch = &instance->scratch.solver;
     ChosenRows *chosen = &scratch->chosen;
     for (int i = 0; i < chosen->met.count; i++) {
         const int row = chosen->met.rows[i];
-        const double before = scratch->at.velocities[row];
-        chosen->free[i] = before + length * stepped_along(&scratch->at, row, scratch->accelerations);
+        chosen->free[i] = before[row] + length * stepped_along(&scratch->at, row, scratch->accelerations);
         chosen->lambda[i] = scratch->impulses[row];
     }
     for (int c = 0; c < N_UNILATERALS; c++) {
@@ -257,12 +210,100 @@ static void set_laws(Instance *instance, double length, double part) {
     }
 }
 
+/* What rows would bear in a step from rest if nothing held what collides in this one. */
+static void find_supports(Instance *instance, double length, double supports[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_ZEROS(mark, double, still, N_CONSTRAINTS);
+    WORK(mark, bool, supported, N_CONSTRAINTS);
+    SolverScratch *scratch = &instance->scratch.solver;
+    ChosenRows *chosen = &scratch->chosen;
+    memcpy(supported, scratch->active, sizeof scratch->active);
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        for (int row = CONTACT_ROWS[c]; row < CONTACT_ROWS[c + 1] && step_collides(instance, c); row++) {
+            supported[row] = false;
+        }
+    }
+    choose_rows(scratch, supported);
+    set_laws(instance, still, length, 0.0);
+    const bool solved = chosen->met.count > 0 && solve_chosen(instance->arena, chosen, chosen->w);
+    for (int i = 0; i < chosen->met.count && solved; i++) {
+        supports[chosen->met.rows[i]] = chosen->lambda[i];
+    }
+    arena_release(mark);
+}
+
+/* The acceleration that presses on a contact, where its bodies are supported. */
+static double pressure(const SolverScratch *scratch, int row, const double supports[], double length) {
+    const RowsMet *met = &scratch->met;
+    double opening = length * stepped_along(&scratch->at, row, scratch->accelerations);
+    for (int e = met->start[met->index[row]]; e < met->start[met->index[row] + 1]; e++) {
+        opening += met->value[e] * supports[met->rows[met->column[e]]];
+    }
+    return fmax(-opening / length, 0.0);
+}
+
+/* The restitution of a contact that collides. It costs energy to correct a gap that has closed too far; the rebound
+   gets less by this energy. If a rebound would end within two steps, the restitution is 0: the contact closes. */
+static double rebound(const SolverScratch *scratch, int row, double restitution, double pressed, double length) {
+    const double approach = -scratch->at.velocities[row];
+    const double depth = fmax(-scratch->at.positions[row] - 0.5 * length * restitution * approach, 0.0);
+    const double square = restitution * restitution - 2.0 * pressed * depth / (approach * approach);
+    const double left = sqrt(fmax(square, 0.0));
+    return left * approach > pressed * length ? left : 0.0;
+}
+
+/* The restitution of the contacts that collide in this step, with the velocities at its beginning. Returns false, with
+   instance->failure, if one is not between 0 and 1. */
+static bool find_rebounds(Instance *instance, double time, const double states[], double length) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, restitution, SIZE_UNILATERALS);
+    WORK_ZEROS(mark, double, supports, N_CONSTRAINTS);
+    SolverScratch *scratch = &instance->scratch.solver;
+    bool known = false, supported = false;
+    memset(scratch->restitution, 0, sizeof scratch->restitution);
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        const int row = CONTACT_ROWS[c];
+        if (!step_collides(instance, c)) {
+            continue;
+        }
+        if (!known) {
+            mechanism_restitution(time, states, inputs_at(instance, time), instance->state.parameters, restitution);
+            known = true;
+        }
+        if (!(restitution[c] >= 0.0 && restitution[c] <= 1.0)) {
+            return arena_leave(
+                mark, report_constraint(instance, FAILURE_RESTITUTION, time, ROW_PLACES[c], restitution[c]));
+        }
+        if (restitution[c] > 0.0) {
+            if (!supported) {
+                find_supports(instance, length, supports);
+                supported = true;
+            }
+            const double pressed = pressure(scratch, row, supports, length);
+            scratch->restitution[c] = rebound(scratch, row, restitution[c], pressed, length);
+        }
+    }
+    return arena_leave(mark, true);
+}
+
+void step_coefficients(Instance *instance, double time, const double states[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, holding, SIZE_UNILATERALS);
+    SolverScratch *scratch = &instance->scratch.solver;
+    const State *state = &instance->state;
+    mechanism_contacts(time, states, inputs_at(instance, time), state->parameters, scratch->friction, holding);
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        scratch->friction[c] = contact_sticks(state, c) ? holding[c] : scratch->friction[c];
+    }
+    arena_release(mark);
+}
+
 /* Solves all laws at once, with `part` times each coefficient of restitution. */
 static bool solve_step_laws(Instance *instance, double length, double part) {
     SolverScratch *scratch = &instance->scratch.solver;
     ChosenRows *chosen = &scratch->chosen;
     choose_rows(scratch, scratch->active);
-    set_laws(instance, length, part);
+    set_laws(instance, scratch->at.velocities, length, part);
     const bool solved = chosen->met.count == 0 || solve_chosen(instance->arena, chosen, chosen->w);
     scratch->unsolved = scratch->unsolved || !solved || chosen->yielding;
     if (!solved && !REAL_TIME) {
@@ -333,14 +374,14 @@ bool step_begin(Instance *instance, double time, const double states[], double l
     if (N_PERMANENT > 0) {
         find_reversals(instance);
     }
-    if (!find_restitution(instance, time, states, length)) {
-        return false;
-    }
-    step_coefficients(instance, time, states);
     for (int row = 0; row < K; row++) {
         scratch->impulses[row] = length * instance->state.solver.forces[row];
     }
     memset(scratch->dry, 0, sizeof scratch->dry);
+    step_coefficients(instance, time, states);
+    if (!find_rebounds(instance, time, states, length)) {
+        return false;
+    }
     find_dry(instance, time, states, length);
     return true;
 }
