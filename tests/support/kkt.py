@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.graph.graph import Node
 
 
 def solve(equations: EquationsOfMotion, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -14,11 +15,19 @@ def solve(equations: EquationsOfMotion, values: Mapping[str, float]) -> tuple[np
 
     The KKT system by least squares: accelerations are unique also where constraints are redundant, multipliers are not.
     """
-    n, c = len(equations.forcing), equations.constraints
-    m = len(c)
+    return solved(equations, np.array(equations.graph.evaluate(parts(equations), dict(values))))
+
+
+def parts(equations: EquationsOfMotion) -> list[Node]:
+    """The nodes (n n + n + m n + m,) of the mass matrix, the forcing, the Jacobian and accelerations of constraints."""
+    c = equations.constraints
     nodes = [*(e for row in equations.mass_matrix for e in row), *equations.forcing]
-    nodes += [*(e for row in c.jacobian for e in row), *c.accelerations]
-    numbers = np.array(equations.graph.evaluate(nodes, dict(values)))
+    return [*nodes, *(e for row in c.jacobian for e in row), *c.accelerations]
+
+
+def solved(equations: EquationsOfMotion, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same from the values of ``parts``."""
+    n, m = len(equations.forcing), len(equations.constraints)
     mass, forcing, jacobian, gamma = np.split(numbers, np.cumsum([n * n, n, m * n]))
     G = jacobian.reshape(m, n)
     matrix = np.block([[mass.reshape(n, n), -G.T], [G, np.zeros((m, m))]])

@@ -7,23 +7,28 @@ The packages are not needed beside their files: 'pip install --no-deps dm_contro
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import kkt
 import numpy as np
 import pytest
-from kkt import solve
+from numpy.typing import NDArray
 
 from lag2fmu import derive, load
 from lag2fmu.dynamics import EquationsOfMotion
 from lag2fmu.errors import LoadError
+from lag2fmu.graph import batches
+from lag2fmu.graph.graph import Node
 from lag2fmu.mechanism.record import Mechanism, complete
 
 mujoco = pytest.importorskip("mujoco", reason="the optional package mujoco is not installed; 'make test-all' does so")
 
 pytestmark = pytest.mark.toolchain
+
+Floats = NDArray[np.float64]
 
 PACKAGES = ("dm_control", "gymnasium")
 REFUSED = ("nothing moves in this robot", "MuJoCo refuses it: ")
@@ -79,6 +84,7 @@ def differences(mechanism: Mechanism, path: Path) -> Iterator[float]:
     fixed |= {f"Q_{q.name}": 0.0 for q in equations.mechanism.coordinates}
     controls = [u.name for u in equations.mechanism.inputs if u.name.startswith("u_")]
     taken = [k for k in range(model.nu) if model.actuator_trntype[k] != mujoco.mjtTrn.mjTRN_BODY]
+    values, told = list[dict[str, float]](), []
     for _ in range(STATES):
         state.qpos[:], state.qvel[:] = 0.5 * rng.normal(size=model.nq), rng.normal(size=model.nv)
         state.act[:] = rng.uniform(-0.3, 0.3, size=model.na)
@@ -87,12 +93,22 @@ def differences(mechanism: Mechanism, path: Path) -> Iterator[float]:
         mujoco.mj_forward(model, state)
         given = dict(zip(controls, state.ctrl[taken], strict=True))
         given |= dict(zip([z.name for z in equations.mechanism.states], state.act, strict=True))
-        moving = coordinates(equations.mechanism, model, state)
-        found = solve(equations, fixed | given | moving)[0]
+        values.append(fixed | given | coordinates(equations.mechanism, model, state))
         scale = max(1.0, float(np.abs(state.qacc).max())) * max(1.0, rounding(model, state) / TOLERANCE)
-        yield float(np.abs(accelerations(model, state, found) - state.qacc).max()) / scale
-        moving |= {f"{q.name}_ddot": x for q, x in zip(equations.mechanism.coordinates, found, strict=False)}
-        yield from readings(equations, model, state, fixed | given | moving)
+        told.append((state.qpos.copy(), state.qacc.copy(), state.sensordata.copy(), scale))
+    rows = together(equations, kkt.parts(equations), values)
+    for numbers, given, (qpos, qacc, _, scale) in zip(rows, values, told, strict=True):
+        found = kkt.solved(equations, numbers)[0]
+        yield float(np.abs(accelerations(model, qpos, found) - qacc).max()) / scale
+        given |= {f"{q.name}_ddot": x for q, x in zip(equations.mechanism.coordinates, found, strict=False)}
+    yield from readings(equations, model, [sensors for _, _, sensors, _ in told], values)
+
+
+def together(equations: EquationsOfMotion, nodes: Sequence[Node], values: Sequence[dict[str, float]]) -> Floats:
+    """The values (states, k) of ``nodes`` (k,) at all states with these ``values`` by name."""
+    columns = {name: np.array([given[name] for given in values]) for name in values[0]}
+    found = batches.evaluate(equations.graph, nodes, columns)
+    return np.broadcast_to(found.T, (len(values), len(nodes)))
 
 
 def rounding(model: Any, state: Any) -> float:
@@ -108,22 +124,23 @@ def rounding(model: Any, state: Any) -> float:
     return float(np.finfo(float).eps * np.linalg.cond(scale[:, None] * inverse * scale))
 
 
-def readings(equations: EquationsOfMotion, model: Any, state: Any, values: dict[str, float]) -> Iterator[float]:
-    """The differences of the sensors that are outputs, relative to the greatest reading of a sensor."""
+def readings(
+    equations: EquationsOfMotion, model: Any, measured: Sequence[Floats], values: Sequence[dict[str, float]]
+) -> Iterator[float]:
+    """The differences of the sensors that are outputs, relative to the greatest reading of a sensor, at each state."""
     told = {output.doc: output.names for output in equations.mechanism.outputs}
-    compared = []
-    for k in range(model.nsensor):
-        sensor, names = model.sensor(k), told.get(f"sensor {model.sensor(k).name}")
-        expected = state.sensordata[sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
-        cut = sensor.cutoff[0] and np.abs(expected).max() >= sensor.cutoff[0]
-        if names is not None and not cut:
-            compared.append((expected, names))
+    sensors = [model.sensor(k) for k in range(model.nsensor)]
+    compared = [(sensor, told[f"sensor {sensor.name}"]) for sensor in sensors if f"sensor {sensor.name}" in told]
     nodes = [equations.outputs[name] for _, names in compared for name in names]
-    numbers = iter(equations.graph.evaluate(nodes, values))  # at once: they have most of their terms in common
-    for expected, names in compared:
-        found = np.array([next(numbers) for _ in names])
-        same = -1 if len(found) == 4 and found @ expected < 0 else 1  # e and -e are one orientation
-        yield float(np.abs(same * found - expected).max()) / max(1.0, float(np.abs(expected).max()))
+    for row, sensordata in zip(together(equations, nodes, values), measured, strict=True) if nodes else ():
+        numbers = iter(row)
+        for sensor, names in compared:
+            expected = sensordata[sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
+            found = np.array([next(numbers) for _ in names])
+            if sensor.cutoff[0] and np.abs(expected).max() >= sensor.cutoff[0]:
+                continue
+            same = -1 if len(found) == 4 and found @ expected < 0 else 1  # e and -e are one orientation
+            yield float(np.abs(same * found - expected).max()) / max(1.0, float(np.abs(expected).max()))
 
 
 def bare(path: Path) -> Any:
@@ -155,7 +172,7 @@ def coordinates(mechanism: Mechanism, model: Any, state: Any) -> dict[str, float
     return values
 
 
-def accelerations(model: Any, state: Any, found: Any) -> Any:
+def accelerations(model: Any, qpos: Any, found: Any) -> Any:
     """MuJoCo's accelerations from those of our coordinates: of a quaternion, twice the vector part of e* e''."""
     result, column = np.zeros(model.nv), 0
     for joint in range(model.njnt):
@@ -164,7 +181,7 @@ def accelerations(model: Any, state: Any, found: Any) -> Any:
         result[dof : dof + along] = found[column : column + along]
         column += along
         if kind in (FREE, BALL):
-            q, e = state.qpos[at + along : at + along + 4], found[column : column + 4]
+            q, e = qpos[at + along : at + along + 4], found[column : column + 4]
             result[dof + along : dof + along + 3] = 2 * (q[0] * e[1:] - e[0] * q[1:] - np.cross(q[1:], e[1:]))
             column += 4
     return result
