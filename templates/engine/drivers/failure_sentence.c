@@ -114,8 +114,9 @@ static void steps_sentence(const Failure *failure, char text[], size_t size) {
                  "communication steps, a larger solver_tolerance or solver_max_step, or export with --solver radau5 if "
                  "the mechanism is stiff", failure->amount, failure->time);
     } else if (failure->kind == FAILURE_EVENT_COUNT) {
-        snprintf(text, size, "a communication step met %.3g events, the last one at time %.17g; take shorter "
-                 "communication steps", failure->amount, failure->time);
+        snprintf(text, size, "a communication step met %.3g events, the last one at time %.17g, of %.400s; take "
+                 "shorter communication steps, unless the motion should not have them: each face that is struck is a "
+                 "contact of its own", failure->amount, failure->time, EVENT_NAMES[failure->event]);
     } else if (failure->kind == FAILURE_ITERATION) {
         snprintf(text, size, "at time %.17g the equations of an implicit solver step of %.3g s are not solved by "
                  "iteration; %s", failure->time, failure->step, iteration_remedy());

@@ -435,8 +435,12 @@ static void start_anew(Instance *instance) {
 
 /* Counts the events of a communication step, the number of which bounds the work in it. */
 static bool count_in_step(Instance *instance) {
-    return ++instance->scratch.events_passed <= MOST_EVENTS_IN_A_STEP ||
-           report_amount(instance, FAILURE_EVENT_COUNT, instance->state.time, (double)MOST_EVENTS_IN_A_STEP);
+    if (++instance->scratch.events_passed <= MOST_EVENTS_IN_A_STEP) {
+        return true;
+    }
+    const int last = events_latest(&instance->state, instance->state.time);
+    instance->failure.amount = (double)MOST_EVENTS_IN_A_STEP;
+    return report_event(instance, FAILURE_EVENT_COUNT, instance->state.time, last > 0 ? last : 0);
 }
 
 bool events_pass(Instance *instance) {
