@@ -17,7 +17,7 @@ from lag2fmu.cli.options import refuse_to_overwrite
 from lag2fmu.cli.settings import echo_settings, load_mechanism
 from lag2fmu.cli.system_units import units_of_network
 from lag2fmu.cli.terminal import runs_bar
-from lag2fmu.errors import LoadError
+from lag2fmu.errors import LoadError, SimulationError
 from lag2fmu.fmu.exported import is_fmu
 from lag2fmu.formats.loading import pairs_of, values_of
 from lag2fmu.language.units import Unit
@@ -55,7 +55,10 @@ class SweepOptions:
 
 
 def sweep_model(asked: SweepOptions) -> None:
-    """Make the runs and write the result; raises Lag2FmuError for a model or options that do not fit."""
+    """Make the runs and write the result.
+
+    Raises Lag2FmuError for a model or options that do not fit, and SimulationError if all runs fail.
+    """
     refuse_to_overwrite(asked.out, force=asked.force)
     source, values, units = _source(asked.model, asked.settings)
     axes = axes_of_texts(pairs_of(asked.vary), units, sampled=asked.sample is not None)
@@ -86,8 +89,10 @@ def _say(found: Any, out: Path) -> None:
     failed = int(found["failed"].sum())
     click.echo(f"wrote {out}: {found['failed'].size} runs, {failed} failed", err=True)
     if failed:
-        reasons = found["reason"].values[found["failed"].values]
-        click.echo(f"the first failure: {reasons[0]}", err=True)
+        reason = found["reason"].values[found["failed"].values][0]
+        if failed == found["failed"].size:
+            raise SimulationError(f"all {failed} runs failed; the first one: {reason}")
+        click.echo(f"the first failure: {reason}", err=True)
 
 
 def _source(model: str, settings: tuple[str, ...]) -> tuple[Any, dict[str, float], dict[str, Unit]]:

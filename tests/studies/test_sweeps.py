@@ -176,6 +176,9 @@ def test_the_command_line(tmp_path: Path) -> None:
     sample = ["--vary", "l=0.5:2", "--sample", "8", "--seed", "1", "--output", "total_energy"]
     done = CliRunner().invoke(main, ["sweep", "pendulum", *sample, "--at-end", "-o", str(out), "--force"])
     assert done.exit_code == 0, done.output
+    done = CliRunner().invoke(main, ["sweep", "pendulum", "--vary", "l=0,0", "--at-end", "-o", str(out), "--force"])
+    assert done.exit_code == 2
+    assert "all 2 runs failed; the first one: " in done.output
     for bad, said in (
         (["--vary", "l=1,2"], f"'{out}' exists; overwrite it with --force"),
         (["--force", "--vary", "l=0.5:2"], "only --sample takes A:B"),
