@@ -86,8 +86,8 @@ static void standstill_sentence(const Failure *failure, char text[], size_t size
         snprintf(text + used, size - used, ", and events of %.400s followed each other there; check what acts on it",
                  EVENT_NAMES[failure->event]);
     } else {
-        snprintf(text + used, size - used, "; the motion is singular there, or masses, stiffnesses and forces are out "
-                 "of proportion");
+        snprintf(text + used, size - used, "; the motion is singular there, masses, stiffnesses and forces are out of "
+                 "proportion, or the communication step is far too long for it");
     }
 }
 
