@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import pairwise
 
 import sympy as sp
@@ -47,7 +47,7 @@ Numbers = dict[str, float]
 
 def check_energies(m: Description) -> None:
     """Raise MechanismError for the first mass, potential, energy or place of ``m`` that jumps during a motion."""
-    for where, kink, (mover, place, height) in _jumps(m, _borders):
+    for where, kink, (mover, place, height) in _jumps(m, _borders, _energies(m, poses_of(m))):
         raise MechanismError(
             f"{where}: '{to_quote(kink)}' makes it jump by {height:.3g} (SI) where {mover} = {place:.6g}, and "
             f"no force makes the energy jump; {_REMEDY}"
@@ -55,17 +55,19 @@ def check_energies(m: Description) -> None:
 
 
 def cut_angles(m: Description) -> Iterator[str]:
-    """Warnings of potentials and energies of ``m`` that jump where an angle by atan2 passes from pi to -pi.
+    """Warnings of potentials, energies and gaps of ``m`` that jump where an angle by atan2 passes from pi to -pi.
 
     They are no errors: the spring of a joint that never turns so far is right.
     """
-    for where, angle, (mover, place, height) in _jumps(m, _cuts):
-        if where.startswith(("energy.", "springs.")):
-            yield (
-                f"{where}: jumps by {height:.3g} (SI) where '{to_quote(angle)}' passes from pi to -pi, as at {mover} = "
-                f"{place:.6g}; no force does that work: let the motion stay on one side, or measure the angle by a "
-                "coordinate of its own, which counts whole turns"
-            )
+    poses = poses_of(m)
+    gaps = [(f"contacts.{c.name}.gap", poses.resolved(sp.sympify(c.gap))) for c in m.contacts if c.gap is not None]
+    energies = [(where, x) for where, x in _energies(m, poses) if where.startswith(("energy.", "springs."))]
+    for where, angle, (mover, place, height) in _jumps(m, _cuts, [*energies, *gaps]):
+        remedy = _TURNS if where.endswith(".gap") else _WHOLE_TURNS
+        yield (
+            f"{where}: jumps by {height:.3g} (SI) where '{to_quote(angle)}' passes from pi to -pi, as at {mover} = "
+            f"{place:.6g}; {remedy}"
+        )
 
 
 def bent_places(m: Description) -> Iterator[str]:
@@ -98,13 +100,23 @@ Borders = Iterator[tuple[sp.Expr, sp.Expr]]
 """(part of an expression, what is 0 where it may jump)"""
 
 
+_WHOLE_TURNS = (
+    "no force does that work: let the motion stay on one side, or measure the angle by a coordinate of its own, which "
+    "counts whole turns"
+)
+_TURNS = (
+    "the contact does not see that jump: give each face a contact of its own, or let a condition turn there, as in "
+    "if(y >= 0, pi/2 + atan2(-x, y), -pi/2 + atan2(x, -y)) for atan2(y, x)"
+)
+
+
 def _jumps(
-    m: Description, borders: Callable[[sp.Expr], Borders]
+    m: Description, borders: Callable[[sp.Expr], Borders], parts: Iterable[tuple[str, sp.Expr]]
 ) -> Iterator[tuple[str, sp.Expr, tuple[str, float, float]]]:
-    """(place of an energy, part of it that jumps, (what moves, where, height of the jump)), in SI units."""
-    poses, known = poses_of(m), values_of(m)
+    """(place of one of ``parts``, what in it jumps, (what moves, where, height of the jump)), in SI units."""
+    known = values_of(m)
     sizes = _sizes(m)
-    for where, expression in _energies(m, poses):
+    for where, expression in parts:
         for part, margin in borders(expression):
             moves = bool(free_names([margin]) & sizes.keys())
             found = _jump(_with_values(expression), margin, known, sizes) if moves else None

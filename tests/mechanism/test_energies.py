@@ -125,6 +125,22 @@ def test_an_angle_that_jumps_by_a_whole_turn_is_told(angle: str) -> None:
     assert re.match(r"energy\.potential: jumps by 1\.0\d* \(SI\) where 'atan2\(.*passes from pi to -pi", told)
 
 
+def test_a_gap_that_jumps_with_an_angle_is_told() -> None:
+    """As the teeth of a ratchet; with a condition in its place the engine finds the jump."""
+    angle, turning = (
+        "atan2(sin(x), cos(x))",
+        "if(sin(x) >= 0, pi/2 + atan2(-cos(x), sin(x)), -pi/2 + atan2(cos(x), -sin(x)))",
+    )
+    contact = (
+        '[coordinates.y]\nstart = 3\n[bodies.pawl]\nmass = 1\nposition = [0, "y"]\n[contacts.tooth]\ngap = "y - d*{}/2"'
+    )
+    (told,) = read(text(more=contact.format(angle)), "turning.toml").warnings
+    assert re.match(
+        r"contacts\.tooth\.gap: jumps by .* passes from pi to -pi.* the contact does not see that jump", told
+    )
+    assert read(text(more=contact.format(turning)), "turning.toml").warnings == ()
+
+
 def test_an_angle_that_stays_on_one_side_is_not_told() -> None:
     assert read(text("d*(atan2(x, 1 + x**2) - 0.2)**2 + atan2(sqrt(1 + x**2), x)"), "turning.toml").warnings == ()
     assert read(text("d*(atan2(x, 3) - 0.2)**2 + d*atan2(x, 2 + sqrt(2))"), "turning.toml").warnings == ()
