@@ -71,10 +71,18 @@ def _motion(mechanism: Mechanism, way: str, names: list[str], stop: float, toler
     ("restitution", "law"),
     [
         ("0.9 - c*abs(y_dot)", lambda v, t: 0.9 - 0.05 * v),
+        ("0.9 + c*y_dot", lambda v, t: 0.9 - 0.05 * v),
+        ("0.95 - 0.05*sqrt(-y_dot/capture)", lambda v, t: 0.95 - 0.05 * np.sqrt(v / 0.4)),
         ("if(abs(y_dot) < capture, 0, 0.7)", lambda v, t: 0.0 if v < 0.4 else 0.7),
         ("0.9*exp(-0.3*t/second)", lambda v, t: 0.9 * np.exp(-0.3 * t)),
     ],
-    ids=["falls with the speed", "captures what is slow", "falls with time"],
+    ids=[
+        "falls with the speed",
+        "means nothing upwards",
+        "has no value upwards",
+        "captures what is slow",
+        "falls with time",
+    ],
 )
 def test_a_ball_bounces_by_its_law(way: str, restitution: str, law: Callable[[float, float], float]) -> None:
     """Each flight lasts 2 v/g, and each impact leaves e v."""

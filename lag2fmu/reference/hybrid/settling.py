@@ -174,15 +174,22 @@ class Settling:
         return replace(modes, contacts=tuple(contacts))
 
     def _note_returned(self, begun: StateBatch, state: StateBatch, logged: int) -> None:
-        """Note what impacts by Poisson's law have ``returned``, events from number ``logged`` on: ``begun`` is before.
+        """Note what impacts have ``returned``, events from number ``logged`` on: ``begun`` is before.
 
-        Friction takes a share, so that contacts with a restitution of 1 come to rest, too.
+        By Poisson's law friction takes a share, so that contacts with a restitution of 1 come to rest, too. A
+        restitution that changes tells nothing behind its impact.
         """
         self.returned = {}
-        if any(event.kind == "poisson" for event in self.memory.events[logged:]):
+        kinds = {event.kind for event in self.memory.events[logged:]}
+        if "poisson" in kinds or not self.system.elements.returns_alike:
             before, after = (self.system.elements.rows(x).velocities for x in (begun, state))
             fallen = [i for i in range(self.system.elements.u) if before[i] < 0 < after[i]]
             self.returned = {i: -after[i] / before[i] for i in fallen}
+
+    def _part_of(self, i: int, restitution: float) -> float:
+        """What contact ``i`` returns of a velocity, where ``restitution`` is its coefficient behind the impact."""
+        part = self.returned.get(i, restitution)
+        return min(part, restitution) if self.system.elements.returns_alike else part
 
     def _rested(self, state: StateBatch, modes: Modes, due: Due) -> tuple[StateBatch, Modes, Floats]:
         """Close contacts that rebound lower than ``low``; the rest of their cascade would last 2 v/(a (1 - e)).
@@ -204,8 +211,7 @@ class Settling:
         down = -accelerations(point, system.answer(point, modes).qdd)
         low = []
         for i in rising:
-            v, a, restitution = point.rows.velocities[i], down[i], float(point.rows.restitution[i])
-            restitution = min(restitution, self.returned.get(i, restitution))
+            v, a, restitution = point.rows.velocities[i], down[i], self._part_of(i, float(point.rows.restitution[i]))
             height = self.low if restitution < 1 else LOW
             if a > 0 and v * v < 2 * a * height * gaps[i]:
                 low.append(i)

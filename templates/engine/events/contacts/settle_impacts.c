@@ -142,6 +142,19 @@ static void note_returned(Settling *settling, const double before[]) {
     }
 }
 
+/* The point behind a round. Where a contact no longer approaches, its restitution stays that of its impact. */
+static bool measure_behind(Settling *settling, const double velocities[]) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, restitution, SIZE_UNILATERALS);
+    memcpy(restitution, settling->restitution, sizeof settling->restitution);
+    const bool measured = settling_measure(settling);
+    rest(settling, velocities);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        settling->restitution[i] = approaches(settling, i) ? settling->restitution[i] : restitution[i];
+    }
+    return arena_leave(mark, measured);
+}
+
 /* Finds the impulses up to where loads have to be found anew, and what they make of the velocities. */
 static bool make_rounds(Settling *settling, Impact *impact) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
@@ -161,9 +174,7 @@ static bool make_rounds(Settling *settling, Impact *impact) {
         return arena_leave(mark, false);
     }
     move(settling, impact->start, impact->result.impulses);
-    const bool measured = settling_measure(settling);
-    rest(settling, impact->result.velocities);
-    return arena_leave(mark, measured);
+    return arena_leave(mark, measure_behind(settling, impact->result.velocities));
 }
 
 /* Performs an impact at this point. Without a collision it is the impact that stops a slip because sliding friction

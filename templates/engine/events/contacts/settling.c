@@ -91,7 +91,8 @@ bool settling_meets(const Settling *settling, int contact) {
 }
 
 /* The coefficients of the contacts at this point, if the laws of contact have a meaning for them. Those that change
-   have none far from their contact. */
+   have none far from their contact, and one of restitution none where nothing approaches: "1 + y_dot/v" is more than 1
+   behind an impact. */
 static bool find_coefficients(Settling *settling) {
     Instance *instance = settling->instance;
     const State *state = &instance->state;
@@ -104,7 +105,8 @@ static bool find_coefficients(Settling *settling) {
         if ((CHANGING_FRICTION || CHANGING_RESTITUTION) && !contact_closed(state, i) && !settling_meets(settling, i)) {
             continue;
         }
-        if (!(restitution >= 0.0 && restitution <= 1.0)) {
+        const bool acts = !CHANGING_RESTITUTION || settling->rows.velocities[i] < -settling_least_speed(settling, i);
+        if (acts && !(restitution >= 0.0 && restitution <= 1.0)) {
             return report_constraint(instance, FAILURE_RESTITUTION, state->time, ROW_PLACES[i], restitution);
         }
         if (!coefficient_rubs(friction)) {
