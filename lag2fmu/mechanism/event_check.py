@@ -208,7 +208,7 @@ def _bounded(m: Description) -> Iterator[tuple[str, sp.Expr, float, float, str]]
     bouncing = [(f"contacts.{c.name}", c.restitution) for c in m.contacts]
     bouncing += [(f"stops.{s.name}", s.restitution) for s in m.stops]
     for where, restitution in bouncing:
-        yield f"{where}.restitution", sp.sympify(restitution), 0.0, 1.0, coefficient
+        yield f"{where}.restitution", sp.sympify(restitution), 0.0, 1.0 + _ROUNDING, coefficient
     yield from _measures(m)
     for friction in m.frictions:
         for key in ("force", "static"):
@@ -228,6 +228,8 @@ def _measures(m: Description) -> Iterator[tuple[str, sp.Expr, float, float, str]
                 yield f"contacts.{contact.name}.{key}", sp.sympify(entry), low, math.inf, f"it has to be {wanted}"
 
 
+_ROUNDING = 1e-9
+"""What an expression may be beyond 1 by the rounding of its terms; the engine takes it for 1."""
 _ABOVE_ZERO = math.ulp(0.0)
 _LEAST = {
     **dict.fromkeys(("friction", "static_friction", "damping"), (0.0, "0 or more")),

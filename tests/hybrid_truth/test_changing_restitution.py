@@ -29,6 +29,7 @@ def _ball(restitution: str, further: str = "", start: float = 2.0) -> Mechanism:
         c = {{ value = 0.05, unit = "s/m" }}
         capture = {{ value = 0.4, unit = "m/s" }}
         second = {{ value = 1.0, unit = "s" }}
+        metre = {{ value = 1.0, unit = "m" }}
         g = {{ value = {G}, unit = "m/s2" }}
         [coordinates]
         y = {{ unit = "m", start = {start} }}
@@ -49,7 +50,7 @@ def _heights(times: np.ndarray, law: Callable[[float, float], float], start: flo
     """The heights (m) at ``times`` (m,), where ``law`` tells the coefficient by speed (m/s) and time (s)."""
     fall = np.sqrt(2.0 * start / G)
     impacts, speeds = [-fall], [G * fall]
-    while impacts[-1] < times[-1] and speeds[-1] > 0.0:
+    while impacts[-1] < times[-1] and speeds[-1] > 1e-12:
         impacts.append(impacts[-1] + 2.0 * speeds[-1] / G)
         speeds.append(law(speeds[-1], impacts[-1]) * speeds[-1])
     at = np.searchsorted(impacts, times, side="right") - 1
@@ -75,6 +76,7 @@ def _motion(mechanism: Mechanism, way: str, names: list[str], stop: float, toler
         ("0.95 - 0.05*sqrt(-y_dot/capture)", lambda v, t: 0.95 - 0.05 * np.sqrt(v / 0.4)),
         ("if(abs(y_dot) < capture, 0, 0.7)", lambda v, t: 0.0 if v < 0.4 else 0.7),
         ("0.9*exp(-0.3*t/second)", lambda v, t: 0.9 * np.exp(-0.3 * t)),
+        ("(1 + 1e-12)*capture/(0.4*metre/second)", lambda v, t: 1.0),
     ],
     ids=[
         "falls with the speed",
@@ -82,6 +84,7 @@ def _motion(mechanism: Mechanism, way: str, names: list[str], stop: float, toler
         "has no value upwards",
         "captures what is slow",
         "falls with time",
+        "is 1 by rounding",
     ],
 )
 def test_a_ball_bounces_by_its_law(way: str, restitution: str, law: Callable[[float, float], float]) -> None:

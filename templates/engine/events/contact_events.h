@@ -42,6 +42,11 @@ static inline bool coefficient_rubs(double coefficient) {
     return coefficient >= -OBEYED && coefficient <= DBL_MAX;
 }
 
+/* Is this a coefficient of restitution, 0 to 1 but for rounding? */
+static inline bool coefficient_returns(double coefficient) {
+    return coefficient >= -OBEYED && coefficient <= 1.0 + OBEYED;
+}
+
 /* Are the forces of dry frictions, and the coefficients of contacts that are closed, finite, and 0 or more, at a point?
    unknowns[n + m] are the accelerations and multipliers there, or NULL if they have to be found. Returns false, with
    instance->failure, if one of them is not. */

@@ -106,7 +106,8 @@ static bool find_coefficients(Settling *settling) {
             continue;
         }
         const bool acts = !CHANGING_RESTITUTION || settling->rows.velocities[i] < -settling_least_speed(settling, i);
-        if (acts && !(restitution >= 0.0 && restitution <= 1.0)) {
+        settling->restitution[i] = fmax(fmin(restitution, 1.0), 0.0);
+        if (acts && !coefficient_returns(restitution)) {
             return report_constraint(instance, FAILURE_RESTITUTION, state->time, ROW_PLACES[i], restitution);
         }
         if (!coefficient_rubs(friction)) {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "complementarity_large.h"
+#include "contact_events.h"
 #include "contact_modes.h"
 #include "failure.h"
 #include "inputs.h"
@@ -270,7 +271,7 @@ static bool find_rebounds(Instance *instance, double time, const double states[]
             mechanism_restitution(time, states, inputs_at(instance, time), instance->state.parameters, restitution);
             known = true;
         }
-        if (!(restitution[c] >= 0.0 && restitution[c] <= 1.0)) {
+        if (!coefficient_returns(restitution[c])) {
             return arena_leave(
                 mark, report_constraint(instance, FAILURE_RESTITUTION, time, ROW_PLACES[c], restitution[c]));
         }
@@ -280,7 +281,7 @@ static bool find_rebounds(Instance *instance, double time, const double states[]
                 supported = true;
             }
             const double pressed = pressure(scratch, row, supports, length);
-            scratch->restitution[c] = rebound(scratch, row, restitution[c], pressed, length);
+            scratch->restitution[c] = rebound(scratch, row, fmin(restitution[c], 1.0), pressed, length);
         }
     }
     return arena_leave(mark, true);
