@@ -65,11 +65,12 @@ class Contact:
     distance between the centres of a capsule's ends, along z of its frame about the place.
 
     ``restitution`` is Newton's coefficient, ``friction`` the coefficient of sliding friction, ``static_friction`` that
-    of sticking, by default the same. They may change with the state, inputs and time; a round of impacts takes those of
-    the state before it. With the ``law`` "compliant" the force on a penetration d is stiffness d^1.5 (1 + damping
-    d_dot), in N, and never pulls; ``stiffness`` is in N/m^1.5, ``damping`` in s/m. Friction is then regularised by
-    ``slip_speed`` (m/s). Raises MechanismError for a value of another form. Source: Hunt, Crossley, J. Applied
-    Mechanics 42 (1975) 440-445; Pfeiffer, Glocker, chapter 4.
+    of sticking, by default the same. They may change with the state, inputs and time: each round of impacts takes the
+    restitution at the velocities before it, and all rounds take the friction before the first. With the ``law``
+    "compliant" the force on a penetration d is stiffness d^1.5 (1 + damping d_dot), in N, and never pulls;
+    ``stiffness`` is in N/m^1.5, ``damping`` in s/m. Friction is then regularised by ``slip_speed`` (m/s). Raises
+    MechanismError for a value of another form. Source: Hunt, Crossley, J. Applied Mechanics 42 (1975) 440-445;
+    Pfeiffer, Glocker, chapter 4.
     """
 
     name: str

@@ -23,7 +23,7 @@ typedef struct {
     double delassus[N_CONSTRAINTS * N_CONSTRAINTS];   /* G M^-1 G^T */
     double velocity[N_CONSTRAINTS];
     double free[N_CONSTRAINTS];                       /* accelerations without forces of constraints */
-    double restitution[SIZE_UNILATERALS]; /* behind an impact by Poisson's law, the part of the velocity it returned */
+    double restitution[SIZE_UNILATERALS]; /* behind an impact that of the impact, or what Poisson's law returned */
     double friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
     bool permanent[N_CONSTRAINTS];
     bool touching[SIZE_UNILATERALS];

@@ -211,7 +211,8 @@ static void set_laws(Instance *instance, const double before[], double length, d
     }
 }
 
-/* What rows would bear in a step from rest if nothing held what collides in this one. */
+/* supports[]: the impulses that rows would bear in a step from rest if nothing held what collides in this one. Without
+   them bodies that lie on one another fall alike, and nothing seems to press on the contacts between them. */
 static void find_supports(Instance *instance, double length, double supports[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, still, N_CONSTRAINTS);
@@ -220,8 +221,9 @@ static void find_supports(Instance *instance, double length, double supports[]) 
     ChosenRows *chosen = &scratch->chosen;
     memcpy(supported, scratch->active, sizeof scratch->active);
     for (int c = 0; c < N_UNILATERALS; c++) {
-        for (int row = CONTACT_ROWS[c]; row < CONTACT_ROWS[c + 1] && step_collides(instance, c); row++) {
-            supported[row] = false;
+        const bool collides = step_collides(instance, c);
+        for (int row = CONTACT_ROWS[c]; row < CONTACT_ROWS[c + 1]; row++) {
+            supported[row] = supported[row] && !collides;
         }
     }
     choose_rows(scratch, supported);
@@ -233,7 +235,8 @@ static void find_supports(Instance *instance, double length, double supports[]) 
     arena_release(mark);
 }
 
-/* The acceleration that presses on a contact, where its bodies are supported. */
+/* The acceleration (m/s^2) that presses on a contact whose bodies others support, by impulses supports[] in a step of
+   this length (s). */
 static double pressure(const SolverScratch *scratch, int row, const double supports[], double length) {
     const RowsMet *met = &scratch->met;
     double opening = length * stepped_along(&scratch->at, row, scratch->accelerations);
