@@ -173,6 +173,29 @@ def test_errors_of_a_step_are_no_slip() -> None:
     assert state.qd == pytest.approx([0], abs=1e-15)
 
 
+def test_a_contact_whose_force_came_to_zero_opens_at_once() -> None:
+    """The force m g - 9.81 t of a lifted ball is 1e-11 N where its zero at 1 s was located: it is due to open."""
+    text = """
+        [mechanism]
+        name = "lifted"
+        [coordinates]
+        y = { }
+        [energy]
+        kinetic = "y_dot**2/2"
+        potential = "9.81*y"
+        [forces]
+        y = "9.81*t"
+        [contacts]
+        floor = { gap = "y", restitution = 0 }
+    """
+    mechanism = read(text, "lifted")
+    problem = HybridRun(HybridSystem(mechanism), signals_of(mechanism, None, 0.0), np.array([0.0, 2.0]))
+    lies = replace(problem.started(np.zeros(2)), contacts=(Mode.SLIDES,))
+    settling = Follower(problem, "DOP853", 1e-12, 500_000).settling
+    _, modes, _ = settling.settled(problem.state(1.0 - 1e-12, np.zeros(2)), lies, frozenset({("force", 0)}))
+    assert modes.contacts == (Mode.OPEN,)
+
+
 def test_an_impact_brings_a_slip_to_rest() -> None:
     """A block falls on the floor, whose friction in the impact stops it: 1.5 N are held by 2 N, although 1 N rub."""
     text = """

@@ -43,7 +43,8 @@ class Settling:
         """The state and modes behind an event at a single ``state``, and (work, dissipated energy) of impacts, in J.
 
         ``due`` are the event functions that came to zero, as (kind, index). Kinds are side, condition, gap, force,
-        cone, slip, friction. Raises SimulationError where modes change without end.
+        cone, slip, friction. A force that came to zero goes on to open its contact until an impact changes it: at the
+        time of the event it may be above zero by rounding. Raises SimulationError where modes change without end.
         """
         energies = np.zeros(2)
         turned = frozenset(label for label in due if label[0] in ("side", "condition"))
@@ -65,7 +66,7 @@ class Settling:
                 energies = energies + gained
             if any(kind == "slip" and before.contacts[i] is Mode.SLIDES for kind, i in due):
                 state = self.system.projected(state, modes)  # what is left of a slip in space is no velocity
-            due = frozenset()
+            due = frozenset(label for label in due if label[0] == "force" and not struck)
             turned = self._unmoved(turned, margins, state) if struck else turned
             if before == modes and not struck:
                 return self.system.projected(state, modes), modes, energies
