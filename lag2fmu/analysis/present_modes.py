@@ -161,7 +161,8 @@ class _ModeSearch:
         g, rows = self.equations.graph, self.rows
         none = {rows.forces[row]: g.zero for row in range(len(rows)) if row not in held}
         ways = [g.constant(float(x)) for k, group in enumerate(self.groups) for x in self._way(k, len(group))]
-        sliding = g.substitute(sliding_forces(g, rows, ModeNumbers((), tuple(ways), ())), none)
+        at_once = ModeNumbers((), tuple(ways), (), (g.zero,) * (2 * rows.slips.count(2)))
+        sliding = g.substitute(sliding_forces(g, rows, at_once, (g.zero,) * len(rows)), none)
         found = dict(none)
         for k, group in enumerate(self.groups):
             if self._acts(k) and self.ways.get(k) is not None:

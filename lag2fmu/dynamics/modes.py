@@ -1,8 +1,8 @@
 """The equations with rows that modes switch: contacts, stops, dry friction, latches.
 
 A mode is a set of numbers that stand before the parameters: a mask (0 or 1) for each row, a direction for each row that
-slides, an offset for each latch that holds positions. The numbers are constant within a mode, so that derivatives are
-exact there. With the multipliers of all rows
+slides, an offset for each latch that holds positions, an outlook for each contact in space. The numbers are constant
+within a mode, so that derivatives are exact there. With the multipliers of all rows
 
     M qdd = forcing + G^T multiplier,    mask (G qdd + gamma) = 0.
 
@@ -25,16 +25,21 @@ from lag2fmu.graph.graph import Graph, Node
 
 
 class ModeNumbers(NamedTuple):
-    """The numbers of the modes: ``masks`` (R,), ``directions`` of the frictional rows, ``offsets`` of latches."""
+    """The numbers of the modes: ``masks`` (R,), ``directions`` of the frictional rows, ``offsets`` of latches.
+
+    ``outlooks``: for each contact in space the time tau (s) by which its friction looks ahead, and kappa, a velocity by
+    force; see ``sliding_forces``.
+    """
 
     masks: tuple[Node, ...]
     directions: tuple[Node, ...]
     offsets: tuple[Node, ...]
+    outlooks: tuple[Node, ...]
 
     @property
     def numbers(self) -> tuple[Node, ...]:
-        """Masks, directions and offsets in the order in which they stand in p."""
-        return (*self.masks, *self.directions, *self.offsets)
+        """Masks, directions, offsets and outlooks in the order in which they stand in p."""
+        return (*self.masks, *self.directions, *self.offsets, *self.outlooks)
 
 
 def with_rows(equations: EquationsOfMotion) -> tuple[EquationsOfMotion, ModeNumbers, tuple[int, ...]]:
@@ -138,32 +143,43 @@ def _modes(graph: Graph, rows: RowNumbers) -> ModeNumbers:
         masks=symbols("mask", len(rows)),
         directions=symbols("direction", len(rows.frictional)),
         offsets=symbols("offset", len(rows.positions) - len(rows.slips)),
+        outlooks=symbols("outlook", 2 * rows.slips.count(2)),
     )
 
 
-def sliding_forces(graph: Graph, rows: RowNumbers, modes: ModeNumbers) -> tuple[Node, ...]:
-    """The forces (N,) of the N frictional rows as if all of them slide, along their directions.
+def sliding_forces(
+    graph: Graph, rows: RowNumbers, modes: ModeNumbers, accelerations: Sequence[Node]
+) -> tuple[Node, ...]:
+    """The forces (N,) of the N frictional rows as if all of them slide; ``accelerations`` are those of all rows, (R,).
 
     - A contact with one slip: -direction mu N.
-    - A contact with two slips w: -mu N w/|w|. Its direction d is a velocity in m/s or rad/s, which is added to w: far
-      below the speed |d| the force has the direction that the mode began with, far above it that of the slip. The mode
-      ends where w.d = 0. Beyond this point the sign turns, so that the force is smooth there and the end is located.
+    - A contact with two slips w: -mu N (w + d)/|w + d|. A slip that begins from rest is not told by w, but by the law
+      that friction is against the slip which it leaves: d = tau w' - kappa T, with the outlook (tau, kappa), where
+      T is this force. Any kappa gives the same forces, as T is along w + d; with the slip's velocity by a unit of T
+      in the time tau, w + d does not depend on T. Else d is a velocity of rounding, so that w + d is not 0. The mode
+      ends where (w + d).d = 0. Beyond this point the sign turns: the force is smooth there, and the end is located.
     - A dry friction: -direction times its force.
 
-    Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5.
+    Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5; the outlook
+    is a step of implicit Euler, D. E. Stewart, J. C. Trinkle, Int. J. Numer. Methods Eng. 39, 1996.
     """
     found: list[Node] = []
-    first = len(rows.slips)
+    first, outlooks = len(rows.slips), iter(modes.outlooks)
     for contact, count in enumerate(rows.slips):
         largest = graph.multiply(rows.friction[contact], rows.forces[contact])
-        begun = modes.directions[len(found) : len(found) + count]
+        ways = modes.directions[len(found) : len(found) + count]
         if count == 2:
-            at = first + len(found)
-            w = [graph.add(slip, way) for slip, way in zip(rows.velocities[at : at + 2], begun, strict=True)]
-            along = graph.dot(w, begun)
+            at = range(first + len(found), first + len(found) + 2)
+            tau, kappa = next(outlooks), next(outlooks)
+            ahead = [
+                graph.subtract(graph.multiply(tau, accelerations[k]), graph.multiply(kappa, rows.forces[k])) for k in at
+            ]
+            d = [graph.add(way, change) for way, change in zip(ways, ahead, strict=True)]
+            w = [graph.add(rows.velocities[k], change) for k, change in zip(at, d, strict=True)]
+            along = graph.dot(w, d)
             size = graph.apply("sqrt", graph.multiply(graph.dot(w, w), graph.multiply(along, along)))
-            begun = tuple(graph.divide(graph.multiply(entry, along), size) for entry in w)
-        found += [graph.negate(graph.multiply(way, largest)) for way in begun]
+            ways = tuple(graph.divide(graph.multiply(entry, along), size) for entry in w)
+        found += [graph.negate(graph.multiply(way, largest)) for way in ways]
     for force in rows.sliding:
         found.append(graph.negate(graph.multiply(modes.directions[len(found)], force)))
     return tuple(found)

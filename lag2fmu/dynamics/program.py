@@ -16,6 +16,7 @@ from lag2fmu.dynamics.tables import watched_arguments
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.dynamics.terms import canonical
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
+from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.graph import Node
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def lower(
     variable that is none of its arguments.
     """
     equations = equations.apart()
-    modes = ModeNumbers((), (), ())
+    modes = ModeNumbers((), (), (), ())
     places: tuple[int, ...] = ()
     if len(equations.rows):
         equations, modes, places = with_rows(equations)
@@ -101,7 +102,8 @@ def _functions(
 ) -> tuple[tuple[Function, ...], tuple[TableArgument, ...], int]:
     """The functions with their kinks, the arguments of tables that are watched, and ``Program.factor_size``."""
     g, v = equations.graph, equations.variables
-    sliding = sliding_forces(g, equations.rows, modes)
+    accelerations = Forward(g, v.direction(g, True))(equations.rows.velocities)
+    sliding = sliding_forces(g, equations.rows, modes, tuple(accelerations))
     p, qdd = Array("p", v.parameters), Array("qdd", v.unknowns)
     state = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.signals), p)
     factor, solution = _factor_and_solve(equations, state)

@@ -119,7 +119,7 @@ FAULTS = (
         "a slip's direction is frozen in space",
         "puck",
         "contact_modes.c",
-        "fmax(LEAST_BIAS, steady)",
+        "fmax(LEAST_BIAS, length)",
         "1e-3",
     ),
     Fault(

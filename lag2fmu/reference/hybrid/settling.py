@@ -43,8 +43,7 @@ class Settling:
         """The state and modes behind an event at a single ``state``, and (work, dissipated energy) of impacts, in J.
 
         ``due`` are the event functions that came to zero, as (kind, index). Kinds are side, condition, gap, force,
-        cone, slip, friction. A force that came to zero goes on to open its contact until an impact changes it: at the
-        time of the event it may be above zero by rounding. Raises SimulationError where modes change without end.
+        cone, slip, friction. Raises SimulationError where modes change without end.
         """
         energies = np.zeros(2)
         turned = frozenset(label for label in due if label[0] in ("side", "condition"))
@@ -66,7 +65,7 @@ class Settling:
                 energies = energies + gained
             if any(kind == "slip" and before.contacts[i] is Mode.SLIDES for kind, i in due):
                 state = self.system.projected(state, modes)  # what is left of a slip in space is no velocity
-            due = frozenset(label for label in due if label[0] == "force" and not struck)
+            due = _opening(due, struck=struck)
             turned = self._unmoved(turned, margins, state) if struck else turned
             if before == modes and not struck:
                 return self.system.projected(state, modes), modes, energies
@@ -235,3 +234,11 @@ def _stopped(modes: Modes, *, struck: bool) -> Due:
     sliding = [("friction", j) for j, mode in enumerate(modes.frictions) if mode in SENSE]
     sliding += [("slip", i) for i, mode in enumerate(modes.contacts) if mode in SENSE]
     return frozenset(sliding if struck else [])
+
+
+def _opening(due: Due, *, struck: bool) -> Due:
+    """The forces that are ``due`` in the next round, too, unless an impact ``struck``.
+
+    At the time that was found for the event they may be above zero by rounding, and would close their contacts again.
+    """
+    return frozenset() if struck else frozenset(label for label in due if label[0] == "force")

@@ -29,6 +29,7 @@ static const double LOOK_AT_SLIPS = 1e3;
 /* What the event functions are made of. */
 typedef struct {
     double gaps[SIZE_UNILATERALS], slips[SIZE_FRICTIONAL]; /* slip velocities of the rows that may slide */
+    double changes[SIZE_FRICTIONAL]; /* accelerations of these rows, of contacts whose friction looks ahead */
     double unknowns[N_UNKNOWNS];
     double friction[SIZE_UNILATERALS], holding[SIZE_UNILATERALS];
     double sliding[SIZE_FRICTIONAL], force[SIZE_FRICTIONS], capacity[SIZE_FRICTIONS];
@@ -80,12 +81,27 @@ static double rest_of_impacts(const State *state, double time, int contact, doub
    takes the direction of the slip. */
 static const double TURNED_AWAY = 0.5;
 
+/* The velocity against the friction of a contact that it looks ahead to: the slip, and what becomes of it in the time
+   tau. Below 0, friction would stop the slip before. */
+static double ahead_of(const State *state, const ContactPoint *point, int contact) {
+    const double friction = friction_of(point, contact), tau = contact_outlook(state, contact).tau;
+    double along = 0.0;
+    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
+        const int k = row - FIRST_SLIP;
+        along -= force_of(point, row) * (point->slips[k] + tau * point->changes[k]);
+    }
+    return friction > 0.0 ? along / friction : 0.0;
+}
+
 /* The event function of a slip. In model exchange a slip in space has turned away from its direction before it is at a
    right angle to it, where the sign of friction turns: importers cannot get past that sign where the slip is fast. */
-static double slip_margin(const State *state, int contact, const double slips[]) {
-    const double margin = contact_slip_margin(state, contact, slips);
-    if (!contact_slides_in_space(state, contact) || contact_steady(state, contact) > 0.0 ||
-        !(state->slip_ends[contact] > 0.0)) {
+static double slip_margin(const State *state, const ContactPoint *point, int contact) {
+    const double *slips = point->slips + SLIP_ROWS[contact] - FIRST_SLIP;
+    const bool looks_ahead = contact_outlook(state, contact).tau > 0.0;
+    const double forward =
+        looks_ahead ? ahead_of(state, point, contact) : contact_slip_along(state, contact, slips);
+    const double margin = contact_slip_margin(state, contact, forward, slips);
+    if (!contact_slides_in_space(state, contact) || looks_ahead || !(state->slip_ends[contact] > 0.0)) {
         return margin;
     }
     const double x = row_direction(state, SLIP_ROWS[contact]), y = row_direction(state, SLIP_ROWS[contact] + 1);
@@ -112,7 +128,7 @@ static void evaluate_contact(const State *state, const ContactPoint *point, doub
         const double holding = fmax(point->friction[contact], point->holding[contact]);
         values[1] = told_of(point, contact, holding * force_of(point, contact) - friction_of(point, contact));
     } else if (SLIP_ROWS[contact + 1] > SLIP_ROWS[contact]) {
-        values[1] = slip_margin(state, contact, point->slips + SLIP_ROWS[contact] - FIRST_SLIP);
+        values[1] = slip_margin(state, point, contact);
     }
 }
 
@@ -217,6 +233,27 @@ static void choose_loads(Instance *instance, double time, const double states[],
     find_limits(instance, time, states, point);
 }
 
+/* The accelerations of the slips whose friction looks ahead. */
+static void find_changes(Instance *instance, double time, const double states[], ContactPoint *point) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, ElementRows, rows);
+    bool looked = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        looked = looked || contact_outlook(&instance->state, i).tau > 0.0;
+    }
+    if (looked) {
+        rows_evaluate(instance, time, states, inputs_at(instance, time), rows);
+    }
+    for (int row = FIRST_SLIP; looked && row < FIRST_FRICTION; row++) {
+        double *change = &point->changes[row - FIRST_SLIP];
+        *change = rows->gamma[row];
+        for (int i = 0; i < N_COORDINATES; i++) {
+            *change += rows->jacobian[row * N_COORDINATES + i] * point->unknowns[i];
+        }
+    }
+    arena_release(mark);
+}
+
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, ContactPoint, point);
@@ -234,6 +271,7 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
         }
     }
     mechanism_slips(time, states, inputs, parameters, point->gaps, point->slips);
+    find_changes(instance, time, states, point);
     for (int i = 0; i < N_UNILATERALS; i++) {
         evaluate_contact(state, point, time, i, values + 2 * i);
     }
@@ -248,7 +286,7 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
 static bool fades(const Instance *instance, const ElementRows *rows, int contact) {
     const State *state = &instance->state;
     const int first = SLIP_ROWS[contact];
-    return contact_slides_in_space(state, contact) && contact_steady(state, contact) == 0.0 &&
+    return contact_slides_in_space(state, contact) && !(contact_outlook(state, contact).tau > 0.0) &&
            hypot(rows->velocities[first], rows->velocities[first + 1]) <= contact_loose_speed(instance, rows, contact);
 }
 
@@ -269,10 +307,10 @@ void contacts_turn(Instance *instance) {
     mechanism_slips(state->time, state->states, inputs_at(instance, state->time), state->parameters, gaps, slips);
     for (int i = 0; i < N_UNILATERALS; i++) {
         const double *slip = slips + SLIP_ROWS[i] - FIRST_SLIP;
-        if (!contact_slides_in_space(state, i) || contact_steady(state, i) > 0.0) {
+        if (!contact_slides_in_space(state, i) || contact_outlook(state, i).tau > 0.0) {
             continue;
         }
-        const double along = contact_slip_margin(state, i, slip), speed = hypot(slip[0], slip[1]);
+        const double along = contact_slip_along(state, i, slip), speed = hypot(slip[0], slip[1]);
         if (speed > slow_slip(state, i) && along > 0.0 && along < TURNED_AWAY * speed) {
             contact_slide(state, i, slip, 0.0);
         }

@@ -21,15 +21,17 @@ static bool is_slow(const Settling *settling, int contact) {
            settling_slip_speed(settling, contact) <= loose_speed(settling, contact);
 }
 
+static void find_slips(const Settling *settling, int contact, double slips[]) {
+    for (int i = 0; i < contact_slips(contact); i++) {
+        slips[i] = settling->velocity[ROW_PLACES[SLIP_ROWS[contact] + i]];
+    }
+}
+
 /* The slip's part along the direction of its mode, m/s; below 0 where it has turned back. */
 static double along_direction(const Settling *settling, int contact) {
-    double along = 0.0, length = 0.0;
-    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
-        const double direction = row_direction(&settling->instance->state, row);
-        along += direction * settling->velocity[ROW_PLACES[row]];
-        length = hypot(length, direction);
-    }
-    return along / length;
+    double slips[2] = {0.0};
+    find_slips(settling, contact, slips);
+    return contact_slip_along(&settling->instance->state, contact, slips);
 }
 
 /* Has an importer's solver that locates no events stepped over the stop of a slip in space? The slip has then turned
@@ -44,11 +46,11 @@ static bool is_overstepped(const Settling *settling, int contact) {
 }
 
 /* Does a slip in space come to rest here? It does if it is slow and due: it has then turned away from the direction of
-   its mode. One that is slow at the event of another contact comes to rest, too, unless it is steadied: its direction
-   would turn within errors of the states. */
+   its mode. One that is slow at the event of another contact comes to rest, too, unless its friction looks ahead: its
+   direction would turn within errors of the states. */
 static bool comes_to_rest(const Settling *settling, int contact) {
-    const bool steadied = contact_steady(&settling->instance->state, contact) > 0.0;
-    return ((settling->due[2 * contact + 1] || !steadied) && is_slow(settling, contact)) ||
+    const bool looks_ahead = contact_outlook(&settling->instance->state, contact).tau > 0.0;
+    return ((settling->due[2 * contact + 1] || !looks_ahead) && is_slow(settling, contact)) ||
            is_overstepped(settling, contact);
 }
 
@@ -113,46 +115,51 @@ static bool slips(const Settling *settling, int contact) {
     return found;
 }
 
-/* The greatest deceleration of a slip by its friction alone, in m/s^2. */
-static double slip_deceleration(const Settling *settling, int contact) {
-    double stiffest = 0.0;
+/* What a unit of friction alone makes of the acceleration of a slip, at most. */
+static double slip_mobility(const Settling *settling, int contact) {
+    double greatest = 0.0;
     for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
         const int k = ROW_PLACES[row];
-        stiffest = fmax(stiffest, settling->delassus[k * K + k]);
+        greatest = fmax(greatest, settling->delassus[k * K + k]);
     }
-    return settling->friction[contact] * settling->lambda[ROW_PLACES[contact]] * stiffest;
+    return greatest;
 }
 
-/* The steadying speed, m/s: up to it friction in space keeps the direction with which a slip begins from rest. It is
-   above the errors of the states, below which a slip has no direction. The rate at which friction turns a slip into its
+/* In units of the time in which velocities change by their nominal values: friction looks ahead no farther, also where
+   a contact bears too little to rub. A direction turns by less than errors of a step in it. */
+static const double FARTHEST_OUTLOOK = 1e-3;
+
+/* The outlook of a slip in space that begins from rest, with this `deceleration` by friction, m/s^2. Its speed is above
+   the errors of the states, below which a slip has no direction. The rate at which friction turns a slip into its
    direction is its deceleration over the speed; steps of a fixed length h follow rates up to 1/h. */
-static double steadying_speed(const Settling *settling, int contact) {
-    if (!slips_in_space(contact) || settling->row[ROW_PLACES[SLIP_ROWS[contact]]].law == ROW_SLIDING) {
-        return 0.0;
-    }
-    const double setting = settling->instance->state.settings[SETTING_STEP];
+static Outlook outlook_of_slip(const Settling *settling, int contact, double mobility, double deceleration) {
+    const State *state = &settling->instance->state;
+    const double setting = state->settings[SETTING_STEP];
     const double step = ADAPTIVE ? 0.0 : setting > 0.0 ? setting : DEFAULT_SOLVER_STEP;
-    return fmax(STEADIER * loose_speed(settling, contact), step * slip_deceleration(settling, contact));
+    const double steady = fmax(STEADIER * loose_speed(settling, contact), step * deceleration);
+    const double farthest = FARTHEST_OUTLOOK / states_pace(state);
+    const double tau = steady < farthest * deceleration ? steady / deceleration : farthest;
+    const Outlook outlook = {.tau = tau, .kappa = tau * mobility, .steady = steady};
+    return outlook;
 }
 
-/* Does a steadied slip keep its direction? It does unless it is due, or turned back by an impact of another contact. */
+/* Does a slip whose friction looks ahead go on? It does unless it is due, or turned back by an impact of another
+   contact. */
 static bool goes_on(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     double slips[2] = {0.0};
-    if (!contact_slides(state, contact) || !(contact_steady(state, contact) > 0.0) ||
+    if (!contact_slides(state, contact) || !(contact_outlook(state, contact).tau > 0.0) ||
         settling->due[2 * contact + 1]) {
         return false;
     }
-    for (int i = 0; i < contact_slips(contact); i++) {
-        slips[i] = settling->velocity[ROW_PLACES[SLIP_ROWS[contact] + i]];
-    }
-    return contact_slip_margin(state, contact, slips) > 0.0;
+    find_slips(settling, contact, slips);
+    return contact_slip_margin(state, contact, contact_slip_along(state, contact, slips), slips) > 0.0;
 }
 
 void settling_slip_direction(const Settling *settling, int contact, double direction[]) {
     const State *state = &settling->instance->state;
     const int first = SLIP_ROWS[contact];
-    const double steady = goes_on(settling, contact) ? contact_steady(state, contact) : 0.0;
+    const double steady = goes_on(settling, contact) ? contact_outlook(state, contact).steady : 0.0;
     double length = 0.0, along[2] = {0.0};
     for (int i = 0; i < contact_slips(contact); i++) {
         along[i] = row_direction(state, first + i);
@@ -169,23 +176,35 @@ void settling_slip_direction(const Settling *settling, int contact, double direc
    it that are wrong by 1000 tolerances; with this factor 30 are left, with 10 twice as many. */
 static const double FASTER = 5.0;
 
+/* The friction of a contact in space that has begun to slide looks ahead, unless the slip has a speed already. Else, an
+   importer's solver begins anew where it is faster. */
+static void look_ahead(Settling *settling, int contact) {
+    State *state = &settling->instance->state;
+    const double mobility = slip_mobility(settling, contact);
+    const double deceleration = settling->friction[contact] * settling->lambda[ROW_PLACES[contact]] * mobility;
+    state->slip_decelerations[contact] = deceleration;
+    if (!slips_in_space(contact)) {
+        return;
+    }
+    if (settling->row[ROW_PLACES[SLIP_ROWS[contact]]].law != ROW_SLIDING) {
+        contact_look_ahead(state, contact, outlook_of_slip(settling, contact, mobility, deceleration));
+    } else if (!settling->instance->policy->integrate) {
+        state->slip_ends[contact] = FASTER * settling_slip_speed(settling, contact);
+    }
+}
+
 /* The contact slips from here on, in the direction that the law of its rows tells. */
 static void begin_slip(Settling *settling, int contact) {
     State *state = &settling->instance->state;
-    const double steady = steadying_speed(settling, contact);
     double begins[2] = {0.0};
     for (int i = 0; i < contact_slips(contact); i++) {
         begins[i] = slip_begins(settling, contact, SLIP_ROWS[contact] + i);
     }
-    contact_slide(state, contact, begins, steady);
-    state->slip_decelerations[contact] = slip_deceleration(settling, contact);
-    if (!slips_in_space(contact)) {
-        return;
+    contact_slide(state, contact, begins, 0.0);
+    look_ahead(settling, contact);
+    if (slips_in_space(contact)) { /* the speed along a new direction is another function */
+        state->event_rests[N_SWITCHES + 2 * contact + 1] = 0.0;
     }
-    if (steady == 0.0 && !settling->instance->policy->integrate) {
-        state->slip_ends[contact] = FASTER * settling_slip_speed(settling, contact);
-    }
-    state->event_rests[N_SWITCHES + 2 * contact + 1] = 0.0; /* the speed along a new direction is another function */
 }
 
 /* Is the contact one that friction cannot hold? At rest it slides all the same, as something else may hold the same
@@ -205,7 +224,8 @@ static void slide_at_rest(Settling *settling, int contact) {
     if (hypot(along[0], along[1]) == 0.0) {
         along[0] = 1.0;
     }
-    contact_slide(state, contact, along, steadying_speed(settling, contact));
+    contact_slide(state, contact, along, 0.0);
+    look_ahead(settling, contact);
 }
 
 void settling_carry_out_slip(Settling *settling, int contact) {

@@ -34,13 +34,44 @@ static void take_mode(State *state, int element, int64_t mode, int function) {
     state->modes[element] = mode;
 }
 
-/* In units of the steadying speed: a slip that is steadied has a direction by itself when it is faster than BY_ITSELF,
+/* In units of the steadying speed: a slip with an outlook has a direction by itself when it is faster than BY_ITSELF,
    and has turned back when it moves against its direction faster than TURNED_BACK. */
 static const double BY_ITSELF = 3.0, TURNED_BACK = 0.05;
+
+/* The place of a contact in space among the outlooks, which have two parameters each. */
+static int place_of_outlook(int contact) {
+    int place = FIRST_OUTLOOK;
+    for (int i = 0; i < contact; i++) {
+        place += contact_slips(i) == 2 ? 2 : 0;
+    }
+    return place;
+}
+
+void contact_look_ahead(State *state, int contact, Outlook outlook) {
+    if (contact_slips(contact) == 2) {
+        const int place = place_of_outlook(contact);
+        state->parameters[place] = outlook.tau;
+        state->parameters[place + 1] = outlook.kappa;
+    }
+    state->slip_ends[contact] = BY_ITSELF * outlook.steady;
+}
+
+Outlook contact_outlook(const State *state, int contact) {
+    const Outlook none = {.tau = 0.0};
+    const int place = place_of_outlook(contact);
+    if (contact_slips(contact) != 2 || !(state->parameters[place] > 0.0)) {
+        return none;
+    }
+    const Outlook outlook = {.tau = state->parameters[place],
+                             .kappa = state->parameters[place + 1],
+                             .steady = state->slip_ends[contact] / BY_ITSELF};
+    return outlook;
+}
 
 /* Sets the mode of a contact, and its direction to the vector w scaled to `length`; w NULL stands for 0. */
 static void set_contact(State *state, int contact, int64_t mode, const double w[], double length) {
     const int count = contact_slips(contact);
+    const Outlook none = {.tau = 0.0};
     double speed = 0.0;
     for (int k = 0; w != NULL && k < count; k++) {
         speed = hypot(speed, w[k]);
@@ -48,6 +79,7 @@ static void set_contact(State *state, int contact, int64_t mode, const double w[
     if (contact_closed(state, contact) != (mode != MODE_OPEN)) {
         state->contact_sizes[2 * contact] = 0.0;
     }
+    contact_look_ahead(state, contact, none);
     row_activate(state, contact, mode != MODE_OPEN);
     for (int k = 0; k < count; k++) {
         row_activate(state, SLIP_ROWS[contact] + k, mode == MODE_STICKS);
@@ -70,38 +102,31 @@ void contact_wait(State *state, int contact) {
     row_activate(state, SLIP_ROWS[contact], false);
 }
 
-void contact_slide(State *state, int contact, const double w[], double steady) {
+void contact_slide(State *state, int contact, const double w[], double length) {
     const int64_t along = w[0] > 0.0 ? MODE_SLIDES_FORWARD : MODE_SLIDES_BACKWARD;
     if (contact_slips(contact) == 1) {
         set_contact(state, contact, along, w, 1.0);
     } else {
-        set_contact(state, contact, MODE_SLIDES, w, fmax(LEAST_BIAS, steady));
-        state->slip_ends[contact] = BY_ITSELF * steady;
+        set_contact(state, contact, MODE_SLIDES, w, fmax(LEAST_BIAS, length));
     }
 }
 
-double contact_steady(const State *state, int contact) {
-    double length = 0.0;
-    for (int row = SLIP_ROWS[contact]; row < SLIP_ROWS[contact + 1]; row++) {
-        length = hypot(length, row_direction(state, row));
-    }
-    return length > LEAST_BIAS * (1.0 + NOISE) ? length : 0.0;
-}
-
-double contact_slip_margin(const State *state, int contact, const double slips[]) {
-    double along = 0.0, speed = 0.0, length = 0.0;
+double contact_slip_along(const State *state, int contact, const double slips[]) {
+    double along = 0.0, length = 0.0;
     for (int k = 0; k < contact_slips(contact); k++) {
         const double direction = row_direction(state, SLIP_ROWS[contact] + k);
         along += direction * slips[k];
-        speed = hypot(speed, slips[k]);
         length = hypot(length, direction);
     }
-    along /= length;
+    return along / length;
+}
+
+double contact_slip_margin(const State *state, int contact, double along, const double slips[]) {
     if (contact_slips(contact) == 1 || !(state->slip_ends[contact] > 0.0)) {
         return along;
     }
-    const double slow = 1.0 - speed / state->slip_ends[contact];
-    const double margin = (along + TURNED_BACK * contact_steady(state, contact)) * slow;
+    const double slow = 1.0 - hypot(slips[0], slips[1]) / state->slip_ends[contact];
+    const double margin = (along + TURNED_BACK * contact_outlook(state, contact).steady) * slow;
     return slow < 0.0 ? -fabs(margin) : margin; /* an impact may throw it back fast */
 }
 
@@ -118,7 +143,7 @@ double contact_loose_speed(const Instance *instance, const ElementRows *rows, in
     const State *state = &instance->state;
     const double least = row_least_speed(state, rows, SLIP_ROWS[contact]);
     const double tolerance = velocity_errors(instance);
-    return fmax(least * (1.0 + SLIP_ERROR / AT_REST * tolerance), contact_steady(state, contact) / STEADIER);
+    return fmax(least * (1.0 + SLIP_ERROR / AT_REST * tolerance), contact_outlook(state, contact).steady / STEADIER);
 }
 
 bool contacts_slide_in_space(const Instance *instance) {
@@ -143,7 +168,7 @@ double contacts_decay(Instance *instance) {
     for (int i = 0; i < N_UNILATERALS; i++) {
         if (contact_slides_in_space(state, i)) {
             const double *slip = slips + SLIP_ROWS[i] - FIRST_SLIP;
-            const double speed = hypot(slip[0], slip[1]) + contact_steady(state, i);
+            const double speed = hypot(slip[0], slip[1]) + contact_outlook(state, i).steady;
             greatest = fmax(greatest, state->slip_decelerations[i] / speed);
         }
     }

@@ -5,11 +5,11 @@
 #include "element_rows.h"
 
 /* Of a contact: open; closed, with slips at rest; closed and sliding, along w[slips]: of one slip in the direction of
-   its sign. Friction in space keeps the direction of w as long as the slip is slower than the speed `steady`, in m/s,
-   and has that of the slip beyond it; 0 stands for a speed of rounding. A contact without friction slides. */
+   its sign. Friction in space is against the slip and a velocity of this `length` along w, m/s; 0 stands for a speed of
+   rounding. A contact without friction slides. */
 void contact_open(State *state, int contact);
 void contact_stick(State *state, int contact);
-void contact_slide(State *state, int contact, const double w[], double steady);
+void contact_slide(State *state, int contact, const double w[], double length);
 
 /* A contact with one slip, or a dry friction, that is at rest where no force along it has a lever, as a slide is at the
    dead centre of its crank: it shows that it sticks, bears no friction, and holds nothing. It waits until its slip is
@@ -17,13 +17,26 @@ void contact_slide(State *state, int contact, const double w[], double steady);
 void contact_wait(State *state, int contact);
 void friction_wait(State *state, int friction);
 
-/* The speed `steady` of a slip in space, 0 for any other. */
-double contact_steady(const State *state, int contact);
+/* The friction of a slip in space that begins looks ahead by the time tau, in s: far below the speed `steady`, in m/s,
+   it is against the acceleration which it leaves, far above it against the slip. The mode ends where the slip has a
+   direction by itself. kappa is the velocity that a unit of friction makes in that time. */
+typedef struct {
+    double tau, kappa, steady;
+} Outlook;
+
+void contact_look_ahead(State *state, int contact, Outlook outlook);
+
+/* The outlook of a contact; zeros where it has none. */
+Outlook contact_outlook(const State *state, int contact);
 
 /* Of a contact that slides, with the velocities slips[contact_slips] along its rows: the one along its direction, in
-   m/s. It is 0 as well where the slip comes to the speed at which its mode ends: one that is steadied is there fast
-   enough to have a direction by itself. That one may turn back by as much as errors of the states. */
-double contact_slip_margin(const State *state, int contact, const double slips[]);
+   m/s. */
+double contact_slip_along(const State *state, int contact, const double slips[]);
+
+/* Whether the mode of such a contact goes on: positive as long as it does. `along` is the velocity along its direction;
+   a slip with an outlook may turn back by as much as errors of the states. The mode ends, too, where the slip comes to
+   the speed at which it has a direction by itself. */
+double contact_slip_margin(const State *state, int contact, double along, const double slips[]);
 
 /* The steadying speed of a slip in space that begins, in units of contact_loose_speed, at which it may come to rest. */
 extern const double STEADIER;

@@ -17,6 +17,7 @@ enum {
     SIZE_FRICTIONAL = N_FRICTIONAL > 0 ? N_FRICTIONAL : 1,
     FIRST_DIRECTION = N_ROWS,                        /* among the parameters */
     FIRST_OFFSET = FIRST_DIRECTION + N_FRICTIONAL,   /* among the parameters */
+    FIRST_OUTLOOK = FIRST_OFFSET + N_OFFSETS,        /* among the parameters */
     FIRST_OFFSET_ROW = N_UNILATERALS                 /* among the positions */
 };
 
@@ -39,7 +40,7 @@ static inline bool row_active(const State *state, int row) {
 void row_activate(State *state, int row, bool active);
 
 /* The direction in which a frictional row slides: 0 if it does not. A contact in space has two rows; its direction is a
-   velocity in m/s or rad/s, and friction is against the sum of it and the slip. */
+   velocity in m/s or rad/s, and friction is against the sum of it, the slip, and what its outlook adds. */
 static inline double row_direction(const State *state, int row) {
     return state->parameters[FIRST_DIRECTION + row - FIRST_SLIP];
 }
