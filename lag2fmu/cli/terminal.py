@@ -52,5 +52,5 @@ def runs_bar() -> Iterator[Callable[[int, int], None] | None]:
 @contextmanager
 def build_progress() -> Iterator[Callable[[int, int, str], None] | None]:
     """The progress of compilation: the share of the libraries that are built."""
-    with progress_bar("building (the first build for a platform takes minutes)", 1.0) as update:
+    with progress_bar("building (the first one for a platform takes longer)", 1.0) as update:
         yield None if update is None else lambda done, total, _: update(done / total)

@@ -128,7 +128,7 @@ def hamilton_checks(
         return [], ["Hamilton's equations are not compared: the mechanism has further states."]
     inside = trajectory.time <= min(horizon, HORIZON * float(trajectory.time[-1]))
     if np.sum(inside) < 2:
-        return [], ["Hamilton's equations are not compared: the motion is chaotic from the start."]
+        return [], ["Hamilton's equations are not compared: errors grow beyond the bar before two points are reached."]
     times = trajectory.time[inside]
     try:
         own = integrate_canonically(equations.mechanism, times, method=reference.method, turns=reference.turns)
