@@ -115,12 +115,17 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
 
 
 def idle_contacts(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, pace: float) -> list[int]:
-    """The contacts that are open and go on to touch, for D (k, k) and c (k,): they may bear a share of the load."""
+    """The contacts that are open and go on to touch, for D (k, k) and c (k,): they may bear a share of the load.
+
+    Without those whose share has come to zero: they are about to open, and open is their first option.
+    """
     motion, _ = units(D, c, pace)
     return [
         j
         for j, (item, mode) in enumerate(zip(items, found.modes, strict=True))
-        if mode is Mode.OPEN and found.answers[item.normal] + item.shift <= EXACT * motion[item.normal]
+        if mode is Mode.OPEN
+        and item.options[0] is not Mode.OPEN
+        and found.answers[item.normal] + item.shift <= EXACT * motion[item.normal]
     ]
 
 

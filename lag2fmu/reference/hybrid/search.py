@@ -76,12 +76,11 @@ def _first(
     return None
 
 
-def _rubbing(items: Sequence[Item], outcome: Outcome, idle: Sequence[int]) -> list[int]:
-    """The ``idle`` contacts, but for those that are about to open, if one of them or another one slides by friction."""
-    spared = [j for j in idle if items[j].options[0] is not Mode.OPEN]
+def _rubbing(items: Sequence[Item], outcome: Outcome, idle: list[int]) -> list[int]:
+    """The ``idle`` contacts, if one of them or another one slides by friction."""
     closed = [j for j, mode in enumerate(outcome.modes) if mode not in (Mode.OPEN, Mode.STICKS)]
-    slides = [j for j in spared if items[j].direction] + [j for j in closed if items[j].normal is not None]
-    return spared if any(items[j].slips and items[j].friction > 0 for j in slides) else []
+    slides = [j for j in idle if items[j].direction] + [j for j in closed if items[j].normal is not None]
+    return idle if any(items[j].slips and items[j].friction > 0 for j in slides) else []
 
 
 def _given_way(solved: Solved, items: Sequence[Item], present: Sequence[Mode | None]) -> Outcome | None:

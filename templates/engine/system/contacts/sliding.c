@@ -2,6 +2,7 @@
    the system of the rows that are constraints. Newton's method; for Coulomb's law s is linear, and one step is exact.
    Pfeiffer, Glocker, Multibody Dynamics with Unilateral Contacts, 1996, section 5.3 (sliding contacts). */
 #include <math.h>
+#include <string.h>
 
 #include "contacts.h"
 #include "lu.h"
@@ -90,6 +91,32 @@ static void remove_dust(const System *system, const Sliding *sliding, double unk
     arena_release(mark);
 }
 
+/* Begins with friction against the slips. Where friction looks ahead, z = s has other solutions, in which the slip that
+   is left goes along with the friction; they are far from these forces. */
+static void begin_forces(const Instance *instance, double time, const double states[], const double inputs[],
+                         const Sliding *sliding, double unknowns[]) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, parameters, SIZE_PARAMETERS);
+    WORK_ZEROS(mark, double, s, SIZE_FRICTIONAL);
+    WORK(mark, double, z, SIZE_FRICTIONAL);
+    WORK(mark, double, force, SIZE_FRICTIONS);
+    WORK(mark, double, holding, SIZE_FRICTIONS);
+    bool looks_ahead = false;
+    for (int i = FIRST_OUTLOOK; i < N_MASKS; i++) {
+        looks_ahead = looks_ahead || instance->state.parameters[i] > 0.0;
+    }
+    if (looks_ahead) {
+        memcpy(parameters, instance->state.parameters, sizeof instance->state.parameters);
+        memset(parameters + FIRST_OUTLOOK, 0, (N_MASKS - FIRST_OUTLOOK) * sizeof *parameters);
+        mechanism_friction(time, states, inputs, parameters, unknowns, s, force, holding);
+        for (int k = 0; k < sliding->count; k++) {
+            z[k] = s[sliding->row[k] - FIRST_SLIP] - unknowns[N + ROW_PLACES[sliding->row[k]]];
+        }
+        add_forces(sliding, z, unknowns);
+    }
+    arena_release(mark);
+}
+
 /* Solves z = s for the forces of the rows that slide. */
 static bool find_forces(Instance *instance, double time, const double states[], const double inputs[],
                         const Sliding *sliding, double unknowns[]) {
@@ -98,6 +125,7 @@ static bool find_forces(Instance *instance, double time, const double states[], 
     WORK(mark, double, rest, SIZE_FRICTIONAL);
     WORK(mark, double, step, SIZE_FRICTIONAL);
     double previous = HUGE_VAL;
+    begin_forces(instance, time, states, inputs, sliding, unknowns);
     for (int i = 0; i < MOST_CORRECTIONS_OF_SLIDING; i++) {
         const double size = residual(instance, time, states, inputs, unknowns, sliding, rest);
         if (size <= NOISE || (i > 2 && size <= MET && size > 0.5 * previous)) {
