@@ -119,7 +119,7 @@ FAULTS = (
         "a slip's direction is frozen in space",
         "puck",
         "contact_modes.c",
-        "fmax(LEAST_BIAS, length)",
+        "outlook.tau > 0.0 ? LEAST_BIAS : fmax(LEAST_BIAS, outlook.steady)",
         "1e-3",
     ),
     Fault(

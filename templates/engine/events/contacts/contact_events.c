@@ -97,11 +97,11 @@ static double ahead_of(const State *state, const ContactPoint *point, int contac
    right angle to it, where the sign of friction turns: importers cannot get past that sign where the slip is fast. */
 static double slip_margin(const State *state, const ContactPoint *point, int contact) {
     const double *slips = point->slips + SLIP_ROWS[contact] - FIRST_SLIP;
-    const bool looks_ahead = contact_outlook(state, contact).tau > 0.0;
+    const Outlook outlook = contact_outlook(state, contact);
     const double forward =
-        looks_ahead ? ahead_of(state, point, contact) : contact_slip_along(state, contact, slips);
+        outlook.tau > 0.0 ? ahead_of(state, point, contact) : contact_slip_along(state, contact, slips);
     const double margin = contact_slip_margin(state, contact, forward, slips);
-    if (!contact_slides_in_space(state, contact) || looks_ahead || !(state->slip_ends[contact] > 0.0)) {
+    if (!contact_slides_in_space(state, contact) || outlook.steady > 0.0 || !(state->slip_ends[contact] > 0.0)) {
         return margin;
     }
     const double x = row_direction(state, SLIP_ROWS[contact]), y = row_direction(state, SLIP_ROWS[contact] + 1);
@@ -286,7 +286,7 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
 static bool fades(const Instance *instance, const ElementRows *rows, int contact) {
     const State *state = &instance->state;
     const int first = SLIP_ROWS[contact];
-    return contact_slides_in_space(state, contact) && !(contact_outlook(state, contact).tau > 0.0) &&
+    return contact_slides_in_space(state, contact) && !(contact_outlook(state, contact).steady > 0.0) &&
            hypot(rows->velocities[first], rows->velocities[first + 1]) <= contact_loose_speed(instance, rows, contact);
 }
 
@@ -307,12 +307,12 @@ void contacts_turn(Instance *instance) {
     mechanism_slips(state->time, state->states, inputs_at(instance, state->time), state->parameters, gaps, slips);
     for (int i = 0; i < N_UNILATERALS; i++) {
         const double *slip = slips + SLIP_ROWS[i] - FIRST_SLIP;
-        if (!contact_slides_in_space(state, i) || contact_outlook(state, i).tau > 0.0) {
+        if (!contact_slides_in_space(state, i) || contact_outlook(state, i).steady > 0.0) {
             continue;
         }
         const double along = contact_slip_along(state, i, slip), speed = hypot(slip[0], slip[1]);
         if (speed > slow_slip(state, i) && along > 0.0 && along < TURNED_AWAY * speed) {
-            contact_slide(state, i, slip, 0.0);
+            contact_slide(state, i, slip, NO_OUTLOOK);
         }
     }
     arena_release(mark);

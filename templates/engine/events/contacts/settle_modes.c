@@ -74,7 +74,7 @@ void settling_close(Settling *settling, int contact) {
         velocity[i] = settling->velocity[ROW_PLACES[first + i]];
     }
     if (count > 0 && settling_slip_speed(settling, contact) > settling_least_speed(settling, first)) {
-        contact_slide(state, contact, velocity, 0.0);
+        contact_slide(state, contact, velocity, NO_OUTLOOK);
     } else {
         contact_stick(state, contact);
     }

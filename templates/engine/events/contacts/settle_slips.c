@@ -46,11 +46,11 @@ static bool is_overstepped(const Settling *settling, int contact) {
 }
 
 /* Does a slip in space come to rest here? It does if it is slow and due: it has then turned away from the direction of
-   its mode. One that is slow at the event of another contact comes to rest, too, unless its friction looks ahead: its
-   direction would turn within errors of the states. */
+   its mode. One that is slow at the event of another contact comes to rest, too, unless it has an outlook: it would turn
+   within errors of the states. */
 static bool comes_to_rest(const Settling *settling, int contact) {
-    const bool looks_ahead = contact_outlook(&settling->instance->state, contact).tau > 0.0;
-    return ((settling->due[2 * contact + 1] || !looks_ahead) && is_slow(settling, contact)) ||
+    const bool steadied = contact_outlook(&settling->instance->state, contact).steady > 0.0;
+    return ((settling->due[2 * contact + 1] || !steadied) && is_slow(settling, contact)) ||
            is_overstepped(settling, contact);
 }
 
@@ -131,24 +131,27 @@ static const double FARTHEST_OUTLOOK = 1e-3;
 
 /* The outlook of a slip in space that begins from rest, with this `deceleration` by friction, m/s^2. Its speed is above
    the errors of the states, below which a slip has no direction. The rate at which friction turns a slip into its
-   direction is its deceleration over the speed; steps of a fixed length h follow rates up to 1/h. */
+   direction is its deceleration over the speed; steps of a fixed length h follow rates up to 1/h. In model exchange the
+   slip keeps its direction: an importer's solver may find its Jacobian by changes of 1e-17 m/s, and friction that looks
+   ahead is known to its rounding only. */
 static Outlook outlook_of_slip(const Settling *settling, int contact, double mobility, double deceleration) {
     const State *state = &settling->instance->state;
     const double setting = state->settings[SETTING_STEP];
     const double step = ADAPTIVE ? 0.0 : setting > 0.0 ? setting : DEFAULT_SOLVER_STEP;
     const double steady = fmax(STEADIER * loose_speed(settling, contact), step * deceleration);
     const double farthest = FARTHEST_OUTLOOK / states_pace(state);
-    const double tau = steady < farthest * deceleration ? steady / deceleration : farthest;
+    const double time = steady < farthest * deceleration ? steady / deceleration : farthest;
+    const double tau = settling->instance->policy->integrate ? time : 0.0;
     const Outlook outlook = {.tau = tau, .kappa = tau * mobility, .steady = steady};
     return outlook;
 }
 
-/* Does a slip whose friction looks ahead go on? It does unless it is due, or turned back by an impact of another
+/* Does a slip with an outlook go on? It does unless it is due, or turned back by an impact of another
    contact. */
 static bool goes_on(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     double slips[2] = {0.0};
-    if (!contact_slides(state, contact) || !(contact_outlook(state, contact).tau > 0.0) ||
+    if (!contact_slides(state, contact) || !(contact_outlook(state, contact).steady > 0.0) ||
         settling->due[2 * contact + 1]) {
         return false;
     }
@@ -176,34 +179,30 @@ void settling_slip_direction(const Settling *settling, int contact, double direc
    it that are wrong by 1000 tolerances; with this factor 30 are left, with 10 twice as many. */
 static const double FASTER = 5.0;
 
-/* The friction of a contact in space that has begun to slide looks ahead, unless the slip has a speed already. Else, an
+/* The contact slides along w[slips] from here on. A slip in space has an outlook, unless it has a speed already. Then an
    importer's solver begins anew where it is faster. */
-static void look_ahead(Settling *settling, int contact) {
+static void slide(Settling *settling, int contact, const double w[]) {
     State *state = &settling->instance->state;
+    const bool goes = settling->row[ROW_PLACES[SLIP_ROWS[contact]]].law == ROW_SLIDING;
     const double mobility = slip_mobility(settling, contact);
     const double deceleration = settling->friction[contact] * settling->lambda[ROW_PLACES[contact]] * mobility;
+    const bool slow = slips_in_space(contact) && !goes;
+    contact_slide(state, contact, w, slow ? outlook_of_slip(settling, contact, mobility, deceleration) : NO_OUTLOOK);
     state->slip_decelerations[contact] = deceleration;
-    if (!slips_in_space(contact)) {
-        return;
-    }
-    if (settling->row[ROW_PLACES[SLIP_ROWS[contact]]].law != ROW_SLIDING) {
-        contact_look_ahead(state, contact, outlook_of_slip(settling, contact, mobility, deceleration));
-    } else if (!settling->instance->policy->integrate) {
+    if (slips_in_space(contact) && goes && !settling->instance->policy->integrate) {
         state->slip_ends[contact] = FASTER * settling_slip_speed(settling, contact);
     }
 }
 
 /* The contact slips from here on, in the direction that the law of its rows tells. */
 static void begin_slip(Settling *settling, int contact) {
-    State *state = &settling->instance->state;
     double begins[2] = {0.0};
     for (int i = 0; i < contact_slips(contact); i++) {
         begins[i] = slip_begins(settling, contact, SLIP_ROWS[contact] + i);
     }
-    contact_slide(state, contact, begins, 0.0);
-    look_ahead(settling, contact);
+    slide(settling, contact, begins);
     if (slips_in_space(contact)) { /* the speed along a new direction is another function */
-        state->event_rests[N_SWITCHES + 2 * contact + 1] = 0.0;
+        settling->instance->state.event_rests[N_SWITCHES + 2 * contact + 1] = 0.0;
     }
 }
 
@@ -224,8 +223,7 @@ static void slide_at_rest(Settling *settling, int contact) {
     if (hypot(along[0], along[1]) == 0.0) {
         along[0] = 1.0;
     }
-    contact_slide(state, contact, along, 0.0);
-    look_ahead(settling, contact);
+    slide(settling, contact, along);
 }
 
 void settling_carry_out_slip(Settling *settling, int contact) {

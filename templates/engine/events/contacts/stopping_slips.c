@@ -64,7 +64,7 @@ static void turn_slip(Settling *settling, int function, double direction) {
     if (is_friction(function)) {
         friction_slide(state, function - 2 * N_UNILATERALS, other);
     } else {
-        contact_slide(state, function / 2, &other, 0.0);
+        contact_slide(state, function / 2, &other, NO_OUTLOOK);
     }
     *rest = fmax(*rest, 2.0 * wrong);
 }

@@ -38,6 +38,8 @@ static void take_mode(State *state, int element, int64_t mode, int function) {
    and has turned back when it moves against its direction faster than TURNED_BACK. */
 static const double BY_ITSELF = 3.0, TURNED_BACK = 0.05;
 
+const Outlook NO_OUTLOOK = {.tau = 0.0, .kappa = 0.0, .steady = 0.0};
+
 /* The place of a contact in space among the outlooks, which have two parameters each. */
 static int place_of_outlook(int contact) {
     int place = FIRST_OUTLOOK;
@@ -47,7 +49,7 @@ static int place_of_outlook(int contact) {
     return place;
 }
 
-void contact_look_ahead(State *state, int contact, Outlook outlook) {
+static void set_outlook(State *state, int contact, Outlook outlook) {
     if (contact_slips(contact) == 2) {
         const int place = place_of_outlook(contact);
         state->parameters[place] = outlook.tau;
@@ -57,21 +59,21 @@ void contact_look_ahead(State *state, int contact, Outlook outlook) {
 }
 
 Outlook contact_outlook(const State *state, int contact) {
-    const Outlook none = {.tau = 0.0};
-    const int place = place_of_outlook(contact);
-    if (contact_slips(contact) != 2 || !(state->parameters[place] > 0.0)) {
-        return none;
+    Outlook outlook = {.tau = 0.0};
+    if (contact_slips(contact) == 2) {
+        const double *direction = state->parameters + FIRST_DIRECTION + SLIP_ROWS[contact] - FIRST_SLIP;
+        const double *place = state->parameters + place_of_outlook(contact);
+        const bool slow = place[0] > 0.0 || hypot(direction[0], direction[1]) > LEAST_BIAS * (1.0 + NOISE);
+        outlook.tau = place[0];
+        outlook.kappa = place[1];
+        outlook.steady = slow ? state->slip_ends[contact] / BY_ITSELF : 0.0;
     }
-    const Outlook outlook = {.tau = state->parameters[place],
-                             .kappa = state->parameters[place + 1],
-                             .steady = state->slip_ends[contact] / BY_ITSELF};
     return outlook;
 }
 
 /* Sets the mode of a contact, and its direction to the vector w scaled to `length`; w NULL stands for 0. */
 static void set_contact(State *state, int contact, int64_t mode, const double w[], double length) {
     const int count = contact_slips(contact);
-    const Outlook none = {.tau = 0.0};
     double speed = 0.0;
     for (int k = 0; w != NULL && k < count; k++) {
         speed = hypot(speed, w[k]);
@@ -79,7 +81,7 @@ static void set_contact(State *state, int contact, int64_t mode, const double w[
     if (contact_closed(state, contact) != (mode != MODE_OPEN)) {
         state->contact_sizes[2 * contact] = 0.0;
     }
-    contact_look_ahead(state, contact, none);
+    set_outlook(state, contact, NO_OUTLOOK);
     row_activate(state, contact, mode != MODE_OPEN);
     for (int k = 0; k < count; k++) {
         row_activate(state, SLIP_ROWS[contact] + k, mode == MODE_STICKS);
@@ -102,12 +104,13 @@ void contact_wait(State *state, int contact) {
     row_activate(state, SLIP_ROWS[contact], false);
 }
 
-void contact_slide(State *state, int contact, const double w[], double length) {
+void contact_slide(State *state, int contact, const double w[], Outlook outlook) {
     const int64_t along = w[0] > 0.0 ? MODE_SLIDES_FORWARD : MODE_SLIDES_BACKWARD;
     if (contact_slips(contact) == 1) {
         set_contact(state, contact, along, w, 1.0);
     } else {
-        set_contact(state, contact, MODE_SLIDES, w, fmax(LEAST_BIAS, length));
+        set_contact(state, contact, MODE_SLIDES, w, outlook.tau > 0.0 ? LEAST_BIAS : fmax(LEAST_BIAS, outlook.steady));
+        set_outlook(state, contact, outlook);
     }
 }
 

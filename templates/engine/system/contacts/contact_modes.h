@@ -4,27 +4,27 @@
 
 #include "element_rows.h"
 
+/* How friction finds its direction while a slip in space is slow. Far below the speed `steady`, in m/s, it does not
+   depend on the slip: it looks ahead by the time tau, in s, and is against the acceleration which it leaves; kappa is
+   the velocity that a unit of friction makes in that time. With tau 0 it keeps the direction of the mode. Far above
+   this speed it is against the slip. The mode ends where the slip has a direction by itself. */
+typedef struct {
+    double tau, kappa, steady;
+} Outlook;
+
+extern const Outlook NO_OUTLOOK;
+
 /* Of a contact: open; closed, with slips at rest; closed and sliding, along w[slips]: of one slip in the direction of
-   its sign. Friction in space is against the slip and a velocity of this `length` along w, m/s; 0 stands for a speed of
-   rounding. A contact without friction slides. */
+   its sign. A slip in space that is not slow has an outlook of zeros. A contact without friction slides. */
 void contact_open(State *state, int contact);
 void contact_stick(State *state, int contact);
-void contact_slide(State *state, int contact, const double w[], double length);
+void contact_slide(State *state, int contact, const double w[], Outlook outlook);
 
 /* A contact with one slip, or a dry friction, that is at rest where no force along it has a lever, as a slide is at the
    dead centre of its crank: it shows that it sticks, bears no friction, and holds nothing. It waits until its slip is
    faster than WAITING_SLIP: then the slip has a direction. */
 void contact_wait(State *state, int contact);
 void friction_wait(State *state, int friction);
-
-/* The friction of a slip in space that begins looks ahead by the time tau, in s: far below the speed `steady`, in m/s,
-   it is against the acceleration which it leaves, far above it against the slip. The mode ends where the slip has a
-   direction by itself. kappa is the velocity that a unit of friction makes in that time. */
-typedef struct {
-    double tau, kappa, steady;
-} Outlook;
-
-void contact_look_ahead(State *state, int contact, Outlook outlook);
 
 /* The outlook of a contact; zeros where it has none. */
 Outlook contact_outlook(const State *state, int contact);

@@ -29,7 +29,7 @@ static void settle_contact(Instance *instance, int contact) {
     if (rests) {
         contact_stick(state, contact);
     } else {
-        contact_slide(state, contact, scratch->after + row + 1, 0.0);
+        contact_slide(state, contact, scratch->after + row + 1, NO_OUTLOOK);
     }
 }
 
@@ -48,7 +48,8 @@ static void direct_slips(Instance *instance, double time, const double states[])
             const double along = after[0] * slip[0] + after[1] * slip[1];
             const double seen = fmax(1.0, 0.01 + along / (after[0] * after[0] + after[1] * after[1]));
             const double way[2] = {seen * after[0] - slip[0], seen * after[1] - slip[1]};
-            contact_slide(state, c, way, vector_length(way, 2));
+            const Outlook kept = {.steady = vector_length(way, 2)};
+            contact_slide(state, c, way, kept);
         }
     }
     arena_release(mark);
