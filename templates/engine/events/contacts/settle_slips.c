@@ -46,8 +46,8 @@ static bool is_overstepped(const Settling *settling, int contact) {
 }
 
 /* Does a slip in space come to rest here? It does if it is slow and due: it has then turned away from the direction of
-   its mode. One that is slow at the event of another contact comes to rest, too, unless it has an outlook: it would turn
-   within errors of the states. */
+   its mode. One that is slow at the event of another contact comes to rest, too, unless it has an outlook: it would
+   turn within errors of the states. */
 static bool comes_to_rest(const Settling *settling, int contact) {
     const bool steadied = contact_outlook(&settling->instance->state, contact).steady > 0.0;
     return ((settling->due[2 * contact + 1] || !steadied) && is_slow(settling, contact)) ||
@@ -179,8 +179,8 @@ void settling_slip_direction(const Settling *settling, int contact, double direc
    it that are wrong by 1000 tolerances; with this factor 30 are left, with 10 twice as many. */
 static const double FASTER = 5.0;
 
-/* The contact slides along w[slips] from here on. A slip in space has an outlook, unless it has a speed already. Then an
-   importer's solver begins anew where it is faster. */
+/* The contact slides along w[slips] from here on. A slip in space has an outlook, unless it has a speed already. Then
+   an importer's solver begins anew where it is faster. */
 static void slide(Settling *settling, int contact, const double w[]) {
     State *state = &settling->instance->state;
     const bool goes = settling->row[ROW_PLACES[SLIP_ROWS[contact]]].law == ROW_SLIDING;
