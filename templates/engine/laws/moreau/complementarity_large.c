@@ -240,19 +240,56 @@ static bool find_sparse_scales(Large *large) {
     return true;
 }
 
-/* Few rows that all act on each other are one island, in any order. */
-static bool solve_whole(const SparseProblem *problem, double lambda[]) {
-    static const int FIRST[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+/* The island of a row among few rows, each of which has a bit. */
+static unsigned island_of(const SparseProblem *problem, int row) {
+    const Sparse *delassus = &problem->delassus;
+    const unsigned all = (1U << delassus->rows) - 1U;
+    unsigned found = 1U << row, before = 0U;
+    while (found != before && found != all) {
+        before = found;
+        for (int k = 0; k < delassus->rows; k++) {
+            unsigned group = 1U << k | (problem->row[k].law == ROW_TANGENTIAL ? 1U << problem->row[k].normal : 0U);
+            for (int e = delassus->start[k]; e < delassus->start[k + 1]; e++) {
+                group |= 1U << delassus->column[e];
+            }
+            found |= (found & group) != 0U ? group : 0U;
+        }
+    }
+    return found;
+}
+
+/* Few rows need no order; if each acts on each, they are one island. False: they are too many, or an island is left
+   whose laws ask for more. */
+static bool solve_few_islands(const SparseProblem *problem, double lambda[]) {
+    static const int ALL[MOST_FEW_ROWS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     const int rows = problem->delassus.rows;
-    return rows <= (int)(sizeof FIRST / sizeof *FIRST) && problem->delassus.start[rows] == rows * rows &&
-           solve_few_rows(problem, rows, FIRST, problem->few, lambda);
+    if (problem->delassus.start[rows] == rows * rows) {
+        return rows <= MOST_FEW_ROWS && solve_few_rows(problem, rows, ALL, problem->few, lambda);
+    }
+    int island[MOST_FEW_ROWS];
+    unsigned done = 0U;
+    bool solved = rows <= MOST_FEW_ROWS;
+    for (int k = 0; k < rows && solved; k++) {
+        if ((done >> k & 1U) != 0U) {
+            continue;
+        }
+        const unsigned found = island_of(problem, k);
+        int count = 0;
+        for (int i = k; i < rows; i++) {
+            island[count] = i;
+            count += (int)(found >> i & 1U);
+        }
+        solved = solve_few_rows(problem, count, island, count == rows ? problem->few : NULL, lambda);
+        done |= found;
+    }
+    return solved;
 }
 
 bool complementarity_large(const SparseProblem *problem, int most_rounds, double lambda[], double w[]) {
     const ArenaMark mark = arena_mark(problem->arena);
     Large large = {.problem = problem};
     bool solved = true;
-    if (!solve_whole(problem, lambda)) {
+    if (!solve_few_islands(problem, lambda)) {
         if (!rows_order(problem, &large.order) || !find_sparse_scales(&large)) {
             return arena_leave(mark, false);
         }

@@ -171,7 +171,18 @@ static void meet_all(RowsMet *met) {
     met->start[met->count] = met->count * met->count;
 }
 
-/* Notes for each active row which active rows it meets: those that touch one of its blocks, and itself. */
+/* Are the rows numbered just as these would be? */
+static bool rows_numbered(const RowsMet *met, const bool which[]) {
+    int count = 0;
+    bool same = true;
+    for (int row = 0; row < K && same; row++) {
+        same = met->index[row] == (which[row] ? count++ : -1);
+    }
+    return same && met->count == count && count > 0;
+}
+
+/* Notes for each active row which active rows it meets: those that touch one of its blocks, and itself. Most steps have
+   the active rows of the step before. */
 static void find_meetings(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, int, starts, N_BLOCKS + 1);
@@ -179,9 +190,15 @@ static void find_meetings(Instance *instance) {
     WORK(mark, int, list, SIZE_TOUCHES);
     RowsMet *met = &instance->scratch.solver.met;
     int entries = 0;
-    rows_number(met, instance->scratch.solver.active);
+    const bool *active = instance->scratch.solver.active;
+    const bool same = !ONE_BLOCK && rows_numbered(met, active);
+    if (!same) {
+        rows_number(met, active);
+    }
     if (ONE_BLOCK) {
         meet_all(met);
+    }
+    if (ONE_BLOCK || same) {
         arena_release(mark);
         return;
     }
