@@ -41,6 +41,7 @@ UNITS = (
     "newton_many",
     "newton_step",
     "scale",
+    "shares",
     "sparse",
     "sparse_rows",
     "sweeps",

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "scale.h"
+#include "shares.h"
 
 /* The most choices that are tried one by one when another solution is looked for, which happens at each event: those of
    four rows of friction. */
@@ -54,11 +55,11 @@ static int moved_row(const Laws *laws, const double own[], const double x[]) {
     return moved;
 }
 
-/* Does x stay a solution when rows share their loads by least norm? The room is that of laws_share and of x. */
+/* Does x stay a solution when rows share their loads by least norm? The room is that of shares_even and of x. */
 static bool is_even(const Laws *laws, const double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     double *other = (double *)arena_take(laws->arena, (size_t)laws->size * sizeof(double));
-    return arena_leave(mark, laws_share(laws, laws, x, other));
+    return arena_leave(mark, shares_even(laws, laws, x, other));
 }
 
 /* x of a choice. Returns whether it obeys the laws. */

@@ -8,11 +8,8 @@
 #include "cones.h"
 #include "elimination.h"
 #include "islands.h"
-#include "newton.h"
 #include "scale.h"
-
-/* Bound of the turns in which loads and slips in space are found. */
-enum { MOST_TURNS = 30 };
+#include "shares.h"
 
 /* The equations of the rows that hold at present. */
 static void choose_present(const Elimination *e, Choice *choice) {
@@ -47,18 +44,12 @@ static bool solve_laws(const Elimination *e, const Laws *laws, double x[]) {
     return arena_leave(mark, goes_on || turns(laws, &present, x) || cones_solve(laws, x));
 }
 
-/* Is this a row of friction, or the first one of its cone, that slips? */
-static bool gives_way_at(const Laws *laws, const double x[], int i) {
-    const int pair = laws->width[i] == 2 ? 1 : 0;
-    return laws->width[i] > 0 && !(laws_at_rest(laws, x, i) && laws_at_rest(laws, x, i + pair));
-}
-
 /* Does a row slip that holds at present, and not only from now on? */
 static bool breaks_loose(const Elimination *e, const Laws *laws, const double x[]) {
     bool found = false;
     for (int i = 0; i < laws->size && !found; i++) {
         const Row *row = &e->problem->row[e->row[i]];
-        found = row->holds && !row->slid && gives_way_at(laws, x, i);
+        found = row->holds && !row->slid && laws_slips(laws, x, i);
     }
     return found;
 }
@@ -100,7 +91,7 @@ static void spare_holding(const Elimination *e, Laws *laws, double x[]) {
 static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
     bool any = false;
     for (int i = 0; i < laws->size; i++) {
-        if (!gives_way_at(laws, x, i)) {
+        if (!laws_slips(laws, x, i)) {
             continue;
         }
         const int pair = laws->width[i] == 2 ? 1 : 0;
@@ -112,53 +103,6 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
         }
     }
     return any;
-}
-
-/* Does a cone slip? */
-static bool cone_slips(const Laws *laws, const double x[]) {
-    bool found = false;
-    for (int i = 0; i < laws->size && !found; i++) {
-        found = laws->width[i] == 2 && gives_way_at(laws, x, i);
-    }
-    return found;
-}
-
-/* Slips of cones turn with the loads that their friction follows. Under the limits of given loads they are those of a
-   convex problem; from other[size] on, both are found in turn. Returns whether other[] obeys the laws at last. The
-   room is that of laws_share and of three vectors. */
-static bool share_in_turn(const Laws *laws, double other[]) {
-    const ArenaMark mark = arena_mark(laws->arena);
-    const size_t size = (size_t)laws->size, bytes = size * sizeof(double);
-    bool shared = false, solved = true;
-    if (!arena_reserve(laws->arena, 2 * arena_bytes(size, bytes) + 23 * arena_bytes(bytes, 1))) {
-        return arena_leave(mark, false);
-    }
-    Laws given = *laws;
-    double *slips = (double *)arena_take(laws->arena, bytes);
-    given.base = (double *)arena_take(laws->arena, bytes);
-    given.slope = (double *)memset(arena_take(laws->arena, bytes), 0, bytes);
-    for (int turn = 0; turn < MOST_TURNS && solved && !shared; turn++) {
-        for (int k = 0; k < laws->size; k++) {
-            given.base[k] = laws->width[k] != 0 ? laws_limit(laws, other, k) : 0.0;
-        }
-        solved = newton_solve(&given, other, slips);
-        shared = solved && laws_share(laws, &given, slips, other);
-    }
-    return arena_leave(mark, shared);
-}
-
-/* Of all solutions with the same rows at rest and the same slips, x becomes that of least norm if it obeys the laws. */
-static void spread(const Laws *laws, double x[]) {
-    if (is_lone_contact(laws)) {
-        return; /* one row alone bears a unique load */
-    }
-    const ArenaMark mark = arena_mark(laws->arena);
-    const size_t bytes = (size_t)laws->size * sizeof(double);
-    double *other = (double *)arena_take(laws->arena, bytes);
-    if (laws_share(laws, laws, x, other) || (cone_slips(laws, x) && share_in_turn(laws, other))) {
-        memcpy(x, other, bytes);
-    }
-    arena_release(mark);
 }
 
 /* Eliminates what is linear and solves the laws that are left, for x[laws->size] of the arena. */
@@ -232,7 +176,9 @@ static bool solve_island(const Problem *problem, double lambda[]) {
     if (!reduce_and_solve(problem, &elimination, &laws, &x)) {
         return arena_leave(mark, false);
     }
-    spread(&laws, x);
+    if (!is_lone_contact(&laws)) { /* one row alone bears a unique load */
+        shares_spread(&laws, x);
+    }
     laws_clear_pulls(&laws, HUGE_VAL, x);
     for (int k = 0; problem->determined != NULL && k < problem->rows; k++) {
         const int i = elimination.place[k];

@@ -10,6 +10,7 @@
 #include "lone_rows.h"
 #include "newton.h"
 #include "scale.h"
+#include "shares.h"
 #include "sweeps.h"
 
 /* Sweeps of the first round; each further round takes twice as many. */
@@ -99,7 +100,7 @@ static bool slips_anew(const Large *large, int begin, const Laws *laws, const do
     for (int k = 0; k < laws->size; k++) {
         const int width = laws->width[k];
         const bool held = large->problem->row[large->order.row[begin + k]].holds;
-        if (width <= 0 || (laws_at_rest(laws, x, k) && (width == 1 || laws_at_rest(laws, x, k + 1)))) {
+        if (!laws_slips(laws, x, k)) {
             continue;
         }
         const double along = x[k] * start[k] + (width == 2 ? x[k + 1] * start[k + 1] : 0.0);
@@ -130,29 +131,6 @@ static bool solve_yielding(const Laws *laws, const double start[], double x[]) {
     return solved;
 }
 
-/* Does a contact slip that rubs? */
-static bool slips_and_rubs(const Laws *laws, const double x[]) {
-    bool found = false;
-    for (int k = 0; k < laws->size && !found; k++) {
-        found = laws->width[k] != 0 && laws_limit(laws, x, k) > 0.0 && !laws_at_rest(laws, x, k);
-    }
-    return found;
-}
-
-/* Friction that slips follows how rows share a load. So x becomes the solution near the one that shares it by least
-   norm, if there is one in which no other row slips; guess[size] and found[size] are memory. */
-static void share_anew(const Laws *laws, double guess[], double found[], double x[]) {
-    const ArenaMark mark = arena_mark(laws->arena);
-    const size_t n = (size_t)laws->size, bytes = n * sizeof(double);
-    if (slips_and_rubs(laws, x) && arena_reserve(laws->arena, (2 * n + 20) * arena_bytes(bytes, 1))) {
-        laws_share(laws, laws, x, guess);
-        if (newton_solve(laws, guess, found) && laws_rest_alike(laws, x, found)) {
-            memcpy(x, found, bytes);
-        }
-    }
-    arena_release(mark);
-}
-
 /* x[size] from the start[size]. */
 static bool solve_laws_from(const Large *large, int begin, const Laws *laws, int most_rounds, const double start[],
                             double x[]) {
@@ -173,7 +151,7 @@ static bool solve_laws_from(const Large *large, int begin, const Laws *laws, int
         }
         solved = true;
         if (full.first == NULL) {
-            share_anew(&full, swept, other, x);
+            shares_spread(&full, x);
         }
     }
     memcpy(swept, start, bytes);
