@@ -7,7 +7,6 @@
 #include "choices.h"
 #include "cones.h"
 #include "elimination.h"
-#include "islands.h"
 #include "scale.h"
 #include "shares.h"
 
@@ -106,8 +105,9 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
 }
 
 /* Eliminates what is linear and solves the laws that are left, for x[laws->size] of the arena. */
-static bool reduce_and_solve(const Problem *problem, Elimination *elimination, Laws *laws, double **solution) {
-    if (!eliminate_rows(problem, elimination, laws)) {
+static bool reduce_and_solve(const Problem *problem, const Islands *islands, int which, Elimination *elimination,
+                             Laws *laws, double **solution) {
+    if (!eliminate_rows(problem, islands, which, elimination, laws)) {
         return false;
     }
     double *x = (double *)arena_take(problem->arena, (size_t)laws->size * sizeof(double));
@@ -126,104 +126,71 @@ static bool reduce_and_solve(const Problem *problem, Elimination *elimination, L
     return solved;
 }
 
-/* Does a row slide whose friction other rows answer? Else accelerations are unique. */
-static bool any_slides(const Problem *problem) {
+/* Does a row of the island slide whose friction other rows answer? Else accelerations are unique. */
+static bool any_slides(const Problem *problem, const Islands *islands, int which) {
     bool found = false;
     for (int k = 0; k < problem->rows; k++) {
-        found = found || (problem->row[k].law == ROW_SLIDING && problem->row[k].friction > 0.0);
+        const Row *row = &problem->row[k];
+        found = found || (islands->island[k] == which && row->law == ROW_SLIDING && row->friction > 0.0);
     }
     return found;
-}
-
-/* complementarity_other for one island. */
-static int other_motion(const Problem *problem) {
-    const ArenaMark mark = arena_mark(problem->arena);
-    Elimination elimination;
-    Laws laws;
-    double *x;
-    int other = -1;
-    if (any_slides(problem) && reduce_and_solve(problem, &elimination, &laws, &x)) {
-        other = choices_other(&laws, x);
-        other = other < 0 ? -1 : elimination.row[other];
-    }
-    arena_release(mark);
-    return other;
 }
 
 int complementarity_other(const Problem *problem) {
     const ArenaMark mark = arena_mark(problem->arena);
     Islands islands;
     int other = -1;
-    if (any_slides(problem) && islands_find(problem, &islands)) {
-        for (int i = 0; i < islands.count && other < 0; i++) {
-            const ArenaMark between = arena_mark(problem->arena);
-            Island island;
-            other = island_take(problem, &islands, i, &island) ? other_motion(&island.problem) : -1;
-            other = other < 0 ? -1 : island.row[other];
-            arena_release(between);
+    if (!islands_find(problem, &islands)) {
+        arena_release(mark);
+        return -1;
+    }
+    for (int i = 0; i < islands.count && other < 0; i++) {
+        const ArenaMark between = arena_mark(problem->arena);
+        Elimination elimination;
+        Laws laws;
+        double *x;
+        if (any_slides(problem, &islands, i) && reduce_and_solve(problem, &islands, i, &elimination, &laws, &x)) {
+            const int moved = choices_other(&laws, x);
+            other = moved < 0 ? -1 : elimination.row[moved];
         }
+        arena_release(between);
     }
     arena_release(mark);
     return other;
 }
 
-/* lambda of one island. */
-static bool solve_island(const Problem *problem, double lambda[]) {
+/* Sets lambda of one island. */
+static bool solve_island(const Problem *problem, const Islands *islands, int which, double lambda[]) {
     const ArenaMark mark = arena_mark(problem->arena);
     Elimination elimination;
     Laws laws;
     double *x;
-    if (!reduce_and_solve(problem, &elimination, &laws, &x)) {
+    if (!reduce_and_solve(problem, islands, which, &elimination, &laws, &x)) {
         return arena_leave(mark, false);
     }
     if (!is_lone_contact(&laws)) { /* one row alone bears a unique load */
         shares_spread(&laws, x);
     }
     laws_clear_pulls(&laws, HUGE_VAL, x);
-    for (int k = 0; problem->determined != NULL && k < problem->rows; k++) {
-        const int i = elimination.place[k];
-        problem->determined[k] = i >= 0 && laws.width[i] != 0 && laws.determined[i];
+    for (int i = 0; i < laws.size && problem->determined != NULL; i++) {
+        problem->determined[elimination.row[i]] = laws.width[i] != 0 && laws.determined[i];
     }
     recover_rows(&elimination, x, lambda);
     return arena_leave(mark, true);
 }
 
-static bool take_and_solve(const Problem *problem, const Islands *islands, int which, double lambda[]) {
-    const ArenaMark mark = arena_mark(problem->arena);
-    Island island;
-    if (!island_take(problem, islands, which, &island)) {
-        return arena_leave(mark, false);
-    }
-    const int n = island.problem.rows;
-    if (!arena_reserve(problem->arena, arena_bytes((size_t)n, sizeof(double)))) {
-        return arena_leave(mark, false);
-    }
-    double *own = (double *)arena_take(problem->arena, (size_t)n * sizeof(double));
-    if (!solve_island(&island.problem, own)) {
-        return arena_leave(mark, false);
-    }
-    for (int k = 0; k < n; k++) {
-        lambda[island.row[k]] = own[k];
-        if (problem->determined != NULL) {
-            problem->determined[island.row[k]] = island.problem.determined[k];
-        }
-    }
-    return arena_leave(mark, true);
-}
-
 /* w = free + delassus lambda. An entry becomes 0 where it is no more than rounding: of the terms of its own row, or of
    the greatest terms of all rows, which were solved together. */
-static bool evaluate_rows(const Problem *problem, const double lambda[], double w[]) {
+static bool evaluate_rows(const Problem *problem, const double scale[], const double lambda[], double w[]) {
     const ArenaMark mark = arena_mark(problem->arena);
     const int n = problem->rows;
     const size_t bytes = (size_t)n * sizeof(double);
     double greatest = 0.0;
-    if (!arena_reserve(problem->arena, 3 * arena_bytes(bytes, 1))) {
+    if (!arena_reserve(problem->arena, 2 * arena_bytes(bytes, 1))) {
         return false;
     }
-    double *terms = (double *)arena_take(problem->arena, bytes), *scale = (double *)arena_take(problem->arena, bytes);
+    double *terms = (double *)arena_take(problem->arena, bytes);
     int *acts = (int *)arena_take(problem->arena, (size_t)n * sizeof(int)), count = 0;
-    find_scales(n, problem->row, problem->delassus, n + 1, scale);
     for (int k = 0; k < n; k++) {
         acts[count] = k;
         count += lambda[k] != 0.0;
@@ -262,7 +229,7 @@ bool complementarity_solve(const Problem *problem, double lambda[], double w[]) 
     }
     bool solved = true;
     for (int i = 0; i < islands.count && solved; i++) {
-        solved = islands.count == 1 ? solve_island(problem, lambda) : take_and_solve(problem, &islands, i, lambda);
+        solved = solve_island(problem, &islands, i, lambda);
     }
-    return arena_leave(mark, solved && evaluate_rows(problem, lambda, w));
+    return arena_leave(mark, solved && evaluate_rows(problem, islands.scale, lambda, w));
 }

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "cones.h"
-#include "elimination.h"
 #include "few_rows.h"
+#include "islands.h"
 #include "lone_rows.h"
 #include "newton.h"
 #include "scale.h"
