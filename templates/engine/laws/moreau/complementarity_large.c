@@ -263,19 +263,22 @@ static bool solve_few_islands(const SparseProblem *problem, double lambda[]) {
     return solved;
 }
 
+/* All islands in turn, each in its order of elimination. */
+static bool solve_islands(const SparseProblem *problem, int most_rounds, double lambda[]) {
+    Large large = {.problem = problem};
+    if (!rows_order(problem, &large.order) || !find_sparse_scales(&large)) {
+        return false;
+    }
+    bool solved = true;
+    for (int i = 0; i < large.order.islands; i++) {
+        solved = solve_places(&large, large.order.island[i], large.order.island[i + 1], most_rounds, lambda) && solved;
+    }
+    return solved;
+}
+
 bool complementarity_large(const SparseProblem *problem, int most_rounds, double lambda[], double w[]) {
     const ArenaMark mark = arena_mark(problem->arena);
-    Large large = {.problem = problem};
-    bool solved = true;
-    if (!solve_few_islands(problem, lambda)) {
-        if (!rows_order(problem, &large.order) || !find_sparse_scales(&large)) {
-            return arena_leave(mark, false);
-        }
-        for (int i = 0; i < large.order.islands; i++) {
-            const int begin = large.order.island[i], end = large.order.island[i + 1];
-            solved = solve_places(&large, begin, end, most_rounds, lambda) && solved;
-        }
-    }
+    const bool solved = solve_few_islands(problem, lambda) || solve_islands(problem, most_rounds, lambda);
     if (w != NULL) {
         sparse_multiply(&problem->delassus, lambda, w);
     }

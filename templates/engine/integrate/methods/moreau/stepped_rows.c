@@ -100,12 +100,6 @@ double stepped_along(const SteppedRows *at, int row, const double vector[]) {
     return sum;
 }
 
-void stepped_add(const SteppedRows *at, int row, double factor, double vector[]) {
-    for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1]; e++) {
-        vector[ENTRY_COLUMNS[e]] += factor * at->entries[e];
-    }
-}
-
 /* G_row . response[n] in the blocks that belong to the row owner. */
 static double along_in(const SteppedRows *at, int row, const double response[], const int owners[], int owner) {
     double sum = 0.0;
@@ -330,8 +324,8 @@ void stepped_respond(const Instance *instance, const double impulses[], double c
         return;
     }
     for (int row = 0; row < K; row++) {
-        if (impulses[row] != 0.0) {
-            stepped_add(&scratch->at, row, impulses[row], push);
+        for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1] && impulses[row] != 0.0; e++) {
+            push[ENTRY_COLUMNS[e]] += impulses[row] * scratch->at.entries[e];
         }
     }
     divide(instance, push, changes);
