@@ -12,12 +12,6 @@
    four rows of friction. */
 static const double MOST_OTHERS = 81.0;
 
-/* x of a row of friction is its limit, on this side. */
-static void put_limit(const Laws *laws, int k, double side, Choice *choice) {
-    choice->value[k] = side * laws->base[k];
-    choice->slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
-}
-
 /* One equation after the other for each row, the last row turning fastest: open, held; held, backward, forward. False
    when all were had. */
 static bool next_choice(const Laws *laws, int digit[]) {
@@ -70,7 +64,7 @@ static bool try_digits(const Laws *laws, const int digit[], double x[]) {
         const bool unilateral = laws->width[k] == 0;
         const double side = digit[k] == 0 ? 0.0 : digit[k] == 1 ? -1.0 : 1.0;
         choice.held[k] = digit[k] == (unilateral ? 1 : 0);
-        put_limit(laws, k, unilateral ? 0.0 : side, &choice);
+        choice_limit(laws, k, unilateral ? 0.0 : side, &choice);
     }
     memset(x, 0, (size_t)laws->size * sizeof(double));
     return arena_leave(mark, laws_try(laws, &choice, x));

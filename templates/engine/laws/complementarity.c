@@ -21,26 +21,23 @@ static bool is_lone_contact(const Laws *laws) {
     return laws->size == 1 && laws->width[0] == 0;
 }
 
-/* A lone contact whose present mode breaks its law has one other mode only, which is tried. */
-static bool turns(const Laws *laws, const Choice *present, double x[]) {
-    if (!is_lone_contact(laws)) {
-        return false;
-    }
-    bool held = false;
-    double slope = 0.0, value = 0.0;
-    Choice other = {&held, &slope, &value};
-    other.held[0] = !present->held[0];
-    x[0] = 0.0;
-    return laws_try(laws, &other, x) && laws_bounded(laws, &other, x);
+/* Does a choice of equations lead to x[size] that obeys all laws, and its own limits exactly? */
+static bool choice_solves(const Laws *laws, const Choice *choice, double x[]) {
+    memset(x, 0, (size_t)laws->size * sizeof(double));
+    return laws_try(laws, choice, x) && laws_bounded(laws, choice, x);
 }
 
+/* A lone contact whose present mode breaks its law has one other mode only, which is tried. */
 static bool solve_laws(const Elimination *e, const Laws *laws, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
-    Choice present = choice_take(laws->arena, laws->size);
-    memset(x, 0, (size_t)laws->size * sizeof(double));
-    choose_present(e, &present);
-    const bool goes_on = laws_try(laws, &present, x) && laws_bounded(laws, &present, x);
-    return arena_leave(mark, goes_on || turns(laws, &present, x) || cones_solve(laws, x));
+    Choice choice = choice_take(laws->arena, laws->size);
+    choose_present(e, &choice);
+    bool solved = choice_solves(laws, &choice, x);
+    if (!solved && is_lone_contact(laws)) {
+        choice.held[0] = !choice.held[0];
+        solved = choice_solves(laws, &choice, x);
+    }
+    return arena_leave(mark, solved || cones_solve(laws, x));
 }
 
 /* Does a row slip that holds at present, and not only from now on? */

@@ -43,6 +43,11 @@ Choice choice_take(Arena *arena, int size) {
                     .value = (double *)take_zeros(arena, n * sizeof(double))};
 }
 
+void choice_limit(const Laws *laws, int k, double side, Choice *choice) {
+    choice->value[k] = side * laws->base[k];
+    choice->slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
+}
+
 void laws_evaluate(const Laws *laws, const double x[], double w[]) {
     sparse_multiply(&laws->matrix, x, w);
     for (int i = 0; i < laws->size; i++) {

@@ -40,6 +40,9 @@ Laws laws_take(Arena *arena, Sparse matrix);
 /* A choice with zeros, of the arena. */
 Choice choice_take(Arena *arena, int size);
 
+/* Chooses that x of a row of friction is its limit, on this side. */
+void choice_limit(const Laws *laws, int k, double side, Choice *choice);
+
 /* w[size] for x[size]. */
 void laws_evaluate(const Laws *laws, const double x[], double w[]);
 

@@ -39,8 +39,7 @@ static bool give_way(const Laws *laws, const double x[], Choice *choice) {
         any = true;
         for (int i = k; i < k + rows; i++) {
             choice->held[i] = false;
-            choice->slope[i] = laws->normal[i] >= 0 ? x[i] / force * laws->slope[i] : 0.0;
-            choice->value[i] = x[i] / force * laws->base[i];
+            choice_limit(laws, i, x[i] / force, choice);
         }
     }
     return any;
@@ -56,9 +55,7 @@ bool shares_even(const Laws *laws, const Laws *found, const double x[], double o
     for (int k = 0; k < laws->size; k++) {
         choice.held[k] = laws_at_rest(laws, x, k);
         if (laws->width[k] != 0 && !choice.held[k]) {
-            const double side = slipping_side(found, x, w, rounding, k);
-            choice.slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
-            choice.value[k] = side * laws->base[k];
+            choice_limit(laws, k, slipping_side(found, x, w, rounding, k), &choice);
         }
     }
     bool obeyed, gives = false;
