@@ -161,6 +161,14 @@ def test_the_files_of_the_engine_are_those_that_are_needed(model: str, solver: s
     assert set(sources) & optional == expected
 
 
+@pytest.mark.parametrize(("solver", "many"), [("dopri5", False), ("moreau", True)])
+def test_code_for_many_rows_is_that_of_time_stepping_alone(solver: str, many: bool) -> None:
+    _, sources = sources_of(load("woodpecker"), solver)
+    named = {"newton_many.c", "sweeps.c", "sparse_rows.c", "few_rows.c", "step_matrix.c"}
+    assert named & set(sources) == (named if many else set())
+    assert ("newton_many_none.c" in sources) is not many
+
+
 @pytest.mark.parametrize("name", [*GENERATED, "mechanism.c"])
 def test_an_undefined_name_in_a_template_is_an_error(name: str) -> None:
     with pytest.raises(UndefinedError, match="is undefined"):
