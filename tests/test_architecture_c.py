@@ -20,6 +20,7 @@ SEVERAL = (
     "directed_memory.h",
     "reverse_memory.h",
     "event_sizes.h",
+    "step_matrix.h",
     "version.h",
     "version.c",
     "scale.h",

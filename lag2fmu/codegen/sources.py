@@ -19,7 +19,7 @@ from lag2fmu.dynamics.functions import Function, Program
 from lag2fmu.dynamics.tables import lookups
 from lag2fmu.graph.operations import CODE
 from lag2fmu.resources import resource_folder
-from lag2fmu.solvers.methods import Method
+from lag2fmu.solvers.methods import Method, TimeStepping
 
 if TYPE_CHECKING:
     from lag2fmu.graph.interpolants import Interpolant
@@ -92,6 +92,7 @@ def render_sources(
         "events": program.hybrid,
         "timed": program.timed_bounds is not None,
         "contacts": bool(program.places),
+        "located": bool(program.places) and not isinstance(method, TimeStepping),
         "further": bool(tables.further),
         "tables": bool(program.arguments),
         "heap": tables.bound is None,

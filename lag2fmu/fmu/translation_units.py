@@ -44,8 +44,9 @@ Impacts are not among them: some runs consist of impacts.
 """
 SEARCHES = frozenset(
     {
-        *("central_path.c", "choices.c", "complementarity.c", "cones.c", "elimination.c", "envelope.c", "islands.c"),
-        *("laws.c", "least_norm.c", "newton.c"),
+        *("central_path.c", "choices.c", "complementarity.c", "cones.c", "elimination.c", "islands.c"),
+        *("laws.c", "least_norm.c", "newton.c", "newton_many.c", "newton_step.c", "shares.c"),
+        "step_matrix.c",
     }
 )
 """Files that search the modes of contacts: seldom, but half of the time of some runs."""

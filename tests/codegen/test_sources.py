@@ -138,14 +138,17 @@ def _is_chosen(path: Path) -> bool:
     ("model", "solver", "expected"),
     [
         ("pendulum", "dopri5", {*FREE, "runge_kutta.c", STEPS}),
-        ("pendulum", "ros2", {*FREE, "ros2.c", "jacobian.c", "lu.c", STEPS}),
+        ("pendulum", "ros2", {*FREE, "ros2.c", "fixed_steps.c", "jacobian.c", "lu.c", STEPS}),
         ("pendulum", "radau5", {*FREE, "radau.c", "radau_stages.c", "jacobian.c", "lu.c", STEPS}),
-        ("pendulum", "gauss4", {*FREE, "variational.c", "variational_free.c", STEPS}),
+        ("pendulum", "gauss4", {*FREE, "variational.c", "fixed_steps.c", "variational_free.c", STEPS}),
         ("four_bar_linkage", "dopri5", {*CONSTRAINED, "massless_none.c", "runge_kutta.c", STEPS}),
         (
             "four_bar_linkage",
             "lobatto4",
-            {*CONSTRAINED, "massless_none.c", "variational.c", "variational_constraints.c", STEPS},
+            {
+                *CONSTRAINED,
+                *("fixed_steps.c", "massless_none.c", "variational.c", "variational_constraints.c", STEPS),
+            },
         ),
         ("slides_problem_5_small", "dopri5", {*CONSTRAINED, "massless.c", "lu.c", "runge_kutta.c", STEPS}),
     ],
@@ -156,6 +159,14 @@ def test_the_files_of_the_engine_are_those_that_are_needed(model: str, solver: s
     optional = {path.name for path in ENGINE.rglob("*.c") if _is_chosen(path)} | {"lu.c"}
     assert set(sources) >= NEVER_LEFT_OUT
     assert set(sources) & optional == expected
+
+
+@pytest.mark.parametrize(("solver", "many"), [("dopri5", False), ("moreau", True)])
+def test_code_for_many_rows_is_that_of_time_stepping_alone(solver: str, many: bool) -> None:
+    _, sources = sources_of(load("woodpecker"), solver)
+    named = {"newton_many.c", "sweeps.c", "sparse_rows.c", "few_rows.c", "step_matrix.c"}
+    assert named & set(sources) == (named if many else set())
+    assert ("newton_many_none.c" in sources) is not many
 
 
 @pytest.mark.parametrize("name", [*GENERATED, "mechanism.c"])

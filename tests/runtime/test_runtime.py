@@ -45,7 +45,7 @@ SOLVERS = {"heun_euler": HEUN, "dopri5": TABLEAUS["dopri5"], "rk4": TABLEAUS["rk
 def build(target: Path, mechanism: str, solver: str, compiler: list[str], flags: list[str], extra: list[Path]) -> Path:
     """Compile the runtime with a mechanism and a solver; returns target, raises AssertionError with the messages."""
     method = SOLVERS[solver]
-    variants = ("constraints", "massless", "events", "timed", "contacts", "further", "tables", "observer")
+    variants = ("constraints", "massless", "events", "timed", "contacts", "located", "further", "tables", "observer")
     files = engine_files(method, dict.fromkeys(variants, False) | {"heap": True})
     files |= {
         name: render(f"mechanism/{name}.jinja", {"method": method, "program": {"resting": 0}})

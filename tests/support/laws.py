@@ -28,7 +28,6 @@ UNITS = (
     "cones",
     "contact_rows",
     "elimination",
-    "envelope",
     "few_rows",
     "step_matrix",
     "impacts",
@@ -39,7 +38,10 @@ UNITS = (
     "lone_rows",
     "lu",
     "newton",
+    "newton_many",
+    "newton_step",
     "scale",
+    "shares",
     "sparse",
     "sparse_rows",
     "sweeps",
@@ -187,7 +189,7 @@ class Laws:
 
     def __init__(self, folder: Path) -> None:
         runtime = resource_folder("templates") / "engine"
-        folders = (runtime / "base", runtime / "base" / "heap", runtime / "laws")
+        folders = (runtime / "base", runtime / "base" / "heap", runtime / "laws", runtime / "laws" / "moreau")
         paths = [folder / f"{name}.{ending}" for folder in folders for name in UNITS for ending in "ch"]
         sources = {path.name: path.read_text("utf-8") for path in paths if path.is_file()}
         sources |= {"mechanism.h": SIZES, "batch.c": BATCH}

@@ -162,7 +162,7 @@ static void add_entry_of(const Path *path, int row, int i, int e) {
     correct(path, row, entry, felt);
     for (int j = 0; j < 3; j++) {
         for (int f = map->start[row + j]; f < map->start[row + j + 1]; f++) {
-            step_matrix_add(&path->matrix, map->column[f], map->column[e], map->value[f] * felt[j]);
+            *step_matrix_entry(&path->matrix, map->column[f], map->column[e]) += map->value[f] * felt[j];
         }
     }
 }
@@ -173,9 +173,9 @@ static bool factorize_path(Path *path) {
     step_matrix_clear(&path->matrix);
     for (int i = 0; i < matrix->rows; i++) {
         for (int e = matrix->start[i]; e < matrix->start[i + 1]; e++) {
-            step_matrix_add(&path->matrix, i, matrix->column[e], matrix->value[e]);
+            *step_matrix_entry(&path->matrix, i, matrix->column[e]) += matrix->value[e];
         }
-        step_matrix_add(&path->matrix, i, i, path->options.weight);
+        *step_matrix_entry(&path->matrix, i, i) += path->options.weight;
     }
     for (int row = 0; row < map->rows; row++) {
         for (int e = map->start[row]; e < map->start[row + 1]; e++) {

@@ -6,16 +6,11 @@
 #include <string.h>
 
 #include "scale.h"
+#include "shares.h"
 
 /* The most choices that are tried one by one when another solution is looked for, which happens at each event: those of
    four rows of friction. */
 static const double MOST_OTHERS = 81.0;
-
-/* x of a row of friction is its limit, on this side. */
-static void put_limit(const Laws *laws, int k, double side, Choice *choice) {
-    choice->value[k] = side * laws->base[k];
-    choice->slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
-}
 
 /* One equation after the other for each row, the last row turning fastest: open, held; held, backward, forward. False
    when all were had. */
@@ -54,11 +49,11 @@ static int moved_row(const Laws *laws, const double own[], const double x[]) {
     return moved;
 }
 
-/* Does x stay a solution when rows share their loads by least norm? The room is that of laws_share and of x. */
+/* Does x stay a solution when rows share their loads by least norm? The room is that of shares_even and of x. */
 static bool is_even(const Laws *laws, const double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     double *other = (double *)arena_take(laws->arena, (size_t)laws->size * sizeof(double));
-    return arena_leave(mark, laws_share(laws, laws, x, other));
+    return arena_leave(mark, shares_even(laws, laws, x, other));
 }
 
 /* x of a choice. Returns whether it obeys the laws. */
@@ -69,7 +64,7 @@ static bool try_digits(const Laws *laws, const int digit[], double x[]) {
         const bool unilateral = laws->width[k] == 0;
         const double side = digit[k] == 0 ? 0.0 : digit[k] == 1 ? -1.0 : 1.0;
         choice.held[k] = digit[k] == (unilateral ? 1 : 0);
-        put_limit(laws, k, unilateral ? 0.0 : side, &choice);
+        choice_limit(laws, k, unilateral ? 0.0 : side, &choice);
     }
     memset(x, 0, (size_t)laws->size * sizeof(double));
     return arena_leave(mark, laws_try(laws, &choice, x));

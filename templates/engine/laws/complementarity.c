@@ -7,12 +7,8 @@
 #include "choices.h"
 #include "cones.h"
 #include "elimination.h"
-#include "islands.h"
-#include "newton.h"
 #include "scale.h"
-
-/* Bound of the turns in which loads and slips in space are found. */
-enum { MOST_TURNS = 30 };
+#include "shares.h"
 
 /* The equations of the rows that hold at present. */
 static void choose_present(const Elimination *e, Choice *choice) {
@@ -25,32 +21,23 @@ static bool is_lone_contact(const Laws *laws) {
     return laws->size == 1 && laws->width[0] == 0;
 }
 
-/* A lone contact whose present mode breaks its law has one other mode only, which is tried. */
-static bool turns(const Laws *laws, const Choice *present, double x[]) {
-    if (!is_lone_contact(laws)) {
-        return false;
-    }
-    bool held = false;
-    double slope = 0.0, value = 0.0;
-    Choice other = {&held, &slope, &value};
-    other.held[0] = !present->held[0];
-    x[0] = 0.0;
-    return laws_try(laws, &other, x) && laws_bounded(laws, &other, x);
+/* Does a choice of equations lead to x[size] that obeys all laws, and its own limits exactly? */
+static bool choice_solves(const Laws *laws, const Choice *choice, double x[]) {
+    memset(x, 0, (size_t)laws->size * sizeof(double));
+    return laws_try(laws, choice, x) && laws_bounded(laws, choice, x);
 }
 
+/* A lone contact whose present mode breaks its law has one other mode only, which is tried. */
 static bool solve_laws(const Elimination *e, const Laws *laws, double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
-    Choice present = choice_take(laws->arena, laws->size);
-    memset(x, 0, (size_t)laws->size * sizeof(double));
-    choose_present(e, &present);
-    const bool goes_on = laws_try(laws, &present, x) && laws_bounded(laws, &present, x);
-    return arena_leave(mark, goes_on || turns(laws, &present, x) || cones_solve(laws, x));
-}
-
-/* Is this a row of friction, or the first one of its cone, that slips? */
-static bool gives_way_at(const Laws *laws, const double x[], int i) {
-    const int pair = laws->width[i] == 2 ? 1 : 0;
-    return laws->width[i] > 0 && !(laws_at_rest(laws, x, i) && laws_at_rest(laws, x, i + pair));
+    Choice choice = choice_take(laws->arena, laws->size);
+    choose_present(e, &choice);
+    bool solved = choice_solves(laws, &choice, x);
+    if (!solved && is_lone_contact(laws)) {
+        choice.held[0] = !choice.held[0];
+        solved = choice_solves(laws, &choice, x);
+    }
+    return arena_leave(mark, solved || cones_solve(laws, x));
 }
 
 /* Does a row slip that holds at present, and not only from now on? */
@@ -58,7 +45,7 @@ static bool breaks_loose(const Elimination *e, const Laws *laws, const double x[
     bool found = false;
     for (int i = 0; i < laws->size && !found; i++) {
         const Row *row = &e->problem->row[e->row[i]];
-        found = row->holds && !row->slid && gives_way_at(laws, x, i);
+        found = row->holds && !row->slid && laws_slips(laws, x, i);
     }
     return found;
 }
@@ -100,7 +87,7 @@ static void spare_holding(const Elimination *e, Laws *laws, double x[]) {
 static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
     bool any = false;
     for (int i = 0; i < laws->size; i++) {
-        if (!gives_way_at(laws, x, i)) {
+        if (!laws_slips(laws, x, i)) {
             continue;
         }
         const int pair = laws->width[i] == 2 ? 1 : 0;
@@ -114,56 +101,10 @@ static bool let_slip(const Elimination *e, const double x[], Laws *laws) {
     return any;
 }
 
-/* Does a cone slip? */
-static bool cone_slips(const Laws *laws, const double x[]) {
-    bool found = false;
-    for (int i = 0; i < laws->size && !found; i++) {
-        found = laws->width[i] == 2 && gives_way_at(laws, x, i);
-    }
-    return found;
-}
-
-/* Slips of cones turn with the loads that their friction follows. Under the limits of given loads they are those of a
-   convex problem; from other[size] on, both are found in turn. Returns whether other[] obeys the laws at last. The
-   room is that of laws_share and of three vectors. */
-static bool share_in_turn(const Laws *laws, double other[]) {
-    const ArenaMark mark = arena_mark(laws->arena);
-    const size_t size = (size_t)laws->size, bytes = size * sizeof(double);
-    bool shared = false, solved = true;
-    if (!arena_reserve(laws->arena, 2 * arena_bytes(size, bytes) + 23 * arena_bytes(bytes, 1))) {
-        return arena_leave(mark, false);
-    }
-    Laws given = *laws;
-    double *slips = (double *)arena_take(laws->arena, bytes);
-    given.base = (double *)arena_take(laws->arena, bytes);
-    given.slope = (double *)memset(arena_take(laws->arena, bytes), 0, bytes);
-    for (int turn = 0; turn < MOST_TURNS && solved && !shared; turn++) {
-        for (int k = 0; k < laws->size; k++) {
-            given.base[k] = laws->width[k] != 0 ? laws_limit(laws, other, k) : 0.0;
-        }
-        solved = newton_solve(&given, other, slips);
-        shared = solved && laws_share(laws, &given, slips, other);
-    }
-    return arena_leave(mark, shared);
-}
-
-/* Of all solutions with the same rows at rest and the same slips, x becomes that of least norm if it obeys the laws. */
-static void spread(const Laws *laws, double x[]) {
-    if (is_lone_contact(laws)) {
-        return; /* one row alone bears a unique load */
-    }
-    const ArenaMark mark = arena_mark(laws->arena);
-    const size_t bytes = (size_t)laws->size * sizeof(double);
-    double *other = (double *)arena_take(laws->arena, bytes);
-    if (laws_share(laws, laws, x, other) || (cone_slips(laws, x) && share_in_turn(laws, other))) {
-        memcpy(x, other, bytes);
-    }
-    arena_release(mark);
-}
-
 /* Eliminates what is linear and solves the laws that are left, for x[laws->size] of the arena. */
-static bool reduce_and_solve(const Problem *problem, Elimination *elimination, Laws *laws, double **solution) {
-    if (!eliminate_rows(problem, elimination, laws)) {
+static bool reduce_and_solve(const Problem *problem, const Islands *islands, int which, Elimination *elimination,
+                             Laws *laws, double **solution) {
+    if (!eliminate_rows(problem, islands, which, elimination, laws)) {
         return false;
     }
     double *x = (double *)arena_take(problem->arena, (size_t)laws->size * sizeof(double));
@@ -182,102 +123,71 @@ static bool reduce_and_solve(const Problem *problem, Elimination *elimination, L
     return solved;
 }
 
-/* Does a row slide whose friction other rows answer? Else accelerations are unique. */
-static bool any_slides(const Problem *problem) {
+/* Does a row of the island slide whose friction other rows answer? Else accelerations are unique. */
+static bool any_slides(const Problem *problem, const Islands *islands, int which) {
     bool found = false;
     for (int k = 0; k < problem->rows; k++) {
-        found = found || (problem->row[k].law == ROW_SLIDING && problem->row[k].friction > 0.0);
+        const Row *row = &problem->row[k];
+        found = found || (islands->island[k] == which && row->law == ROW_SLIDING && row->friction > 0.0);
     }
     return found;
-}
-
-/* complementarity_other for one island. */
-static int other_motion(const Problem *problem) {
-    const ArenaMark mark = arena_mark(problem->arena);
-    Elimination elimination;
-    Laws laws;
-    double *x;
-    int other = -1;
-    if (any_slides(problem) && reduce_and_solve(problem, &elimination, &laws, &x)) {
-        other = choices_other(&laws, x);
-        other = other < 0 ? -1 : elimination.row[other];
-    }
-    arena_release(mark);
-    return other;
 }
 
 int complementarity_other(const Problem *problem) {
     const ArenaMark mark = arena_mark(problem->arena);
     Islands islands;
     int other = -1;
-    if (any_slides(problem) && islands_find(problem, &islands)) {
-        for (int i = 0; i < islands.count && other < 0; i++) {
-            const ArenaMark between = arena_mark(problem->arena);
-            Island island;
-            other = island_take(problem, &islands, i, &island) ? other_motion(&island.problem) : -1;
-            other = other < 0 ? -1 : island.row[other];
-            arena_release(between);
+    if (!islands_find(problem, &islands)) {
+        arena_release(mark);
+        return -1;
+    }
+    for (int i = 0; i < islands.count && other < 0; i++) {
+        const ArenaMark between = arena_mark(problem->arena);
+        Elimination elimination;
+        Laws laws;
+        double *x;
+        if (any_slides(problem, &islands, i) && reduce_and_solve(problem, &islands, i, &elimination, &laws, &x)) {
+            const int moved = choices_other(&laws, x);
+            other = moved < 0 ? -1 : elimination.row[moved];
         }
+        arena_release(between);
     }
     arena_release(mark);
     return other;
 }
 
-/* lambda of one island. */
-static bool solve_island(const Problem *problem, double lambda[]) {
+/* Sets lambda of one island. */
+static bool solve_island(const Problem *problem, const Islands *islands, int which, double lambda[]) {
     const ArenaMark mark = arena_mark(problem->arena);
     Elimination elimination;
     Laws laws;
     double *x;
-    if (!reduce_and_solve(problem, &elimination, &laws, &x)) {
+    if (!reduce_and_solve(problem, islands, which, &elimination, &laws, &x)) {
         return arena_leave(mark, false);
     }
-    spread(&laws, x);
+    if (!is_lone_contact(&laws)) { /* one row alone bears a unique load */
+        shares_spread(&laws, x);
+    }
     laws_clear_pulls(&laws, HUGE_VAL, x);
-    for (int k = 0; problem->determined != NULL && k < problem->rows; k++) {
-        const int i = elimination.place[k];
-        problem->determined[k] = i >= 0 && laws.width[i] != 0 && laws.determined[i];
+    for (int i = 0; i < laws.size && problem->determined != NULL; i++) {
+        problem->determined[elimination.row[i]] = laws.width[i] != 0 && laws.determined[i];
     }
     recover_rows(&elimination, x, lambda);
     return arena_leave(mark, true);
 }
 
-static bool take_and_solve(const Problem *problem, const Islands *islands, int which, double lambda[]) {
-    const ArenaMark mark = arena_mark(problem->arena);
-    Island island;
-    if (!island_take(problem, islands, which, &island)) {
-        return arena_leave(mark, false);
-    }
-    const int n = island.problem.rows;
-    if (!arena_reserve(problem->arena, arena_bytes((size_t)n, sizeof(double)))) {
-        return arena_leave(mark, false);
-    }
-    double *own = (double *)arena_take(problem->arena, (size_t)n * sizeof(double));
-    if (!solve_island(&island.problem, own)) {
-        return arena_leave(mark, false);
-    }
-    for (int k = 0; k < n; k++) {
-        lambda[island.row[k]] = own[k];
-        if (problem->determined != NULL) {
-            problem->determined[island.row[k]] = island.problem.determined[k];
-        }
-    }
-    return arena_leave(mark, true);
-}
-
 /* w = free + delassus lambda. An entry becomes 0 where it is no more than rounding: of the terms of its own row, or of
    the greatest terms of all rows, which were solved together. */
-static bool evaluate_rows(const Problem *problem, const double lambda[], double w[]) {
+static bool evaluate_rows(const Problem *problem, const double scale[], const double lambda[], double w[]) {
     const ArenaMark mark = arena_mark(problem->arena);
     const int n = problem->rows;
     const size_t bytes = (size_t)n * sizeof(double);
     double greatest = 0.0;
-    if (!arena_reserve(problem->arena, 3 * arena_bytes(bytes, 1))) {
+    if (!arena_reserve(problem->arena, 2 * arena_bytes(bytes, 1))) {
         return false;
     }
-    double *terms = (double *)arena_take(problem->arena, bytes), *scale = (double *)arena_take(problem->arena, bytes);
+    double *terms = (double *)arena_take(problem->arena, bytes);
     int *acts = (int *)arena_take(problem->arena, (size_t)n * sizeof(int)), count = 0;
-    find_scales(n, problem->row, problem->delassus, n + 1, scale);
     for (int k = 0; k < n; k++) {
         acts[count] = k;
         count += lambda[k] != 0.0;
@@ -316,7 +226,7 @@ bool complementarity_solve(const Problem *problem, double lambda[], double w[]) 
     }
     bool solved = true;
     for (int i = 0; i < islands.count && solved; i++) {
-        solved = islands.count == 1 ? solve_island(problem, lambda) : take_and_solve(problem, &islands, i, lambda);
+        solved = solve_island(problem, &islands, i, lambda);
     }
-    return arena_leave(mark, solved && evaluate_rows(problem, lambda, w));
+    return arena_leave(mark, solved && evaluate_rows(problem, islands.scale, lambda, w));
 }

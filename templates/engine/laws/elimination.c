@@ -12,45 +12,20 @@ static bool is_active(const Row *row) {
     return row->law == ROW_UNILATERAL || row->law == ROW_TANGENTIAL || row->law == ROW_BOUNDED;
 }
 
-/* Is this the second tangential row of its contact? The rows before it of the same contact decide. */
-static bool is_second(const Row row[], int k) {
-    int before = 0;
-    for (int i = k - 1; i >= 0 && row[i].law == ROW_TANGENTIAL && row[i].normal == row[k].normal; i--) {
-        before++;
-    }
-    return row[k].law == ROW_TANGENTIAL && before % 2 == 1;
-}
-
-static double scale_for(double diagonal) {
-    return diagonal > 0.0 ? 1.0 / sqrt(diagonal) : 1.0;
-}
-
-void find_scales(int rows, const Row row[], const double diagonal[], int apart, double scale[]) {
-    for (int k = 0; k < rows; k++) {
-        scale[k] = scale_for(diagonal[k * apart]);
-        if (k > 0 && is_second(row, k)) {
-            scale[k] = scale_for(0.5 * (diagonal[k * apart] + diagonal[(k - 1) * apart]));
-            scale[k - 1] = scale[k];
-        }
-    }
-}
-
 static void scale_rows(Elimination *e) {
     const Problem *problem = e->problem;
     const int n = problem->rows;
-    find_scales(n, problem->row, problem->delassus, n + 1, e->scale);
-    for (int i = 0; i < n; i++) {
-        e->free[i] = e->scale[i] * problem->free[i];
-    }
     for (int a = 0; a < e->kept; a++) {
+        const int i = e->row_kept[a];
+        e->free[i] = e->scale[i] * problem->free[i];
         for (int b = 0; b < e->kept; b++) {
-            const int i = e->row_kept[a], j = e->row_kept[b];
+            const int j = e->row_kept[b];
             e->delassus[a * e->kept + b] = e->scale[i] * problem->delassus[i * n + j] * e->scale[j];
         }
     }
 }
 
-/* An entry of the scaled operator for two rows that are not free. */
+/* An entry of the scaled operator for two rows that are kept. */
 static double reduced_entry(const Elimination *e, int row, int column) {
     return e->delassus[e->place_kept[row] * e->kept + e->place_kept[column]];
 }
@@ -111,7 +86,7 @@ static void solve_lower(const Elimination *e, const double column[], double y[])
     }
 }
 
-/* Adds w of all rows that are not free for lambda of a row that is not free. */
+/* Adds w of all rows that are kept for lambda of one of them. */
 static void add_column(const Elimination *e, int row, double lambda, double column[]) {
     for (int a = 0; a < e->kept; a++) {
         column[e->row_kept[a]] += e->delassus[a * e->kept + e->place_kept[row]] * lambda;
@@ -124,12 +99,15 @@ static double drag(const Elimination *e, int row) {
     return -sliding->friction * sliding->value * e->scale[sliding->normal] / e->scale[row];
 }
 
-/* column[rows] = w of all rows that are not free, for lambda 1 of an active row and the friction that this makes where
-   rows slide. */
+/* column[rows] = w of all rows that are kept, for lambda 1 of an active row and the friction that this makes where rows
+   slide. */
 static void column_of(const Elimination *e, int row, double column[]) {
-    memset(column, 0, (size_t)e->problem->rows * sizeof(double));
+    for (int a = 0; a < e->kept; a++) {
+        column[e->row_kept[a]] = 0.0;
+    }
     add_column(e, row, 1.0, column);
-    for (int k = 0; k < e->problem->rows; k++) {
+    for (int a = 0; a < e->kept; a++) {
+        const int k = e->row_kept[a];
         if (e->problem->row[k].law == ROW_SLIDING && e->problem->row[k].normal == row) {
             add_column(e, k, drag(e, k), column);
         }
@@ -145,21 +123,23 @@ static double given(const Elimination *e, int row) {
     return it->law == ROW_SLIDING ? drag(e, row) * value : value;
 }
 
-static void find_rows(Elimination *e) {
+static void find_rows(const Islands *islands, int which, Elimination *e) {
     e->active = 0;
     e->bilateral = 0;
     e->kept = 0;
     for (int k = 0; k < e->problem->rows; k++) {
         const Row *row = &e->problem->row[k];
-        e->place[k] = is_active(row) ? e->active : -1;
-        e->place_kept[k] = row->law != ROW_FREE ? e->kept : -1;
-        if (row->law != ROW_FREE) {
-            e->row_kept[e->kept++] = k;
+        e->place[k] = e->place_kept[k] = -1;
+        if (row->law == ROW_FREE || islands->island[k] != which) {
+            continue;
         }
+        e->place_kept[k] = e->kept;
+        e->row_kept[e->kept++] = k;
         if (row->law == ROW_BILATERAL) {
             e->order[e->bilateral++] = k;
         }
         if (is_active(row)) {
+            e->place[k] = e->active;
             e->row[e->active++] = k;
         }
     }
@@ -217,7 +197,6 @@ static double difference(double a, const double b[], const double c[], int count
 static void take_rows(Elimination *e) {
     Arena *arena = e->problem->arena;
     const size_t rows = (size_t)e->problem->rows;
-    e->scale = (double *)arena_take(arena, rows * sizeof(double));
     e->free = (double *)arena_take(arena, rows * sizeof(double));
     e->row_kept = (int *)arena_take(arena, rows * sizeof(int));
     e->place_kept = (int *)arena_take(arena, rows * sizeof(int));
@@ -252,7 +231,9 @@ static void fill_laws(const Elimination *e, Laws *laws) {
     double *known = (double *)arena_take(problem->arena, bytes);
     double *seen = (double *)arena_take(problem->arena, bytes);
     double *response = (double *)arena_take(problem->arena, (size_t)(e->active * m) * sizeof(double));
-    memcpy(column, e->free, bytes);
+    for (int a = 0; a < e->kept; a++) {
+        column[e->row_kept[a]] = e->free[e->row_kept[a]];
+    }
     for (int a = 0; a < e->kept; a++) {
         add_column(e, e->row_kept[a], given(e, e->row_kept[a]), column);
     }
@@ -277,13 +258,14 @@ static void fill_laws(const Elimination *e, Laws *laws) {
     arena_release(mark);
 }
 
-bool eliminate_rows(const Problem *problem, Elimination *e, Laws *laws) {
+bool eliminate_rows(const Problem *problem, const Islands *islands, int which, Elimination *e, Laws *laws) {
     e->problem = problem;
+    e->scale = islands->scale;
     if (!arena_reserve(problem->arena, (5 * (size_t)problem->rows + 16) * sizeof(double))) {
         return false;
     }
     take_rows(e);
-    find_rows(e);
+    find_rows(islands, which, e);
     if (!reserve_matrices(problem, (size_t)e->kept, (size_t)e->active, (size_t)e->bilateral)) {
         return false;
     }
@@ -322,18 +304,19 @@ static void solve_bilateral(const Elimination *e, double lambda[]) {
 }
 
 void recover_rows(const Elimination *e, const double x[], double lambda[]) {
-    const int n = e->problem->rows;
-    for (int k = 0; k < n; k++) {
+    for (int a = 0; a < e->kept; a++) {
+        const int k = e->row_kept[a];
         lambda[k] = given(e, k) + (e->place[k] >= 0 ? x[e->place[k]] : 0.0);
     }
-    for (int k = 0; k < n; k++) {
+    for (int a = 0; a < e->kept; a++) {
+        const int k = e->row_kept[a];
         const Row *row = &e->problem->row[k];
         if (row->law == ROW_SLIDING && e->place[row->normal] >= 0) {
             lambda[k] = drag(e, k) * lambda[row->normal];
         }
     }
     solve_bilateral(e, lambda);
-    for (int k = 0; k < n; k++) {
-        lambda[k] *= e->scale[k];
+    for (int a = 0; a < e->kept; a++) {
+        lambda[e->row_kept[a]] *= e->scale[e->row_kept[a]];
     }
 }

@@ -21,8 +21,7 @@ typedef struct {
     double after[SIZE_ROWS];
 } Round;
 
-/* Rows that bear no impulse but bilateral ones. The velocities are those to start from. */
-static Problem describe_impacts(const ImpactProblem *problem, const double velocities[], Row rows[]) {
+Problem impacts_describe(const ImpactProblem *problem, const double velocities[], Row rows[]) {
     for (int k = 0; k < problem->rows; k++) {
         memset(&rows[k], 0, sizeof rows[k]);
         rows[k].law = problem->bilateral[k] ? ROW_BILATERAL : ROW_FREE;
@@ -34,13 +33,11 @@ static Problem describe_impacts(const ImpactProblem *problem, const double veloc
                      .row = rows};
 }
 
-/* A contact that takes part, with this least normal impulse. */
-static void add_contact(const Round *round, int c, double least, Row rows[]) {
-    const ImpactContact *contact = &round->problem->contact[c];
-    rows[contact->normal].law = ROW_UNILATERAL;
+void impacts_add(const ImpactContact *contact, bool stops, double least, Row rows[]) {
+    rows[contact->normal].law = stops ? ROW_BILATERAL : ROW_UNILATERAL;
     rows[contact->normal].value = least;
     for (int k = contact->slip; k < contact->slip + contact->slips; k++) {
-        rows[k].law = ROW_TANGENTIAL;
+        rows[k].law = stops ? ROW_BILATERAL : ROW_TANGENTIAL;
         rows[k].normal = contact->normal;
         rows[k].friction = contact->friction;
         rows[k].holding = contact->friction;
@@ -55,11 +52,11 @@ static bool newton(Round *round) {
     WORK(mark, double, w, SIZE_ROWS);
     const ImpactProblem *problem = round->problem;
     memcpy(free, round->before, SIZE_ROWS * sizeof(double));
-    const Problem laws = describe_impacts(problem, free, rows);
+    const Problem laws = impacts_describe(problem, free, rows);
     for (int c = 0; c < problem->contacts; c++) {
         if (round->takes_part[c]) {
             const int k = problem->contact[c].normal;
-            add_contact(round, c, 0.0, rows);
+            impacts_add(&problem->contact[c], false, 0.0, rows);
             free[k] += round->restitution[c] * fmin(round->before[k], 0.0);
         }
     }
@@ -81,12 +78,13 @@ static bool poisson(Round *round, double part) {
     WORK(mark, double, compression, SIZE_ROWS);
     WORK(mark, double, middle, SIZE_ROWS);
     const ImpactProblem *problem = round->problem;
-    Problem laws = describe_impacts(problem, round->before, rows);
+    Problem laws = impacts_describe(problem, round->before, rows);
     for (int phase = 0; phase < 2; phase++) {
         for (int c = 0; c < problem->contacts; c++) {
-            const double returned = part * round->restitution[c];
+            const ImpactContact *contact = &problem->contact[c];
+            const double least = phase == 0 ? 0.0 : part * round->restitution[c] * compression[contact->normal];
             if (round->takes_part[c]) {
-                add_contact(round, c, phase == 0 ? 0.0 : returned * compression[problem->contact[c].normal], rows);
+                impacts_add(contact, false, least, rows);
             }
         }
         laws.free = phase == 0 ? round->before : middle;

@@ -8,7 +8,7 @@
 
 #include <stdbool.h>
 
-#include "arena.h"
+#include "contact_rows.h"
 #include "mechanism.h"
 
 typedef enum {
@@ -58,5 +58,11 @@ typedef struct {
 /* Resolves an impact, or goes on with it: *result is that of the earlier calls, zeros in the first one. False: there is
    no memory, as problem->arena tells, or no solution, as between bodies whose motions are all prescribed. */
 bool impacts_solve(const ImpactProblem *problem, ImpactOrder order, ImpactResult *result);
+
+/* The problem from these velocities[rows] on, with rows[rows] that bear no impulse but bilateral ones. */
+Problem impacts_describe(const ImpactProblem *problem, const double velocities[], Row rows[]);
+
+/* Adds a contact that takes part, with this least normal impulse, or stops along all its rows. */
+void impacts_add(const ImpactContact *contact, bool stops, double least, Row rows[]);
 
 #endif

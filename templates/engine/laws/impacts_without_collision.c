@@ -13,16 +13,6 @@ static bool impact_slides(const ImpactProblem *problem, int c) {
     return contact->loaded && contact->friction > 0.0 && slip > 0.0;
 }
 
-static void put_law(const ImpactContact *contact, bool stops, Row rows[]) {
-    rows[contact->normal].law = stops ? ROW_BILATERAL : ROW_UNILATERAL;
-    for (int k = contact->slip; k < contact->slip + contact->slips; k++) {
-        rows[k].law = stops ? ROW_BILATERAL : ROW_TANGENTIAL;
-        rows[k].normal = contact->normal;
-        rows[k].friction = contact->friction;
-        rows[k].holding = contact->friction;
-    }
-}
-
 /* Is the impulse that stops a contact within its friction cone? */
 static bool possible(const ImpactContact *contact, const double impulses[]) {
     const double normal = impulses[contact->normal];
@@ -34,19 +24,11 @@ static bool possible(const ImpactContact *contact, const double impulses[]) {
 static bool stop(const ImpactProblem *problem, int only, ImpactResult *result) {
     const ArenaMark mark = arena_mark(problem->arena);
     WORK(mark, Row, rows, SIZE_ROWS);
-    const Problem laws = {.arena = problem->arena,
-                          .rows = problem->rows,
-                          .delassus = problem->delassus,
-                          .free = problem->velocities,
-                          .row = rows};
-    memset(rows, 0, SIZE_ROWS * sizeof(Row));
-    for (int k = 0; k < problem->rows; k++) {
-        rows[k].law = problem->bilateral[k] ? ROW_BILATERAL : ROW_FREE;
-    }
+    const Problem laws = impacts_describe(problem, problem->velocities, rows);
     for (int c = 0; c < problem->contacts; c++) {
         result->counts[c] = impact_slides(problem, c) && (only < 0 || c == only) ? 1 : 0;
         if (problem->contact[c].loaded) {
-            put_law(&problem->contact[c], result->counts[c] > 0, rows);
+            impacts_add(&problem->contact[c], result->counts[c] > 0, 0.0, rows);
         }
     }
     bool stopped = false;

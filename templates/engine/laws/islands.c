@@ -2,7 +2,30 @@
    of a row of friction and its normal. Each row is visited once, and then looks at all others. */
 #include "islands.h"
 
+#include <math.h>
 #include <string.h>
+
+bool is_second(const Row row[], int k) {
+    int before = 0;
+    for (int i = k - 1; i >= 0 && row[i].law == ROW_TANGENTIAL && row[i].normal == row[k].normal; i--) {
+        before++;
+    }
+    return row[k].law == ROW_TANGENTIAL && before % 2 == 1;
+}
+
+static double scale_for(double diagonal) {
+    return diagonal > 0.0 ? 1.0 / sqrt(diagonal) : 1.0;
+}
+
+void find_scales(int rows, const Row row[], const double diagonal[], int apart, double scale[]) {
+    for (int k = 0; k < rows; k++) {
+        scale[k] = scale_for(diagonal[k * apart]);
+        if (k > 0 && is_second(row, k)) {
+            scale[k] = scale_for(0.5 * (diagonal[k * apart] + diagonal[(k - 1) * apart]));
+            scale[k - 1] = scale[k];
+        }
+    }
+}
 
 static bool has_normal(const Row *row) {
     return row->law == ROW_TANGENTIAL || row->law == ROW_SLIDING;
@@ -34,10 +57,13 @@ static void visit(const Problem *problem, Islands *islands, int first, int waiti
 
 bool islands_find(const Problem *problem, Islands *islands) {
     const size_t bytes = (size_t)problem->rows * sizeof(int);
-    if (!arena_reserve(problem->arena, 2 * arena_bytes(bytes, 1))) {
+    const size_t numbers = (size_t)problem->rows * sizeof(double);
+    if (!arena_reserve(problem->arena, 2 * arena_bytes(bytes, 1) + arena_bytes(numbers, 1))) {
         return false;
     }
     islands->island = (int *)arena_take(problem->arena, bytes);
+    islands->scale = (double *)arena_take(problem->arena, numbers);
+    find_scales(problem->rows, problem->row, problem->delassus, problem->rows + 1, islands->scale);
     const ArenaMark mark = arena_mark(problem->arena);
     int *waiting = (int *)arena_take(problem->arena, bytes);
     islands->count = 0;
@@ -48,53 +74,4 @@ bool islands_find(const Problem *problem, Islands *islands) {
         }
     }
     return arena_leave(mark, true);
-}
-
-static void copy_rows(const Problem *problem, const Island *island, const int place[], double delassus[],
-                      double free_motion[], Row rows[]) {
-    const int n = island->problem.rows;
-    for (int a = 0; a < n; a++) {
-        const int i = island->row[a];
-        rows[a] = problem->row[i];
-        rows[a].normal = has_normal(&rows[a]) ? place[rows[a].normal] : 0;
-        free_motion[a] = problem->free[i];
-        for (int b = 0; b < n; b++) {
-            delassus[a * n + b] = problem->delassus[i * problem->rows + island->row[b]];
-        }
-    }
-}
-
-bool island_take(const Problem *problem, const Islands *islands, int which, Island *island) {
-    Arena *arena = problem->arena;
-    const size_t rows = (size_t)problem->rows;
-    size_t n = 0;
-    for (size_t k = 0; k < rows; k++) {
-        n += islands->island[k] == which;
-    }
-    const size_t bytes = arena_bytes(n * n + n, sizeof(double)) + arena_bytes(n, sizeof(Row)) +
-                         arena_bytes(n, sizeof(int)) + arena_bytes(rows, sizeof(int)) + arena_bytes(n, sizeof(bool));
-    if (!arena_reserve(arena, bytes)) {
-        return false;
-    }
-    double *delassus = (double *)arena_take(arena, (n * n + n) * sizeof(double)), *free_motion = delassus + n * n;
-    Row *row = (Row *)arena_take(arena, n * sizeof(Row));
-    bool *determined = (bool *)arena_take(arena, n * sizeof(bool));
-    island->row = (int *)arena_take(arena, n * sizeof(int));
-    const ArenaMark mark = arena_mark(arena);
-    int *place = (int *)arena_take(arena, rows * sizeof(int));
-    for (int k = 0, next = 0; k < problem->rows; k++) {
-        if (islands->island[k] == which) {
-            place[k] = next;
-            island->row[next++] = k;
-        }
-    }
-    island->problem = (Problem){.arena = arena,
-                                .rows = (int)n,
-                                .delassus = delassus,
-                                .free = free_motion,
-                                .row = row,
-                                .determined = problem->determined == NULL ? NULL : determined};
-    copy_rows(problem, island, place, delassus, free_motion, row);
-    arena_release(mark);
-    return true;
 }

@@ -43,6 +43,11 @@ Choice choice_take(Arena *arena, int size) {
                     .value = (double *)take_zeros(arena, n * sizeof(double))};
 }
 
+void choice_limit(const Laws *laws, int k, double side, Choice *choice) {
+    choice->value[k] = side * laws->base[k];
+    choice->slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
+}
+
 void laws_evaluate(const Laws *laws, const double x[], double w[]) {
     sparse_multiply(&laws->matrix, x, w);
     for (int i = 0; i < laws->size; i++) {
@@ -193,70 +198,13 @@ bool laws_at_rest(const Laws *laws, const double x[], int k) {
     return fabs(w) <= ACCEPTED * laws_terms(laws, x, k);
 }
 
-bool laws_rest_alike(const Laws *laws, const double x[], const double other[]) {
-    bool alike = true;
-    for (int k = 0; k < laws->size && alike; k++) {
-        alike = laws->width[k] == 0 || !laws_at_rest(laws, x, k) || laws_at_rest(laws, other, k);
-    }
-    return alike;
+bool laws_slips(const Laws *laws, const double x[], int k) {
+    const int rows = laws->width[k];
+    return rows > 0 && !(laws_at_rest(laws, x, k) && laws_at_rest(laws, x, k + rows - 1));
 }
 
 void laws_clear_pulls(const Laws *laws, double most, double x[]) {
     for (int k = 0; k < laws->size; k++) {
         x[k] = laws->width[k] == 0 && x[k] < 0.0 && -x[k] <= most ? 0.0 : x[k];
     }
-}
-
-/* The part of its limit that a row of friction which slips bears. A contact that bears nothing, to rounding, has none
-   yet: it is against the slip. */
-static double slipping_side(const Laws *laws, const double x[], const double w[], double rounding, int k) {
-    const int first = laws->width[k] < 0 ? k - 1 : k, rows = laws->width[first];
-    const double limit = laws_limit(laws, x, k), slip = vector_length(w + first, rows);
-    const bool rubs = limit > rounding && vector_length(x + first, rows) > 0.5 * limit;
-    return rubs ? x[k] / limit : slip > 0.0 ? -w[k] / slip : 0.0;
-}
-
-/* Rows of friction that are held beyond their limit bear no more than it. Returns whether there are any. */
-static bool give_way(const Laws *laws, const double x[], Choice *choice) {
-    bool any = false;
-    for (int k = 0; k < laws->size; k++) {
-        const int rows = laws->width[k];
-        const double force = rows > 0 ? vector_length(x + k, rows) : 0.0;
-        if (rows <= 0 || !choice->held[k] || force <= laws_limit(laws, x, k) + NOISE * laws_terms(laws, x, k)) {
-            continue;
-        }
-        any = true;
-        for (int i = k; i < k + rows; i++) {
-            choice->held[i] = false;
-            choice->slope[i] = laws->normal[i] >= 0 ? x[i] / force * laws->slope[i] : 0.0;
-            choice->value[i] = x[i] / force * laws->base[i];
-        }
-    }
-    return any;
-}
-
-bool laws_share(const Laws *laws, const Laws *found, const double x[], double other[]) {
-    const ArenaMark mark = arena_mark(laws->arena);
-    Choice choice = choice_take(laws->arena, laws->size);
-    const size_t bytes = (size_t)laws->size * sizeof(double);
-    double *w = (double *)arena_take(laws->arena, bytes);
-    const double rounding = NOISE * vector_greatest(x, laws->size);
-    laws_evaluate(laws, x, w);
-    for (int k = 0; k < laws->size; k++) {
-        choice.held[k] = laws_at_rest(laws, x, k);
-        if (laws->width[k] != 0 && !choice.held[k]) {
-            const double side = slipping_side(found, x, w, rounding, k);
-            choice.slope[k] = laws->normal[k] >= 0 ? side * laws->slope[k] : 0.0;
-            choice.value[k] = side * laws->base[k];
-        }
-    }
-    bool obeyed, gives = false;
-    do {
-        memset(other, 0, bytes);
-        obeyed = laws_try(laws, &choice, other);
-        laws_clear_pulls(laws, NOISE * vector_greatest(other, laws->size), other);
-        obeyed = obeyed && laws_bounded(laws, &choice, other) && (!gives || laws_rest_alike(laws, x, other));
-        gives = !obeyed && give_way(laws, other, &choice);
-    } while (gives);
-    return arena_leave(mark, obeyed);
 }

@@ -40,6 +40,9 @@ Laws laws_take(Arena *arena, Sparse matrix);
 /* A choice with zeros, of the arena. */
 Choice choice_take(Arena *arena, int size);
 
+/* Chooses that x of a row of friction is its limit, on this side. */
+void choice_limit(const Laws *laws, int k, double side, Choice *choice);
+
 /* w[size] for x[size]. */
 void laws_evaluate(const Laws *laws, const double x[], double w[]);
 
@@ -63,19 +66,13 @@ bool laws_bounded(const Laws *laws, const Choice *choice, const double x[]);
 /* Contacts that pull, by no more than `most`, bear nothing. */
 void laws_clear_pulls(const Laws *laws, double most, double x[]);
 
-/* Rows that stay at rest may share a load in many ways: other[size] becomes the one of least norm with the same rows at
-   rest and the same sides of friction as x[size], which was found under the limits of `found`. Rows of friction that
-   would bear more than their limit bear it, and the others what is left. Returns whether other obeys the laws. The
-   arena has room for two full matrices and 20 vectors. */
-bool laws_share(const Laws *laws, const Laws *found, const double x[], double other[]);
-
 /* The greatest magnitude of x[k] of a row of friction. */
 double laws_limit(const Laws *laws, const double x[], int k);
 
 /* Is w of this row 0, to rounding? */
 bool laws_at_rest(const Laws *laws, const double x[], int k);
 
-/* Do the rows of friction that rest with the forces x[size] rest with other[size], too? */
-bool laws_rest_alike(const Laws *laws, const double x[], const double other[]);
+/* Does this row of friction, or the first one of its cone, slip? */
+bool laws_slips(const Laws *laws, const double x[], int k);
 
 #endif

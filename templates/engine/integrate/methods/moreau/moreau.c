@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "contact_events.h"
+#include "fixed_steps.h"
 #include "inputs.h"
 #include "scale.h"
-#include "solver.h"
 #include "step_failure.h"
 #include "step_impulses.h"
 #include "step_modes.h"
@@ -161,23 +161,7 @@ bool solver_step(Instance *instance, Step step) {
     return true;
 }
 
-/* Steps of fixed length need none of the next functions. */
-double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
-    (void)instance;
-    (void)step;
-    (void)tolerance;
-    *worst = 0;
-    return 0.0;
-}
-
 double solver_stiffness(const Instance *instance) {
     (void)instance;
     return 0.0;
-}
-
-bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
-    (void)instance;
-    (void)step;
-    (void)terms;
-    return true;
 }

@@ -79,7 +79,9 @@ void choose_rows(SolverScratch *scratch, const bool which[]) {
     chosen->yielding = false;
 }
 
-bool solve_chosen(Arena *arena, ChosenRows *chosen, double w[]) {
+/* Solves the problem of the chosen rows from lambda, and for their velocities w unless it is NULL; false if much more
+   than rounding is left. Work is done in the arena. */
+static bool solve_chosen(Arena *arena, ChosenRows *chosen, double w[]) {
     RowsMet *met = &chosen->met;
     const SparseProblem problem = {.arena = arena,
                                    .delassus = {met->count, met->start, met->column, met->value},
@@ -88,6 +90,20 @@ bool solve_chosen(Arena *arena, ChosenRows *chosen, double w[]) {
                                    .yielding = &chosen->yielding,
                                    .few = &chosen->few};
     return complementarity_large(&problem, MOST_ROUNDS, chosen->lambda, w);
+}
+
+void undo_chosen(Instance *instance, const double needs[], double pushes[], double changes[]) {
+    ChosenRows *chosen = &instance->scratch.solver.chosen;
+    for (int i = 0; i < chosen->met.count; i++) {
+        chosen->free[i] = needs[chosen->met.rows[i]];
+        chosen->lambda[i] = 0.0;
+    }
+    solve_chosen(instance->arena, chosen, NULL); /* the best that was found is a step forward, too */
+    memset(pushes, 0, K * sizeof(double));
+    for (int i = 0; i < chosen->met.count; i++) {
+        pushes[chosen->met.rows[i]] = chosen->lambda[i];
+    }
+    stepped_respond(instance, pushes, changes);
 }
 
 /* A contact touches if its gap would be closed at the end of the step, or if it was closed before. Without the forces
@@ -125,19 +141,9 @@ static void find_reversals(Instance *instance) {
     WORK_ZEROS(mark, bool, permanent, K);
     WORK(mark, double, changes, N);
     SolverScratch *scratch = &instance->scratch.solver;
-    ChosenRows *chosen = &scratch->chosen;
-    memset(scratch->reversals, 0, sizeof scratch->reversals);
     memset(permanent, true, N_PERMANENT * sizeof(bool));
     choose_rows(scratch, permanent);
-    for (int i = 0; i < chosen->met.count; i++) {
-        chosen->free[i] = scratch->at.velocities[chosen->met.rows[i]];
-        chosen->lambda[i] = 0.0;
-    }
-    solve_chosen(instance->arena, chosen, NULL); /* the best that was found is a step forward, too */
-    for (int i = 0; i < chosen->met.count; i++) {
-        scratch->reversals[chosen->met.rows[i]] = chosen->lambda[i];
-    }
-    stepped_respond(instance, scratch->reversals, changes);
+    undo_chosen(instance, scratch->at.velocities, scratch->reversals, changes);
     for (int i = 0; i < scratch->met.count; i++) {
         const int row = scratch->met.rows[i];
         scratch->at.velocities[row] += stepped_along(&scratch->at, row, changes);

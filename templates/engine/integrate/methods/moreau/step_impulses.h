@@ -9,9 +9,9 @@
 /* The problem of the chosen rows of scratch.solver, with its Delassus operator and without laws. */
 void choose_rows(SolverScratch *scratch, const bool which[]);
 
-/* Solves the problem of the chosen rows from lambda, and for their velocities w unless it is NULL; false if much more
-   than rounding is left. Work is done in the arena. */
-bool solve_chosen(Arena *arena, ChosenRows *chosen, double w[]);
+/* Finds pushes[m] of the chosen rows, 0 of others, and changes[n] of the coordinates that follow: with them needs[m]
+   along the chosen rows become 0, or obey their laws. */
+void undo_chosen(Instance *instance, const double needs[], double pushes[], double changes[]);
 
 /* Finds who takes part in a step of this length (s) and with which coefficients, in scratch.solver; time and states are
    those where it was measured. Returns false, with instance->failure, if a coefficient of restitution is not between 0

@@ -66,27 +66,12 @@ static double find_needs(const SolverScratch *scratch, const bool moved[], int *
     return worst;
 }
 
-/* The problem of the rows to be moved, by their positions. */
-static void choose_positions(SolverScratch *scratch, const SteppedRows *at, const bool moved[]) {
-    ChosenRows *chosen = &scratch->chosen;
-    choose_rows(scratch, moved);
-    for (int i = 0; i < chosen->met.count; i++) {
-        chosen->free[i] = at->positions[chosen->met.rows[i]];
-        chosen->lambda[i] = 0.0;
-    }
-}
-
-/* Moves q by what the chosen rows need. */
-static void correct_positions(Instance *instance, double q[]) {
+/* Moves q[n] by what the chosen rows need at these positions[m]. */
+static void correct_positions(Instance *instance, const double positions[], double q[]) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK_ZEROS(mark, double, pushes, K);
+    WORK(mark, double, pushes, K);
     WORK(mark, double, changes, N);
-    ChosenRows *chosen = &instance->scratch.solver.chosen;
-    solve_chosen(instance->arena, chosen, NULL); /* the best that was found is a step forward, too */
-    for (int i = 0; i < chosen->met.count; i++) {
-        pushes[chosen->met.rows[i]] = chosen->lambda[i];
-    }
-    stepped_respond(instance, pushes, changes);
+    undo_chosen(instance, positions, pushes, changes);
     for (int i = 0; i < N; i++) {
         q[i] += changes[i];
     }
@@ -120,8 +105,8 @@ static void correct_middle(Instance *instance, double q[]) {
     memset(scratch->active, true, HELD * sizeof(bool));
     scratch->nominal = true;
     stepped_meet(instance);
-    choose_positions(scratch, &scratch->at, scratch->active);
-    correct_positions(instance, q);
+    choose_rows(scratch, scratch->active);
+    correct_positions(instance, scratch->at.positions, q);
     scratch->nominal = false;
 }
 
@@ -158,9 +143,9 @@ static bool fail_positions(Instance *instance, double time, int row, double resi
 /* Moves q by what the rows need at the end. */
 static void correct_end(Instance *instance, const bool moved[], double q[]) {
     SolverScratch *scratch = &instance->scratch.solver;
-    choose_positions(scratch, &scratch->end, moved);
+    choose_rows(scratch, moved);
     allow_opening(scratch);
-    correct_positions(instance, q);
+    correct_positions(instance, scratch->end.positions, q);
 }
 
 /* Moves q by what the gaps of closed contacts will need at the end, before they are measured. A path through the middle

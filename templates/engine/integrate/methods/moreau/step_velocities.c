@@ -21,23 +21,13 @@ static bool constraints_move(const SolverScratch *scratch) {
 /* Moves qd[n] by what the velocities along the rows need; their residual is that of the rows in the middle. */
 static void project_velocities(Instance *instance, double qd[], double *dissipated) {
     const ArenaMark mark = arena_mark(instance->arena);
-    WORK_ZEROS(mark, double, pushes, K);
+    WORK(mark, double, pushes, K);
     WORK(mark, double, changes, N);
     WORK_ZEROS(mark, bool, permanent, K);
-    SolverScratch *scratch = &instance->scratch.solver;
-    SteppedRows *end = &scratch->end;
-    ChosenRows *chosen = &scratch->chosen;
+    SteppedRows *end = &instance->scratch.solver.end;
     memset(permanent, true, N_PERMANENT * sizeof(bool));
-    choose_rows(scratch, permanent);
-    for (int i = 0; i < chosen->met.count; i++) {
-        chosen->free[i] = end->velocities[chosen->met.rows[i]];
-        chosen->lambda[i] = 0.0;
-    }
-    solve_chosen(instance->arena, chosen, NULL); /* the best that was found is a step forward, too */
-    for (int i = 0; i < chosen->met.count; i++) {
-        pushes[chosen->met.rows[i]] = chosen->lambda[i];
-    }
-    stepped_respond(instance, pushes, changes);
+    choose_rows(&instance->scratch.solver, permanent);
+    undo_chosen(instance, end->velocities, pushes, changes);
     for (int i = 0; i < N; i++) {
         qd[i] += changes[i];
     }

@@ -100,12 +100,6 @@ double stepped_along(const SteppedRows *at, int row, const double vector[]) {
     return sum;
 }
 
-void stepped_add(const SteppedRows *at, int row, double factor, double vector[]) {
-    for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1]; e++) {
-        vector[ENTRY_COLUMNS[e]] += factor * at->entries[e];
-    }
-}
-
 /* G_row . response[n] in the blocks that belong to the row owner. */
 static double along_in(const SteppedRows *at, int row, const double response[], const int owners[], int owner) {
     double sum = 0.0;
@@ -171,7 +165,18 @@ static void meet_all(RowsMet *met) {
     met->start[met->count] = met->count * met->count;
 }
 
-/* Notes for each active row which active rows it meets: those that touch one of its blocks, and itself. */
+/* Are the rows numbered just as these would be? */
+static bool rows_numbered(const RowsMet *met, const bool which[]) {
+    int count = 0;
+    bool same = true;
+    for (int row = 0; row < K && same; row++) {
+        same = met->index[row] == (which[row] ? count++ : -1);
+    }
+    return same && met->count == count && count > 0;
+}
+
+/* Notes for each active row which active rows it meets: those that touch one of its blocks, and itself. Most steps have
+   the active rows of the step before. */
 static void find_meetings(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, int, starts, N_BLOCKS + 1);
@@ -179,9 +184,15 @@ static void find_meetings(Instance *instance) {
     WORK(mark, int, list, SIZE_TOUCHES);
     RowsMet *met = &instance->scratch.solver.met;
     int entries = 0;
-    rows_number(met, instance->scratch.solver.active);
+    const bool *active = instance->scratch.solver.active;
+    const bool same = !ONE_BLOCK && rows_numbered(met, active);
+    if (!same) {
+        rows_number(met, active);
+    }
     if (ONE_BLOCK) {
         meet_all(met);
+    }
+    if (ONE_BLOCK || same) {
         arena_release(mark);
         return;
     }
@@ -313,8 +324,8 @@ void stepped_respond(const Instance *instance, const double impulses[], double c
         return;
     }
     for (int row = 0; row < K; row++) {
-        if (impulses[row] != 0.0) {
-            stepped_add(&scratch->at, row, impulses[row], push);
+        for (int e = ENTRY_STARTS[row]; e < ENTRY_STARTS[row + 1] && impulses[row] != 0.0; e++) {
+            push[ENTRY_COLUMNS[e]] += impulses[row] * scratch->at.entries[e];
         }
     }
     divide(instance, push, changes);

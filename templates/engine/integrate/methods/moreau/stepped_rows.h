@@ -28,9 +28,8 @@ bool stepped_further(Instance *instance, double time, const double states[], con
 /* accelerations[n] without forces of rows, by what stepped_measure found. */
 void stepped_accelerate(const Instance *instance, double accelerations[]);
 
-/* G_row . vector[n], and vector[n] += factor G_row. */
+/* G_row . vector[n]. */
 double stepped_along(const SteppedRows *at, int row, const double vector[]);
-void stepped_add(const SteppedRows *at, int row, double factor, double vector[]);
 
 /* Numbers these rows in order. */
 void rows_number(RowsMet *met, const bool which[]);

@@ -20,6 +20,7 @@
 #include <string.h>
 
 #include "derivative.h"
+#include "fixed_steps.h"
 #include "jacobian.h"
 #include "lu.h"
 #include "ros2.h"
@@ -135,22 +136,6 @@ bool solver_step(Instance *instance, Step step) {
     return arena_leave(mark, true);
 }
 
-/* Steps of fixed length need neither of the next two functions. */
-double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
-    (void)instance;
-    (void)step;
-    (void)tolerance;
-    *worst = 0;
-    return 0.0;
-}
-
 double solver_stiffness(const Instance *instance) {
     return instance->scratch.solver.missed;
-}
-
-bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
-    (void)instance;
-    (void)step;
-    (void)terms;
-    return true; /* Hermite's cubic is all */
 }

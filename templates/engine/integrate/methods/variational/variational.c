@@ -39,6 +39,7 @@
 #include "contacts.h"
 #include "derivative.h"
 #include "finite.h"
+#include "fixed_steps.h"
 #include "inputs.h"
 #include "scale.h"
 #include "step_failure.h"
@@ -309,22 +310,7 @@ bool solver_step(Instance *instance, Step step) {
     return arena_leave(mark, true);
 }
 
-double solver_error(const Instance *instance, Step step, double tolerance, int *worst) {
-    (void)instance;
-    (void)step;
-    (void)tolerance;
-    *worst = 0;
-    return 0.0; /* steps have a fixed length */
-}
-
 double solver_stiffness(const Instance *instance) {
     (void)instance;
     return 0.0; /* steps have a fixed length */
-}
-
-bool solver_dense(Instance *instance, Step step, double terms[DENSE_TERMS][N_STATES]) {
-    (void)instance;
-    (void)step;
-    (void)terms;
-    return true; /* Hermite's cubic is all */
 }

@@ -5,11 +5,12 @@
 #include <string.h>
 
 #include "cones.h"
-#include "elimination.h"
 #include "few_rows.h"
+#include "islands.h"
 #include "lone_rows.h"
 #include "newton.h"
 #include "scale.h"
+#include "shares.h"
 #include "sweeps.h"
 
 /* Sweeps of the first round; each further round takes twice as many. */
@@ -99,7 +100,7 @@ static bool slips_anew(const Large *large, int begin, const Laws *laws, const do
     for (int k = 0; k < laws->size; k++) {
         const int width = laws->width[k];
         const bool held = large->problem->row[large->order.row[begin + k]].holds;
-        if (width <= 0 || (laws_at_rest(laws, x, k) && (width == 1 || laws_at_rest(laws, x, k + 1)))) {
+        if (!laws_slips(laws, x, k)) {
             continue;
         }
         const double along = x[k] * start[k] + (width == 2 ? x[k + 1] * start[k + 1] : 0.0);
@@ -130,29 +131,6 @@ static bool solve_yielding(const Laws *laws, const double start[], double x[]) {
     return solved;
 }
 
-/* Does a contact slip that rubs? */
-static bool slips_and_rubs(const Laws *laws, const double x[]) {
-    bool found = false;
-    for (int k = 0; k < laws->size && !found; k++) {
-        found = laws->width[k] != 0 && laws_limit(laws, x, k) > 0.0 && !laws_at_rest(laws, x, k);
-    }
-    return found;
-}
-
-/* Friction that slips follows how rows share a load. So x becomes the solution near the one that shares it by least
-   norm, if there is one in which no other row slips; guess[size] and found[size] are memory. */
-static void share_anew(const Laws *laws, double guess[], double found[], double x[]) {
-    const ArenaMark mark = arena_mark(laws->arena);
-    const size_t n = (size_t)laws->size, bytes = n * sizeof(double);
-    if (slips_and_rubs(laws, x) && arena_reserve(laws->arena, (2 * n + 20) * arena_bytes(bytes, 1))) {
-        laws_share(laws, laws, x, guess);
-        if (newton_solve(laws, guess, found) && laws_rest_alike(laws, x, found)) {
-            memcpy(x, found, bytes);
-        }
-    }
-    arena_release(mark);
-}
-
 /* x[size] from the start[size]. */
 static bool solve_laws_from(const Large *large, int begin, const Laws *laws, int most_rounds, const double start[],
                             double x[]) {
@@ -173,7 +151,7 @@ static bool solve_laws_from(const Large *large, int begin, const Laws *laws, int
         }
         solved = true;
         if (full.first == NULL) {
-            share_anew(&full, swept, other, x);
+            shares_spread(&full, x);
         }
     }
     memcpy(swept, start, bytes);
@@ -240,27 +218,67 @@ static bool find_sparse_scales(Large *large) {
     return true;
 }
 
-/* Few rows that all act on each other are one island, in any order. */
-static bool solve_whole(const SparseProblem *problem, double lambda[]) {
-    static const int FIRST[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+/* The island of a row among few rows, each of which has a bit. */
+static unsigned island_of(const SparseProblem *problem, int row) {
+    const Sparse *delassus = &problem->delassus;
+    const unsigned all = (1U << delassus->rows) - 1U;
+    unsigned found = 1U << row, before = 0U;
+    while (found != before && found != all) {
+        before = found;
+        for (int k = 0; k < delassus->rows; k++) {
+            unsigned group = 1U << k | (problem->row[k].law == ROW_TANGENTIAL ? 1U << problem->row[k].normal : 0U);
+            for (int e = delassus->start[k]; e < delassus->start[k + 1]; e++) {
+                group |= 1U << delassus->column[e];
+            }
+            found |= (found & group) != 0U ? group : 0U;
+        }
+    }
+    return found;
+}
+
+/* Few rows need no order; if each acts on each, they are one island. False: they are too many, or an island is left
+   whose laws ask for more. */
+static bool solve_few_islands(const SparseProblem *problem, double lambda[]) {
+    static const int ALL[MOST_FEW_ROWS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     const int rows = problem->delassus.rows;
-    return rows <= (int)(sizeof FIRST / sizeof *FIRST) && problem->delassus.start[rows] == rows * rows &&
-           solve_few_rows(problem, rows, FIRST, problem->few, lambda);
+    if (problem->delassus.start[rows] == rows * rows) {
+        return rows <= MOST_FEW_ROWS && solve_few_rows(problem, rows, ALL, problem->few, lambda);
+    }
+    int island[MOST_FEW_ROWS];
+    unsigned done = 0U;
+    bool solved = rows <= MOST_FEW_ROWS;
+    for (int k = 0; k < rows && solved; k++) {
+        if ((done >> k & 1U) != 0U) {
+            continue;
+        }
+        const unsigned found = island_of(problem, k);
+        int count = 0;
+        for (int i = k; i < rows; i++) {
+            island[count] = i;
+            count += (int)(found >> i & 1U);
+        }
+        solved = solve_few_rows(problem, count, island, count == rows ? problem->few : NULL, lambda);
+        done |= found;
+    }
+    return solved;
+}
+
+/* All islands in turn, each in its order of elimination. */
+static bool solve_islands(const SparseProblem *problem, int most_rounds, double lambda[]) {
+    Large large = {.problem = problem};
+    if (!rows_order(problem, &large.order) || !find_sparse_scales(&large)) {
+        return false;
+    }
+    bool solved = true;
+    for (int i = 0; i < large.order.islands; i++) {
+        solved = solve_places(&large, large.order.island[i], large.order.island[i + 1], most_rounds, lambda) && solved;
+    }
+    return solved;
 }
 
 bool complementarity_large(const SparseProblem *problem, int most_rounds, double lambda[], double w[]) {
     const ArenaMark mark = arena_mark(problem->arena);
-    Large large = {.problem = problem};
-    bool solved = true;
-    if (!solve_whole(problem, lambda)) {
-        if (!rows_order(problem, &large.order) || !find_sparse_scales(&large)) {
-            return arena_leave(mark, false);
-        }
-        for (int i = 0; i < large.order.islands; i++) {
-            const int begin = large.order.island[i], end = large.order.island[i + 1];
-            solved = solve_places(&large, begin, end, most_rounds, lambda) && solved;
-        }
-    }
+    const bool solved = solve_few_islands(problem, lambda) || solve_islands(problem, most_rounds, lambda);
     if (w != NULL) {
         sparse_multiply(&problem->delassus, lambda, w);
     }

@@ -25,14 +25,6 @@ static int place_of(int count, const int rows[], int row) {
     return place;
 }
 
-static bool rows_in_order(int count, const int rows[]) {
-    bool in_order = true;
-    for (int i = 0; i < count; i++) {
-        in_order = in_order && rows[i] == i;
-    }
-    return in_order;
-}
-
 static void take_law(FewRows *few, const SparseProblem *problem, const int rows[], int i) {
     const Row *row = &problem->row[rows[i]];
     const bool rubs = row->law == ROW_TANGENTIAL, second = rubs && row->normal < rows[i] - 1;
@@ -49,18 +41,26 @@ static void take_law(FewRows *few, const SparseProblem *problem, const int rows[
     }
 }
 
+/* Are these all rows of the problem, one after the other? */
+static bool rows_in_order(int count, const int rows[], int all) {
+    bool in_order = count == all;
+    for (int i = 0; i < count; i++) {
+        in_order = in_order && rows[i] == i;
+    }
+    return in_order;
+}
+
 /* False: a row does not move by its own force. */
 static bool take_matrix(FewRows *few, const SparseProblem *problem, const int rows[]) {
     const Sparse *delassus = &problem->delassus;
-    const bool whole = delassus->start[delassus->rows] == few->size * few->size && rows_in_order(few->size, rows);
+    const bool in_order = rows_in_order(few->size, rows, delassus->rows);
     bool regular = true;
-    if (!whole) {
-        memset(few->matrix, 0, sizeof few->matrix);
+    if (delassus->start[delassus->rows] != few->size * few->size) {
+        memset(few->matrix, 0, (size_t)few->size * sizeof few->matrix[0]);
     }
     for (int i = 0; i < few->size; i++) {
-        const int begin = delassus->start[rows[i]], end = delassus->start[rows[i] + 1];
-        for (int e = begin; e < end; e++) {
-            const int place = whole ? e - begin : place_of(few->size, rows, delassus->column[e]);
+        for (int e = delassus->start[rows[i]]; e < delassus->start[rows[i] + 1]; e++) {
+            const int column = delassus->column[e], place = in_order ? column : place_of(few->size, rows, column);
             few->matrix[i][place] = delassus->value[e];
         }
         regular = regular && few->matrix[i][i] > 0.0;
