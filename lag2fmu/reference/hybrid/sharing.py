@@ -43,17 +43,36 @@ def _lightest(
     It is ``found`` where nothing slides that the share matters to. D is (k, k), c (k,).
     """
     closed = [j for j, mode in enumerate(found.modes) if items[j].normal is not None and mode is not Mode.OPEN]
-    if not any(items[j].slips and items[j].friction > 0 and found.modes[j] is not Mode.STICKS for j in closed):
+    if not any(_rubs(items[j], found.modes[j]) for j in closed):
         return found
     best, scale = found, units(D, c, least)[1]
     spares = (spared for count in range(len(idle)) for spared in combinations(sorted([*closed, *idle]), count + 1))
     for spared in islice(spares, TRIED):
-        takers = [j for j in idle if j not in spared]
-        modes = tuple(Mode.OPEN if j in spared else mode for j, mode in enumerate(found.modes))
-        other = _taken(D, c, items, replace(found, modes=modes), takers, least) if takers else found
-        if other.modes != modes and _norm(items, other, scale) < (1 - EXACT) * _norm(items, best, scale):
+        other = _sparing(D, c, items, found, idle, spared, least)
+        if _norm(items, other, scale) < (1 - EXACT) * _norm(items, best, scale):
             best = other
     return best
+
+
+def _rubs(item: Item, mode: Mode) -> bool:
+    """Whether a closed contact slides by friction."""
+    return bool(item.slips) and item.friction > 0 and mode is not Mode.STICKS
+
+
+def _sparing(
+    D: Floats,
+    c: Floats,
+    items: Sequence[Item],
+    found: Outcome,
+    idle: Sequence[int],
+    spared: Sequence[int],
+    least: float,
+) -> Outcome:
+    """The outcome in which ``spared`` contacts bear nothing, and other ``idle`` ones do; ``found`` if there is none."""
+    takers = [j for j in idle if j not in spared]
+    modes = tuple(Mode.OPEN if j in spared else mode for j, mode in enumerate(found.modes))
+    other = _taken(D, c, items, replace(found, modes=modes), takers, least) if takers else found
+    return found if other.modes == modes else other
 
 
 def _norm(items: Sequence[Item], found: Outcome, scale: Floats) -> float:
