@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import lag2fmu
 from lag2fmu.errors import ExpressionError, Lag2FmuError, LoadError, SimulationError
-from lag2fmu.mechanism import Body, Mechanism, Spring, coordinate, parameter
+from lag2fmu.mechanism import Body, Contact, Mechanism, Spring, coordinate, parameter
 from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, compiled
 from lag2fmu.studies.requests import scale_of
 from lag2fmu.studies.sensitivities import directed_run
@@ -174,6 +175,31 @@ def test_what_varies_alone_is_tried_where_no_run_can_be_recorded() -> None:
     assert found["m"] == pytest.approx(found.value / 0.1, rel=1e-9)
     with pytest.raises(SimulationError, match=r"newtons_cradle.*has no gradient.*has no derivative"):
         lag2fmu.gradient("newtons_cradle", "a", over=["e"], stop_time=2.0)
+
+
+def test_a_slip_that_turns_round_is_followed_back() -> None:
+    """A particle on a rough plane is pushed against its slip, and swerves: v' = F/m ex - mu g v/|v|. SciPy integrates
+    that together with its derivatives by the start of v."""
+    x, y = coordinate("x", "m", velocity=-1.0), coordinate("y", "m", velocity=0.3)
+    z, mu, g, push = coordinate("z", "m"), 0.2, 9.81, 4.0
+    thrown = Mechanism(
+        "thrown", coordinates=[x, y, z], bodies=[Body("body", 1, (x, y, z))], gravity=g, forces={x: push},
+        contacts=[Contact("table", gap=z, slip=(x.dot, y.dot), friction=mu)],
+    )  # fmt: skip
+
+    def slope(_: float, at: np.ndarray) -> np.ndarray:
+        v, moved = at[2:4], at[4:].reshape(4, 2)
+        speed = np.hypot(*v)
+        turning = -mu * g * (np.eye(2) - np.outer(v, v) / speed**2) / speed
+        return np.hstack(
+            [v, np.array([push, 0.0]) - mu * g * v / speed, moved[2:].ravel(), (turning @ moved[2:]).ravel()]
+        )
+
+    start = np.hstack([0.0, 0.0, -1.0, 0.3, np.vstack([np.zeros((2, 2)), np.eye(2)]).ravel()])
+    end = solve_ivp(slope, (0.0, 0.5), start, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    found = lag2fmu.gradient(thrown, "x + 2*y", over=["x_dot", "y_dot"], stop_time=0.5, tolerance=1e-10)
+    assert found.value == pytest.approx(end[0] + 2 * end[1], rel=1e-8)
+    np.testing.assert_allclose(found.derivatives, np.array([1.0, 2.0]) @ end[4:8].reshape(2, 2), rtol=1e-7)
 
 
 SMOOTH = (

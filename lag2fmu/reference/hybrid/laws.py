@@ -108,7 +108,7 @@ def lawful(D: Floats, c: Floats, items: Sequence[Item], modes: tuple[Mode, ...],
     r = scale * load
     w = D @ r + c
     slow = np.abs(w) * scale <= bar
-    bound = _bound(items, modes)
+    bound = bound_rows(items, modes)
     if any(is_held(D, bound, row) for row in _sliding(items, modes) if slow[row]):
         return None
     return Outcome(modes, r, w, tuple(item.direction for item in items))
@@ -167,7 +167,7 @@ def _forces(
 
     ``motion`` (k,) are the units of w. None where the modes contradict each other.
     """
-    k, bound = len(c), _bound(items, modes)
+    k, bound = len(c), bound_rows(items, modes)
     A, b = np.eye(k), np.zeros(k)
     for row in bound:
         A[row], b[row] = D[row], -c[row]
@@ -204,7 +204,7 @@ def _evened(D: Floats, bound: list[int], scale: Floats, load: Floats, free: Floa
     return np.asarray(load + free @ more)
 
 
-def _bound(items: Sequence[Item], modes: Sequence[Mode]) -> list[int]:
+def bound_rows(items: Sequence[Item], modes: Sequence[Mode]) -> list[int]:
     """The rows that do not move: the normals of closed contacts, and what sticks."""
     found = [item.normal for item, mode in zip(items, modes, strict=True) if mode is not Mode.OPEN]
     stuck = (item.slips for item, mode in zip(items, modes, strict=True) if mode is Mode.STICKS)

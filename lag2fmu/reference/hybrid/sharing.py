@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from itertools import combinations, islice
 
 import numpy as np
 
-from lag2fmu.reference.hybrid.laws import EXACT, Item, Outcome, idle_contacts, lawful, of_least_norm, units
+from lag2fmu.reference.hybrid.laws import EXACT, Item, Outcome, bound_rows, idle_contacts, lawful, of_least_norm, units
 from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.projections import projected
 from lag2fmu.reference.state import Floats
+
+TRIED = 200
+"""The most sets of contacts that are tried as those which bear nothing."""
 
 TURNS = 30
 """The most turns of loads and slips where contacts begin to slide in space."""
@@ -19,8 +23,8 @@ TURNS = 30
 def shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: float) -> Outcome:
     """The outcome in which contacts that touch and were to bear nothing take a share of the load.
 
-    It is ``found`` where there is none. All of them take one, or else each that can beside those before it. D is
-    (k, k), c (k,).
+    It is ``found`` where there is none. All of them take one, or else each that can beside those before it, or those
+    bear nothing without which the norm is least. D is (k, k), c (k,).
     """
     idle = idle_contacts(D, c, items, found, least)
     items = [_in_direction(item, way) for item, way in zip(items, found.directions, strict=True)]
@@ -28,7 +32,53 @@ def shared(D: Floats, c: Floats, items: Sequence[Item], found: Outcome, least: f
     for group in [idle, *([j] for j in idle)] if len(idle) > 1 else [idle]:
         if any(found.modes[j] is Mode.OPEN for j in group):
             found = _taken(D, c, items, found, group, least)
-    return found
+    return _lightest(D, c, items, found, [j for j in idle if found.modes[j] is Mode.OPEN], least)
+
+
+def _lightest(
+    D: Floats, c: Floats, items: Sequence[Item], found: Outcome, idle: Sequence[int], least: float
+) -> Outcome:
+    """The outcome of least norm of those in which others than the ``idle`` contacts bear nothing, or fewer.
+
+    It is ``found`` where nothing slides that the share matters to. D is (k, k), c (k,).
+    """
+    closed = [j for j, mode in enumerate(found.modes) if items[j].normal is not None and mode is not Mode.OPEN]
+    if not any(_rubs(items[j], found.modes[j]) for j in closed):
+        return found
+    best, scale = found, units(D, c, least)[1]
+    spares = (spared for count in range(len(idle)) for spared in combinations(sorted([*closed, *idle]), count + 1))
+    for spared in islice(spares, TRIED):
+        other = _sparing(D, c, items, found, idle, spared, least)
+        if _norm(items, other, scale) < (1 - EXACT) * _norm(items, best, scale):
+            best = other
+    return best
+
+
+def _rubs(item: Item, mode: Mode) -> bool:
+    """Whether a closed contact slides by friction."""
+    return bool(item.slips) and item.friction > 0 and mode is not Mode.STICKS
+
+
+def _sparing(
+    D: Floats,
+    c: Floats,
+    items: Sequence[Item],
+    found: Outcome,
+    idle: Sequence[int],
+    spared: Sequence[int],
+    least: float,
+) -> Outcome:
+    """The outcome in which ``spared`` contacts bear nothing, and other ``idle`` ones do; ``found`` if there is none."""
+    takers = [j for j in idle if j not in spared]
+    modes = tuple(Mode.OPEN if j in spared else mode for j, mode in enumerate(found.modes))
+    other = _taken(D, c, items, replace(found, modes=modes), takers, least) if takers else found
+    return found if other.modes == modes else other
+
+
+def _norm(items: Sequence[Item], found: Outcome, scale: Floats) -> float:
+    """The norm of what rows bear that do not move, in units ``scale`` (k,)."""
+    rows = bound_rows(items, found.modes)
+    return float(np.linalg.norm(found.forces[rows] / scale[rows]))
 
 
 def evenly(

@@ -284,7 +284,8 @@ static bool nothing_due(const bool due[]) {
 /* Impacts, modes and the motion that they allow, at the measured point. */
 static bool settle_there(Settling *settling, bool *collided, bool *moved) {
     find_touching(settling);
-    return settling_impacts(settling, collided) && settling_modes(settling, moved) && settling_move(settling, moved);
+    return settling_impacts(settling, collided) && settling_modes(settling, moved) && settling_move(settling, moved) &&
+           settling_relieve(settling);
 }
 
 /* Settles the contacts that are due because the motion has met them while it caught up behind an impact. */

@@ -2,12 +2,18 @@
 #include <float.h>
 #include <math.h>
 
+#include "accelerations.h"
 #include "complementarity.h"
+#include "constraints.h"
+#include "contact_events.h"
+#include "contacts.h"
+#include "inputs.h"
 #include "least_norm.h"
 #include "notices.h"
 #include "scale.h"
 #include "settings.h"
 #include "settling.h"
+#include "system.h"
 
 /* Does an open contact close here although it moves apart? It does if its gap is negative by rounding and the motion is
    too slow to make the gap positive. */
@@ -228,6 +234,56 @@ static void watch_solutions(Settling *settling) {
             give_notice(settling->instance, NOTICE_TWO_SOLUTIONS, 0.0, N_SWITCHES + 2 * i);
         }
     }
+}
+
+/* The closed contact that pulls, of those with the multipliers shared[K], and that is the first to bear nothing on the
+   way from lambda to them; *part of the way. -1: none pulls. */
+static int first_to_pull(const Settling *settling, const double shared[], double *part) {
+    const State *state = &settling->instance->state;
+    double greatest = 0.0;
+    int first = -1;
+    for (int k = 0; k < K; k++) {
+        greatest = fmax(greatest, fabs(shared[k]));
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const double from = fmax(settling->lambda[ROW_PLACES[i]], 0.0), to = shared[ROW_PLACES[i]];
+        const bool pulls = contact_closed(state, i) && !state->cascading[i] && to < -OBEYED * greatest;
+        if (pulls && (first < 0 || from < *part * (from - to))) {
+            *part = from / (from - to);
+            first = i;
+        }
+    }
+    return first;
+}
+
+bool settling_relieve(Settling *settling) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    Instance *instance = settling->instance;
+    const State *state = &instance->state;
+    double part = 0.0;
+    for (int round = 0; round < N_UNILATERALS && contacts_sliding(instance); round++) {
+        if (!accelerations_at(instance, state->time, state->states, inputs_at(instance, state->time), unknowns)) {
+            return arena_leave(mark, false);
+        }
+        if (multipliers_unique(instance)) {
+            break;
+        }
+        contacts_share(instance, &instance->scratch.system, unknowns);
+        const double *shared = unknowns + N_COORDINATES;
+        const int contact = first_to_pull(settling, shared, &part);
+        if (contact < 0) {
+            break;
+        }
+        for (int k = 0; k < K; k++) {
+            settling->lambda[k] += part * (shared[k] - settling->lambda[k]);
+        }
+        lift_off(settling, contact);
+        if (!constraints_regroup(instance)) {
+            return arena_leave(mark, false);
+        }
+    }
+    return arena_leave(mark, true);
 }
 
 bool settling_modes(Settling *settling, bool *jumped) {

@@ -114,4 +114,10 @@ bool settling_laws(Settling *settling);
    without a collision was needed. Returns false, with instance->failure, if no modes obey the laws. */
 bool settling_modes(Settling *settling, bool *jumped);
 
+/* The friction of contacts that slide follows the loads of least norm. Where some of these pull, the laws have found
+   another share: contacts that pull open there, though they go on to touch, one after the other, until the share of the
+   others obeys the laws. Returns false, with instance->failure, where there are no accelerations. C. L. Lawson,
+   R. J. Hanson, Solving Least Squares Problems, 1974, section 23.3 (the set of forces above 0). */
+bool settling_relieve(Settling *settling);
+
 #endif

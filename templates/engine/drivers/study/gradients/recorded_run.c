@@ -120,19 +120,34 @@ static Entry *add_checked(Tape *tape, EntryKind kind) {
     return entry;
 }
 
-/* An entry from whose end on other inputs or modes hold. */
-static Entry *add_kept(Tape *tape, EntryKind kind) {
+/* Keeps what holds from here on. */
+static bool keep(Tape *tape) {
     const Instance *instance = &tape->variations->study.instance;
-    Entry *entry = add_entry(tape, kind);
-    Kept *kept = entry == NULL ? NULL : tape_add(tape, &tape->kept);
+    Kept *kept = tape_add(tape, &tape->kept);
     if (kept == NULL) {
-        return NULL;
+        return false;
     }
-    entry->base = tape->kept.count - 1;
     kept->state = instance->state;
     kept->state.event_held = 1; /* modes do not follow what is set on the way back */
     kept->inputs_move = instance->scratch.inputs_move;
     kept->step_start = instance->scratch.step_start;
+    return true;
+}
+
+/* Does a contact slide in another direction than that which is kept? It turns between steps, see contacts_turn. */
+static bool turned(const Tape *tape) {
+    const Kept *kept = list_at(&tape->kept, tape->kept.count - 1);
+    const State *state = &tape->variations->study.instance.state;
+    return memcmp(kept->state.parameters, state->parameters, sizeof state->parameters) != 0;
+}
+
+/* An entry from whose end on other inputs or modes hold. */
+static Entry *add_kept(Tape *tape, EntryKind kind) {
+    Entry *entry = add_entry(tape, kind);
+    if (entry == NULL || !keep(tape)) {
+        return NULL;
+    }
+    entry->base = tape->kept.count - 1;
     return entry;
 }
 
@@ -176,6 +191,9 @@ static bool record_step(void *of, Step step) {
     Tape *tape = of;
     if (!(step.length > 0.0)) {
         return true;
+    }
+    if (turned(tape) && !keep(tape)) {
+        return false;
     }
     Entry *entry = add_checked(tape, ENTRY_STEP);
     if (entry == NULL) {

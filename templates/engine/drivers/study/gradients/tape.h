@@ -37,7 +37,7 @@ typedef struct {
     StepRecord record;
 } Checkpoint;
 
-/* What holds from the beginning of a stretch, or from an event on: inputs, modes, switches. */
+/* What holds from the beginning of a stretch, from an event, or from the turn of a slip on: inputs, modes, switches. */
 typedef struct {
     State state;
     bool inputs_move;
