@@ -32,6 +32,9 @@ RANK = 1e-10
 Values = tuple[Floats, Floats, Floats, Floats]
 """phi or A qd + b, velocities, gamma, (m, *batch) each, and G (m, n, *batch)."""
 
+Solve = Callable[[Floats, Floats, StateBatch, float], tuple[Floats, Floats]]
+"""A function as ``ConstraintFunctions.solve``."""
+
 LOOSE, ONWARD = 1e-6, 1e-14
 """Relative: the residual to which guesses alone are moved before all entries are, and the change of a slope that is a
 kink; and, in nominal values, the step over a kink, which is some roundings."""
@@ -105,8 +108,13 @@ class ConstraintFunctions:
         return aim
 
     def has_full_rank(self, G: Floats) -> bool:
-        """Whether the rows of G (*batch, m, n) are independent at every state."""
-        rows = G / np.maximum(np.linalg.norm(G, axis=-1, keepdims=True), 1e-300)
+        """Whether the rows of G (*batch, m, n) are independent at every state.
+
+        A row that is next to none, as at a singular position, does not tell that: its direction is rounding.
+        """
+        lengths = np.linalg.norm(G, axis=-1, keepdims=True)
+        short = lengths <= 1e-6 * lengths.max(axis=-2, keepdims=True)
+        rows = np.where(short, 0.0, G / np.maximum(lengths, 1e-300))
         return bool((np.linalg.matrix_rank(rows, tol=1e-6) == self.m).all())
 
     # ------------------------------------------------------------------------------------------- onto the constraints

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike
 
 from lag2fmu.errors import DerivationError, SimulationError
 from lag2fmu.mechanism.record import Mechanism
+from lag2fmu.reference.constraints import Solve
 from lag2fmu.reference.energies import EnergyFunctions
 from lag2fmu.reference.functions import BLOCK, STEP, Array
 from lag2fmu.reference.state import Floats, InputValues, StateBatch, batch_first, batch_last
@@ -134,29 +135,30 @@ class Equations:
         rate = self._generalized_energy(rows).imag / STEP
         terms = self.terms(state)
         inertia = np.einsum("ij...,j...->i...", np.abs(terms.mass_matrix), np.abs(x))
-        parts = (terms.forces, terms.dissipation_slope, terms.lagrangian_slope, terms.inertial, inertia)
+        parts = [terms.forces, terms.dissipation_slope, terms.lagrangian_slope, terms.inertial, inertia]
         multipliers = self.rates(state, terms=terms)[1]
-        scale = (
-            np.abs(terms.explicit_rate)
-            + np.abs(self._constraint_power(state, multipliers))
-            + sum((np.abs(state.qd * part).sum(axis=0) for part in parts), np.float64(0))
-        )
-        return Balance(rate, self._power(state, terms) + self._constraint_power(state, multipliers), scale)
+        moved = self._constraint_power(state, multipliers)
+        if self.energies.constraints.m:  # their forces cancel in the sum, and their rounding does not
+            parts.append(
+                np.einsum("k...,ki...->i...", np.abs(multipliers), np.abs(self.energies.constraints(state)[3]))
+            )
+        scale = np.abs(terms.explicit_rate) + np.abs(moved) + sum(np.abs(state.qd * part).sum(axis=0) for part in parts)
+        return Balance(rate, self._power(state, terms) + moved, scale)
 
     # ------------------------------------------------------------------------------------------------- how it is done
 
     def rates(
-        self, state: StateBatch, damping: float = 0.0, terms: Terms | None = None
+        self, state: StateBatch, damping: float = 0.0, terms: Terms | None = None, solve: Solve | None = None
     ) -> tuple[Floats, Floats, Floats]:
         """qdd (n, *batch), multipliers (m, *batch) and the power (*batch,), in W, that changes h.
 
         NaN where there is no solution. ``damping`` (1/s) pulls the motion back onto the constraints, see
-        ``ConstraintFunctions.solve``. ``terms`` are those of the ``state``, if they are known.
+        ``ConstraintFunctions.solve``, or ``solve``. ``terms`` are those of the ``state``, if they are known.
         """
         terms = terms or self.terms(state)
         forcing = terms.forces + terms.lagrangian_slope - terms.dissipation_slope - terms.inertial
         if self.energies.constraints.m:
-            qdd, multipliers = self.energies.constraints.solve(terms.mass_matrix, forcing, state, damping)
+            qdd, multipliers = (solve or self.energies.constraints.solve)(terms.mass_matrix, forcing, state, damping)
             return qdd, multipliers, self._power(state, terms) + self._constraint_power(state, multipliers)
         return self._unconstrained(terms, forcing), np.empty((0, *state.t.shape)), self._power(state, terms)
 

@@ -14,6 +14,7 @@ from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
 from lag2fmu.reference.equations import Equations
+from lag2fmu.reference.lost_rows import LostRows
 from lag2fmu.reference.native import native_terms
 from lag2fmu.reference.signals import Signals
 from lag2fmu.reference.single import CompiledLater
@@ -57,6 +58,7 @@ class InitialValueProblem:
         self._step: float | None = None  # s, the step that the method proposed at the last break, to go on with
         self.whole = float(times[-1] - times[0])  # s, the length of the whole run that this run is a part of
         self.last = float(times[0]), start
+        self._rows = LostRows(equations.energies.constraints)
         self._compiled = CompiledLater(equations.energies, equations.scale, small=equations.small)
         self.progress: Callable[[float], None] | None = None
         self.jumps = equations.energies.composition.jumps
@@ -98,14 +100,22 @@ class InitialValueProblem:
         return back
 
     def projected(self, times: Floats, z: Floats) -> Floats:
-        """z (m, s + 1) at ``times`` (m,), in s, moved onto the constraints; unchanged without constraints."""
+        """z (m, s + 1) at ``times`` (m,), in s, moved onto the constraints; unchanged without constraints.
+
+        Rows next to singular positions stay as they are, too.
+        """
         if not self.equations.energies.constraints.m:
             return z
+        n, energies = self.n, self.equations.energies
         at = [self.signals.at(float(t)) for t in times]
         inputs = {name: np.array([values[name] for values in at]) for name in at[0]} | self.further_of(z)
-        n = self.n
-        q, qd = self.equations.energies.all_consistent(times, z[:, :n], z[:, n : 2 * n], inputs)
-        return np.concatenate([q, qd, z[:, 2 * n :]], axis=1)
+        state = energies.state(times, z[:, :n], z[:, n : 2 * n], inputs)
+        firm = ~self._rows.near_at(self.equations.terms(state).mass_matrix, state)
+        moved: Floats = z.copy()
+        inputs = {name: values[firm] for name, values in inputs.items()}
+        q, qd = energies.all_consistent(times[firm], z[firm, :n], z[firm, n : 2 * n], inputs)
+        moved[firm, : 2 * n] = np.concatenate([q, qd], axis=1)
+        return moved
 
     def solve(self, method: str, rtol: float, start: Floats, pieces: int) -> tuple[Floats, int]:
         """z at the times, (m, copies, s + 1), from ``start`` (copies, s + 1), and the evaluations it took.
@@ -122,6 +132,8 @@ class InitialValueProblem:
         breaks = self.signals.breaks
         ends = [*np.unique(breaks[(breaks > first) & (breaks < last)]), last]
         z, t, self.evaluations, self._step = start.ravel(), first, 0, None
+        if self.equations.energies.constraints.m:
+            self._look(first, start)
         found = [z[None]]
         for self.end in ends if last > first else ():
             inside = self.times[(self.times > t) & (self.times <= self.end)]
@@ -174,11 +186,18 @@ class InitialValueProblem:
     def _put_back(self, solver: Any) -> None:
         """Move the state of SciPy's ``solver`` onto the constraints after a step, where full steps can.
 
-        Rounding takes it off them. Near singular positions little holds it, and that would decide on the motion.
+        Rounding takes it off them. Near singular positions little holds it, and that would decide on the motion. Where
+        directions are lost it waits until the motion is farther off.
         """
         n, constraints = self.n, self.equations.energies.constraints
         z = solver.y.reshape(-1, self.size + 1)
         if not constraints.m:
+            return
+        before = self._rows.near
+        self._look(solver.t, z)
+        if self._rows.near != before:
+            solver.f = solver.fun(solver.t, solver.y)
+        if self._rows.lost:
             return
 
         def moved(q: Floats, qd: Floats) -> Floats:
@@ -191,6 +210,11 @@ class InitialValueProblem:
             solver.y = moved(q, qd).ravel()
             solver.f = solver.fun(solver.t, solver.y)
 
+    def _look(self, t: float, z: Floats) -> None:
+        """Have the constraints looked at, at t (s) and z (copies, s + 1)."""
+        state = self.state(t, z)
+        self._rows.look(self.equations.terms(state).mass_matrix, state)
+
     def _slope(self, t: float, z: Floats) -> Floats:
         """dz/dt, flat; NaN where there are no accelerations, which makes the method take a shorter step."""
         self.evaluations += 1
@@ -201,10 +225,10 @@ class InitialValueProblem:
         if self.progress is not None and self.evaluations % 100 == 0:
             self.progress(self.share + 0.5 * (t - self.times[0]) / (self.times[-1] - self.times[0]))
         copies, n = z.reshape(-1, self.size + 1), self.n
-        single = self._compiled.asked()
-        if single is None:
-            state = self.state(t, copies)
-            qdd, multipliers, power = self.equations.rates(state, self.damping)
+        single, near = self._compiled.asked(), self._rows.near
+        if single is None or near:
+            state, solve = self.state(t, copies), self._rows.solve if near else None
+            qdd, multipliers, power = self.equations.rates(state, self.damping, solve=solve)
             further = self.equations.energies.further(state, (qdd, multipliers))
             return np.concatenate([copies[:, n : 2 * n], qdd.T, further.T, power[:, None]], axis=1).ravel()
         inputs = self.equations.energies.input_values(self._inputs(t))

@@ -11,6 +11,7 @@ from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
 from lag2fmu.verify.agreement import SAFETY, comparable, has_rows, horizon_of, on_grid
+from lag2fmu.verify.firmness import Firmness
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
@@ -101,10 +102,13 @@ def _balance_beside(
     """The residuals (k,) of dh/dt - power in W, and the greatest power: at the points, or just before or after them.
 
     At an instant at which a force jumps, as sign(t) does at 0, either side is right: each point has the smallest one.
+    Points at which constraints are about to be lost have none.
     """
     equations, (q, qd, qdd) = Equations(task.mechanism), motion
     beside = [equations.balance(time + dt, q + dt * qd, qd + dt * qdd, qdd, given) for dt in (0.0, -_INSTANT, _INSTANT)]
-    residual: Floats = np.min([np.abs(balance.residual) for balance in beside], axis=0)
+    residual = np.min([np.abs(balance.residual) for balance in beside], axis=0)
+    state = equations.energies.state(time, q, qd, given)
+    residual = np.where(Firmness.along(equations.energies, state).at(state), residual, 0.0)
     return residual, float(np.max(beside[0].scale, initial=0.0))
 
 

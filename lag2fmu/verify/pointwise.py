@@ -20,6 +20,7 @@ from lag2fmu.reference.initial_value_problem import PULL_BACK
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.symbolic import sympy_accelerations
 from lag2fmu.verify.evaluation import Evaluation, evaluation
+from lag2fmu.verify.firmness import Firmness
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import ROUNDING, Floats, Task
 
@@ -32,9 +33,6 @@ BEGUN = 1e-12
 cos(w*t - a) - cos(a)."""
 _PULLED = 10
 """Times how much more an FMU may pull back than the independent path, whose residuals of a velocity round otherwise."""
-_WEAK, _REDUNDANT = 1e-2, 1e-8
-"""Singular values of constraints of unit length: below the first one accelerations may lose the digits of ROUNDING,
-which fall with its square; what is below the second one is redundant and no constraint more."""
 NEARER = (1.0, 0.1, 0.01, 0.0)
 """Random states are moved away from the motion by 5 %, times the first of these parts with which the equations are
 defined."""
@@ -151,18 +149,9 @@ def _random_states(
             f"mechanism '{task.mechanism.name}': the equations have no finite value at random states near the motion, "
             "nor on it; write what overflows in another way"
         )
-    return [state for state in states if _held(drives, *state)] or states
-
-
-def _held(drives: DriveForces, q: Floats, qd: Floats, inputs: Mapping[str, float]) -> bool:
-    """Whether no constraint is about to be lost, as near singular positions, where accelerations are rounding."""
-    energies = drives.equations.energies
-    if not energies.constraints.m:
-        return True
-    jacobian = energies.constraints(energies.state(BEGUN, q, qd, inputs))[3]
-    length = np.linalg.norm(jacobian, axis=1, keepdims=True)
-    parts = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), compute_uv=False)
-    return not ((parts > _REDUNDANT) & (parts < _WEAK)).any()
+    x, run = reference.trajectory.columns(task.states), reference.trajectory
+    firm = Firmness.along(energies, energies.state(run.time, x[:, :n], x[:, n : 2 * n], task.further(run)))
+    return [state for state in states if firm.at(energies.state(BEGUN, *state))] or states
 
 
 def _ranges(mechanism: Mechanism) -> Floats:

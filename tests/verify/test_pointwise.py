@@ -8,6 +8,8 @@ from lag2fmu.fmu import Fmu
 from lag2fmu.language.expressions import TIME
 from lag2fmu.mechanism import Body, Constraint, Energy, Experiment, Mechanism, coordinate
 from lag2fmu.reference import integrate
+from lag2fmu.reference.equations import Equations
+from lag2fmu.verify.firmness import Firmness
 from lag2fmu.verify.pointwise import pointwise_checks
 from lag2fmu.verify.report import Check
 from lag2fmu.verify.task import Task
@@ -58,3 +60,15 @@ def test_an_fmu_may_pull_back_what_rounds_in_a_velocity(exported) -> None:
     rotor = Mechanism("rotor", coordinates=[x, phi], energy=energy, constraints=[drive], experiment=step)
     found = checks(exported(rotor), 0.2)
     assert all(check.passed for check in found), found
+
+
+@pytest.mark.parametrize(("angle", "firm"), [(1.0, True), (3.0, True), (np.pi - 1e-3, False), (np.pi - 1e-9, False)])
+def test_short_rows_are_not_firm(angle: float, firm: bool) -> None:
+    """Of a parallelogram one row gets ever shorter until its links lie in one line; none by its own length."""
+    a, b, c = (coordinate(name, "rad", guess=0.6 * (name != "b")) for name in "abc")
+    loops = [Constraint("x", sp.cos(a) + sp.cos(b) - 1 - sp.cos(c)), Constraint("y", sp.sin(a) + sp.sin(b) - sp.sin(c))]
+    bar = Mechanism("bar", coordinates=[a, b, c], energy=Energy(a.dot**2 + b.dot**2 + c.dot**2), constraints=loops)
+    energies = Equations(bar).energies
+    angles = np.array([0.5, 1.0, 1.5, angle])
+    motion = energies.state(np.zeros(4), np.stack([angles, 0 * angles, angles], axis=1), np.zeros((4, 3)))
+    assert Firmness.along(energies, motion).at(motion).tolist() == [True, True, True, firm]
