@@ -423,19 +423,29 @@ bool loads_least(const Sharing *sharing, double multipliers[]) {
     return arena_leave(mark, all_hold_well(p, margin, find_margins(p, margin)));
 }
 
+/* Makes the loads those of least norm whose margins are not negative; returns whether there are any. */
+static bool obey_by_least_norm(Shares *p, Margin margin[], int count) {
+    count = find_shared_margins(p, margin, count);
+    return spread_loads(p, margin, count, 0.0, NULL) && least_margin(p, margin, count) >= -OBEYED * p->greatest;
+}
+
+/* At the end of a mode the margins of all ways to share come down to 0 together. The last way is the one with the
+   greatest least margin. */
 void loads_obey(const Sharing *sharing, double multipliers[]) {
     const ArenaMark mark = arena_mark(sharing->arena);
     WORK_OF(mark, Shares, p);
     WORK(mark, Margin, margin, MOST_MARGINS);
     begin_sharing(sharing, multipliers, p);
-    int count = find_margins(p, margin);
-    const double met = -YIELDS * p->greatest, rounding = OBEYED * p->greatest;
-    bool obey = least_margin(p, margin, count) < 0.0 && may_share(p);
-    if (obey) {
-        count = find_shared_margins(p, margin, count);
-        obey = spread_loads(p, margin, count, 0.0, NULL);
+    const bool shared = least_margin(p, margin, find_margins(p, margin)) < 0.0 && may_share(p);
+    bool obey = shared && obey_by_least_norm(p, margin, find_margins(p, margin));
+    if (shared && !obey) {
+        begin_sharing(sharing, multipliers, p);
+        may_share(p);
+        centre_loads(p, margin, find_margins(p, margin));
+        obey = least_margin(p, margin, find_margins(p, margin)) >= -YIELDS * p->greatest;
     }
-    if (obey && least_margin(p, margin, count) >= met) {
+    if (obey) {
+        const double rounding = OBEYED * p->greatest;
         unscale(p, multipliers);
         for (int i = 0; i < N_UNILATERALS; i++) {
             double *force = &multipliers[ROW_PLACES[i]];
