@@ -10,6 +10,8 @@ import lag2fmu
 from lag2fmu.formats.text import read
 from lag2fmu.mechanism import Mechanism
 from lag2fmu.reference.direct_integration import integrate
+from lag2fmu.verify.located import located
+from lag2fmu.verify.run import Run
 
 pytestmark = pytest.mark.fmu
 
@@ -118,3 +120,68 @@ def test_feet_of_a_table_come_to_rest_together() -> None:
     assert reference.method == "DOP853"
     stops = [event.time for event in reference.events if event.kind == "sticks" and event.time > 0]
     assert stops == [stops[0]] * len(FEET)
+
+
+FOUR = [(0.01, 0.56), (0.387, -0.067), (0.057, -0.441), (-0.279, 0.065)]
+"""m: y and x of feet that stand unevenly."""
+
+
+def _uneven(frictions: tuple[float, ...]) -> Mechanism:
+    """A table of 2.41 kg on four uneven feet with these coefficients, under a force that grows and turns."""
+    feet = "".join(
+        f"""
+        [contacts.foot{k}]
+        gap = "z + a*({y}) - b*({x})"
+        slip = ["x_dot - p_dot*({x}*sin(p) + ({y})*cos(p))", "y_dot + p_dot*({x}*cos(p) - ({y})*sin(p))"]
+        friction = {mu}
+        restitution = 0
+        """
+        for k, ((y, x), mu) in enumerate(zip(FOUR, frictions, strict=True))
+    )
+    return read(
+        f"""
+        [mechanism]
+        name = "uneven"
+        [coordinates]
+        x = {{ }}
+        y = {{ }}
+        z = {{ }}
+        a = {{ }}
+        b = {{ }}
+        p = {{ }}
+        [energy]
+        kinetic = "2.41*(x_dot**2 + y_dot**2 + z_dot**2)/2 + 0.129*(a_dot**2 + b_dot**2 + p_dot**2)/2"
+        potential = "2.41*9.81*z"
+        [forces]
+        x = "(0.2 + 0.94*t)*2.41*9.81*0.528*cos(1.18*t)"
+        y = "0.34*(0.2 + 0.94*t)*2.41*9.81*0.528*sin(1.31*t)"
+        p = "0.01*2.41*sin(3*t)*t"
+        a = "0.024*0.34*(0.2 + 0.94*t)*2.41*9.81*0.528*sin(1.31*t)"
+        {feet}""",
+        "uneven",
+    )
+
+
+def test_normal_forces_of_feet_that_hold_need_not_be_unique() -> None:
+    """Near the end all ways to share have one margin, and a normal force from the tip of its cone on."""
+    ends = [
+        lag2fmu.simulate(_uneven((0.528,) * 4), stop_time=1.8, step=step, outputs=["x", "y", "p"]).columns(
+            ["x", "y", "p"]
+        )
+        for step in (0.01, 0.002)
+    ]
+    assert ends[0][-1] == pytest.approx(ends[1][-1], abs=1e-7)
+    assert abs(ends[0][-1][0]) > 1e-6
+
+
+@pytest.mark.parametrize("frictions", [(0.528,) * 4, (0.184, 0.346, 0.523, 0.441)])
+def test_loads_that_are_shown_obey_the_laws_until_a_table_gives_way(exported, frictions: tuple[float, ...]) -> None:
+    """On both sides of the event the friction of each foot is within its limit."""
+    fmu = exported(_uneven(frictions))
+    names = [f"foot{k}_{what}" for k in range(4) for what in ("force", "friction_1", "friction_2")]
+    modes = [f"foot{k}_mode" for k in range(4)]
+    run = located(fmu.path, Run(stop_time=2.0, step=0.05, outputs=[*names, *modes]), modes, ())
+    assert run is not None
+    loads = run.columns(names).reshape(len(run), 4, 3)
+    assert len(run) > 41
+    assert (np.hypot(loads[..., 1], loads[..., 2]) - np.array(frictions) * loads[..., 0]).max() < 1e-8

@@ -69,6 +69,14 @@ static double told_of(const ContactPoint *point, int row, double margin) {
     return scale > 0.0 ? fmin(margin, point->told * scale) : margin;
 }
 
+/* The normal force. Where loads are shared, all ways may have one margin of a friction cone, and forces from its tip
+   on. The margin then tells that the force is above 0, and which of the ways is taken does not matter. */
+static double force_told(const State *state, const ContactPoint *point, int contact) {
+    const double force = force_of(point, contact), most = told_of(point, contact, HUGE_VAL);
+    const bool held = contact_sticks(state, contact) && point->holding[contact] > 0.0 && force > 0.0;
+    return held && most < HUGE_VAL ? most : fmin(force, most);
+}
+
 /* The event function of a contact that is closed for the rest of accumulating impacts. The rest ends at rest_time, or
    earlier where the contact's force comes down to 0; the product of the time left and the force is 0 at the first of
    the two, and smooth up to there. */
@@ -118,7 +126,7 @@ static void evaluate_contact(const State *state, const ContactPoint *point, doub
         values[1] = state->cascading[contact] == CASCADE_RISES ? state->top_time[contact] - time : 1.0;
         return;
     }
-    values[0] = told_of(point, contact, force_of(point, contact));
+    values[0] = force_told(state, point, contact);
     if (state->cascading[contact]) {
         values[0] = rest_of_impacts(state, time, contact, values[0]);
     }
