@@ -156,8 +156,9 @@ def sliding_forces(
     - A contact with two slips w: -mu N (w + d)/|w + d|. A slip that begins from rest is not told by w, but by the law
       that friction is against the slip which it leaves: d = tau w' - kappa T, with the outlook (tau, kappa), where
       T is this force. Any kappa gives the same forces, as T is along w + d; with the slip's velocity by a unit of T
-      in the time tau, w + d does not depend on T. Else d is a velocity of rounding, so that w + d is not 0. The mode
-      ends where (w + d).d = 0. Beyond this point the sign turns: the force is smooth there, and the end is located.
+      in the time tau, w + d does not depend on T. Else d is constant: a velocity of rounding, so that w + d is not 0,
+      or one in the direction in which the mode began. The mode ends where (w + d).d = 0. Beyond this point the sign
+      turns: the force is smooth there, and the end is located.
     - A dry friction: -direction times its force.
 
     Source: F. Pfeiffer, Ch. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 5; the outlook

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from lag2fmu import simulate
 from lag2fmu.fmu import Fmu
 from lag2fmu.formats.text import read
+from tests.support.stepping import Stepping
 
 pytestmark = pytest.mark.fmu
 
@@ -136,3 +137,33 @@ def test_both_ends_of_an_edge_give_way_together(exported: Callable[..., Fmu]) ->
     text = world("brick", 1, floor) + body(0, 1.0, inertia, corners, floor, "friction = 1.05\nrestitution = 0")
     start = {"z0": 0.579799, "e00": -0.0681067, "e01": 0.583609, "e02": -0.378704, "e03": 0.715084}
     drop(exported(read(text, "brick.toml")), start | {"x0_dot": -0.189143, "y0_dot": 0.3559, "z0_dot": -0.160585}, 1.0)
+
+
+def pile() -> str:
+    """The text of three boxes of 1 kg on one another, each a little aside; the lowest slides when they land."""
+    inertia = (0.0325 / 12, 0.05 / 12, 0.0625 / 12)
+    text = '[mechanism]\nname = "pile"\n[gravity]\nacceleration = 9.81\ndirection = [0, 0, -1]\n'
+    for i, below in enumerate(("world", "top0", "top1")):
+        starts = {f"x{i}": 0.02 * i, f"y{i}": 0.01 * i, f"z{i}": 0.06 + 0.11 * i, f"e{i}0": 1.0}
+        starts |= {f"e{i}{k}": 0.0 for k in (1, 2, 3)}
+        for name, start in starts.items():
+            text += f"[coordinates.{name}]\nstart = {start}\nnominal = {0.1 if name[0] in 'yz' else 1.0}\n"
+        text += body(i, 1.0, inertia, np.zeros((0, 3)), [], "")
+        text += f'[points.top{i}]\nframe = "f{i}"\nposition = [0, 0, 0.05]\n'
+        for k, (x, y) in enumerate(((0.1, 0.075), (0.1, -0.075), (-0.1, 0.075), (-0.1, -0.075))):
+            text += f'[points.k{i}{k}]\nframe = "f{i}"\nposition = [{x}, {y}, -0.05]\n'
+            text += f'[contacts.c{i}{k}]\nkind = "point_plane"\nbetween = ["k{i}{k}", "{below}"]\nnormal = "z"\n'
+            text += "friction = 0.5\nrestitution = 0\n"
+    return text.replace("[coordinates.x0]\n", "[coordinates.x0]\nvelocity = 0.5\n")
+
+
+def test_a_foot_that_stops_beside_feet_that_slide_holds_by_its_own_load(exported: Callable[..., Fmu]) -> None:
+    """Loads of least norm tell what the foot bears; for 2 microseconds it held 1.1 N more than its friction can."""
+    names = [f"c{i}{k}_{of}" for i in range(3) for k in range(4) for of in ("force", "friction_1", "friction_2")]
+    with Stepping(exported(read(pile(), "pile.toml")).path) as stepping:
+        stepping.start(tolerance=1e-6)
+        stepping.step(0.08838)
+        for _ in range(40):
+            stepping.step(0.5e-6)
+            loads = np.reshape(stepping.get(names), (12, 3))
+            assert (np.hypot(loads[:, 1], loads[:, 2]) - 0.5 * loads[:, 0]).max() < 1e-7

@@ -31,7 +31,7 @@ class Fault:
 
 
 _SLIDING = ("sliding.c", "rest[k] = z - s[")
-_CLOSED = ("contact_events.c", "values[0] = told_of(point, contact, force_of(point, contact));")
+_CLOSED = ("contact_events.c", "values[0] = force_told(state, point, contact);")
 _OPEN = ("contact_events.c", "values[0] = point->gaps[contact];")
 _CAPACITY = ("contact_events.c", "point->capacity[i] = fmax(point->force[i], point->capacity[i]);")
 _RESTITUTION = ("settle_impacts.c", ".restitution = settling->restitution[i],")
@@ -85,7 +85,7 @@ FAULTS = (
         "a contact adheres",
         "hopper_leg",
         *_CLOSED,
-        "values[0] = told_of(point, contact, force_of(point, contact)) + 5.0;",
+        "values[0] = force_told(state, point, contact) + 5.0;",
     ),
     Fault(
         "the static coefficient is ignored",
@@ -141,8 +141,8 @@ FAULTS = (
         "shared loads are shown beyond their limits",
         "row",
         "shared_loads.c",
-        "bool obey = least_margin(p, margin, count) < 0.0 && may_share(p);",
-        "bool obey = least_margin(p, margin, count) < -HUGE_VAL && may_share(p);",
+        "const bool shared = least_margin(p, margin, find_margins(p, margin)) < 0.0 && may_share(p);",
+        "const bool shared = least_margin(p, margin, find_margins(p, margin)) < -HUGE_VAL && may_share(p);",
     ),
 )
 

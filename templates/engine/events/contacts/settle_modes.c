@@ -256,13 +256,34 @@ static int first_to_pull(const Settling *settling, const double shared[], double
     return first;
 }
 
+/* The contact that sticks farthest beyond its limit with the multipliers shared[K]; -1: none is beyond it. */
+static int farthest_beyond(const Settling *settling, const double shared[]) {
+    const State *state = &settling->instance->state;
+    double most = 0.0;
+    int farthest = -1;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const double limit = settling->holding[i] * shared[ROW_PLACES[i]];
+        double square = 0.0;
+        for (int row = SLIP_ROWS[i]; row < SLIP_ROWS[i + 1]; row++) {
+            square += shared[ROW_PLACES[row]] * shared[ROW_PLACES[row]];
+        }
+        const double beyond = sqrt(square) - (1.0 + YIELDS) * limit;
+        const bool holds = contact_closed(state, i) && contact_sticks(state, i);
+        if (holds && beyond > most && settling_bears(settling, i, beyond)) {
+            most = beyond;
+            farthest = i;
+        }
+    }
+    return farthest;
+}
+
 bool settling_relieve(Settling *settling) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, double, unknowns, N_UNKNOWNS);
     Instance *instance = settling->instance;
     const State *state = &instance->state;
     double part = 0.0;
-    for (int round = 0; round < N_UNILATERALS && contacts_sliding(instance); round++) {
+    for (int round = 0; round < 2 * N_UNILATERALS && contacts_sliding(instance); round++) {
         if (!accelerations_at(instance, state->time, state->states, inputs_at(instance, state->time), unknowns)) {
             return arena_leave(mark, false);
         }
@@ -271,14 +292,18 @@ bool settling_relieve(Settling *settling) {
         }
         contacts_share(instance, &instance->scratch.system, unknowns);
         const double *shared = unknowns + N_COORDINATES;
-        const int contact = first_to_pull(settling, shared, &part);
-        if (contact < 0) {
+        const int pulls = first_to_pull(settling, shared, &part), slips = farthest_beyond(settling, shared);
+        if (pulls < 0 && slips < 0) {
             break;
         }
-        for (int k = 0; k < K; k++) {
-            settling->lambda[k] += part * (shared[k] - settling->lambda[k]);
+        if (pulls >= 0) {
+            for (int k = 0; k < K; k++) {
+                settling->lambda[k] += part * (shared[k] - settling->lambda[k]);
+            }
+            lift_off(settling, pulls);
+        } else {
+            settling_give_way(settling, slips, shared);
         }
-        lift_off(settling, contact);
         if (!constraints_regroup(instance)) {
             return arena_leave(mark, false);
         }

@@ -146,8 +146,7 @@ static Outlook outlook_of_slip(const Settling *settling, int contact, double mob
     return outlook;
 }
 
-/* Does a slip with an outlook go on? It does unless it is due, or turned back by an impact of another
-   contact. */
+/* Does a slip with an outlook go on? It does unless it is due, or turned back by an impact of another contact. */
 static bool goes_on(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     double slips[2] = {0.0};
@@ -194,16 +193,21 @@ static void slide(Settling *settling, int contact, const double w[]) {
     }
 }
 
-/* The contact slips from here on, in the direction that the law of its rows tells. */
-static void begin_slip(Settling *settling, int contact) {
-    double begins[2] = {0.0};
-    for (int i = 0; i < contact_slips(contact); i++) {
-        begins[i] = slip_begins(settling, contact, SLIP_ROWS[contact] + i);
-    }
-    slide(settling, contact, begins);
+/* The contact slips along w[slips] from here on. */
+static void begin_slip(Settling *settling, int contact, const double w[]) {
+    slide(settling, contact, w);
     if (slips_in_space(contact)) { /* the speed along a new direction is another function */
         settling->instance->state.event_rests[N_SWITCHES + 2 * contact + 1] = 0.0;
     }
+}
+
+void settling_give_way(Settling *settling, int contact, const double loads[]) {
+    double against[2] = {0.0};
+    settling->lambda[ROW_PLACES[contact]] = loads[ROW_PLACES[contact]];
+    for (int i = 0; i < contact_slips(contact); i++) {
+        against[i] = -loads[ROW_PLACES[SLIP_ROWS[contact] + i]];
+    }
+    begin_slip(settling, contact, against);
 }
 
 /* Is the contact one that friction cannot hold? At rest it slides all the same, as something else may hold the same
@@ -235,6 +239,10 @@ void settling_carry_out_slip(Settling *settling, int contact) {
         const bool waits = contact_slips(contact) == 1 && settling->determined[row];
         (waits ? contact_wait : contact_stick)(state, contact);
     } else if (settling->row[row].law != ROW_SLIDING || !goes_on(settling, contact)) {
-        begin_slip(settling, contact);
+        double begins[2] = {0.0};
+        for (int i = 0; i < contact_slips(contact); i++) {
+            begins[i] = slip_begins(settling, contact, SLIP_ROWS[contact] + i);
+        }
+        begin_slip(settling, contact, begins);
     }
 }

@@ -96,6 +96,9 @@ void settling_slip_direction(const Settling *settling, int contact, double direc
 /* Lets a closed contact slide, stick or wait for a lever, as lambda and w say. */
 void settling_carry_out_slip(Settling *settling, int contact);
 
+/* Lets a contact that sticks slide against its friction among the loads[K]. */
+void settling_give_way(Settling *settling, int contact, const double loads[]);
+
 /* Impacts: changes velocities until nothing approaches, and latches hold. *jumped is set if velocities changed. */
 bool settling_impacts(Settling *settling, bool *jumped);
 
@@ -114,9 +117,10 @@ bool settling_laws(Settling *settling);
    without a collision was needed. Returns false, with instance->failure, if no modes obey the laws. */
 bool settling_modes(Settling *settling, bool *jumped);
 
-/* The friction of contacts that slide follows the loads of least norm. Where some of these pull, the laws have found
-   another share: contacts that pull open there, though they go on to touch, one after the other, until the share of the
-   others obeys the laws. Returns false, with instance->failure, where there are no accelerations. C. L. Lawson,
+/* The friction of contacts that slide follows the loads of least norm. Where some of these pull, or some that stick
+   beside those that slide do not hold with them, the laws have found another share. Contacts that pull open then,
+   though they go on to touch, and those beyond their limit slip, one after the other, until the share of the others
+   obeys the laws. Returns false, with instance->failure, where there are no accelerations. C. L. Lawson,
    R. J. Hanson, Solving Least Squares Problems, 1974, section 23.3 (the set of forces above 0). */
 bool settling_relieve(Settling *settling);
 
