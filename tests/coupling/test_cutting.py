@@ -130,10 +130,13 @@ def test_a_linkage_that_turns_fast(exported, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_pose_in_which_a_joint_holds_nothing(exported, tmp_path: Path) -> None:
-    """The cranks of a parallelogram pass the line of all links: there a force along it moves nothing."""
+    """The cranks of a parallelogram pass the line of all links: there a force along it moves nothing.
+
+    How the linear algebra of a processor rounds decides on the last digits: errors are 1e-7 to 2e-6.
+    """
     starts = {"a0": "0.15", "a0_dot": "-6", "a1": "0.15"}
     one = with_settings(lag2fmu.load("n_four_bar", {"n": 1}), starts)
-    assert error_of(one, ["a0"], exported(one).path, tmp_path, stop=0.05) < 1e-6
+    assert error_of(one, ["a0"], exported(one).path, tmp_path, stop=0.05) < 5e-6
 
 
 @pytest.mark.parametrize(
