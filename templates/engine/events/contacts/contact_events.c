@@ -105,6 +105,9 @@ static double ahead_of(const State *state, const ContactPoint *point, int contac
    right angle to it, where the sign of friction turns: importers cannot get past that sign where the slip is fast. */
 static double slip_margin(const State *state, const ContactPoint *point, int contact) {
     const double *slips = point->slips + SLIP_ROWS[contact] - FIRST_SLIP;
+    if (!SLIPS_IN_SPACE) {
+        return contact_slip_along(state, contact, slips);
+    }
     const Outlook outlook = contact_outlook(state, contact);
     const double forward =
         outlook.tau > 0.0 ? ahead_of(state, point, contact) : contact_slip_along(state, contact, slips);
@@ -246,13 +249,13 @@ static void find_changes(Instance *instance, double time, const double states[],
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, ElementRows, rows);
     bool looked = false;
-    for (int i = 0; i < N_UNILATERALS; i++) {
+    for (int i = 0; SLIPS_IN_SPACE && i < N_UNILATERALS; i++) {
         looked = looked || contact_outlook(&instance->state, i).tau > 0.0;
     }
-    if (looked) {
+    if (SLIPS_IN_SPACE && looked) {
         rows_evaluate(instance, time, states, inputs_at(instance, time), rows);
     }
-    for (int row = FIRST_SLIP; looked && row < FIRST_FRICTION; row++) {
+    for (int row = FIRST_SLIP; SLIPS_IN_SPACE && looked && row < FIRST_FRICTION; row++) {
         double *change = &point->changes[row - FIRST_SLIP];
         *change = rows->gamma[row];
         for (int i = 0; i < N_COORDINATES; i++) {

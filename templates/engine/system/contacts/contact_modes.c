@@ -50,7 +50,7 @@ static int place_of_outlook(int contact) {
 }
 
 static void set_outlook(State *state, int contact, Outlook outlook) {
-    if (contact_slips(contact) == 2) {
+    if (SLIPS_IN_SPACE && contact_slips(contact) == 2) {
         const int place = place_of_outlook(contact);
         state->parameters[place] = outlook.tau;
         state->parameters[place + 1] = outlook.kappa;
@@ -60,7 +60,7 @@ static void set_outlook(State *state, int contact, Outlook outlook) {
 
 Outlook contact_outlook(const State *state, int contact) {
     Outlook outlook = {.tau = 0.0};
-    if (contact_slips(contact) == 2) {
+    if (SLIPS_IN_SPACE && contact_slips(contact) == 2) {
         const double *direction = state->parameters + FIRST_DIRECTION + SLIP_ROWS[contact] - FIRST_SLIP;
         const double *place = state->parameters + place_of_outlook(contact);
         const bool slow = place[0] > 0.0 || hypot(direction[0], direction[1]) > LEAST_BIAS * (1.0 + NOISE);
@@ -151,7 +151,7 @@ double contact_loose_speed(const Instance *instance, const ElementRows *rows, in
 
 bool contacts_slide_in_space(const Instance *instance) {
     bool found = false;
-    for (int i = 0; i < N_UNILATERALS; i++) {
+    for (int i = 0; SLIPS_IN_SPACE && i < N_UNILATERALS; i++) {
         found = found || contact_slides_in_space(&instance->state, i);
     }
     return found;

@@ -18,6 +18,7 @@ enum {
     FIRST_DIRECTION = N_ROWS,                        /* among the parameters */
     FIRST_OFFSET = FIRST_DIRECTION + N_FRICTIONAL,   /* among the parameters */
     FIRST_OUTLOOK = FIRST_OFFSET + N_OFFSETS,        /* among the parameters */
+    SLIPS_IN_SPACE = N_MASKS > FIRST_OUTLOOK,        /* is there a contact with two slips? */
     FIRST_OFFSET_ROW = N_UNILATERALS                 /* among the positions */
 };
 
