@@ -2,8 +2,8 @@
 
 Next to them rounding of the positions turns the velocities by its size over the square of the distance, and would
 choose the branch on which the motion goes on. Very near them such a direction is left out, for as short a time as the
-distance is small. Source: O. A. Bauchau, A. Laulusa, Review of
-contemporary approaches for constraint enforcement in multibody systems, J. Comput. Nonlinear Dyn. 3 (2008), 011005.
+distance is small. Source: O. A. Bauchau, A. Laulusa, Review of contemporary approaches for constraint enforcement in
+multibody systems, J. Comput. Nonlinear Dyn. 3 (2008), 011005.
 """
 
 from __future__ import annotations
